@@ -1,0 +1,15 @@
+# One interface target carries the warnings and the architecture of every target of the project.
+add_library(touchstone_options INTERFACE)
+target_compile_options(touchstone_options INTERFACE
+  -march=${TOUCHSTONE_ARCH} -fno-math-errno
+  -Wall -Wextra -Wpedantic -Werror -Wshadow -Wconversion -Wno-sign-conversion -Wno-psabi)
+if(TOUCHSTONE_SANITIZE)
+  set(sanitize -fsanitize=${TOUCHSTONE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  target_compile_options(touchstone_options INTERFACE ${sanitize})
+  target_link_options(touchstone_options INTERFACE ${sanitize})
+endif()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()

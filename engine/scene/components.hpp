@@ -1,0 +1,55 @@
+#pragma once
+// Components: tiny structs. Systems are free functions over the registry.
+#include <glm/gtc/quaternion.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/scene/mesh_data.hpp"
+#include "engine/scene/registry.hpp"
+
+namespace touchstone::engine {
+
+struct Name {
+    std::string value;
+};
+
+/// Pose and scale in the parent's frame, metres. A matrix node whose matrix is no such product (shear) keeps the
+/// remainder in `shear`: local = T · R · S · shear.
+struct LocalTransform {
+    glm::dvec3 translation{0};
+    glm::dquat rotation{1, 0, 0, 0};
+    glm::dvec3 scale{1};
+    glm::dmat3 shear{1};
+};
+
+struct Hierarchy {
+    Entity parent;  ///< null for a root
+    std::vector<Entity> children;
+};
+
+/// Written by updateWorldTransforms().
+struct WorldTransform {
+    glm::dmat4 matrix{1};
+};
+
+struct Primitive {
+    std::shared_ptr<const MeshData> mesh;
+    int material = -1;  ///< index into Scene::materials; -1 for the default
+};
+
+struct MeshInstance {
+    std::vector<Primitive> primitives;
+};
+
+struct Visibility {
+    bool visible = true;
+};
+
+/// `extras` and `extensions` of the glTF node, as they stand in the file; null where it has none.
+struct NodeMarking {
+    nlohmann::json extras, extensions;
+};
+
+}  // namespace touchstone::engine

@@ -1,0 +1,74 @@
+// Markings saved back into an existing file: updateExtras() of gltf_write.hpp.
+#include <algorithm>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_schema.hpp"
+#include "engine/scene/gltf_write.hpp"
+
+namespace touchstone::engine {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+void replaceExtras(const fs::path& file, ordered_json& document, const char* array, const char* kind,
+                   const std::map<int, json>& update) {
+    for (const auto& [index, extras] : update) {
+        const std::size_t count = document.contains(array) ? document[array].size() : 0;
+        if (index < 0 || static_cast<std::size_t>(index) >= count)
+            failIn(file, "", std::string("has no ") + kind + " " + std::to_string(index) + "; open the file again");
+        ordered_json& object = document[array][static_cast<std::size_t>(index)];
+        if (extras.is_null())
+            object.erase("extras");
+        else
+            object["extras"] = extras;
+    }
+}
+
+bool hasExternalFiles(const ordered_json& document) {
+    for (const char* array : {"buffers", "images"})
+        if (document.contains(array))
+            for (const ordered_json& item : document[array])
+                if (item.contains("uri") && !item["uri"].get_ref<const std::string&>().starts_with("data:"))
+                    return true;
+    return false;
+}
+
+/// Spaces of the first indented line, as far as JSON writers use them; -1 when all stands on one line.
+int indentation(const std::string& text) {
+    const std::size_t lineEnd = text.find('\n');
+    if (lineEnd == text.npos) return -1;
+    const std::size_t first = text.find_first_not_of(" \t", lineEnd + 1);
+    return first == text.npos ? 0 : static_cast<int>(std::min<std::size_t>(first - lineEnd - 1, 8));
+}
+
+}  // namespace
+
+void updateExtras(const fs::path& in, const fs::path& out, const ExtrasUpdate& update) {
+    const GltfContainer container = readContainer(in);
+    checkedDocument(in, parseJson(in, container.json));
+    ordered_json document = parseOrderedJson(in, container.json);
+    replaceExtras(in, document, "nodes", "node", update.nodes);
+    replaceExtras(in, document, "scenes", "scene", update.scenes);
+
+    std::error_code error;
+    const auto folder = [](const fs::path& file) {
+        return file.has_parent_path() ? file.parent_path() : fs::path(".");
+    };
+    if (hasExternalFiles(document) && !fs::equivalent(folder(in), folder(out), error))
+        failIn(out, "", "would lose the files it refers to; save it into the folder of " + in.string());
+    if (out.extension() != (container.binary ? ".glb" : ".gltf"))
+        failIn(out, "", std::string("must be named ") + (container.binary ? ".glb" : ".gltf") + " like its original");
+
+    if (container.binary) {
+        writeBytes(out, glbBytes(document.dump(), container.followers));
+    } else {
+        const int indent = indentation(container.json);
+        const char fill = container.json.find("\n\t") != container.json.npos ? '\t' : ' ';
+        const std::string text = document.dump(indent, fill) + (container.json.back() == '\n' ? "\n" : "");
+        writeBytes(out, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    }
+}
+
+}  // namespace touchstone::engine

@@ -1,0 +1,251 @@
+#include "engine/scene/gltf_load.hpp"
+
+#include <stb_image.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_schema.hpp"
+
+namespace touchstone::engine {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::array<std::string_view, 4> kSupportedExtensions = {"KHR_physics_rigid_bodies", "KHR_implicit_shapes",
+                                                                  "KHR_materials_unlit", "KHR_mesh_quantization"};
+constexpr int kLargestImageSide = 16384;
+constexpr std::string_view kUnused = "unused";
+
+/// Files as tinygltf sees them: names it asks for, and bytes given to it once.
+using VirtualFiles = std::map<std::string, Bytes, std::less<>>;
+
+std::string labelOf(const json& document, const char* array, const char* kind, std::size_t index) {
+    return objectLabel(kind, index, document[array][index].value("name", std::string()));
+}
+
+std::string percentDecoded(std::string_view text) {
+    const auto digit = [](char c) { return c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10; };
+    std::string decoded;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '%' && i + 2 < text.size() && std::isxdigit(static_cast<unsigned char>(text[i + 1])) &&
+            std::isxdigit(static_cast<unsigned char>(text[i + 2]))) {
+            decoded += static_cast<char>(digit(text[i + 1]) * 16 + digit(text[i + 2]));
+            i += 2;
+        } else {
+            decoded += text[i];
+        }
+    }
+    return decoded;
+}
+
+bool hasScheme(std::string_view uri) {
+    const std::size_t colon = uri.find(':');
+    return colon != uri.npos && colon > 0 && std::all_of(uri.begin(), uri.begin() + colon, [](unsigned char c) {
+               return std::isalnum(c) || c == '+' || c == '.' || c == '-';
+           });
+}
+
+/// Contents of a file beside the scene. Neither `..`, nor absolute paths, nor links lead out of its folder.
+Bytes externalBytes(const fs::path& file, const std::string& label, const std::string& uri) {
+    const std::string name = percentDecoded(uri), shown = "\"" + printable(name) + "\"";
+    const std::string outside = "names " + shown + " outside the scene's folder; put the file into that folder";
+    if (hasScheme(name) || name.find('\0') != name.npos) failIn(file, label, outside);
+    const fs::path relative = fs::path(name).lexically_normal();
+    if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") failIn(file, label, outside);
+    std::error_code error;
+    const fs::path folder = fs::canonical(file.has_parent_path() ? file.parent_path() : ".", error);
+    const fs::path found = error ? fs::path() : fs::canonical(folder / relative, error);
+    if (error) failIn(file, label, "names the missing file " + shown + "; put it into the scene's folder");
+    if (std::mismatch(folder.begin(), folder.end(), found.begin(), found.end()).first != folder.end())
+        failIn(file, label, outside);
+    if (!fs::is_regular_file(found, error))
+        failIn(file, label, "names " + shown + ", which is no regular file; put the file there");
+    return readBytes(found, label);
+}
+
+Bytes dataUriBytes(const fs::path& file, const std::string& label, const std::string& uri) {
+    constexpr std::string_view kMarker = ";base64,";
+    const std::size_t marker = uri.find(kMarker);
+    if (marker > 256) failIn(file, label, "has a data URI without base64; export the file again");
+    Bytes bytes;
+    std::string mimeType;
+    // tinygltf knows few media types; the bytes do not depend on them.
+    tinygltf::DecodeDataURI(&bytes, mimeType,
+                            "data:application/octet-stream;base64," + uri.substr(marker + kMarker.size()), 0, false);
+    return bytes;
+}
+
+Bytes uriBytes(const fs::path& file, const std::string& label, const std::string& uri) {
+    return uri.starts_with("data:") ? dataUriBytes(file, label, uri) : externalBytes(file, label, uri);
+}
+
+/// Which images are base colours.
+std::set<std::size_t> usedImages(const json& checked) {
+    std::set<std::size_t> used;
+    for (const json& material : checked.value("materials", json::array())) {
+        const auto texture = json::json_pointer("/pbrMetallicRoughness/baseColorTexture/index");
+        if (!material.contains(texture)) continue;
+        const json& source = checked["textures"][material[texture].get<std::size_t>()];
+        if (source.contains("source")) used.insert(source["source"].get<std::size_t>());
+    }
+    return used;
+}
+
+/// Reads all buffers, and replaces their URIs in `checked` by names of virtual files.
+void resolveBuffers(const GltfContainer& container, const fs::path& file, json& checked, VirtualFiles& files) {
+    if (!checked.contains("buffers")) return;
+    for (std::size_t i = 0; i < checked["buffers"].size(); ++i) {
+        json& buffer = checked["buffers"][i];
+        const std::string label = labelOf(checked, "buffers", "buffer", i);
+        const auto length = buffer["byteLength"].get<std::size_t>();
+        Bytes bytes;
+        if (buffer.contains("uri"))
+            bytes = uriBytes(file, label, buffer["uri"].get_ref<const std::string&>());
+        else if (i == 0 && container.binary)
+            bytes.assign(container.bin.begin(), container.bin.end());
+        else
+            failIn(file, label, "has no \"uri\" and no binary chunk; export the file again with its buffers");
+        if (bytes.size() < length)
+            failIn(file, label,
+                   "needs " + std::to_string(length) + " bytes but only " + std::to_string(bytes.size()) +
+                       " are there; the data is cut short, so copy or export it again");
+        bytes.resize(length);  // padding behind the end is allowed
+        const std::string name = "buffer" + std::to_string(i);
+        buffer["uri"] = name;
+        files[name] = std::move(bytes);
+    }
+}
+
+/// Reads the images that are used and lie in files or URIs; the others point to a virtual file of no meaning.
+void resolveImages(const fs::path& file, const std::set<std::size_t>& used, json& checked, VirtualFiles& files) {
+    if (!checked.contains("images")) return;
+    for (std::size_t i = 0; i < checked["images"].size(); ++i) {
+        json& image = checked["images"][i];
+        if (!used.contains(i)) {
+            image = {{"uri", kUnused}};
+            files[std::string(kUnused)] = {0};
+            continue;
+        }
+        const std::string label = labelOf(checked, "images", "image", i);
+        if (image.contains("uri") == image.contains("bufferView"))
+            failIn(file, label, "must have either \"uri\" or \"bufferView\"; export the file again");
+        if (!image.contains("uri")) continue;
+        Bytes bytes = uriBytes(file, label, image["uri"].get_ref<const std::string&>());
+        if (bytes.empty()) failIn(file, label, "is empty; export the image again");
+        const std::string name = "image" + std::to_string(i);
+        image["uri"] = name;
+        files[name] = std::move(bytes);
+    }
+}
+
+/// What the schema cannot say: views inside their buffers, strides, and the one form of indices tinygltf refuses.
+void checkViews(const fs::path& file, const json& checked) {
+    const json views = checked.value("bufferViews", json::array());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const json& view = views[i];
+        const std::string label = labelOf(checked, "bufferViews", "buffer view", i);
+        const auto available = checked["buffers"][view["buffer"].get<std::size_t>()]["byteLength"].get<std::uint64_t>();
+        const auto end = view.value("byteOffset", std::uint64_t{0}) + view["byteLength"].get<std::uint64_t>();
+        if (end > available)
+            failIn(file, label,
+                   "ends at byte " + std::to_string(end) + " of a buffer of " + std::to_string(available) +
+                       "; the file is cut short or wrong, so export it again");
+        if (view.value("byteStride", 4) % 4 != 0)
+            failIn(file, label, "has a byteStride that is no multiple of 4; export the file again");
+    }
+    const json meshes = checked.value("meshes", json::array());
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+        for (const json& primitive : meshes[i]["primitives"])
+            if (primitive.contains("indices") &&
+                !checked["accessors"][primitive["indices"].get<std::size_t>()].contains("bufferView"))
+                failIn(file, labelOf(checked, "meshes", "mesh", i),
+                       "has indices without a buffer view; store the indices plainly");
+}
+
+void checkExtensions(const fs::path& file, const json& checked) {
+    const std::string version = checked["asset"]["version"].get<std::string>();
+    if (!version.starts_with("2.") || checked["asset"].value("minVersion", "2.0") != "2.0")
+        failIn(file, "asset", "asks for glTF " + printable(version) + "; export it as glTF 2.0");
+    for (const json& name : checked.value("extensionsRequired", json::array()))
+        if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), name.get<std::string>()) ==
+            kSupportedExtensions.end())
+            failIn(file, "extensionsRequired",
+                   "asks for " + printable(name.get<std::string>()) + ", which is not supported; export without it");
+}
+
+struct ImageLoading {
+    const fs::path& file;
+    const std::set<std::size_t>& used;
+    std::string problem = {};
+};
+
+bool decodeImage(tinygltf::Image* image, int index, std::string* error, std::string* warning, int, int,
+                 const unsigned char* bytes, int size, void* userData) {
+    ImageLoading& loading = *static_cast<ImageLoading*>(userData);
+    if (!loading.used.contains(static_cast<std::size_t>(index))) return true;
+    int width = 0, height = 0, channels = 0;
+    if (!stbi_info_from_memory(bytes, size, &width, &height, &channels))
+        loading.problem = "is no PNG or JPEG; export the image again";
+    else if (width > kLargestImageSide || height > kLargestImageSide)
+        loading.problem = "is larger than 16384 pixels a side; scale it down";
+    else if (!tinygltf::LoadImageData(image, index, error, warning, 0, 0, bytes, size, nullptr))
+        loading.problem = "cannot be decoded; export the image again";
+    if (loading.problem.empty()) return true;
+    loading.problem = objectLabel("image", static_cast<std::size_t>(index), image->name) + ": " + loading.problem;
+    return false;
+}
+
+tinygltf::FsCallbacks virtualFileCallbacks(VirtualFiles& files) {
+    tinygltf::FsCallbacks callbacks{};
+    callbacks.user_data = &files;
+    callbacks.FileExists = [](const std::string& name, void* data) {
+        return static_cast<VirtualFiles*>(data)->contains(name);
+    };
+    callbacks.ExpandFilePath = [](const std::string& name, void*) { return name; };
+    callbacks.ReadWholeFile = [](Bytes* out, std::string*, const std::string& name, void* data) {
+        Bytes& bytes = static_cast<VirtualFiles*>(data)->find(name)->second;
+        if (name == kUnused)
+            *out = bytes;
+        else
+            *out = std::move(bytes);
+        return true;
+    };
+    callbacks.WriteWholeFile = [](std::string*, const std::string&, const Bytes&, void*) { return false; };
+    return callbacks;
+}
+
+}  // namespace
+
+LoadedGltf loadGltf(const fs::path& file) {
+    const GltfContainer container = readContainer(file);
+    LoadedGltf loaded{file, parseJson(file, container.json), {}};
+    json checked = checkedDocument(file, loaded.document);
+    checkExtensions(file, checked);
+    checkViews(file, checked);
+    const std::set<std::size_t> used = usedImages(checked);
+    VirtualFiles files;
+    resolveBuffers(container, file, checked, files);
+    resolveImages(file, used, checked, files);
+
+    tinygltf::TinyGLTF loader;
+    ImageLoading loading{file, used};
+    loader.SetFsCallbacks(virtualFileCallbacks(files));
+    loader.SetImageLoader(decodeImage, &loading);
+    const std::string text = checked.dump();
+    std::string error, warning;
+    if (!loader.LoadASCIIFromString(&loaded.model, &error, &warning, text.data(), static_cast<unsigned>(text.size()),
+                                    "")) {
+        if (!loading.problem.empty()) failIn(file, "", loading.problem);
+        failIn(file, "", "is refused by the glTF parser (" + printable(error) + "); export it again");
+    }
+    return loaded;
+}
+
+}  // namespace touchstone::engine

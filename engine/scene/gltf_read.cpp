@@ -1,0 +1,474 @@
+#include "engine/scene/gltf_read.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+
+#include "engine/scene/gltf_accessor.hpp"
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_load.hpp"
+#include "engine/scene/transforms.hpp"
+
+namespace touchstone::engine {
+namespace {
+
+using nlohmann::json;
+
+/// Elements of an array by the index that glTF stores as int.
+template <class T>
+const T& at(const std::vector<T>& items, int index) {
+    return items[static_cast<std::size_t>(index)];
+}
+
+bool contains(const json& names, std::string_view name) {
+    return std::any_of(names.begin(), names.end(), [&](const json& item) { return item == name; });
+}
+
+/// Triangles out of the index list of a primitive (glTF 2.0, section 3.7.2.1); those without three distinct corners,
+/// usual in strips, are dropped.
+std::vector<std::uint32_t> triangles(int mode, const std::vector<std::uint32_t>& list) {
+    std::vector<std::uint32_t> out;
+    const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        if (a != b && b != c && c != a) out.insert(out.end(), {a, b, c});
+    };
+    const std::size_t count = list.size();
+    if (mode == TINYGLTF_MODE_TRIANGLES)
+        for (std::size_t i = 0; i + 2 < count; i += 3) add(list[i], list[i + 1], list[i + 2]);
+    else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+        for (std::size_t i = 0; i + 2 < count; ++i) add(list[i], list[i + 1 + i % 2], list[i + 2 - i % 2]);
+    else
+        for (std::size_t i = 0; i + 2 < count; ++i) add(list[i + 1], list[i + 2], list[0]);
+    return out;
+}
+
+class SceneReader {
+  public:
+    SceneReader(const std::filesystem::path& file, int sceneIndex)
+        : file_(file),
+          gltf_(loadGltf(file)),
+          model_(gltf_.model),
+          accessors_(file_, model_,
+                     contains(gltf_.document.value("extensionsUsed", json::array()), "KHR_mesh_quantization")) {
+        scene_.file = file;
+        scene_.index = chosenScene(sceneIndex);
+    }
+
+    Scene read() {
+        checkSize();
+        checkHierarchy();
+        readMaterials();
+        readMeshes();
+        readNodes();
+        readAnimations();
+        readMarkings();
+        updateWorldTransforms(scene_);
+        checkWorld();
+        return std::move(scene_);
+    }
+
+  private:
+    [[noreturn]] void fail(const std::string& object, const std::string& problem) const {
+        failIn(file_, object, problem);
+    }
+    void warn(const std::string& object, const std::string& what) {
+        scene_.warnings.push_back(object + ": " + what + ".");
+    }
+
+    std::string label(const char* kind, int index, const std::string& name) const {
+        return objectLabel(kind, static_cast<std::size_t>(index), name);
+    }
+    std::string nodeName(int node) const { return label("node", node, at(model_.nodes, node).name); }
+
+    int chosenScene(int wanted) const {
+        const int count = static_cast<int>(model_.scenes.size());
+        if (count == 0) fail("", "has no scene; add one that lists the root nodes");
+        if (wanted >= count)
+            fail("", "has no scene " + std::to_string(wanted) + "; choose one from 0 to " + std::to_string(count - 1));
+        if (wanted >= 0) return wanted;
+        return model_.defaultScene >= 0 ? model_.defaultScene : 0;
+    }
+
+    /// A small file may use one large accessor many times over; what it unfolds to is bounded before anything is read.
+    void checkSize() const {
+        constexpr std::size_t kMostElements = std::size_t{1} << 26;
+        std::size_t total = 0;
+        const auto add = [&](int accessor, const std::string& user) {
+            total += accessor < 0 ? 0 : accessors_.count(accessor);
+            if (total > kMostElements)
+                fail(user, "brings the scene above 67 million vertices, corners and keys; simplify it");
+        };
+        for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i)
+            for (const tinygltf::Primitive& primitive : at(model_.meshes, i).primitives) {
+                const auto position = primitive.attributes.find("POSITION");
+                const std::string user = label("mesh", i, at(model_.meshes, i).name);
+                if (position != primitive.attributes.end()) add(position->second, user);
+                add(primitive.indices, user);
+            }
+        for (int i = 0; i < static_cast<int>(model_.animations.size()); ++i)
+            for (const tinygltf::AnimationChannel& channel : at(model_.animations, i).channels) {
+                const auto& samplers = at(model_.animations, i).samplers;
+                const std::string user = label("animation", i, at(model_.animations, i).name);
+                if (channel.sampler >= static_cast<int>(samplers.size()))
+                    fail(user, "names sampler " + std::to_string(channel.sampler) + " of " +
+                                   std::to_string(samplers.size()) + "; export the animation again");
+                add(at(samplers, channel.sampler).input, user);
+                add(at(samplers, channel.sampler).output, user);
+            }
+    }
+
+    /// Fills parents_; afterwards the nodes of the whole file form trees.
+    void checkHierarchy() {
+        const int count = static_cast<int>(model_.nodes.size());
+        parents_.assign(model_.nodes.size(), -1);
+        for (int node = 0; node < count; ++node)
+            for (const int child : at(model_.nodes, node).children) {
+                int& parent = parents_[static_cast<std::size_t>(child)];
+                if (parent >= 0)
+                    fail(nodeName(child), "has two parents, " + nodeName(parent) + " and " + nodeName(node) +
+                                              "; list it as a child once");
+                parent = node;
+            }
+        // With one parent each, what no root reaches lies on or below a cycle.
+        std::vector<int> reached;
+        for (int node = 0; node < count; ++node)
+            if (at(parents_, node) < 0) reached.push_back(node);
+        std::vector<bool> isReached(model_.nodes.size());
+        for (std::size_t i = 0; i < reached.size(); ++i) {
+            isReached[static_cast<std::size_t>(reached[i])] = true;
+            const auto& children = at(model_.nodes, reached[i]).children;
+            reached.insert(reached.end(), children.begin(), children.end());
+        }
+        for (int node = 0; node < count; ++node)
+            if (!isReached[static_cast<std::size_t>(node)])
+                fail(nodeName(node), "is its own ancestor; remove the cycle from the children lists");
+    }
+
+    void readMaterials() {
+        std::vector<int> imageIndex(model_.images.size(), -1);
+        for (const tinygltf::Material& from : model_.materials) {
+            const auto& pbr = from.pbrMetallicRoughness;
+            Material material;
+            material.name = from.name;
+            for (int k = 0; k < 4; ++k)
+                material.baseColor[k] =
+                    static_cast<float>(std::clamp(pbr.baseColorFactor[static_cast<std::size_t>(k)], 0.0, 1.0));
+            material.metallic = static_cast<float>(std::clamp(pbr.metallicFactor, 0.0, 1.0));
+            material.roughness = static_cast<float>(std::clamp(pbr.roughnessFactor, 0.0, 1.0));
+            const int texture = pbr.baseColorTexture.index;
+            const int source = texture < 0 ? -1 : at(model_.textures, texture).source;
+            if (source >= 0) {
+                int& index = imageIndex[static_cast<std::size_t>(source)];
+                if (index < 0) index = addImage(scene_, rgba8(at(model_.images, source)));
+                material.texture = index;
+            } else if (texture >= 0) {
+                warn(label("texture", texture, at(model_.textures, texture).name),
+                     "has no PNG or JPEG image and is left out");
+            }
+            addMaterial(scene_, std::move(material));
+        }
+    }
+
+    static Image rgba8(const tinygltf::Image& from) {
+        Image image{from.width, from.height, {}};
+        if (from.bits != 16) {
+            image.rgba = from.image;
+        } else {  // the high bytes of little-endian words
+            image.rgba.resize(from.image.size() / 2);
+            for (std::size_t i = 0; i < image.rgba.size(); ++i) image.rgba[i] = from.image[2 * i + 1];
+        }
+        return image;
+    }
+
+    void readMeshes() {
+        for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i) {
+            const tinygltf::Mesh& mesh = at(model_.meshes, i);
+            MeshInstance& instance = scene_.meshes.emplace_back();
+            for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
+                const std::string name = label("mesh", i, mesh.name) + ", primitive " + std::to_string(k);
+                if (auto data = readPrimitive(mesh.primitives[k], name); data && !data->indices.empty())
+                    instance.primitives.push_back({std::move(data), mesh.primitives[k].material});
+            }
+            if (const json& primitives = gltf_.document["meshes"][static_cast<std::size_t>(i)]["primitives"];
+                std::any_of(primitives.begin(), primitives.end(), [](const json& p) { return p.contains("targets"); }))
+                warn(label("mesh", i, mesh.name), "morph targets are left out");
+        }
+    }
+
+    /// Null, with a warning, for what is no surface. Primitives that use the same accessors share one mesh.
+    std::shared_ptr<const MeshData> readPrimitive(const tinygltf::Primitive& primitive, const std::string& name) {
+        constexpr std::array<const char*, 4> kSkipped = {"points", "lines", "a line loop", "a line strip"};
+        if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+            warn(name, std::string("is ") + kSkipped[static_cast<std::size_t>(primitive.mode)] +
+                           ", not triangles, and is left out");
+            return nullptr;
+        }
+        const auto attribute = [&](const std::string& key) {
+            const auto found = primitive.attributes.find(key);
+            return found == primitive.attributes.end() ? -1 : found->second;
+        };
+        const int position = attribute("POSITION"), normal = attribute("NORMAL");
+        if (position < 0) {
+            warn(name, "has no POSITION and is left out");
+            return nullptr;
+        }
+        const int set = primitive.material < 0
+                            ? 0
+                            : at(model_.materials, primitive.material).pbrMetallicRoughness.baseColorTexture.texCoord;
+        const std::string texcoordKey = "TEXCOORD_" + std::to_string(set);
+        const int texcoord = attribute(texcoordKey);
+        auto& shared = geometries_[{position, normal, texcoord, primitive.indices, primitive.mode}];
+        if (shared) return shared;
+
+        const auto checkCount = [&](int accessor, const std::string& key) {
+            if (accessors_.count(accessor) != accessors_.count(position))
+                fail(name, key + " has " + std::to_string(accessors_.count(accessor)) + " elements but POSITION has " +
+                               std::to_string(accessors_.count(position)) + "; export the file again");
+        };
+        MeshData mesh;
+        mesh.positions = accessors_.read<glm::vec3>(position, AccessorUse::Position, name + ", POSITION");
+        mesh.indices = readIndices(primitive, mesh.positions.size(), name);
+        if (normal >= 0) {
+            checkCount(normal, "NORMAL");
+            mesh.normals = accessors_.read<glm::vec3>(normal, AccessorUse::Normal, name + ", NORMAL");
+        }
+        completeNormals(mesh);
+        if (texcoord >= 0) {
+            checkCount(texcoord, texcoordKey);
+            mesh.texcoords = accessors_.read<glm::vec2>(texcoord, AccessorUse::Texcoord, name + ", " + texcoordKey);
+        }
+        return shared = std::make_shared<const MeshData>(std::move(mesh));
+    }
+
+    std::vector<std::uint32_t> readIndices(const tinygltf::Primitive& primitive, std::size_t vertices,
+                                           const std::string& name) {
+        std::vector<std::uint32_t> list(primitive.indices < 0 ? vertices : 0);
+        if (primitive.indices < 0)
+            std::iota(list.begin(), list.end(), 0u);
+        else
+            list = accessors_.read<std::uint32_t>(primitive.indices, AccessorUse::Index, name + ", indices");
+        for (std::size_t i = 0; i < list.size(); ++i)
+            if (list[i] >= vertices)
+                fail(name, "index " + std::to_string(i) + " is " + std::to_string(list[i]) + " but there are only " +
+                               std::to_string(vertices) + " vertices; export the mesh again");
+        if (primitive.mode == TINYGLTF_MODE_TRIANGLES && list.size() % 3 != 0)
+            fail(name,
+                 "has " + std::to_string(list.size()) + " corners, which is no multiple of 3; export the mesh again");
+        return triangles(primitive.mode, list);
+    }
+
+    /// Unit length for all; those that are missing or zero are computed.
+    static void completeNormals(MeshData& mesh) {
+        const bool given = !mesh.normals.empty();
+        const bool isWhole = given && std::all_of(mesh.normals.begin(), mesh.normals.end(),
+                                                  [](const glm::vec3& n) { return glm::length(glm::dvec3(n)) > 0; });
+        std::vector<glm::vec3> computed = isWhole ? std::vector<glm::vec3>() : smoothNormals(mesh);
+        if (!given) {
+            mesh.normals = std::move(computed);
+            return;
+        }
+        for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
+            const double length = glm::length(glm::dvec3(mesh.normals[i]));
+            mesh.normals[i] = length > 0 ? glm::vec3(glm::dvec3(mesh.normals[i]) / length) : computed[i];
+        }
+    }
+
+    LocalTransform readTransform(int index) const {
+        const tinygltf::Node& node = at(model_.nodes, index);
+        if (!node.matrix.empty()) {
+            const json& raw = gltf_.document["nodes"][static_cast<std::size_t>(index)];
+            if (raw.contains("translation") || raw.contains("rotation") || raw.contains("scale"))
+                fail(nodeName(index), "has a matrix beside translation, rotation or scale; keep one of the two");
+            glm::dmat4 matrix;
+            for (int k = 0; k < 16; ++k) matrix[k / 4][k % 4] = at(node.matrix, k);
+            if (matrix[0][3] != 0 || matrix[1][3] != 0 || matrix[2][3] != 0 || matrix[3][3] != 1)
+                fail(nodeName(index), "has a matrix whose last row is not 0 0 0 1; replace it by an affine one");
+            return localTransform(matrix);
+        }
+        LocalTransform local;
+        for (int k = 0; k < 3; ++k) {
+            if (!node.translation.empty()) local.translation[k] = at(node.translation, k);
+            if (!node.scale.empty()) local.scale[k] = at(node.scale, k);
+        }
+        if (!node.rotation.empty()) {
+            const glm::dquat rotation(at(node.rotation, 3), at(node.rotation, 0), at(node.rotation, 1),
+                                      at(node.rotation, 2));
+            if (!(glm::length(rotation) > 1e-6))
+                fail(nodeName(index), "has a rotation of length zero; give it a unit quaternion");
+            local.rotation = glm::normalize(rotation);
+        }
+        return local;
+    }
+
+    /// Creates the entities of the chosen scene in file order, so that a walk over the registry sees that order.
+    void readNodes() {
+        const tinygltf::Scene& from = at(model_.scenes, scene_.index);
+        const std::string sceneName = label("scene", scene_.index, from.name);
+        if (from.nodes.empty()) fail(sceneName, "lists no nodes; add the root nodes to it");
+        std::vector<bool> isActive(model_.nodes.size());
+        std::vector<int> active;
+        for (const int root : from.nodes) {
+            if (at(parents_, root) >= 0)
+                fail(sceneName, "lists " + nodeName(root) + ", which is a child of " + nodeName(at(parents_, root)) +
+                                    "; list root nodes only");
+            if (isActive[static_cast<std::size_t>(root)])
+                fail(sceneName, "lists " + nodeName(root) + " twice; list it once");
+            isActive[static_cast<std::size_t>(root)] = true;
+            active.push_back(root);
+        }
+        for (std::size_t i = 0; i < active.size(); ++i)
+            for (const int child : at(model_.nodes, active[i]).children) {
+                isActive[static_cast<std::size_t>(child)] = true;
+                active.push_back(child);
+            }
+        std::sort(active.begin(), active.end());
+
+        std::vector<Entity> entities(model_.nodes.size());
+        for (const int node : active)
+            entities[static_cast<std::size_t>(node)] =
+                addNode(scene_, at(model_.nodes, node).name, {}, readTransform(node));
+        scene_.name = from.name;
+        scene_.nodes = entities;
+        scene_.roots.clear();
+        for (const int root : from.nodes) scene_.roots.push_back(at(entities, root));
+        for (const int node : active) {
+            Hierarchy& hierarchy = scene_.registry.get<Hierarchy>(at(entities, node));
+            if (at(parents_, node) >= 0) hierarchy.parent = at(entities, at(parents_, node));
+            for (const int child : at(model_.nodes, node).children) hierarchy.children.push_back(at(entities, child));
+            const int mesh = at(model_.nodes, node).mesh;
+            if (mesh >= 0 && !at(scene_.meshes, mesh).primitives.empty())
+                scene_.registry.add(at(entities, node), MeshInstance(at(scene_.meshes, mesh)));
+        }
+    }
+
+    void readAnimations() {
+        for (int i = 0; i < static_cast<int>(model_.animations.size()); ++i) {
+            const tinygltf::Animation& from = at(model_.animations, i);
+            const std::string name = label("animation", i, from.name);
+            Animation& animation = scene_.animations.emplace_back();
+            animation.name = from.name;
+            std::set<std::pair<int, AnimationPath>> animated;
+            for (const tinygltf::AnimationChannel& channel : from.channels) {
+                const std::string channelName =
+                    name + ", " + channel.target_path + " of " + nodeName(channel.target_node);
+                auto read = readChannel(channel, at(from.samplers, channel.sampler), channelName);
+                if (!read || !read->target) continue;
+                if (!animated.emplace(channel.target_node, read->path).second)
+                    fail(channelName, "is animated twice; keep one channel");
+                animation.channels.push_back(std::move(*read));
+            }
+        }
+    }
+
+    std::optional<AnimationChannel> readChannel(const tinygltf::AnimationChannel& from,
+                                                const tinygltf::AnimationSampler& sampler, const std::string& name) {
+        AnimationChannel channel;
+        channel.target = at(scene_.nodes, from.target_node);
+        AccessorUse use = AccessorUse::Vector;
+        if (from.target_path == "translation") {
+            channel.path = AnimationPath::Translation;
+        } else if (from.target_path == "scale") {
+            channel.path = AnimationPath::Scale;
+        } else if (from.target_path == "rotation") {
+            channel.path = AnimationPath::Rotation;
+            use = AccessorUse::Rotation;
+        } else {
+            warn(name, "cannot be animated and is left out");
+            return std::nullopt;
+        }
+        if (!at(model_.nodes, from.target_node).matrix.empty())
+            fail(name, "moves a node that has a matrix; give the node translation, rotation and scale");
+        channel.interpolation = sampler.interpolation == "STEP"          ? Interpolation::Step
+                                : sampler.interpolation == "CUBICSPLINE" ? Interpolation::CubicSpline
+                                                                         : Interpolation::Linear;
+        channel.times = accessors_.read<double>(sampler.input, AccessorUse::Time, name + ", times");
+        if (use == AccessorUse::Rotation)
+            channel.values = accessors_.read<glm::dvec4>(sampler.output, use, name);
+        else
+            for (const glm::dvec3& value : accessors_.read<glm::dvec3>(sampler.output, use, name))
+                channel.values.emplace_back(value, 0);
+        checkChannel(channel, name);
+        return channel;
+    }
+
+    void checkChannel(const AnimationChannel& channel, const std::string& name) const {
+        const bool isCubic = channel.interpolation == Interpolation::CubicSpline;
+        if (channel.times.front() < 0) fail(name, "starts before time 0; shift its keys");
+        for (std::size_t i = 1; i < channel.times.size(); ++i)
+            if (!(channel.times[i] > channel.times[i - 1]))
+                fail(name, "key " + std::to_string(i) + " is not later than the key before it; sort the keys by time");
+        if (const std::size_t needed = channel.times.size() * (isCubic ? 3 : 1); channel.values.size() != needed)
+            fail(name, "has " + std::to_string(channel.values.size()) + " values but its " +
+                           std::to_string(channel.times.size()) + " keys need " + std::to_string(needed) +
+                           "; export the animation again");
+        if (isCubic && channel.times.size() < 2) fail(name, "is a cubic spline of one key; add a second key");
+        if (channel.path != AnimationPath::Rotation) return;
+        for (std::size_t i = 0; i < channel.times.size(); ++i)
+            if (!(glm::length(channel.values[isCubic ? 3 * i + 1 : i]) > 1e-6))
+                fail(name, "key " + std::to_string(i) + " is a rotation of length zero; give it a unit quaternion");
+    }
+
+    /// What tinygltf was not shown: extras and extensions, and the features that are left out.
+    void readMarkings() {
+        const json& document = gltf_.document;
+        const auto extensionsOf = [&](const json& object, const std::string& name) {
+            json extensions = object.value("extensions", json());
+            if (!extensions.is_null() && !extensions.is_object())
+                fail(name, "\"extensions\" must be an object; correct it or export the file again");
+            return extensions;
+        };
+        scene_.extensions = extensionsOf(document, "");
+        scene_.extras = document["scenes"][static_cast<std::size_t>(scene_.index)].value("extras", json());
+        scene_.extensionsRequired = document.value("extensionsRequired", std::vector<std::string>());
+        for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
+            if (!scene_.nodes[i]) continue;
+            const json& node = document["nodes"][i];
+            NodeMarking marking{node.value("extras", json()), extensionsOf(node, nodeName(static_cast<int>(i)))};
+            if (!marking.extras.is_null() || !marking.extensions.is_null())
+                scene_.registry.add(scene_.nodes[i], std::move(marking));
+            if (node.contains("skin"))
+                warn(nodeName(static_cast<int>(i)), "its skin is left out, so it keeps its bind pose");
+        }
+    }
+
+    /// A scene must hold triangles, on its nodes or, where physics refers to meshes itself, anywhere in the file.
+    void checkWorld() {
+        std::size_t found = 0;
+        bool hasPhysics = false;
+        const auto add = [&](const MeshInstance& mesh) {
+            for (const Primitive& primitive : mesh.primitives) found += primitive.mesh->indices.size() / 3;
+        };
+        for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
+            if (!scene_.nodes[i]) continue;
+            const glm::dmat4& world = scene_.registry.get<WorldTransform>(scene_.nodes[i]).matrix;
+            for (int k = 0; k < 16; ++k)
+                if (!(std::abs(world[k / 4][k % 4]) <= 1e12))
+                    fail(nodeName(static_cast<int>(i)),
+                         "its transform in the world goes beyond 1e12; correct the scales of it and its parents");
+            if (const auto* mesh = scene_.registry.find<MeshInstance>(scene_.nodes[i])) add(*mesh);
+            const auto* marking = scene_.registry.find<NodeMarking>(scene_.nodes[i]);
+            hasPhysics |= marking && marking->extensions.contains("KHR_physics_rigid_bodies");
+        }
+        if (hasPhysics)
+            for (const MeshInstance& mesh : scene_.meshes) add(mesh);
+        if (found == 0)
+            fail(label("scene", scene_.index, scene_.name),
+                 "holds no triangles; add a mesh made of triangles to one of its nodes");
+    }
+
+    const std::filesystem::path file_;
+    const LoadedGltf gltf_;
+    const tinygltf::Model& model_;
+    AccessorReader accessors_;
+    std::vector<int> parents_;                                                  // by node index, -1 for roots
+    std::map<std::array<int, 5>, std::shared_ptr<const MeshData>> geometries_;  // by accessors and mode
+    Scene scene_;
+};
+
+}  // namespace
+
+Scene readGltf(const std::filesystem::path& file, int sceneIndex) { return SceneReader(file, sceneIndex).read(); }
+
+}  // namespace touchstone::engine

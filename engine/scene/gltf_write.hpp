@@ -1,0 +1,27 @@
+#pragma once
+// glTF 2.0 out: a Scene into one self-contained file, and markings saved back into an existing file.
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "engine/scene/scene.hpp"
+
+namespace touchstone::engine {
+
+/// Writes the scene to a .glb, or to a .gltf with its buffer as data URI, after the extension of `file`. Images become
+/// PNG. Node and mesh indices stay those of Scene::nodes and Scene::meshes. The file appears whole or not at all.
+/// Throws SceneError when the scene is invalid or the file cannot be written.
+void writeGltf(const Scene& scene, const std::filesystem::path& file);
+
+/// Extras to replace in an existing file, by glTF index; a null value removes them.
+struct ExtrasUpdate {
+    std::map<int, nlohmann::json> nodes;
+    std::map<int, nlohmann::json> scenes;
+};
+
+/// Copies `in` to `out` with only those extras replaced; the two may be the same file. Buffers stay byte for byte, the
+/// rest of the JSON keeps its order and values. A .gltf with external files can only be saved into its own folder.
+/// Throws SceneError; `out` is then untouched.
+void updateExtras(const std::filesystem::path& in, const std::filesystem::path& out, const ExtrasUpdate& update);
+
+}  // namespace touchstone::engine

@@ -1,0 +1,59 @@
+#pragma once
+// An orbit camera, and the geometry of pointing at things with a mouse. Lengths in metres, y is up.
+// Pixels: x to the right, y down from the upper-left corner of the viewport, continuous (pixel centres at .5).
+#include <glm/glm.hpp>
+#include <optional>
+
+namespace touchstone::engine {
+
+struct Ray {
+    glm::vec3 origin, direction;  ///< direction has unit length
+
+    glm::vec3 at(float t) const { return origin + t * direction; }
+};
+
+/// Looks at `target` from `distance` along yaw (about y, 0 looks along -z) and pitch (positive from above).
+struct OrbitCamera {
+    glm::vec3 target{0};
+    float distance = 1;
+    float yaw = 0, pitch = 0;  ///< radians; |pitch| stays below a right angle
+    float fovY = 0.7f;         ///< vertical field of view, radians
+
+    /// Turns about the target: a drag to the right by one radian turns what is seen to the right by one radian.
+    void orbit(float yawRadians, float pitchRadians);
+
+    /// Moves target and eye in the view plane so that what lies at the target's depth follows a drag of `pixels`.
+    void pan(glm::vec2 pixels, float viewportHeight);
+
+    /// Multiplies the distance by exp(-steps/8): one wheel step nearer is about 12 percent.
+    void zoom(float steps);
+
+    /// Makes the sphere fill a viewport of this aspect ratio (width / height), keeping the direction of view.
+    void frame(glm::vec3 centre, float radius, float aspect);
+
+    glm::vec3 right() const;
+    glm::vec3 up() const;
+    glm::vec3 forward() const;  ///< unit vector from the eye to the target
+    glm::vec3 eye() const;
+
+    glm::mat4 view() const;
+    glm::mat4 projection(float aspect) const;  ///< depth range follows the distance
+
+    /// Ray from the eye through a pixel of a viewport of this size.
+    Ray ray(glm::vec2 pixel, glm::vec2 viewport) const;
+
+    /// Pixel of a world point; nothing if it lies behind the eye.
+    std::optional<glm::vec2> project(glm::vec3 point, glm::vec2 viewport) const;
+
+    /// Length in metres of one pixel at the depth of a point in front of the eye.
+    float metresPerPixel(glm::vec3 point, float viewportHeight) const;
+
+    /// Point under a pixel in the plane through `anchor` parallel to the view plane: dragging with the mouse is
+    /// the difference of two of these.
+    glm::vec3 onViewPlane(glm::vec2 pixel, glm::vec2 viewport, glm::vec3 anchor) const;
+};
+
+/// First intersection of a ray with the plane through `point` with this normal; nothing if parallel or behind.
+std::optional<glm::vec3> intersectPlane(const Ray& ray, glm::vec3 point, glm::vec3 normal);
+
+}  // namespace touchstone::engine

@@ -1,0 +1,114 @@
+#include "engine/view/gl_context.hpp"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+namespace touchstone::engine {
+namespace {
+
+bool hasClientExtension(std::string_view name) {
+    const char* list = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    return list && std::string_view(list).find(name) != std::string_view::npos;
+}
+
+/// Displays that need no screen, best first: Mesa's surfaceless platform, each graphics device, the driver's default.
+std::vector<EGLDisplay> screenlessDisplays() {
+    std::vector<EGLDisplay> displays;
+    if (hasClientExtension("EGL_EXT_platform_base")) {
+        if (hasClientExtension("EGL_MESA_platform_surfaceless"))
+            displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+        if (hasClientExtension("EGL_EXT_platform_device") && hasClientExtension("EGL_EXT_device_enumeration")) {
+            std::array<EGLDeviceEXT, 16> devices{};
+            EGLint count = 0;
+            if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count))
+                for (EGLint i = 0; i < count; ++i)
+                    displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
+        }
+    }
+    displays.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
+    std::erase(displays, EGL_NO_DISPLAY);
+    return displays;
+}
+
+EGLContext createContext(EGLDisplay display) {
+    // No surface type is asked for: there will be no surface, and some platforms offer none.
+    const std::array<EGLint, 5> want{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (!eglBindAPI(EGL_OPENGL_API) || !eglChooseConfig(display, want.data(), &config, 1, &count) || count < 1)
+        return EGL_NO_CONTEXT;
+    const std::array<EGLint, 7> attributes{
+        EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+}
+
+}  // namespace
+
+struct HeadlessContext::Impl {
+    EGLDisplay display = EGL_NO_DISPLAY;
+    EGLContext context = EGL_NO_CONTEXT;
+
+    bool open(EGLDisplay candidate) {
+        if (!eglInitialize(candidate, nullptr, nullptr)) return false;
+        display = candidate;
+        context = createContext(display);
+        if (context != EGL_NO_CONTEXT && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return true;
+        close();
+        return false;
+    }
+
+    void close() {
+        if (context != EGL_NO_CONTEXT) {
+            eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+            eglDestroyContext(display, context);
+            context = EGL_NO_CONTEXT;
+        }
+        // The display itself is shared by the whole process, so it is left initialised.
+        display = EGL_NO_DISPLAY;
+    }
+};
+
+HeadlessContext::HeadlessContext() : impl_(std::make_unique<Impl>()) {
+    for (EGLDisplay display : screenlessDisplays())
+        if (impl_->open(display)) return;
+    throw std::runtime_error(
+        "No OpenGL 3.3 driver can draw without a display; install Mesa's software driver (Debian: apt-get install "
+        "libegl1 libegl-mesa0 libgl1-mesa-dri).");
+}
+
+HeadlessContext::~HeadlessContext() { impl_->close(); }
+
+void HeadlessContext::makeCurrent() {
+    if (!eglMakeCurrent(impl_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, impl_->context))
+        throw std::runtime_error("The OpenGL context cannot be made current: another thread uses it.");
+}
+
+std::string glDescription() {
+    const auto text = [](GLenum name) {
+        const auto* value = reinterpret_cast<const char*>(glGetString(name));
+        return std::string(value ? value : "?");
+    };
+    const int version = epoxy_gl_version();
+    return "OpenGL " + std::to_string(version / 10) + "." + std::to_string(version % 10) + ", " + text(GL_RENDERER);
+}
+
+Image readPixels(int width, int height) {
+    Image image{width, height, std::vector<std::uint8_t>(4 * static_cast<std::size_t>(width) * height)};
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, image.rgba.data());
+    const std::size_t row = 4 * static_cast<std::size_t>(width);
+    for (int top = 0, bottom = height - 1; top < bottom; ++top, --bottom)
+        std::swap_ranges(image.rgba.begin() + top * row, image.rgba.begin() + (top + 1) * row,
+                         image.rgba.begin() + bottom * row);
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4) image.rgba[i] = 255;
+    return image;
+}
+
+}  // namespace touchstone::engine

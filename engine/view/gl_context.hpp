@@ -1,0 +1,35 @@
+#pragma once
+// An OpenGL context that needs no display, for pictures and tests.
+#include <memory>
+#include <string>
+
+#include "engine/scene/mesh_data.hpp"
+
+namespace touchstone::engine {
+
+/// An OpenGL 3.3 core context without window or display, through EGL; current on the constructing thread until
+/// destroyed. It has no default framebuffer: draw with renderToImage() or into a framebuffer object.
+/// Throws std::runtime_error with one sentence that names the remedy if no driver offers such a context.
+class HeadlessContext {
+  public:
+    HeadlessContext();
+    ~HeadlessContext();
+    HeadlessContext(const HeadlessContext&) = delete;
+    HeadlessContext& operator=(const HeadlessContext&) = delete;
+
+    /// Makes this context current on the calling thread.
+    void makeCurrent();
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Version and renderer of the current context, e.g. "OpenGL 4.5, llvmpipe (LLVM 15.0.6)".
+std::string glDescription();
+
+/// Reads width x height pixels, lower-left corner at the origin, from the read buffer of the bound read framebuffer
+/// and turns them top row first. Alpha is set to 255.
+Image readPixels(int width, int height);
+
+}  // namespace touchstone::engine

@@ -1,0 +1,130 @@
+#pragma once
+// OpenGL objects that free themselves. Each needs a current context over its whole life; moved-from ones are empty.
+#include <epoxy/gl.h>
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "engine/scene/mesh_data.hpp"
+
+namespace touchstone::engine {
+
+/// Owner of one OpenGL name. Tag has static GLuint create() and void destroy(GLuint).
+template <class Tag>
+class GlObject {
+  public:
+    GlObject() : id_(Tag::create()) {}
+    ~GlObject() { reset(); }
+    GlObject(GlObject&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+    GlObject& operator=(GlObject&& other) noexcept {
+        if (this != &other) {
+            reset();
+            id_ = std::exchange(other.id_, 0);
+        }
+        return *this;
+    }
+    GLuint id() const { return id_; }
+
+  private:
+    void reset() {
+        if (id_) Tag::destroy(id_);
+    }
+    GLuint id_;
+};
+
+struct BufferTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+struct VertexArrayTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+struct TextureTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+struct RenderbufferTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+struct FramebufferTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+struct ProgramTag {
+    static GLuint create();
+    static void destroy(GLuint id);
+};
+
+using VertexArray = GlObject<VertexArrayTag>;
+using Renderbuffer = GlObject<RenderbufferTag>;
+using Framebuffer = GlObject<FramebufferTag>;
+
+/// A buffer of vertices, indices or instances.
+class Buffer : public GlObject<BufferTag> {
+  public:
+    /// Replaces the content; leaves the buffer bound to `target`.
+    template <class T>
+    void write(GLenum target, std::span<const T> values, GLenum usage) {
+        glBindBuffer(target, id());
+        glBufferData(target, static_cast<GLsizeiptr>(values.size_bytes()), values.data(), usage);
+    }
+};
+
+/// A 2-D colour texture with mipmaps, from an sRGB picture.
+class Texture : public GlObject<TextureTag> {
+  public:
+    explicit Texture(const Image& image);
+};
+
+/// Folder of the GLSL files: the environment variable TOUCHSTONE_SHADERS, else the one the build knows.
+std::filesystem::path shaderDirectory();
+
+/// A linked vertex and fragment shader. Names are relative to shaderDirectory(), or absolute paths. A line
+/// `#include "file"` in a shader is replaced by that file, found beside the including one.
+/// Throws std::runtime_error naming file and line of the first error, or the missing file and the remedy.
+class ShaderProgram : public GlObject<ProgramTag> {
+  public:
+    ShaderProgram(const std::filesystem::path& vertexFile, const std::filesystem::path& fragmentFile);
+
+    void use() const;
+
+    /// Set a uniform of the program in use; a name the shader does not use is ignored.
+    void set(const char* name, int value) const;
+    void set(const char* name, float value) const;
+    void set(const char* name, glm::vec2 value) const;
+    void set(const char* name, glm::vec3 value) const;
+    void set(const char* name, glm::vec4 value) const;
+    void set(const char* name, const glm::mat3& value) const;
+    void set(const char* name, const glm::mat4& value) const;
+
+  private:
+    GLint location(const char* name) const;
+    mutable std::unordered_map<std::string, GLint> locations_;
+};
+
+/// A multisampled colour and depth target, and the plain one it is resolved into. Sized on demand.
+class RenderTarget {
+  public:
+    explicit RenderTarget(int samples);  ///< as many as the driver has, at most this
+
+    /// Binds the multisampled framebuffer, reallocated if the size changed, and sets the GL viewport.
+    void begin(int width, int height);
+
+    /// Resolves the samples; afterwards resolved() holds the picture.
+    void resolve() const;
+
+    const Framebuffer& resolved() const { return plain_; }
+
+  private:
+    int samples_, width_ = 0, height_ = 0;
+    Framebuffer multisampled_, plain_;
+    Renderbuffer color_, depth_, plainColor_;
+};
+
+}  // namespace touchstone::engine

@@ -1,0 +1,149 @@
+#include "engine/view/window.hpp"
+
+#include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "engine/view/gl_context.hpp"
+#include "engine/view/style.hpp"
+
+namespace touchstone::engine {
+namespace {
+
+/// GLFW's own words for what went wrong last, e.g. "X11: The DISPLAY environment variable is missing".
+std::string glfwReason() {
+    const char* text = nullptr;
+    glfwGetError(&text);
+    return text ? text : "no reason given";
+}
+
+/// GLFW is started once and stays for the life of the process: graphics drivers leak when they are unloaded and loaded
+/// again, and the system takes everything back at the end anyway.
+void startGlfw() {
+    if (!glfwInit())
+        throw std::runtime_error("No window can be opened (" + glfwReason() +
+                                 "); set DISPLAY to a running X server, use xvfb-run, or run headless.");
+}
+
+struct GlfwWindow {
+    explicit GlfwWindow(const WindowOptions& options) {
+        startGlfw();
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+        glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+        glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+        glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+        glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+        glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
+        handle = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+        if (!handle)
+            throw std::runtime_error("No window with OpenGL 3.3 can be opened (" + glfwReason() +
+                                     "); install a graphics driver (Debian: apt-get install libgl1-mesa-dri) or run "
+                                     "headless.");
+        glfwMakeContextCurrent(handle);
+        glfwSwapInterval(options.vsync ? 1 : 0);
+    }
+    ~GlfwWindow() { glfwDestroyWindow(handle); }
+
+    GLFWwindow* handle = nullptr;
+};
+
+struct UserInterface {
+    explicit UserInterface(GLFWwindow* window, float scale) {
+        IMGUI_CHECKVERSION();
+        ImGui::CreateContext();
+        ImGui::GetIO().IniFilename = nullptr;
+        applyStyle(scale);
+        ImGui_ImplGlfw_InitForOpenGL(window, true);
+        ImGui_ImplOpenGL3_Init("#version 330 core");
+    }
+    ~UserInterface() {
+        ImGui_ImplOpenGL3_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+};
+
+float contentScale(GLFWwindow* window) {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window, &x, &y);
+    return x > 0 ? x : 1;
+}
+
+}  // namespace
+
+struct Window::Impl {
+    explicit Impl(const WindowOptions& options)
+        : window(options), interface(window.handle, contentScale(window.handle)) {
+        glfwSetWindowUserPointer(window.handle, this);
+        glfwSetDropCallback(window.handle, [](GLFWwindow* handle, int count, const char** paths) {
+            auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
+            self.dropped.insert(self.dropped.end(), paths, paths + count);
+        });
+    }
+
+    GlfwWindow window;
+    UserInterface interface;
+    DropHandler dropHandler;
+    std::vector<std::filesystem::path> dropped;
+};
+
+Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Window::~Window() = default;
+
+bool Window::beginFrame() {
+    glfwPollEvents();
+    if (glfwWindowShouldClose(handle())) return false;
+    // Handled here rather than in GLFW's callback: an exception must not travel through C.
+    if (const auto files = std::exchange(impl_->dropped, {}); !files.empty() && impl_->dropHandler)
+        impl_->dropHandler(files);
+
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glDisable(GL_SCISSOR_TEST);
+    glClearColor(0.06f, 0.065f, 0.075f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    return true;
+}
+
+void Window::endFrame(Image* picture) {
+    ImGui::Render();
+    const glm::ivec2 pixels = framebufferSize();
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, pixels.x, pixels.y);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    if (picture) {
+        glReadBuffer(GL_BACK);  // after the swap its content would be undefined
+        *picture = readPixels(pixels.x, pixels.y);
+    }
+    glfwSwapBuffers(handle());
+}
+
+void Window::close() { glfwSetWindowShouldClose(handle(), GLFW_TRUE); }
+void Window::setTitle(const std::string& title) { glfwSetWindowTitle(handle(), title.c_str()); }
+void Window::setVsync(bool on) { glfwSwapInterval(on ? 1 : 0); }
+void Window::onDrop(DropHandler handler) { impl_->dropHandler = std::move(handler); }
+
+glm::ivec2 Window::framebufferSize() const {
+    glm::ivec2 pixels{0};
+    glfwGetFramebufferSize(handle(), &pixels.x, &pixels.y);
+    return pixels;
+}
+
+glm::ivec2 Window::size() const {
+    glm::ivec2 units{0};
+    glfwGetWindowSize(handle(), &units.x, &units.y);
+    return units;
+}
+
+float Window::scale() const { return contentScale(handle()); }
+GLFWwindow* Window::handle() const { return impl_->window.handle; }
+
+}  // namespace touchstone::engine

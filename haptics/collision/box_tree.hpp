@@ -1,0 +1,58 @@
+#pragma once
+// Boxes in a four-way tree, four to a SIMD step: what the distance, winding and range queries of the builder walk.
+#include <array>
+#include <vector>
+
+#include "haptics/math/rigid.hpp"
+
+namespace touchstone {
+
+struct Box {
+    Vec3 lo = Vec3::Constant(HUGE_VAL);
+    Vec3 hi = Vec3::Constant(-HUGE_VAL);
+
+    void add(const Vec3& p) {
+        lo = lo.cwiseMin(p);
+        hi = hi.cwiseMax(p);
+    }
+    void add(const Box& b) {
+        lo = lo.cwiseMin(b.lo);
+        hi = hi.cwiseMax(b.hi);
+    }
+    Vec3 center() const { return 0.5 * (lo + hi); }
+    double diagonal() const { return (hi - lo).norm(); }
+};
+
+/// A static tree over n boxes by median splits. Deterministic. nodes()[0] is the root; a tree of no boxes has one node
+/// without children. Item k of a bucket is order()[first + k].
+class BoxTree {
+  public:
+    static constexpr int kBucket = 4;
+    static constexpr int kStack = 128;  ///< enough for a depth-first walk: at most three waiting nodes per level
+
+    struct Node {
+        std::array<Eigen::Array4d, 3> lo, hi;
+        std::array<int, 4> first{};   ///< of a bucket: its first item; else the child node
+        std::array<int, 4> count{};   ///< of a bucket: its size; 0 for a child node; -1 for an empty slot
+
+        /// Squared distances of p to the four boxes; infinite for empty slots.
+        Eigen::Array4d squaredDistance(const Vec3& p) const {
+            Eigen::Array4d sum = Eigen::Array4d::Zero();
+            for (int a = 0; a < 3; ++a) sum += (lo[a] - p[a]).max(p[a] - hi[a]).max(0.0).square();
+            return sum;
+        }
+    };
+
+    explicit BoxTree(const std::vector<Box>& boxes);
+
+    const std::vector<Node>& nodes() const { return nodes_; }
+    const std::vector<int>& order() const { return order_; }
+
+  private:
+    int build(const std::vector<Vec3>& centers, const std::vector<Box>& boxes, int first, int last);
+
+    std::vector<Node> nodes_;
+    std::vector<int> order_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,11 @@
+#pragma once
+// The least gap of two sphere trees, by branch and bound.
+#include "haptics/collision/sphere_tree.hpp"
+
+namespace touchstone {
+
+/// Least gap over all leaf pairs, mm, negative where they overlap; `atMost` if none is below it. X_OT: tool node in the
+/// obstacle's frame. Exact in double for the pair found. Real time: no allocation, lock or throw.
+double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost = 1e30);
+
+}  // namespace touchstone

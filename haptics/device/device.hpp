@@ -1,0 +1,59 @@
+#pragma once
+// What holds the tool: a device gives a pose and takes a wrench.
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "haptics/math/rigid.hpp"
+
+namespace touchstone {
+
+/// What the safety stage may let through. Defaults: Phantom Premium 3.0 / 6DOF (docs/devices).
+struct DeviceLimits {
+    double peakForce = 22;        ///< N
+    double peakTorque = 170;      ///< mN·m on each axis
+};
+
+struct DeviceReading {
+    Pose X_WT;              ///< wanted pose of the tool node, scene frame
+    bool valid = true;      ///< false: no fresh pose; the tick holds and force is zero
+    bool finished = false;  ///< a recorded motion has ended (its last pose holds)
+};
+
+/// Called by the haptic thread only. read() and write() promise real time: no allocation, lock, log or throw.
+class Device {
+  public:
+    virtual ~Device() = default;
+    /// Pose at time `t` ms since the start; consecutive calls are `dt` ms apart.
+    virtual DeviceReading read(double t, double dt) noexcept = 0;
+    /// Wrench on the hand about the tool node's origin, world axes, after the safety stage.
+    virtual void write(const Wrench& wrench_o) noexcept = 0;
+    virtual DeviceLimits limits() const noexcept { return {}; }
+};
+
+class Motion;
+class MouseTarget;
+
+/// What a device may need to start; a row takes what it uses.
+struct DeviceContext {
+    Pose X_WT_start;                           ///< tool node at the start of the scene
+    std::shared_ptr<const Motion> demonstration;   ///< the scene's motion; null if it has none
+    std::shared_ptr<MouseTarget> mouse;        ///< fed by the window; null without one
+    std::string file;                          ///< what stood behind ':' in --device NAME:FILE
+};
+
+struct DeviceInfo {
+    std::string_view name;      ///< as on the command line
+    std::string_view summary;   ///< one sentence for help and panels
+    /// Throws std::runtime_error with one sentence when it cannot start.
+    std::unique_ptr<Device> (*make)(const DeviceContext&);
+};
+
+/// demo, mouse, replay. Adding one is adding a row.
+std::span<const DeviceInfo> deviceTable();
+const DeviceInfo* findDevice(std::string_view name);
+
+}  // namespace touchstone

@@ -1,0 +1,28 @@
+#include <algorithm>
+#include <array>
+
+#include "haptics/device/demo.hpp"
+#include "haptics/device/device.hpp"
+#include "haptics/device/mouse.hpp"
+#include "haptics/device/replay.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr std::array kDevices{
+    DeviceInfo{"demo", "follows the demonstration that the scene carries", makeDemo},
+    DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
+    DeviceInfo{"replay", "follows a recorded motion from a CSV file, as replay:FILE", makeReplay},
+};
+
+}  // namespace
+
+std::span<const DeviceInfo> deviceTable() { return kDevices; }
+
+const DeviceInfo* findDevice(std::string_view name) {
+    const auto found =
+        std::find_if(kDevices.begin(), kDevices.end(), [&](const DeviceInfo& d) { return d.name == name; });
+    return found == kDevices.end() ? nullptr : &*found;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,129 @@
+#include "haptics/device/motion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace touchstone {
+namespace {
+
+constexpr std::string_view kHeader = "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz";
+constexpr int kColumns = 8;
+constexpr double kUnitTolerance = 1e-3;
+// Closer to unit length than this a quaternion keeps its bits, so that what was written is read back.
+constexpr double kUnitExact = 1e-12;
+
+std::string_view trimmed(std::string_view text) {
+    constexpr std::string_view kSpace = " \t\r";
+    const auto begin = text.find_first_not_of(kSpace);
+    if (begin == std::string_view::npos) return {};
+    return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
+}
+
+bool readNumber(std::string_view text, double& number) {
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, number);
+    return error == std::errc() && rest == end && std::isfinite(number);
+}
+
+/// One row into a key. Returns an empty string or what is wrong with it.
+std::string readRow(std::string_view line, MotionKey& key) {
+    std::array<double, kColumns> v{};
+    for (int column = 0; column < kColumns; ++column) {
+        const auto comma = line.find(',');
+        const bool last = column == kColumns - 1;
+        if ((comma == std::string_view::npos) != last)
+            return "a row needs " + std::to_string(kColumns) + " numbers, as in " + std::string(kHeader);
+        const std::string_view field = trimmed(line.substr(0, comma));
+        if (!readNumber(field, v[column])) return "'" + std::string(field) + "' is not a finite number";
+        if (!last) line.remove_prefix(comma + 1);
+    }
+    key.t = v[0];
+    key.X_WT.p = {v[1], v[2], v[3]};
+    key.X_WT.q = Quat(v[4], v[5], v[6], v[7]);
+    const double error = std::abs(key.X_WT.q.norm() - 1);
+    if (!(error <= kUnitTolerance)) return "the quaternion qw,qx,qy,qz is not of unit length";
+    if (error > kUnitExact) key.X_WT.q.normalize();
+    return {};
+}
+
+}  // namespace
+
+RecordedMotion::RecordedMotion(std::vector<MotionKey> keys) : keys_(std::move(keys)) {
+    assert(!keys_.empty());
+    assert(std::adjacent_find(keys_.begin(), keys_.end(),
+                              [](const MotionKey& a, const MotionKey& b) { return !(a.t < b.t); }) == keys_.end());
+}
+
+Pose RecordedMotion::at(double t) const noexcept {
+    const auto after =
+        std::upper_bound(keys_.begin(), keys_.end(), t, [](double x, const MotionKey& k) { return x < k.t; });
+    if (after == keys_.begin()) return keys_.front().X_WT;
+    const MotionKey& a = *(after - 1);
+    // On a key the key itself, to the bit.
+    if (after == keys_.end() || t == a.t) return a.X_WT;
+    const double s = (t - a.t) / (after->t - a.t);
+    return {a.X_WT.p + s * (after->X_WT.p - a.X_WT.p), a.X_WT.q.slerp(s, after->X_WT.q).normalized()};
+}
+
+RecordedMotion readMotion(const std::filesystem::path& file) {
+    const auto fail = [&](int line, const std::string& what) {
+        return std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + what);
+    };
+    std::ifstream in(file, std::ios::binary);
+    if (!in || std::filesystem::is_directory(file))
+        throw std::runtime_error("cannot read the motion '" + file.string() + "': check the path and its permissions");
+
+    std::string line;
+    if (!std::getline(in, line) || trimmed(line) != kHeader)
+        throw fail(1, "a motion begins with the line " + std::string(kHeader));
+
+    std::vector<MotionKey> keys;
+    int blankAt = 0;
+    for (int number = 2; std::getline(in, line); ++number) {
+        const std::string_view row = trimmed(line);
+        // Blank lines may only end the file: in its middle one is more likely a lost row.
+        if (row.empty()) {
+            if (!blankAt) blankAt = number;
+            continue;
+        }
+        if (blankAt) throw fail(blankAt, "blank line between rows: remove it");
+        MotionKey key;
+        if (const std::string wrong = readRow(row, key); !wrong.empty()) throw fail(number, wrong);
+        if (!keys.empty() && !(key.t > keys.back().t))
+            throw fail(number, "t_ms must be larger in each row than in the one before");
+        keys.push_back(key);
+    }
+    if (in.bad()) throw std::runtime_error("cannot read the motion '" + file.string() + "' to its end");
+    if (keys.empty()) throw fail(2, "a motion needs at least one row");
+    return RecordedMotion(std::move(keys));
+}
+
+void writeMotion(const std::filesystem::path& file, std::span<const MotionKey> keys) {
+    std::ofstream out(file, std::ios::binary);
+    out << kHeader << '\n';
+    for (const MotionKey& key : keys) {
+        const Vec3& p = key.X_WT.p;
+        const Quat& q = key.X_WT.q;
+        bool first = true;
+        for (const double v : {key.t, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+            char text[32];
+            if (!first) out << ',';
+            out.write(text, std::to_chars(text, std::end(text), v).ptr - text);
+            first = false;
+        }
+        out << '\n';
+    }
+    out.close();
+    if (!out)
+        throw std::runtime_error("cannot write the motion '" + file.string() + "': check the folder and free space");
+}
+
+}  // namespace touchstone

@@ -1,0 +1,14 @@
+#include "haptics/device/replay.hpp"
+
+#include <stdexcept>
+
+#include "haptics/device/motion.hpp"
+
+namespace touchstone {
+
+std::unique_ptr<Device> makeReplay(const DeviceContext& context) {
+    if (context.file.empty()) throw std::runtime_error("replay needs a motion file: write --device replay:FILE.csv");
+    return std::make_unique<MotionDevice>(std::make_shared<RecordedMotion>(readMotion(context.file)));
+}
+
+}  // namespace touchstone

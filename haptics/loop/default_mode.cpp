@@ -1,0 +1,256 @@
+// Default mode: every leaf pair within a margin of the graphic tool becomes a half-space, the exact solver finds the wanted
+// increment nearest to the device, a cap keeps it where the linearisation can be trusted, and the gaps are measured again.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/loop/step_state.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr int kFlights = 64;              // linearisations of a tick that carries no force
+constexpr int kHalvings = 24;             // 0.5 mm / 2^24 is nothing
+constexpr double kArrived = 1e-3;         // mm: a step this short ends the tick
+constexpr double kOverlapTolerance = 0.5e-3;   // mm: what a linearisation may enter
+constexpr double kViolation = 1e-6;       // mm: an approximate answer that violates a row by more is projected
+
+class DefaultTick {
+  public:
+    DefaultTick(Tick& tick, const Pose& device) : tick_(tick), s_(tick.state), set_(tick.settings), device_(device) {}
+
+    bool run(Wrench& wrench);
+
+  private:
+    enum class Found { Failure, Free, Contact };
+    struct Step {
+        Vec6 x;
+        Vec6 rendered;       ///< x before any projection
+        double length = 0;   ///< as solved, mm
+        bool reachesDevice = false;
+        bool elastic = false;
+    };
+
+    Found findStep(const Vec6& wanted, Step& step);
+    bool collect(double margin);
+    double clearanceUpTo(double atMost) const;
+    bool solve(const Vec6& wanted, Step& step);
+    Vec6 solveNotDeeper(const Vec6& wanted);
+    NeighbourList::Overlap remeasure(const Pose& after) const;
+    void move(Step step, const Vec6& wanted);
+
+    Tick& tick_;
+    StepState::Impl& s_;
+    const Settings& set_;
+    const Pose device_;
+    double budget_ = INFINITY;
+    int linearisation_ = 0;
+    int pairs_ = 0;
+    bool shadowed_ = false;
+};
+
+/// Rows of all pairs within the margin. False if the lists have no room.
+bool DefaultTick::collect(double margin) {
+    const std::uint64_t start = tick_.now();
+    s_.rows.clear();
+    bool fits = true, complete = true;
+    const int n = int(s_.lists.size());
+    for (int k = 0; k < n && complete; ++k) {
+        NeighbourList& list = s_.lists[k];
+        const Pose X_OT = s_.inObstacle(k, s_.graphic);
+        // Deep overlaps can fill the list: then it is built without slack, for this linearisation alone.
+        complete = list.covers(X_OT, margin) || list.build(X_OT, margin + set_.slack) || list.build(X_OT, margin);
+        if (complete) fits = fits && list.appendRows(X_OT, s_.R_WO[k], margin, s_.rows);
+    }
+    pairs_ = s_.rows.size();
+    if (complete && !fits) {
+        s_.rows.clear();
+        pairs_ = 0;
+        for (int k = 0; k < n; ++k)
+            pairs_ += s_.lists[k].appendNearestRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows);
+        tick_.record.flags |= kRowsTruncated;
+        tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, pairs_ - s_.rows.size());
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+double DefaultTick::clearanceUpTo(double atMost) const {
+    const std::uint64_t start = tick_.now();
+    double least = atMost;
+    for (int k = 0; k < int(s_.lists.size()); ++k)
+        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return least;
+}
+
+/// The step towards `wanted` before any cap. Starts with a margin that is likely to be enough and widens it up to the full one:
+/// an answer that moves no further than its margin is that of the full one, since no row left out can be crossed.
+DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
+    const double need = s_.lengthOf(wanted);
+    if (need < s_.freeRadius) {
+        step = {wanted, wanted, need, true, false};
+        return Found::Free;
+    }
+
+    const double likely = std::max(0.02, 1.5 * s_.lastStep[linearisation_ > 0] + 0.01);
+    double margin = set_.adaptiveMargin ? std::min(set_.margin, likely) : set_.margin;
+    for (;; margin = std::min(set_.margin, std::max(2 * margin, 1.2 * step.length))) {
+        if (!collect(margin)) return Found::Failure;
+        step = {wanted, wanted, need, true, false};
+        s_.freeRadius = s_.rows.size() ? 0 : margin;
+        if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
+        if (margin == set_.margin || step.length <= margin) break;
+    }
+    if (s_.rows.size() >= tick_.record.rows) {
+        tick_.record.pairs = pairs_;
+        tick_.record.rows = s_.rows.size();
+        tick_.record.marginUsed = std::max(tick_.record.marginUsed, margin);
+    }
+    if (s_.rows.size()) {
+        if (set_.shadow >= 0 && !shadowed_) tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
+        shadowed_ = true;
+        return Found::Contact;
+    }
+    // Nothing near: fly as far as the true clearance allows; the trust cap would drag the tool here.
+    if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
+    return Found::Free;
+}
+
+bool DefaultTick::solve(const Vec6& wanted, Step& step) {
+    const QpProblem problem{tick_.stiffness(), wanted, &s_.rows};
+    SolverSettings solverSettings;
+    solverSettings.tolerance = set_.tolerance;
+    solverSettings.maxIterations = set_.iterationCap;
+    solverSettings.workLimit = set_.solverWork;
+    solverSettings.elasticWeight = set_.elasticWeight;
+    const bool exact = solverTable()[set_.solver].exact;
+
+    const std::uint64_t start = tick_.now();
+    SolveResult result = s_.renderers[set_.solver]->solve(problem, solverSettings);
+    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;   // no row is in the way
+    tick_.note(result);
+    tick_.addTime(tick_.record.solveUs, start);
+    if (result.status == SolveStatus::Invalid) return false;
+
+    step.rendered = result.x;
+    if (exact) {
+        s_.rememberContacts(s_.rows, result);
+    } else {
+        if (tick_.audit) s_.rememberContacts(s_.rows, s_.reference->solve(problem, solverSettings));
+        if (result.kkt.primal_mm > kViolation) {
+            const std::uint64_t again = tick_.now();
+            const SolveResult onto = s_.projector->solve({problem.stiffness, result.x, &s_.rows}, solverSettings);
+            if (onto.status == SolveStatus::Invalid) return false;
+            if (onto.status == SolveStatus::Elastic) tick_.record.flags |= kInfeasible;
+            tick_.record.projection = std::max(tick_.record.projection, s_.lengthOf(onto.x - result.x));
+            tick_.record.flags |= kProjected;
+            result.x = onto.x;
+            result.status = onto.status;
+            tick_.addTime(tick_.record.solveUs, again);
+        }
+    }
+    step.x = result.x;
+    step.length = s_.lengthOf(step.x);
+    step.reachesDevice = step.x == wanted;
+    step.elastic = result.status == SolveStatus::Elastic;
+    return true;
+}
+
+/// Rows contradict each other and the softened answer deepens one: with every violated gap taken as zero, standing still is
+/// feasible, and so is every answer.
+Vec6 DefaultTick::solveNotDeeper(const Vec6& wanted) {
+    const std::uint64_t start = tick_.now();
+    s_.relaxed.clear();
+    for (int i = 0; i < s_.rows.size(); ++i)
+        s_.relaxed.push(s_.rows.row(i), std::max(0.0, s_.rows.gap()[i]), s_.rows.id(i));
+    SolverSettings solverSettings;
+    solverSettings.elasticWeight = set_.elasticWeight;
+    const SolveResult result = s_.projector->solve({tick_.stiffness(), wanted, &s_.relaxed}, solverSettings);
+    s_.rememberContacts(s_.relaxed, result);
+    tick_.record.flags |= kNotDeeper;
+    tick_.addTime(tick_.record.solveUs, start);
+    return result.x;
+}
+
+NeighbourList::Overlap DefaultTick::remeasure(const Pose& after) const {
+    const std::uint64_t start = tick_.now();
+    NeighbourList::Overlap overlap;
+    for (int k = 0; k < int(s_.lists.size()); ++k) {
+        const auto o = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
+        overlap.deeper |= o.deeper;
+        overlap.depth = std::max(overlap.depth, o.depth);
+    }
+    tick_.addTime(tick_.record.collisionUs, start);
+    return overlap;
+}
+
+/// Caps the step by trust (or clearance) and travel budget, and shortens it until no listed gap got worse.
+void DefaultTick::move(Step step, const Vec6& wanted) {
+    const bool contact = s_.rows.size() > 0;
+    const auto capped = [&](Vec6 x) {
+        const double length = s_.lengthOf(x), reach = contact ? set_.trust : s_.freeRadius, cap = std::min(reach, budget_);
+        if (length <= cap) return x;
+        step.reachesDevice = false;
+        if (contact || budget_ < reach) tick_.record.flags |= kCapped;
+        return Vec6(x * (cap / length));
+    };
+    Vec6 x = capped(step.x);
+    Pose after = moved(s_.graphic, x);
+    if (contact) {
+        auto overlap = remeasure(after);
+        if (overlap.deeper && step.elastic) {
+            x = capped(solveNotDeeper(wanted));
+            step.reachesDevice = false;
+            overlap = remeasure(after = moved(s_.graphic, x));
+        }
+        for (int i = 0; overlap.deeper && i <= kHalvings; ++i) {
+            x = i < kHalvings ? Vec6(x / 2) : Vec6(Vec6::Zero());
+            step.reachesDevice = false;
+            tick_.record.flags |= kHalved;
+            overlap = remeasure(after = moved(s_.graphic, x));
+        }
+        tick_.record.penetration = overlap.depth;
+    } else {
+        s_.contacts.clear();
+        tick_.record.penetration = 0;
+    }
+    const double length = s_.lengthOf(x);
+    s_.freeRadius = std::max(0.0, s_.freeRadius - length);
+    budget_ -= length;
+    // Exactly the device's pose where nothing holds the tool, so that free flight gives exactly no force.
+    s_.graphic = step.reachesDevice ? device_ : after;
+}
+
+bool DefaultTick::run(Wrench& wrench) {
+    if (s_.loaded) {
+        const double dt = 1000 / set_.rate;
+        budget_ = s_.lengthOf(incrementBetween(s_.device, device_)) + set_.travelBudget * dt;
+    }
+    const int limit = s_.loaded ? set_.linearisations : kFlights;
+    bool arrived = false;
+    for (; linearisation_ < limit && !arrived; ++linearisation_) {
+        const Vec6 wanted = incrementBetween(s_.graphic, device_);
+        Step step;
+        const Found found = findStep(wanted, step);
+        if (found == Found::Failure) return false;
+        if (found == Found::Free) s_.rows.clear();
+        else s_.lastStep[linearisation_ > 0] = step.length;
+        move(step, wanted);
+        arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
+    }
+    if (!arrived) tick_.record.flags |= kUnfinished;
+    tick_.record.linearisations = linearisation_;
+    tick_.record.hover = s_.hoverAt(s_.graphic);
+
+    const Vec6 pull = incrementBetween(device_, s_.graphic);
+    wrench.force = set_.stiffness * pull.head<3>();
+    wrench.torque = set_.torsion * pull.tail<3>();
+    return true;
+}
+
+}  // namespace
+
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) { return DefaultTick(tick, device).run(wrench); }
+
+}  // namespace touchstone

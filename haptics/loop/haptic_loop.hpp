@@ -1,0 +1,98 @@
+#pragma once
+// The haptic thread: ticks at a steady rate, fed and watched without a lock.
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <latch>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "haptics/loop/mailbox.hpp"
+#include "haptics/loop/ring.hpp"
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/loop/triple_buffer.hpp"
+#include "haptics/loop/work_limits.hpp"
+
+namespace touchstone {
+
+struct LoopOptions {
+    RealTimeOptions realTime;
+    std::size_t ringCapacity = 1 << 14;  ///< records: 16 s at 1 kHz
+    WorkShares shares;
+};
+
+/// The newest tick and the loop's health.
+struct LoopSnapshot {
+    TickRecord record;
+    Settings settings;                          ///< in force, with the work limits of this machine
+    std::uint64_t session = 0;                  ///< 0 for the first, one more with each open()
+    std::uint64_t ticks = 0;                    ///< since the loop began
+    std::uint64_t overruns = 0;                 ///< ticks that ended after their deadline
+    std::uint64_t dropped = 0;                  ///< records lost to a full ring
+    double rate = 0;                            ///< measured over the last quarter of a second, Hz; 0 before
+    double fade = 0;                            ///< share of the force let through for a fade, 0 to 1
+    bool finished = false;                      ///< the device's motion has ended
+    std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip
+};
+
+/// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,
+/// and nothing given to the loop is freed on it. Settings, a session or a restart act at a tick boundary as TickDriver
+/// says.
+class HapticLoop {
+  public:
+    /// Starts ticking. Throws std::invalid_argument with one sentence when checkSettings() objects, std::system_error
+    /// when no thread can be made.
+    HapticLoop(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
+               const LoopOptions& options = {});
+    /// Stops within a tick; the device is left with zero force.
+    ~HapticLoop();
+
+    /// Newest wins. Throws std::invalid_argument with one sentence when checkSettings() objects.
+    void setSettings(const Settings& settings);
+    /// Another world, device and settings in place of the present ones, which are freed by a later call of poll() or
+    /// open(). The tick's memory is made here, on the calling thread. Newest wins. Throws as setSettings().
+    void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
+    /// Device and tool back to the start.
+    void restart() { restart_.store(true, std::memory_order_relaxed); }
+
+    /// Takes the newest snapshot; false if no tick has ended since the last call. Call it regularly: it also frees what
+    /// the loop has handed back.
+    bool poll();
+    const LoopSnapshot& snapshot() const { return snapshots_.get(); }
+    /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
+    /// none.
+    bool pop(TickRecord& record) { return ring_.pop(record); }
+
+    /// What the system allowed the thread.
+    const RealTimeStatus& realTime() const { return realTime_; }
+
+  private:
+    /// Settings know the session they were made for: the two arrive by different ways.
+    struct SettingsMessage {
+        Settings settings;
+        std::uint64_t session = 0;
+    };
+
+    Settings checked(const Settings& settings) const;
+    void run(const std::stop_token& stop);
+    void takeRequests();
+
+    const LoopOptions options_;
+    const double nanosecondsPerRowIteration_;
+    std::uint64_t newestSession_ = 0;  // the view's
+    RealTimeStatus realTime_;          // written before ready_
+    std::latch ready_{1};
+
+    TripleBuffer<SettingsMessage> settings_;
+    bool settingsWaiting_ = false;  // the loop's: the newest message is for a session still to come
+    std::atomic<bool> restart_ = false;
+    Mailbox<Session> incoming_, outgoing_;
+    TripleBuffer<LoopSnapshot> snapshots_;
+    Ring<TickRecord> ring_;
+    TickDriver driver_;    // the loop's
+    std::jthread thread_;  // last: joined before anything it uses goes
+};
+
+}  // namespace touchstone

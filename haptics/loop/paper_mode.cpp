@@ -1,0 +1,133 @@
+// The paper's scheme as written: leaf pairs that intersect at the device's pose, constraints (8) linearised at the last
+// graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20), with no safeguard beyond a bound on rows and work.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "haptics/collision/leaf_gaps.hpp"
+#include "haptics/loop/step_state.hpp"
+
+namespace touchstone {
+namespace {
+
+/// q = (x, y, z, γ, β, α) of (2): C and the angles of R = Rz(α) Ry(β) Rx(γ), the rotation that matrix (6) holds (its entry
+/// (1,2) lacks a term -sα·cγ in print).
+Vec6 configuration(const Pose& pose) {
+    const Mat3 R = pose.R();
+    Vec6 q;
+    q << pose.p, std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0));
+    return q;
+}
+
+Quat rotationZ(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitZ())); }
+Quat rotationY(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitY())); }
+Quat rotationX(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitX())); }
+
+Pose poseOf(const Vec6& q) {
+    return {q.head<3>(), (rotationZ(q[5]) * rotationY(q[4]) * rotationX(q[3])).normalized()};
+}
+
+/// The deepest pairs that intersect at `device`, in order of identity; returns how many intersect in all.
+int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
+    using Pair = StepState::Impl::DeepPair;
+    const auto deeper = [](const Pair& a, const Pair& b) { return a.gap != b.gap ? a.gap < b.gap : a.id < b.id; };
+    int pairs = 0;
+    s.deepest.clear();
+    // A heap whose top is the shallowest pair kept.
+    const auto keep = [&](const Pair& pair) {
+        if (int(s.deepest.size()) == most) {
+            if (!deeper(pair, s.deepest.front())) return;
+            std::pop_heap(s.deepest.begin(), s.deepest.end(), deeper);
+            s.deepest.pop_back();
+        }
+        s.deepest.push_back(pair);
+        std::push_heap(s.deepest.begin(), s.deepest.end(), deeper);
+    };
+    for (int k = 0; k < int(s.walks.size()); ++k) {
+        const Pose X_OT = s.inObstacle(k, device);
+        const Mat3 R = X_OT.R();
+        const SphereTree& obstacle = *s.world->obstacles[k].tree;
+        s.walks[k].run(X_OT, 0, [&](const LeafBucket* entries, int count) {
+            for (int i = 0; i < count; ++i) {
+                const Sphere leaf = s.world->tool->leaf(entries[i].toolLeaf);
+                const LeafGaps gaps = leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, entries[i].bucket);
+                simd::Mask mask = ~simd::lessEqual(simd::splat(0.0), gaps.gap) & 0xff;
+                pairs += std::popcount(mask);
+                for (; mask; mask &= mask - 1) {
+                    const int lane = std::countr_zero(mask);
+                    keep({gaps.gap[lane], contactId(k, entries[i].toolLeaf, entries[i].bucket * SphereTree::kBranching + lane)});
+                }
+            }
+        });
+    }
+    std::sort(s.deepest.begin(), s.deepest.end(), [](const Pair& a, const Pair& b) { return a.id < b.id; });
+    return pairs;
+}
+
+/// Rows J Δq >= d of (12), (13), written as J x >= -g with x = Δq = q_g - q_h.
+void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
+    const Quat Rz = rotationZ(q_g[5]), Rzy = Rz * rotationY(q_g[4]), R = Rzy * rotationX(q_g[3]);
+    const Vec3 axis[3] = {Rzy * Vec3::UnitX(), Rz * Vec3::UnitY(), Vec3::UnitZ()};
+    s.rows.clear();
+    for (const auto& pair : s.deepest) {
+        const int k = int(pair.id >> 56);
+        const Sphere t = s.world->tool->leaf(int(pair.id >> 28 & 0xfffffff));
+        const Sphere o = s.world->obstacles[k].tree->leaf(int(pair.id & 0xfffffff));
+        const Vec3 r = R * (Vec3(t.x, t.y, t.z) - s.p_TC);
+        const Vec3 d = q_g.head<3>() + r - s.world->obstacles[k].X_WO * Vec3(o.x, o.y, o.z);
+        const double radii = double(t.r) + double(o.r);
+        const double C = d.squaredNorm() - radii * radii;                                   // (8)
+        Vec6 J;                                                                             // (11)
+        J << 2 * d, 2 * d.dot(axis[0].cross(r)), 2 * d.dot(axis[1].cross(r)), 2 * d.dot(axis[2].cross(r));
+        const double bound = J.dot(q_g) - C - J.dot(q_h);                                   // (13)
+        s.rows.push(J, -bound, pair.id);
+    }
+}
+
+}  // namespace
+
+bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
+    StepState::Impl& s = tick.state;
+    TickRecord& record = tick.record;
+    const Settings& set = tick.settings;
+    const Vec6 q_h = configuration(device), q_g = configuration(s.graphic);
+
+    std::uint64_t start = tick.now();
+    record.pairs = deepestPairs(s, device, std::min(set.paperRows, kPaperRowCapacity));
+    linearise(s, q_g, q_h);
+    tick.addTime(record.collisionUs, start);
+    record.rows = s.rows.size();
+    record.rowsTruncated = record.pairs - record.rows;
+    if (record.rowsTruncated) record.flags |= kRowsTruncated;
+    record.linearisations = 1;
+
+    Vec6 dq = Vec6::Zero();
+    s.contacts.clear();
+    if (record.rows) {
+        const QpProblem problem{tick.stiffness(), Vec6::Zero(), &s.rows};
+        SolverSettings solverSettings;
+        solverSettings.paperForm = true;
+        solverSettings.tolerance = set.tolerance;
+        solverSettings.workLimit = set.paperWork;
+        solverSettings.elasticWeight = set.elasticWeight;
+        start = tick.now();
+        const SolveResult result = s.renderers[set.solver]->solve(problem, solverSettings);
+        tick.note(result);
+        tick.addTime(record.solveUs, start);
+        if (result.status == SolveStatus::Invalid) return false;
+        dq = result.x;
+        if (set.shadow >= 0) tick.runShadow(problem, result.x);
+        if (solverTable()[set.solver].exact) s.rememberContacts(s.rows, result);
+        else if (tick.audit) s.rememberContacts(s.rows, s.reference->solve(problem, solverSettings));
+    }
+    s.graphic = record.rows ? poseOf(q_h + dq) : device;                                    // (20)
+    s.freeRadius = 0;
+    record.hover = s.hoverAt(s.graphic);
+    // Measured only on demand: the scheme itself never looks.
+    if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0));
+    wrench.force = set.stiffness * dq.head<3>();                                            // (3)
+    wrench.torque = set.torsion * dq.tail<3>();
+    return true;
+}
+
+}  // namespace touchstone

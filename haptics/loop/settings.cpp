@@ -1,0 +1,250 @@
+#include "haptics/loop/settings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <system_error>
+#include <variant>
+#include <vector>
+
+namespace touchstone {
+namespace {
+
+struct SolverName {
+    int Settings::*index;
+    bool mayBeNone;
+};
+
+using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
+                           Mode Settings::*, SolverName>;
+
+struct Row {
+    SettingInfo info;
+    Field field;
+};
+
+// The tick's memory for these rows, and more work than any tick has time for.
+constexpr double kMaxPaperRows = 1024, kMaxShadowRows = 4096, kMaxWork = 1e12;
+
+constexpr Row kRows[] = {
+    {{"mode", "", "default is what a hand should feel; paper is the paper's method as written, failures included", 0,
+      0},
+     &Settings::mode},
+    {{"solver", "", "solver that moves the tool; an approximate one is moved onto the contacts afterwards", 0, 0},
+     SolverName{&Settings::solver, false}},
+    {{"shadow", "", "second solver on the same rows, measured without touching the result; none saves its time", 0, 0},
+     SolverName{&Settings::shadow, true}},
+    {{"stiffness", "N/mm", "force per mm between hand and tool; too high for the device and rate, and it buzzes", 0.001,
+      100},
+     &Settings::stiffness},
+    {{"torsion", "mN·m/rad", "torque per rad between hand and tool; too high for the device and rate, and it buzzes", 1,
+      1e6},
+     &Settings::torsion},
+    {{"tolerance", "N", "where an approximate solver stops (N·mm in paper mode); larger is faster and less true", 1e-9,
+      100},
+     &Settings::tolerance},
+    {{"iteration_cap", "", "iterations an approximate solver may take in default mode; too few leave the tool behind",
+      1, 1e6},
+     &Settings::iterationCap},
+    {{"margin", "mm", "pairs this near become rows; larger costs time, smaller slows the tool near contact", 0.01, 20},
+     &Settings::margin},
+    {{"trust", "mm", "greatest travel of the tool per linearisation; at most the margin, or pairs are missed", 0.01,
+      20},
+     &Settings::trust},
+    {{"slack", "mm", "travel before the list of near pairs is built anew; larger makes fewer, longer lists", 0, 20},
+     &Settings::slack},
+    {{"travel_budget", "mm/ms", "travel beyond the device's own while in contact; larger lets force drop faster", 0,
+      1000},
+     &Settings::travelBudget},
+    {{"linearisations", "", "solves per tick while in contact; more follow a fast hand further and cost time each", 1,
+      64},
+     &Settings::linearisations},
+    {{"adaptive_margin", "", "solve at the smallest margin that gives the same answer; off is slower", 0, 0},
+     &Settings::adaptiveMargin},
+    {{"elastic_weight", "", "how hard contradicting contacts are held when they cannot all be", 1, 1e9},
+     &Settings::elasticWeight},
+    {{"paper_rows", "", "deepest pairs that paper mode keeps", 1, kMaxPaperRows}, &Settings::paperRows},
+    {{"paper_work", "", "rows² x iterations a tick of paper mode's solver before it gives up", 1, kMaxWork},
+     &Settings::paperWork},
+    {{"solver_work", "", "rows x iterations a tick of an approximate solver before it gives up", 1, kMaxWork},
+     &Settings::solverWork},
+    {{"shadow_work", "", "rows x iterations a tick of the shadow before it gives up", 1, kMaxWork},
+     &Settings::shadowWork},
+    {{"shadow_rows", "", "deepest rows that the shadow takes", 1, kMaxShadowRows}, &Settings::shadowRows},
+    {{"rate", "Hz", "ticks per second; higher is stiffer without buzzing and leaves less time a tick", 250, 10000},
+     &Settings::rate},
+    {{"pause", "", "hold the tool where it is, with zero force", 0, 0}, &Settings::pause},
+};
+
+constexpr auto kInfos = [] {
+    std::array<SettingInfo, std::size(kRows)> infos;
+    std::transform(std::begin(kRows), std::end(kRows), infos.begin(), [](const Row& row) { return row.info; });
+    return infos;
+}();
+
+constexpr std::string_view kModeNames[] = {"default", "paper"};
+
+template <class... F>
+struct Overload : F... {
+    using F::operator()...;
+};
+
+const Row* findRow(std::string_view key) {
+    const auto row = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& r) { return r.info.key == key; });
+    return row == std::end(kRows) ? nullptr : row;
+}
+
+std::string text(auto number) {
+    char buffer[32];
+    return {buffer, std::to_chars(buffer, std::end(buffer), number).ptr};
+}
+
+/// Insertions, deletions and replacements between two words (Levenshtein).
+std::size_t editDistance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+std::string unknownKey(std::string_view key) {
+    std::string sentence = "there is no setting '" + std::string(key) + "': ";
+    const auto nearest = std::min_element(std::begin(kRows), std::end(kRows), [&](const Row& a, const Row& b) {
+        return editDistance(key, a.info.key) < editDistance(key, b.info.key);
+    });
+    if (editDistance(key, nearest->info.key) <= 1 + key.size() / 4)
+        return sentence + "did you mean '" + std::string(nearest->info.key) + "'?";
+    sentence += "the settings are ";
+    for (const Row& row : kRows) sentence += (&row == kRows ? "" : ", ") + std::string(row.info.key);
+    return sentence;
+}
+
+std::string solverNames(bool mayBeNone) {
+    std::string names;
+    for (const SolverInfo& solver : solverTable()) names += (names.empty() ? "" : ", ") + std::string(solver.name);
+    return mayBeNone ? names + ", none" : names;
+}
+
+std::string range(const SettingInfo& info, bool whole) {
+    return std::string(whole ? "a whole number" : "a number") + " from " + text(info.min) + " to " + text(info.max) +
+           (info.unit.empty() ? "" : " " + std::string(info.unit));
+}
+
+std::string refuse(const SettingInfo& info, std::string_view value, const std::string& accepted) {
+    return std::string(info.key) + " must be " + accepted + ", not '" + std::string(value) + "'";
+}
+
+bool inRange(const SettingInfo& info, double value) { return value >= info.min && value <= info.max; }  // false for NaN
+
+/// The whole text as a number in the row's range. Counts are read as numbers too, so that 1e8 is one.
+bool readNumber(const SettingInfo& info, std::string_view value, double& number) {
+    const char* end = value.data() + value.size();
+    const auto [rest, error] = std::from_chars(value.data(), end, number);
+    return error == std::errc() && rest == end && inRange(info, number);
+}
+
+}  // namespace
+
+std::span<const SettingInfo> settingTable() { return kInfos; }
+
+std::string setSetting(Settings& settings, std::string_view key, std::string_view value) {
+    const Row* row = findRow(key);
+    if (!row) return unknownKey(key);
+    const SettingInfo& info = row->info;
+
+    const auto setWhole = [&](auto member) -> std::string {
+        double number = 0;
+        if (!readNumber(info, value, number) || number != std::floor(number))
+            return refuse(info, value, range(info, true));
+        settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(number);
+        return {};
+    };
+    return std::visit(Overload{
+                          [&](double Settings::*member) -> std::string {
+                              double number = 0;
+                              if (!readNumber(info, value, number)) return refuse(info, value, range(info, false));
+                              settings.*member = number;
+                              return {};
+                          },
+                          [&](int Settings::*member) { return setWhole(member); },
+                          [&](std::int64_t Settings::*member) { return setWhole(member); },
+                          [&](bool Settings::*member) -> std::string {
+                              const bool on = value == "on" || value == "true";
+                              if (!on && value != "off" && value != "false") return refuse(info, value, "on or off");
+                              settings.*member = on;
+                              return {};
+                          },
+                          [&](Mode Settings::*member) -> std::string {
+                              const auto found = std::find(std::begin(kModeNames), std::end(kModeNames), value);
+                              if (found == std::end(kModeNames)) return refuse(info, value, "default or paper");
+                              settings.*member = static_cast<Mode>(found - std::begin(kModeNames));
+                              return {};
+                          },
+                          [&](SolverName solver) -> std::string {
+                              const bool none = solver.mayBeNone && value == "none";
+                              const int index = none ? -1 : findSolver(value);
+                              if (index < 0 && !none)
+                                  return refuse(info, value, "one of " + solverNames(solver.mayBeNone));
+                              settings.*solver.index = index;
+                              return {};
+                          },
+                      },
+                      row->field);
+}
+
+std::string getSetting(const Settings& settings, std::string_view key) {
+    const Row* row = findRow(key);
+    assert(row);
+    return std::visit(
+        Overload{
+            [&](bool Settings::*member) -> std::string { return settings.*member ? "on" : "off"; },
+            [&](Mode Settings::*member) { return std::string(kModeNames[static_cast<int>(settings.*member)]); },
+            [&](SolverName solver) -> std::string {
+                const int index = settings.*solver.index;
+                return index < 0 ? "none" : std::string(solverTable()[index].name);
+            },
+            [&](auto member) { return text(settings.*member); },
+        },
+        row->field);
+}
+
+std::string checkSettings(const Settings& settings) {
+    for (const auto& [info, field] : kRows) {
+        const auto number = [&, &info = info](auto member, bool whole) -> std::string {
+            if (inRange(info, static_cast<double>(settings.*member))) return {};
+            return refuse(info, text(settings.*member), range(info, whole));
+        };
+        const std::string wrong = std::visit(
+            Overload{
+                [&](double Settings::*member) { return number(member, false); },
+                [&](int Settings::*member) { return number(member, true); },
+                [&](std::int64_t Settings::*member) { return number(member, true); },
+                [&, &info = info](SolverName solver) -> std::string {
+                    const int index = settings.*solver.index;
+                    if (index >= (solver.mayBeNone ? -1 : 0) && index < static_cast<int>(solverTable().size()))
+                        return {};
+                    return refuse(info, text(index), "one of " + solverNames(solver.mayBeNone));
+                },
+                [](auto) { return std::string(); },
+            },
+            field);
+        if (!wrong.empty()) return wrong;
+    }
+    // A pair further than the margin is not listed, so a longer travel could hit it.
+    if (settings.trust > settings.margin)
+        return "trust is " + text(settings.trust) + " mm but must be at most the margin of " + text(settings.margin) +
+               " mm: lower trust or raise margin";
+    return {};
+}
+
+}  // namespace touchstone

@@ -1,0 +1,192 @@
+#include "haptics/loop/step.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "haptics/loop/step_state.hpp"
+
+namespace touchstone {
+
+StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
+    int index = 0;
+    for (const Obstacle& obstacle : w.obstacles) {
+        X_OW.push_back(obstacle.X_WO.inverse());
+        R_WO.push_back(obstacle.X_WO.R());
+        lists.emplace_back(*w.tool, *obstacle.tree, index++);
+        walks.emplace_back(*w.tool, *obstacle.tree);
+    }
+    for (const SolverInfo& info : solverTable()) {
+        renderers.push_back(info.make(kRowCapacity));
+        shadows.push_back(info.make(kShadowRowCapacity));
+    }
+    projector = solverTable()[kExactSolver].make(kRowCapacity);
+    reference = solverTable()[kExactSolver].make(kRowCapacity);
+    deepest.reserve(kPaperRowCapacity);
+    order.resize(kRowCapacity);
+    contacts.reserve(kRowCapacity);
+}
+
+StepState::StepState(const World& world) : impl(std::make_unique<Impl>(world)) { reset(world.X_WT_start); }
+StepState::~StepState() = default;
+StepState::StepState(StepState&&) noexcept = default;
+StepState& StepState::operator=(StepState&&) noexcept = default;
+
+void StepState::reset(const Pose& X_WT) noexcept {
+    Impl& s = *impl;
+    s.tick = 0;
+    s.graphic = s.device = s.referencePose(X_WT);
+    s.loaded = false;
+    s.freeRadius = 0;
+    s.lastStep[0] = s.lastStep[1] = 0;
+    s.contacts.clear();
+    for (NeighbourList& list : s.lists) list.forget();
+    for (auto* solvers : {&s.renderers, &s.shadows})
+        for (auto& solver : *solvers) solver->reset();
+    s.projector->reset();
+    s.reference->reset();
+}
+
+void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
+    contacts.clear();
+    // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.
+    for (const Multiplier& m : result.multipliers)
+        contacts.push_back({from.id(m.row), m.value * from.row(m.row).head<3>().norm()});
+}
+
+double StepState::Impl::hoverAt(const Pose& q) const {
+    double largest = 0, hover = 0;
+    for (const Contact& c : contacts) largest = std::max(largest, c.force);
+    for (const Contact& c : contacts) {
+        if (c.force <= std::max(0.02, 0.01 * largest)) continue;
+        const int obstacle = int(c.id >> 56);
+        hover = std::max(hover, lists[obstacle].gap(inObstacle(obstacle, q), int(c.id >> 28 & 0xfffffff), int(c.id & 0xfffffff)));
+    }
+    return hover;
+}
+
+Vec6 Tick::stiffness() const {
+    Vec6 G;
+    G << Vec3::Constant(settings.stiffness), Vec3::Constant(settings.torsion);
+    return G;
+}
+
+void Tick::note(const SolveResult& result) {
+    record.iterations += result.iterations;
+    record.status = std::max(record.status, result.status);
+    if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
+    if (result.status == SolveStatus::IterationLimit) record.flags |= kIterationLimit;
+    if (result.status == SolveStatus::Invalid) record.flags |= kNonFinite;
+    record.kkt.primal_mm = std::max(record.kkt.primal_mm, result.kkt.primal_mm);
+    record.kkt.dual_N = std::max(record.kkt.dual_N, result.kkt.dual_N);
+    record.kkt.stationarity_N = std::max(record.kkt.stationarity_N, result.kkt.stationarity_N);
+    record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
+}
+
+void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
+    const std::uint64_t start = now();
+    const bool paper = settings.mode == Mode::Paper;
+    QpProblem shared = problem;
+    const int most = std::min(settings.shadowRows, paper ? kPaperRowCapacity : kShadowRowCapacity);
+    record.shadowRowsCut = std::max(0, problem.rows->size() - most);
+    if (record.shadowRowsCut) {
+        // The deepest, ties by identity, in the order they had.
+        const RowSet& rows = *problem.rows;
+        const auto first = state.order.begin(), middle = first + most, last = first + rows.size();
+        for (int i = 0; i < rows.size(); ++i) state.order[i] = i;
+        std::nth_element(first, middle, last, [&](int a, int b) {
+            return rows.gap()[a] != rows.gap()[b] ? rows.gap()[a] < rows.gap()[b] : rows.id(a) < rows.id(b);
+        });
+        std::sort(first, middle);
+        state.relaxed.clear();
+        for (auto i = first; i != middle; ++i) state.relaxed.push(rows.row(*i), rows.gap()[*i], rows.id(*i));
+        shared.rows = &state.relaxed;
+    }
+    record.shadowRows = shared.rows->size();
+
+    SolverSettings s;
+    s.paperForm = paper;
+    s.tolerance = settings.tolerance;
+    s.maxIterations = paper ? s.maxIterations : settings.iterationCap;
+    s.workLimit = settings.shadowWork;
+    s.elasticWeight = settings.elasticWeight;
+    const SolveResult shadow = state.shadows[settings.shadow]->solve(shared, s);
+    record.shadowIterations = shadow.iterations;
+    record.shadowStatus = shadow.status;
+    addTime(record.shadowUs, start);
+
+    // Its error is against the exact answer to the same rows; an exact shadow measures the rendering solver instead.
+    const bool renderedIsExact = solverTable()[settings.solver].exact;
+    Vec6 exact = rendered;
+    if (record.shadowRowsCut || !(renderedIsExact || solverTable()[settings.shadow].exact))
+        exact = state.reference->solve(shared, s).x;
+    const Vec6 error = shadow.x - exact;
+    record.shadowForceError = settings.stiffness * error.head<3>().norm();
+    record.shadowTorqueError = settings.torsion * error.tail<3>().norm();
+}
+
+TickRecord step(const World&, const Settings& settings, const StepInput& input, StepState& stepState, const StageClock& clock,
+                bool audit) noexcept {
+    StepState::Impl& state = *stepState.impl;
+    TickRecord record;
+    record.tick = state.tick++;
+    Tick tick{state, settings, clock, audit, record};
+
+    Wrench wrench;
+    Pose device = state.device;
+    bool hold = true;
+    if (!input.X_WT.isFinite() || input.X_WT.q.norm() < 0.5) {
+        record.flags |= kBadInput;
+    } else {
+        device = state.referencePose({input.X_WT.p, input.X_WT.q.normalized()});
+        if (settings.pause) {
+            record.flags |= kPaused;
+        } else {
+            const Pose before = state.graphic;
+            hold = !(settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench));
+            if (!hold && !(state.graphic.isFinite() && wrench.isFinite())) {
+                record.flags |= kNonFinite;
+                hold = true;
+            }
+            if (hold) state.graphic = before;
+        }
+    }
+    if (hold) wrench = {};
+    state.device = device;
+    state.loaded = !wrench.force.isZero(0) || !wrench.torque.isZero(0);
+
+    record.X_WT_device = state.nodePose(device);
+    record.X_WT = state.nodePose(state.graphic);
+    record.wrench_C = wrench;
+    record.wrench_o = wrench;
+    record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(wrench.force);
+    return record;
+}
+
+double trueClearance(const World& world, const Pose& X_WT, double atMost) {
+    double least = atMost;
+    for (const Obstacle& obstacle : world.obstacles)
+        least = leastGap(*world.tool, *obstacle.tree, obstacle.X_WO.inverse() * X_WT, least);
+    return least;
+}
+
+std::uint64_t hashTick(const TickRecord& record, std::uint64_t hash) {
+    const auto mix = [&](std::uint64_t word) {
+        for (int byte = 0; byte < 8; ++byte, word >>= 8) hash = (hash ^ (word & 0xff)) * 0x100000001b3ull;
+    };
+    const auto mixAll = [&](const auto& values) {
+        for (int i = 0; i < values.size(); ++i) mix(std::bit_cast<std::uint64_t>(double(values[i])));
+    };
+    mix(record.tick);
+    for (const Pose* pose : {&record.X_WT_device, &record.X_WT}) {
+        mixAll(pose->p);
+        mixAll(pose->q.coeffs());
+    }
+    mixAll(record.wrench_C.force);
+    mixAll(record.wrench_C.torque);
+    mix(record.flags);
+    mix(std::uint64_t(record.status));
+    return hash;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,96 @@
+#pragma once
+// Memory of the tick, shared by the two modes. Internal to step().
+#include <vector>
+
+#include "haptics/collision/clearance.hpp"
+#include "haptics/collision/neighbour_list.hpp"
+#include "haptics/loop/step.hpp"
+
+namespace touchstone {
+
+inline constexpr int kRowCapacity = 1 << 15;
+inline constexpr int kPaperRowCapacity = 1024;
+inline constexpr int kShadowRowCapacity = 4096;
+
+/// Poses of the tick are those of C: p is C in the world, q the tool's rotation.
+struct StepState::Impl {
+    explicit Impl(const World& world);
+
+    // Constant for the world.
+    const World* world;
+    Vec3 p_TC;
+    double reach;
+    std::vector<Pose> X_OW;
+    std::vector<Mat3> R_WO;
+
+    // Working memory.
+    std::vector<NeighbourList> lists;
+    std::vector<TreeWalk> walks;                       ///< of paper mode, which keeps no list
+    RowSet rows{kRowCapacity};
+    RowSet relaxed{kRowCapacity};                      ///< rows with violated gaps set to zero; the shadow's deepest rows
+    std::vector<std::unique_ptr<Solver>> renderers;    ///< by index into solverTable()
+    std::vector<std::unique_ptr<Solver>> shadows;
+    std::unique_ptr<Solver> projector, reference;      ///< exact, with warm starts of their own
+    struct DeepPair {
+        double gap;
+        std::uint64_t id;
+    };
+    std::vector<DeepPair> deepest;
+    std::vector<int> order;
+    struct Contact {
+        std::uint64_t id;
+        double force;   ///< N
+    };
+    std::vector<Contact> contacts;                     ///< loaded contacts of the tick's last exact solve
+
+    // Remembered from tick to tick.
+    std::uint64_t tick = 0;
+    Pose graphic, device;
+    bool loaded = false;        ///< the last tick carried force
+    double freeRadius = 0;      ///< nothing is nearer than this to the graphic tool
+    double lastStep[2] = {};    ///< length of the solver's last first and later steps, mm
+
+    Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
+    Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
+    Pose inObstacle(int obstacle, const Pose& q) const { return X_OW[obstacle] * nodePose(q); }
+    double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
+
+    /// Keeps what `result` says of the loaded contacts.
+    void rememberContacts(const RowSet& from, const SolveResult& result);
+    /// Greatest true gap at `q` over contacts that carry more than max(0.02 N, 1 % of the largest).
+    double hoverAt(const Pose& q) const;
+};
+
+/// What one tick works with.
+struct Tick {
+    StepState::Impl& state;
+    const Settings& settings;
+    const StageClock& clock;
+    bool audit;
+    TickRecord& record;
+
+    std::uint64_t now() const { return clock.now ? clock.now() : 0; }
+    void addTime(double& stage, std::uint64_t since) const { stage += double(now() - since) * clock.microseconds; }
+    Vec6 stiffness() const;
+    /// Takes over status, iterations and residuals of a solve of this tick.
+    void note(const SolveResult& result);
+    /// Runs the shadow on the problem; `rendered` is the answer of the rendering solver to it.
+    void runShadow(const QpProblem& problem, const Vec6& rendered);
+};
+
+/// Both move `state.graphic` towards `device` and return the wrench about C; false: hold the tool, no force.
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
+
+/// World translation of C and rotation vector about C from one pose to another; exactly zero where they are equal.
+inline Vec6 incrementBetween(const Pose& from, const Pose& to) {
+    Vec6 x = Vec6::Zero();
+    x.head<3>() = to.p - from.p;
+    if (to.q.coeffs() != from.q.coeffs()) x.tail<3>() = logRotation(to.q * from.q.conjugate());
+    return x;
+}
+inline Pose moved(const Pose& q, const Vec6& x) {
+    return {q.p + x.head<3>(), (expRotation(x.tail<3>()) * q.q).normalized()};
+}
+
+}  // namespace touchstone

@@ -1,0 +1,148 @@
+#include "haptics/loop/tick_driver.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+/// Whether the change could make the force jump.
+bool needsFade(const Settings& a, const Settings& b) {
+    return a.mode != b.mode || a.solver != b.solver || a.rate != b.rate || a.pause != b.pause;
+}
+
+}  // namespace
+
+Session::Session(std::shared_ptr<const World> world_, const Settings& settings_, std::unique_ptr<Device> device_,
+                 std::uint64_t number_)
+    : world(std::move(world_)),
+      settings(settings_),
+      device(std::move(device_)),
+      state(*world),
+      safety(device->limits()),
+      number(number_) {}
+
+TickDriver::TickDriver(std::unique_ptr<Session> session) : session_(std::move(session)) { startOver(); }
+
+TickDriver::~TickDriver() { session_->device->write({}); }
+
+int TickDriver::ticksIn(double ms) const {
+    return std::max(1, static_cast<int>(std::lround(ms * settings().rate / 1000)));
+}
+
+void TickDriver::request(const Settings& settings) noexcept {
+    if (next_) {
+        next_->settings = settings;
+    } else if (switching_) {
+        wanted_ = settings;
+    } else if (needsFade(session_->settings, settings)) {
+        beginSwitch();
+        wanted_ = settings;
+    } else {
+        session_->settings = settings;
+        // A target that stays keeps its ramp running.
+        const int ticks = ticksIn(kStiffnessRampMs);
+        if (settings.stiffness != stiffness_.target()) stiffness_.to(settings.stiffness, ticks);
+        if (settings.torsion != torsion_.target()) torsion_.to(settings.torsion, ticks);
+    }
+}
+
+void TickDriver::open(std::unique_ptr<Session> session) noexcept {
+    assert(!next_ && !retired_);
+    next_ = std::move(session);
+    beginSwitch();
+}
+
+void TickDriver::restart() noexcept {
+    restarting_ = true;
+    beginSwitch();
+}
+
+void TickDriver::beginSwitch() {
+    if (switching_) return;  // the fade that runs serves this change too
+    switching_ = true;
+    wanted_ = session_->settings;
+    if (loaded_)
+        fade_.to(0, ticksIn(kFadeOutMs));
+    else
+        fade_.jump(0);
+}
+
+void TickDriver::finishSwitch() {
+    const bool another = next_ != nullptr;
+    if (another) {
+        retired_ = std::move(session_);
+        session_ = std::move(next_);
+    } else {
+        if (wanted_.rate != settings().rate) {
+            timeBase_ = time();
+            ticks_ = 0;
+        }
+        session_->settings = wanted_;
+    }
+    if (another || restarting_) {
+        startOver();
+    } else {
+        stiffness_.jump(settings().stiffness);
+        torsion_.jump(settings().torsion);
+        fadeIn();
+    }
+    switching_ = restarting_ = false;
+}
+
+void TickDriver::startOver() {
+    timeBase_ = 0;
+    ticks_ = 0;
+    first_ = true;
+    finished_ = false;
+    X_WT_last_ = session_->world->X_WT_start;
+    stiffness_.jump(settings().stiffness);
+    torsion_.jump(settings().torsion);
+    fadeIn();
+}
+
+void TickDriver::fadeIn() {
+    fade_.jump(0);
+    fade_.to(1, ticksIn(kFadeInMs));
+}
+
+TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
+    if (switching_ && fade_.value() == 0) finishSwitch();
+    Session& session = *session_;
+
+    const DeviceReading reading = session.device->read(time(), 1000.0 / settings().rate);
+    ++ticks_;
+    finished_ = reading.finished;
+    Settings effective = settings();
+    effective.stiffness = stiffness_.next();
+    effective.torsion = torsion_.next();
+    if (!reading.valid) {
+        effective.pause = true;  // the tool holds; the safety stage says why
+    } else {
+        if (first_ && reading.X_WT.isFinite()) {
+            session.state.reset(reading.X_WT);
+            first_ = false;
+        }
+        X_WT_last_ = reading.X_WT;
+    }
+
+    const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
+    TickRecord record = step(*session.world, effective, {X_WT_last_}, session.state, clocks.stage, audit);
+    if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - start;
+
+    record.wrench_out = session.safety.pass(
+        {.wrench_o = record.wrench_o, .flags = record.flags, .fresh = reading.valid, .fade = fade_.next()});
+    if (session.safety.zeroed()) {
+        // The force is gone already: it comes back slowly, or the switch that waits for zero happens now.
+        if (switching_)
+            fade_.jump(0);
+        else
+            fadeIn();
+    }
+    session.device->write(record.wrench_out);
+    loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
+    return record;
+}
+
+}  // namespace touchstone

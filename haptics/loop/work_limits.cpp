@@ -1,0 +1,62 @@
+#include "haptics/loop/work_limits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <type_traits>
+
+#include "haptics/loop/rt_thread.hpp"
+
+namespace touchstone {
+namespace {
+
+/// The least time of a few runs: what disturbs a run only adds to it.
+double nanosecondsPerRowIteration(int rows) {
+    constexpr int kRuns = 5, kIterations = 500;
+    // Planes around a tool of 50 mm that is pressed into them: unit normals spread over a half-space by the golden
+    // angle.
+    RowSet set(rows);
+    for (int i = 0; i < rows; ++i) {
+        const double z = 1 - (i + 0.5) / rows, radius = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
+        const Vec3 n(radius * std::cos(angle), radius * std::sin(angle), z);
+        const Vec3 lever = -50 * Vec3(n.z(), n.x(), n.y());
+        Vec6 row;
+        row << n, lever.cross(n);
+        set.push(row, 0.1 * i / rows, static_cast<std::uint64_t>(i));
+    }
+    QpProblem problem;
+    problem.stiffness << 1, 1, 1, 1000, 1000, 1000;
+    problem.wanted << 0.3, -0.2, -5, 0.02, 0.05, -0.01;
+    problem.rows = &set;
+
+    // A tolerance that is never met, so that the count is reached.
+    const SolverSettings settings{.tolerance = 1e-300, .maxIterations = kIterations};
+    const std::unique_ptr<Solver> solver = solverTable()[findSolver("pqp")].make(rows);
+    double least = 1e30;
+    for (int run = 0; run < kRuns; ++run) {
+        solver->reset();
+        const double start = threadCpuMicroseconds();
+        const SolveResult result = solver->solve(problem, settings);
+        const double spent = threadCpuMicroseconds() - start;
+        least = std::min(least, 1e3 * spent / (static_cast<double>(rows) * std::max(result.iterations, 1)));
+    }
+    return least;
+}
+
+}  // namespace
+
+double calibrateWork() { return std::max(nanosecondsPerRowIteration(kFewRows), nanosecondsPerRowIteration(300)); }
+
+Settings limitWork(Settings settings, double nanosecondsPerRowIteration, const WorkShares& shares) {
+    const double available = 1e9 / settings.rate / nanosecondsPerRowIteration;  // rows x iterations in a period
+    const auto lower = [&](auto& count, double limit) {
+        using Count = std::remove_reference_t<decltype(count)>;
+        if (limit < static_cast<double>(count)) count = std::max(Count{1}, static_cast<Count>(limit));
+    };
+    lower(settings.solverWork, shares.solver * available);
+    lower(settings.shadowWork, shares.shadow * available);
+    lower(settings.iterationCap, std::min(shares.solver, shares.shadow) * available / kFewRows);
+    return settings;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,29 @@
+#pragma once
+// What the tick steps against: one tool, its obstacles. Immutable once published.
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/collision/sphere_tree.hpp"
+
+namespace touchstone {
+
+struct Obstacle {
+    std::string name;
+    std::shared_ptr<const SphereTree> tree;
+    Pose X_WO;   ///< obstacle's node in the scene frame
+};
+
+/// The tool's tree lives in the tool node's frame, whose origin is o. C, the tree's centre, is what increments and torques
+/// of the tick refer to.
+struct World {
+    std::shared_ptr<const SphereTree> tool;
+    std::vector<Obstacle> obstacles;
+    Pose X_WT_start;       ///< tool node at the first tick
+
+    Vec3 p_TC() const { return tool->center(); }
+    double reach() const { return tool->reach(); }   ///< ρ, mm
+};
+
+}  // namespace touchstone

@@ -1,0 +1,51 @@
+#pragma once
+// Rigid poses and wrenches. Units everywhere in haptics: mm, N, mN·m (= N·mm), rad, ms.
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace touchstone {
+
+using Vec3 = Eigen::Vector3d;
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat3 = Eigen::Matrix3d;
+using Quat = Eigen::Quaterniond;
+
+/// Pose X_AB of frame B in frame A: x_A = q x_B + p. `q` is kept at unit length by every function here.
+struct Pose {
+    Vec3 p = Vec3::Zero();           ///< mm
+    Quat q = Quat::Identity();
+
+    Mat3 R() const { return q.toRotationMatrix(); }
+    bool isFinite() const { return p.allFinite() && q.coeffs().allFinite(); }
+    Pose inverse() const { return {-(q.conjugate() * p), q.conjugate()}; }
+};
+
+inline Vec3 operator*(const Pose& X, const Vec3& x) { return X.q * x + X.p; }
+inline Pose operator*(const Pose& X, const Pose& Y) { return {X * Y.p, (X.q * Y.q).normalized()}; }
+
+/// Force (N) and torque (mN·m) on the hand, on world axes, about a point the holder names.
+struct Wrench {
+    Vec3 force = Vec3::Zero();
+    Vec3 torque = Vec3::Zero();
+    bool isFinite() const { return force.allFinite() && torque.allFinite(); }
+};
+
+/// Rotation by |w| rad about w.
+inline Quat expRotation(const Vec3& w) {
+    const double angle = w.norm();
+    // sin(a/2)/a by its series where the quotient would lose digits.
+    const double k = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
+    return Quat(std::cos(angle / 2), k * w.x(), k * w.y(), k * w.z());
+}
+
+/// The rotation vector w of least length with expRotation(w) = q; |w| <= pi.
+inline Vec3 logRotation(const Quat& q) {
+    const double sign = q.w() < 0 ? -1 : 1;
+    const double s = q.vec().norm();
+    const double angle = 2 * std::atan2(s, sign * q.w());
+    const double k = s < 1e-9 ? 2 : angle / s;
+    return sign * k * q.vec();
+}
+
+}  // namespace touchstone

@@ -1,0 +1,91 @@
+#pragma once
+// Eight lanes at a time, for processors with AVX2 and FMA (x86-64-v3) or AVX-512. GCC's vector types carry the arithmetic;
+// the few operations they lack are here.
+#include <immintrin.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace touchstone::simd {
+
+typedef float Float8 __attribute__((vector_size(32)));
+typedef double Double8 __attribute__((vector_size(64)));
+typedef std::int32_t Int8 __attribute__((vector_size(32)));
+typedef std::int64_t Long8 __attribute__((vector_size(64)));
+
+/// A bit a lane, lane 0 lowest.
+using Mask = std::uint32_t;
+
+inline Float8 load(const float* p) { return reinterpret_cast<Float8>(_mm256_loadu_ps(p)); }
+inline Float8 splat(float v) { return reinterpret_cast<Float8>(_mm256_set1_ps(v)); }
+inline Double8 splat(double v) { return Double8{v, v, v, v, v, v, v, v}; }
+inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_epi32(v)); }
+inline Int8 lanes() { return Int8{0, 1, 2, 3, 4, 5, 6, 7}; }
+inline Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
+inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
+
+inline Double8 sqrt(Double8 v) {
+#ifdef __AVX512F__
+    return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xff, reinterpret_cast<__m512d>(v)));
+#else
+    for (int i = 0; i < 8; ++i) v[i] = std::sqrt(v[i]);
+    return v;
+#endif
+}
+
+inline Float8 sqrt(Float8 v) { return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v))); }
+
+/// Lanes in which a <= b; false for NaN.
+inline Mask lessEqual(Float8 a, Float8 b) {
+    return Mask(_mm256_movemask_ps(
+        _mm256_cmp_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), _CMP_LE_OQ)));
+}
+
+inline Mask lessEqual(Double8 a, Double8 b) {
+#ifdef __AVX512F__
+    return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), _CMP_LE_OQ);
+#else
+    Mask mask = 0;
+    for (int i = 0; i < 8; ++i) mask |= Mask(a[i] <= b[i]) << i;
+    return mask;
+#endif
+}
+
+namespace detail {
+/// For each mask, the lanes it keeps, moved to the front.
+constexpr std::array<std::array<std::int32_t, 8>, 256> makeCompressTable() {
+    std::array<std::array<std::int32_t, 8>, 256> table{};
+    for (int mask = 0; mask < 256; ++mask)
+        for (int lane = 0, n = 0; lane < 8; ++lane)
+            if (mask >> lane & 1) table[mask][n++] = lane;
+    return table;
+}
+alignas(32) inline constexpr auto kCompress = makeCompressTable();
+}  // namespace detail
+
+/// Writes the lanes of the mask one behind the other; eight are written whatever the mask, so out[0..7] must be writable.
+inline void compressStore(std::int32_t* out, Int8 v, Mask mask) {
+    const __m256i order = _mm256_load_si256(reinterpret_cast<const __m256i*>(detail::kCompress[mask].data()));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
+                        _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(v), order));
+}
+
+inline void compressStore(double* out, Double8 v, Mask mask) {
+#ifdef __AVX512F__
+    _mm512_storeu_pd(out, _mm512_maskz_compress_pd(__mmask8(mask), reinterpret_cast<__m512d>(v)));
+#else
+    for (; mask; mask &= mask - 1) *out++ = v[std::countr_zero(mask)];
+#endif
+}
+
+inline void compressStore(std::uint64_t* out, Long8 v, Mask mask) {
+#ifdef __AVX512F__
+    _mm512_storeu_si512(out, _mm512_maskz_compress_epi64(__mmask8(mask), reinterpret_cast<__m512i>(v)));
+#else
+    for (; mask; mask &= mask - 1) *out++ = std::uint64_t(v[std::countr_zero(mask)]);
+#endif
+}
+
+}  // namespace touchstone::simd

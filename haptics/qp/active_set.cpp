@@ -1,0 +1,277 @@
+#include "haptics/qp/active_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/qp/basis.hpp"
+#include "haptics/qp/unit_rows.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kStill = 1e-12;      // a step shorter than this times 1 + |z| + cost is none
+constexpr double kParallel = 1e-11;   // a row that the step approaches at less than this of its length does not block it
+constexpr double kRounding = 1e-14;   // an approach shorter than this times 1 + |z| is none
+constexpr double kPull = 1e-11;       // a multiplier above minus this times 1 + |z| + cost does not pull
+constexpr double kTouching = 1e-10;   // rows this near may be held from the start; answers are feasible to this
+constexpr double kMet = 1e-12;        // the same after a perturbation, whose working set may be another vertex's
+constexpr double kIndependent2 = 1e-12;   // squared sine of a row's angle to the held rows' span, for a start
+constexpr double kDependent2 = 1e-26;     // the same where it is rounding
+constexpr int kPatience = 10;         // steps without progress before the rows are perturbed
+constexpr double kPerturbation = 1e-9;    // how far each row then gives way, times 1 to 2: no two planes stay tied
+constexpr double kPenalties[] = {1e3, 1e6};   // M of phase 1, N: more than the forces' sum in any contact
+
+/// In the metric of G (UnitRows): min ½|z|² + cost z6 s.t. b_i·z + slack z6 + e_i >= 0 and, where slack > 0, z6 >= 0. Lanes
+/// 0..5 of z are the increment; z6 stays zero while slack and cost are.
+class ActiveSet final : public Solver {
+  public:
+    explicit ActiveSet(int capacity) : rows_(capacity) {}
+
+    SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override;
+    void reset() noexcept override { remembered_ = 0; }
+
+  private:
+    struct Block {
+        double fraction = 1;   ///< of the step
+        int row = -1;
+    };
+
+    bool hold(int row, double independent2);
+    void release(int j);
+    void holdRemembered(const RowSet& rows);
+    Vec8 heldOptimum();
+    Block firstBlock(const Vec8& step) const;
+    double leastGap(const Vec8& z) const;
+    void perturb(double sign);
+    bool walk();
+    bool makeFeasible();
+    void fill(const QpProblem& problem, SolveResult& result);
+
+    UnitRows rows_;
+    double slack_ = 0, cost_ = 0;
+    Vec8 z_{};
+    int steps_ = 0, limit_ = 0;
+    bool perturbed_ = false;
+
+    ActiveBasis held_;        // the working set: rows held as equations
+    int working_[ActiveBasis::kMax] = {};   // which; rows_.size is the bound z6 >= 0
+    Vec8 forces_{};           // their multipliers at heldOptimum()
+
+    int remembered_ = 0;
+    std::uint64_t ids_[ActiveBasis::kMax] = {};
+    Multiplier answer_[ActiveBasis::kMax];
+};
+
+double norm8(const Vec8& a) { return std::sqrt(sum8(a * a)); }
+
+bool ActiveSet::hold(int row, double independent2) {
+    const bool bound = row == rows_.size;
+    Vec8 n{};
+    for (int k = 0; k < 6; ++k) n[k] = bound ? 0 : rows_.column[k][row];
+    n[6] = bound ? 1 : slack_;
+    const ActiveBasis::Split split = held_.split(n);
+    if (held_.size() == ActiveBasis::kMax || !(split.across2 > independent2)) return false;
+    working_[held_.size()] = row;
+    held_.append(n, bound ? 0 : rows_.offset[row], split);
+    return true;
+}
+
+void ActiveSet::release(int j) {
+    held_.drop(j);
+    std::copy(working_ + j + 1, working_ + held_.size() + 1, working_ + j);
+}
+
+/// The last answer's rows that touch where the walk begins.
+void ActiveSet::holdRemembered(const RowSet& rows) {
+    for (int k = 0; k < remembered_; ++k) {
+        const int row = rows.find(ids_[k]);
+        if (row < 0 || rows_.inverse[row] == 0) continue;
+        double gap = rows_.offset[row];
+        for (int c = 0; c < 6; ++c) gap += rows_.column[c][row] * z_[c];
+        if (std::abs(gap) <= kTouching) hold(row, kIndependent2);
+    }
+}
+
+/// The optimum with the working set as equations, and its multipliers: the part of z in the held rows' span is fixed by their
+/// planes, the rest is that of the free optimum (0, ..., 0, -cost).
+Vec8 ActiveSet::heldOptimum() {
+    Vec8 free{};
+    free[6] = -cost_;
+    const ActiveBasis::Split split = held_.split(free);
+    forces_ = held_.multipliers() - split.weights;
+    return held_.nearest() + split.across;
+}
+
+/// How far the step may go before it leaves the feasible set, and the row that it meets there; the lowest of several.
+ActiveSet::Block ActiveSet::firstBlock(const Vec8& step) const {
+    const double parallel = -kParallel * norm8(step) - kRounding * (1 + norm8(z_));
+    Vec8 least = all8(1), where = all8(-1);
+    for (int i = 0; i < rows_.size; i += 8) {
+        Vec8 approach = all8(slack_ * step[6]), gap = load8(&rows_.offset[i]) + slack_ * z_[6];
+        for (int k = 0; k < 6; ++k) {
+            const Vec8 b = load8(&rows_.column[k][i]);
+            approach += step[k] * b;
+            gap += z_[k] * b;
+        }
+        const Vec8 fraction = max8(gap, Vec8{}) / -approach;
+        const Mask8 nearer = (approach < parallel) & (fraction < least);
+        least = nearer ? fraction : least;
+        where = nearer ? all8(i) : where;
+    }
+    Block block;
+    for (int lane = 0; lane < 8; ++lane) {
+        const int row = int(where[lane]) + lane;
+        if (where[lane] < 0) continue;
+        if (least[lane] < block.fraction || (least[lane] == block.fraction && row < block.row)) block = {least[lane], row};
+    }
+    if (slack_ > 0 && step[6] < parallel && -z_[6] / step[6] < block.fraction) {
+        block = {-z_[6] / step[6], rows_.size};
+    }
+    return block;
+}
+
+double ActiveSet::leastGap(const Vec8& z) const {
+    Vec8 least{};
+    for (int i = 0; i < rows_.size; i += 8) {
+        Vec8 gap = load8(&rows_.offset[i]) + slack_ * z[6];
+        for (int k = 0; k < 6; ++k) gap += z[k] * load8(&rows_.column[k][i]);
+        least = min8(gap, least);
+    }
+    return least8(least);
+}
+
+/// Moves all planes back a little, each by its own amount, or forth again. Breaks the ties of degenerate vertices, at which
+/// the walk could go round for ever.
+void ActiveSet::perturb(double sign) {
+    perturbed_ = sign > 0;
+    for (int i = 0; i < rows_.size; ++i) {
+        const double golden = 0.6180339887498949 * (i + 1);
+        rows_.offset[i] += sign * kPerturbation * (1 + golden - std::floor(golden));
+    }
+}
+
+/// Algorithm 16.3 from z_, which must be feasible. False when the limit came first.
+bool ActiveSet::walk() {
+    for (int stalled = 0; steps_ < limit_; ++steps_) {
+        if (stalled > kPatience && !perturbed_) {
+            perturb(1);
+            held_.clear();
+        }
+        const Vec8 optimum = heldOptimum();
+        const Vec8 step = optimum - z_;
+        if (norm8(step) <= kStill * (1 + norm8(z_) + cost_)) {
+            z_ = optimum;
+            const double pull = -kPull * (1 + norm8(z_) + cost_);
+            int weakest = -1;
+            for (int j = 0; j < held_.size(); ++j) {
+                if (forces_[j] < pull && (weakest < 0 || forces_[j] < forces_[weakest])) weakest = j;
+            }
+            if (weakest < 0) return true;
+            release(weakest);
+            continue;
+        }
+        const Block block = firstBlock(step);
+        z_ += block.fraction * step;
+        stalled = block.fraction * norm8(step) > kStill ? 0 : stalled + 1;
+        if (block.row >= 0) hold(block.row, kDependent2);
+    }
+    return false;
+}
+
+/// Phase 1: false when the rows contradict each other or the limit came first.
+bool ActiveSet::makeFeasible() {
+    z_[6] = -leastGap(z_);
+    if (z_[6] <= kTouching) {
+        z_[6] = 0;
+        return true;
+    }
+    held_.clear();
+    slack_ = 1;
+    for (const double penalty : kPenalties) {
+        cost_ = penalty;
+        if (!walk()) return false;
+        if (z_[6] <= kTouching) break;
+    }
+    if (z_[6] > kTouching) return false;
+    // Rows held together with the bound z6 = 0 stay independent without the slack; others are found again.
+    int rows[ActiveBasis::kMax];
+    const int* end = std::remove_copy(working_, working_ + held_.size(), rows, rows_.size);
+    const bool bounded = end - rows < held_.size();
+    held_.clear();
+    slack_ = cost_ = z_[6] = 0;
+    if (bounded) std::for_each<const int*>(rows, end, [&](int row) { hold(row, kIndependent2); });
+    return true;
+}
+
+void ActiveSet::fill(const QpProblem& problem, SolveResult& result) {
+    alignas(64) double z[8];
+    store8(z, z_);
+    result.x = rows_.increment(z);
+    result.iterations = steps_;
+    result.slack = slack_ * z_[6];
+    int pushing = 0;
+    remembered_ = 0;
+    for (int j = 0; j < held_.size(); ++j) {
+        const int row = working_[j];
+        if (row == rows_.size) continue;
+        ids_[remembered_++] = problem.rows->id(row);
+        if (forces_[j] > 0) answer_[pushing++] = {row, forces_[j] * rows_.inverse[row]};
+    }
+    result.multipliers = {answer_, std::size_t(pushing)};
+    result.kkt = kktResiduals(problem, result.x, result.multipliers);
+}
+
+SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& settings) noexcept {
+    SolveResult result;
+    if (!rows_.assign(problem)) return result;
+    const int m = rows_.size;
+    if (m == 0) {
+        result.status = SolveStatus::Solved;
+        result.x = problem.wanted;
+        return result;
+    }
+    limit_ = int(std::min<std::int64_t>({10 * m + 100, settings.maxIterations, settings.workLimit / m}));
+    steps_ = 0;
+    perturbed_ = false;
+    held_.clear();
+    slack_ = cost_ = 0;
+    z_ = Vec8{};
+    for (int k = 0; k < 6; ++k) z_[k] = -rows_.root[k] * rows_.wanted[k];   // x = 0
+    holdRemembered(*problem.rows);
+
+    bool done = false, contradiction = false;
+    if (makeFeasible()) {
+        done = walk();
+    } else if (steps_ < limit_) {
+        contradiction = true;
+        held_.clear();
+        cost_ = 0;
+        slack_ = 1 / std::sqrt(settings.elasticWeight);
+        z_[6] /= slack_;
+        done = walk();
+    }
+    const bool tied = perturbed_;
+    if (done && tied) {   // the same working set on the true planes
+        perturb(-1);
+        int rows[ActiveBasis::kMax];
+        const int count = held_.size();
+        std::copy_n(working_, count, rows);
+        held_.clear();
+        for (int j = 0; j < count; ++j) hold(rows[j], kDependent2);
+        z_ = heldOptimum();
+        for (int j = 0; j < count; ++j) done &= forces_[j] >= 0;
+    }
+    const double depth = -leastGap(Vec8{});   // of h
+    const bool met = leastGap(z_) >= -(tied ? kMet : kTouching) * (1 + depth);
+    result.status = !done || !met                       ? SolveStatus::IterationLimit
+                    : contradiction || rows_.hopeless ? SolveStatus::Elastic
+                                                        : SolveStatus::Solved;
+    fill(problem, result);
+    return result;
+}
+
+}  // namespace
+
+std::unique_ptr<Solver> makeActiveSet(int capacity) { return std::make_unique<ActiveSet>(capacity); }
+
+}  // namespace touchstone

@@ -1,0 +1,31 @@
+#pragma once
+// The paper's solver as printed, to be measured against.
+#include "haptics/math/aligned.hpp"
+#include "haptics/qp/solver.hpp"
+
+namespace touchstone {
+
+/// Equations (16)-(19) on min ½(x-h)'G(x-h) s.t. J x >= -g, with Q formed and no safeguard; see makePqp(). Holds Q: up to
+/// 8 MiB. Real time: no allocation after construction.
+class PaperPqp {
+  public:
+    static constexpr int kMaxRows = 1024;
+    static constexpr double kStart = 0.001;   ///< y0
+
+    explicit PaperPqp(int capacity);
+
+    /// Runs (18) until |ΔF| < tolerance; Invalid when F is not finite. Pre: finite entries, at most kMaxRows rows.
+    SolveStatus solve(const QpProblem& problem, const SolverSettings& settings, int& iterations);
+    /// The answer of the last solve(): N on unit rows.
+    const double* y() const { return y_.data(); }
+
+  private:
+    void form(const QpProblem& problem);
+    double update();
+
+    int m_ = 0;
+    int stride_;
+    AlignedVector<double> q_, d_, r_, y_, next_;
+};
+
+}  // namespace touchstone

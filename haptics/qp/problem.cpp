@@ -1,0 +1,90 @@
+#include "haptics/qp/problem.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "haptics/qp/simd.hpp"
+
+namespace touchstone {
+
+RowSet::RowSet(int capacity) : capacity_(capacity), ids_(paddedToEight(capacity) + 8) {
+    assert(capacity >= 0);
+    for (auto& column : columns_) column.resize(paddedToEight(capacity) + 8);
+}
+
+Vec6 RowSet::row(int i) const {
+    Vec6 j;
+    for (int k = 0; k < 6; ++k) j[k] = columns_[k][i];
+    return j;
+}
+
+void RowSet::push(const Vec6& j, double gap, std::uint64_t id) {
+    assert(size_ < capacity_);
+    const int i = size_;
+    if (i % 8 == 0) setSize(i + 1);   // pads the block that row i opens
+    size_ = i + 1;
+    for (int k = 0; k < 6; ++k) columns_[k][i] = j[k];
+    columns_[6][i] = gap;
+    ids_[i] = id;
+}
+
+void RowSet::setSize(int n) {
+    assert(n >= 0 && n <= capacity_);
+    size_ = n;
+    for (int k = 0; k < 7; ++k) {
+        const double padding = k < 6 ? 0 : std::numeric_limits<double>::infinity();
+        std::fill(columns_[k].begin() + n, columns_[k].begin() + paddedToEight(n), padding);
+    }
+}
+
+int RowSet::find(std::uint64_t id) const {
+    if (size_ == 0) return -1;
+    const std::uint64_t* first = ids_.data();
+    for (int n = size_; n > 1;) {   // halving without a branch to mispredict: the last id <= the wanted one
+        const int half = n / 2;
+        first += first[half] <= id ? half : 0;
+        n -= half;
+    }
+    return *first == id ? int(first - ids_.data()) : -1;
+}
+
+const char* name(SolveStatus status) {
+    switch (status) {
+        case SolveStatus::Solved: return "solved";
+        case SolveStatus::Elastic: return "elastic";
+        case SolveStatus::IterationLimit: return "iteration-limit";
+        case SolveStatus::Invalid: return "invalid";
+    }
+    return "";
+}
+
+KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers,
+                          double leastGap) {
+    KktResiduals kkt;
+    kkt.primal_mm = std::max(0.0, -leastGap);
+    Vec6 residual = problem.stiffness.cwiseProduct(x - problem.wanted);
+    for (const Multiplier& multiplier : multipliers) {
+        const Vec6 j = problem.rows->row(multiplier.row);
+        const double s = j.dot(x) + problem.rows->gap()[multiplier.row];
+        residual -= multiplier.value * j;
+        kkt.dual_N = std::max(kkt.dual_N, -multiplier.value);
+        kkt.complementarity_mJ = std::max(kkt.complementarity_mJ, std::abs(multiplier.value * s));
+    }
+    // Torques count through the lever at which the two springs are equally stiff.
+    const double lever2 = problem.stiffness.tail<3>().sum() / problem.stiffness.head<3>().sum();
+    kkt.stationarity_N = std::sqrt(residual.head<3>().squaredNorm() + residual.tail<3>().squaredNorm() / lever2);
+    return kkt;
+}
+
+KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers) {
+    Vec8 least{};
+    for (int i = 0, m = problem.rows ? problem.rows->size() : 0; i < m; i += 8) {
+        Vec8 s = load8(problem.rows->gap() + i);
+        for (int k = 0; k < 6; ++k) s += x[k] * load8(problem.rows->column(k) + i);
+        least = min8(s, least);
+    }
+    return kktResiduals(problem, x, multipliers, least8(least));
+}
+
+}  // namespace touchstone

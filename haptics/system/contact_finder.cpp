@@ -1,0 +1,71 @@
+#include "haptics/system/contact_finder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+namespace touchstone::system {
+namespace {
+
+constexpr int kRows = 1 << 15;
+constexpr double kCellsPerReach = 40;   // contacts nearer than a cell of this size look like one
+
+}  // namespace
+
+ContactFinder::ContactFinder(std::shared_ptr<const World> world)
+    : world_(std::move(world)), reach_(world_->reach()), rows_(kRows), solver_(solverTable()[kExactSolver].make(kRows)) {
+    int index = 0;
+    for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
+}
+
+std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
+                                                  int most) {
+    rows_.clear();
+    for (std::size_t i = 0; i < lists_.size(); ++i) {
+        const Pose& X_WO = world_->obstacles[i].X_WO;
+        const Pose X_OT = X_WO.inverse() * record.X_WT;
+        lists_[i].forget();
+        if (!lists_[i].build(X_OT, margin)) continue;   // deeper in each other than any picture could show
+        if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
+            lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
+    }
+
+    contacts_.clear();
+    for (int i = 0; i < rows_.size(); ++i) {
+        const Sphere leaf = world_->tool->leaf(int(rows_.id(i) >> 28 & 0xfffffff));
+        const Vec3 n = rows_.row(i).head<3>();
+        const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
+        contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
+    }
+    if (!contacts_.empty()) {
+        // The tick's own problem where it came to rest: its multipliers are the forces in the contacts.
+        const Vec3 p_TC = world_->p_TC();
+        QpProblem problem;
+        problem.stiffness << Vec3::Constant(settings.stiffness), Vec3::Constant(settings.torsion);
+        problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
+            logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
+        problem.rows = &rows_;
+        solver_->reset();   // the same picture for the same tick
+        for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
+    }
+    thin(most);
+    return contacts_;
+}
+
+void ContactFinder::thin(int most) {
+    std::stable_sort(contacts_.begin(), contacts_.end(), [](const ContactPoint& a, const ContactPoint& b) {
+        return a.load != b.load ? a.load > b.load : a.gap < b.gap;
+    });
+    std::set<std::tuple<int, int, int>> taken;
+    const double cell = std::max(reach_ / kCellsPerReach, 1e-3);
+    std::erase_if(contacts_, [&](const ContactPoint& c) {
+        const Vec3 index = (c.p_W / cell).array().floor();
+        const bool first = taken.emplace(int(index.x()), int(index.y()), int(index.z())).second;
+        return !first && c.load == 0;
+    });
+    if (contacts_.size() > static_cast<std::size_t>(most)) contacts_.resize(static_cast<std::size_t>(most));
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,23 @@
+#include "haptics/system/device_choice.hpp"
+
+#include <stdexcept>
+
+namespace touchstone::system {
+
+std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
+                                    std::shared_ptr<MouseTarget> mouse) {
+    const auto colon = choice.find(':');
+    const std::string name = choice.substr(0, colon);
+    const DeviceInfo* info = findDevice(name);
+    if (!info) {
+        std::string names;
+        for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
+        throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
+    }
+    return info->make({.X_WT_start = startPose(scene),
+                       .demonstration = scene.demonstration,
+                       .mouse = std::move(mouse),
+                       .file = colon == std::string::npos ? "" : choice.substr(colon + 1)});
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,17 @@
+#pragma once
+// From --device NAME[:FILE] to a device.
+#include <memory>
+#include <string>
+
+#include "haptics/device/device.hpp"
+#include "haptics/system/scene_world.hpp"
+
+namespace touchstone::system {
+
+/// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: fed by the window, null without one.
+/// Throws std::runtime_error with one sentence when there is no such device or it cannot start. Pre: the scene has
+/// a tool.
+std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
+                                    std::shared_ptr<MouseTarget> mouse = nullptr);
+
+}  // namespace touchstone::system

@@ -1,0 +1,109 @@
+#include "haptics/system/fields.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "engine/scene/gltf_container.hpp"
+
+namespace touchstone::system {
+namespace {
+
+std::string range(double min, double max) {
+    std::ostringstream text;
+    text << "from " << min << " to " << max;
+    return text.str();
+}
+
+bool isFinite(const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); }
+
+}  // namespace
+
+Fields::Fields(const engine::Scene& scene, std::string object, std::string path, const nlohmann::json& value)
+    : scene_(&scene), object_(std::move(object)), path_(std::move(path)), value_(&value) {
+    if (!value.is_object()) engine::failIn(scene.file, object_, path_ + " must be an object");
+}
+
+void Fields::fail(const std::string& key, const std::string& must) const {
+    engine::failIn(scene_->file, object_, path_ + "." + key + " must be " + must);
+}
+
+const nlohmann::json* Fields::find(const std::string& key) {
+    asked_.insert(key);
+    const auto found = value_->find(key);
+    return found == value_->end() ? nullptr : &*found;
+}
+
+std::optional<double> Fields::number(const std::string& key, double min, double max) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    if (!isFinite(*value)) fail(key, "a number " + range(min, max));
+    const double number = value->get<double>();
+    if (number < min || number > max) fail(key, "a number " + range(min, max));
+    return number;
+}
+
+std::optional<int> Fields::whole(const std::string& key, int min, int max) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    const std::string must = "a whole number " + range(min, max);
+    if (!isFinite(*value)) fail(key, must);
+    const double number = value->get<double>();   // 4096.0 is whole, whoever wrote it
+    if (number != std::floor(number) || number < min || number > max) fail(key, must);
+    return static_cast<int>(number);
+}
+
+std::optional<bool> Fields::flag(const std::string& key) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    if (!value->is_boolean()) fail(key, "true or false");
+    return value->get<bool>();
+}
+
+std::optional<std::string> Fields::text(const std::string& key) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    if (!value->is_string()) fail(key, "a text");
+    return value->get<std::string>();
+}
+
+std::optional<std::vector<double>> Fields::numbers(const std::string& key, std::size_t count, const std::string& must) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    if (!value->is_array() || value->size() != count) fail(key, must);
+    std::vector<double> found;
+    for (const nlohmann::json& entry : *value) {
+        if (!isFinite(entry)) fail(key, must);
+        found.push_back(entry.get<double>());
+    }
+    return found;
+}
+
+std::optional<glm::dvec3> Fields::vector(const std::string& key) {
+    const auto v = numbers(key, 3, "three numbers");
+    if (!v) return {};
+    return glm::dvec3((*v)[0], (*v)[1], (*v)[2]);
+}
+
+std::optional<glm::dquat> Fields::quaternion(const std::string& key) {
+    const std::string must = "a quaternion of unit length, four numbers xyzw";
+    const auto v = numbers(key, 4, must);
+    if (!v) return {};
+    const glm::dquat q((*v)[3], (*v)[0], (*v)[1], (*v)[2]);
+    // Single-precision exporters are this far off; anything further is likely no quaternion.
+    if (std::abs(glm::length(q) - 1) > 1e-3) fail(key, must);
+    return glm::normalize(q);
+}
+
+std::optional<Fields> Fields::object(const std::string& key) {
+    const nlohmann::json* value = find(key);
+    if (!value) return {};
+    return Fields(*scene_, object_, path_ + "." + key, *value);
+}
+
+void Fields::nameUnknown(std::vector<std::string>& warnings) const {
+    for (const auto& [key, value] : value_->items())
+        if (!asked_.contains(key))
+            warnings.push_back(object_ + ": " + path_ + "." + engine::printable(key) + " is not known and was ignored");
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,45 @@
+#pragma once
+// Reads the fields of one JSON object of a scene's marking, and names what is wrong with them.
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.hpp"
+
+namespace touchstone::system {
+
+/// Each reader returns nothing when the key is absent, and throws engine::SceneError naming file, object and key when the
+/// value has the wrong type or lies outside its range.
+class Fields {
+  public:
+    /// `object`: the node or scene, as objectLabel() names it; `path`: of `value` within it. Throws when `value` is no object.
+    Fields(const engine::Scene& scene, std::string object, std::string path, const nlohmann::json& value);
+
+    /// The value of any type; null when absent.
+    const nlohmann::json* find(const std::string& key);
+    std::optional<double> number(const std::string& key, double min, double max);
+    std::optional<int> whole(const std::string& key, int min, int max);
+    std::optional<bool> flag(const std::string& key);
+    std::optional<std::string> text(const std::string& key);
+    std::optional<glm::dvec3> vector(const std::string& key);
+    std::optional<glm::dquat> quaternion(const std::string& key);   ///< xyzw, normalised
+    std::optional<Fields> object(const std::string& key);
+
+    [[noreturn]] void fail(const std::string& key, const std::string& must) const;
+    /// One sentence for each key that was never asked for.
+    void nameUnknown(std::vector<std::string>& warnings) const;
+
+  private:
+    /// `count` finite numbers; nothing when the key is absent.
+    std::optional<std::vector<double>> numbers(const std::string& key, std::size_t count, const std::string& must);
+
+    const engine::Scene* scene_;
+    std::string object_, path_;
+    const nlohmann::json* value_;
+    std::set<std::string> asked_;
+};
+
+}  // namespace touchstone::system

@@ -1,0 +1,96 @@
+#include "haptics/system/headless_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/system/device_choice.hpp"
+
+namespace touchstone::system {
+namespace {
+
+/// The run from its start, tick by tick, until the motion or the asked time ends.
+class Pass {
+  public:
+    Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
+        : driver_(std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device))) {
+        if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
+    }
+
+    /// False when the run is over.
+    bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
+        if (limit_ > 0 ? ticks_ == limit_ : driver_.finished()) return false;
+        record = driver_.tick(clocks, audit);
+        ++ticks_;
+        return true;
+    }
+
+    const TickDriver& driver() const { return driver_; }
+
+  private:
+    TickDriver driver_;
+    long long limit_ = 0;   // 0: until the motion ends
+    long long ticks_ = 0;
+};
+
+/// Stage times of a tick by themselves, µs.
+struct TickTimes {
+    double step, collision, solve;
+};
+
+/// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result, so
+/// the hash of the run that comes after must be the same; it is chained into `hash`.
+std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings, const HeadlessOptions& options,
+                                    std::uint64_t& hash) {
+    settings.shadow = -1;
+    std::vector<TickTimes> times;
+    Pass pass(scene, settings, options);
+    TickRecord record;
+    while (pass.next(record, {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds}, false)) {
+        hash = times.empty() ? hashTick(record) : hashTick(record, hash);
+        times.push_back({record.totalUs, record.collisionUs, record.solveUs});
+    }
+    return times;
+}
+
+}  // namespace
+
+HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
+    HeadlessRun run;
+    run.report = reportOf(sceneName(scene), options.device, settings);
+    std::uint64_t timedHash = 0;
+    std::vector<TickTimes> times;
+    if (options.timing) times = measureTimes(scene, settings, options, timedHash);
+
+    RunStatistics statistics;
+    OutcomeJudge judge(scene.outcome);
+    const double dt = 1000 / settings.rate;
+    const StageClock stages = options.timing ? stageClock() : StageClock{};
+    Pass pass(scene, settings, options);
+    for (std::size_t tick = 0; pass.next(run.last, {.stage = stages}, true); ++tick) {
+        const double penetration = std::max(0.0, -trueClearance(*scene.world, run.last.X_WT, 0));
+        statistics.add(run.last, penetration, dt);
+        judge.add(run.last, penetration, dt);
+        if (tick < times.size()) {
+            run.last.collisionUs = times[tick].collision;
+            run.last.solveUs = times[tick].solve;
+            run.last.totalUs = times[tick].step + run.last.shadowUs;
+            statistics.addTimes(run.last);
+        }
+        if (options.onTick) options.onTick(run.last, penetration);
+    }
+    statistics.write(run.report);
+    if (options.timing && timedHash != run.report.hash)
+        throw std::runtime_error("a repeated run gave other results, which is a fault of the program: please report it");
+
+    // What only the end can show is judged when the demonstration itself got there.
+    run.report.checks = judge.checks(options.device == "demo" && pass.driver().finished());
+    for (const TripCount& trip : pass.driver().session().safety.counts()) run.report.safetyTrips += trip.events;
+    return run;
+}
+
+}  // namespace touchstone::system

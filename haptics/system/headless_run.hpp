@@ -1,0 +1,30 @@
+#pragma once
+// A run without thread, clock or window: as fast as it goes, and to the same bits every time.
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "haptics/system/report.hpp"
+#include "haptics/system/scene_world.hpp"
+
+namespace touchstone::system {
+
+struct HeadlessOptions {
+    std::string device = "demo";       ///< NAME or NAME:FILE
+    std::optional<double> seconds;     ///< else until the device's motion ends
+    bool timing = true;                ///< measure CPU times, in a second pass that neither audits nor shadows
+    /// Sees every tick of the run with its true penetration, mm.
+    std::function<void(const TickRecord&, double penetration)> onTick;
+};
+
+struct HeadlessRun {
+    Report report;
+    TickRecord last;                   ///< the tick at the end
+};
+
+/// Runs the scene from its start. Without `timing` the report has no times. Pre: the scene has a world, settings that
+/// checkSettings() is content with, and a device whose motion ends or `seconds`.
+/// Throws std::runtime_error with one sentence when the device cannot start.
+HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
+
+}  // namespace touchstone::system

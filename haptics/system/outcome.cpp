@@ -1,0 +1,140 @@
+#include "haptics/system/outcome.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "haptics/system/fields.hpp"
+#include "haptics/system/units.hpp"
+
+namespace touchstone::system {
+namespace {
+
+using Seen = OutcomeJudge::Seen;
+
+/// How a key is judged: by a limit on a value of the run, or in a way of its own (`value` is null then).
+struct Row {
+    OutcomeKey info;
+    double (*value)(const Seen&);
+    bool least = false;   ///< the limit is the least that will do; else the most
+    bool atEnd = false;   ///< judged when the demonstration has ended; else at all times
+};
+
+constexpr Row kRows[] = {
+    {{"max_penetration_mm", "mm", "deepest overlap of the spheres' true gaps"}, [](const Seen& s) { return s.penetration; }},
+    {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"}, [](const Seen& s) { return s.hover; }},
+    {{"max_peak_force_N", "N", "greatest force"}, [](const Seen& s) { return s.force; }},
+    {{"max_peak_torque_mNm", "mN·m", "greatest torque about the tool's reference point"}, [](const Seen& s) { return s.torque; }},
+    {{"max_dforce_N_per_ms", "N/ms", "greatest change of force from tick to tick"},
+     [](const Seen& s) { return s.forceChange; }},
+    {{"max_infeasible_ticks", "", "ticks whose contacts contradicted each other"}, [](const Seen& s) { return s.infeasible; }},
+    {{"tool_within_m", "m", "box {min, max} that the tool node's origin never leaves; the value is how far it did"}, nullptr},
+    {{"min_peak_force_N", "N", "the greatest force reaches at least this"},
+     [](const Seen& s) { return s.force; }, true, true},
+    {{"min_contact_fraction", "", "share of the ticks in contact, 0 to 1, is at least this"},
+     [](const Seen& s) { return s.ticks > 0 ? s.contact / s.ticks : 0; }, true, true},
+    {{"max_final_lag_mm", "mm", "distance from tool to device at the end"}, [](const Seen& s) { return s.finalLag; }, false,
+     true},
+    {{"final_position_m", "m", "where the tool node's origin is at the end, within final_tolerance_m"}, nullptr},
+    {{"final_tolerance_m", "m", "distance that final_position_m allows; 0.0001 if not given"}, nullptr},
+    {{"seated", "", "true: at the end the tool has stayed in the goal region for the goal's hold_s"}, nullptr},
+};
+
+constexpr auto kKeys = [] {
+    std::array<OutcomeKey, std::size(kRows)> keys;
+    std::transform(std::begin(kRows), std::end(kRows), keys.begin(), [](const Row& row) { return row.info; });
+    return keys;
+}();
+
+double angleBetween(const Quat& a, const Quat& b) { return logRotation(a * b.conjugate()).norm(); }
+
+}  // namespace
+
+std::span<const OutcomeKey> outcomeTable() { return kKeys; }
+
+ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings) {
+    ExpectedOutcome expected;
+    if (roles.outcome.is_null()) return expected;
+    const std::string object = roles.tool ? nodeLabel(scene, roles.tool) : "scene";
+    Fields fields(scene, object, "extras.touchstone.outcome", roles.outcome);
+    for (int row = 0; row < static_cast<int>(std::size(kRows)); ++row)
+        if (kRows[row].value)
+            if (const auto limit = fields.number(std::string(kRows[row].info.key), 0, 1e9))
+                expected.limits.push_back({row, *limit});
+
+    if (auto box = fields.object("tool_within_m")) {
+        const auto corner = [&](const char* key) -> std::optional<Vec3> {
+            const auto metres = box->vector(key);
+            return metres ? std::optional(toMm(*metres)) : std::nullopt;
+        };
+        expected.boxMin = corner("min");
+        expected.boxMax = corner("max");
+        if (!expected.boxMin) box->fail("min", "given as three numbers");
+        if (!expected.boxMax) box->fail("max", "given as three numbers");
+        box->nameUnknown(warnings);
+    }
+    if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);
+    if (const auto metres = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *metres * kMmPerMetre;
+    if (fields.flag("seated").value_or(false)) {
+        if (!roles.goal) fields.fail("seated", "left out, or the scene given a node with the role goal");
+        expected.seated = roles.goal;
+    }
+    fields.nameUnknown(warnings);
+    return expected;
+}
+
+void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) {
+    const double force = record.wrench_C.force.norm();
+    seen_.penetration = std::max(seen_.penetration, penetration);
+    seen_.hover = std::max(seen_.hover, record.hover);
+    seen_.force = std::max(seen_.force, force);
+    seen_.torque = std::max(seen_.torque, record.wrench_C.torque.norm());
+    if (seen_.ticks > 0)
+        seen_.forceChange = std::max(seen_.forceChange, (record.wrench_C.force - seen_.lastForce).norm() / dt);
+    seen_.lastForce = record.wrench_C.force;
+    seen_.infeasible += (record.flags & kInfeasible) != 0;
+    seen_.contact += force > kContactForce;
+    seen_.ticks += 1;
+    seen_.finalLag = (record.X_WT.p - record.X_WT_device.p).norm();
+    seen_.X_WT = record.X_WT;
+    if (expected_.boxMin && expected_.boxMax) {
+        const double outside = std::max((*expected_.boxMin - record.X_WT.p).maxCoeff(),
+                                        (record.X_WT.p - *expected_.boxMax).maxCoeff());
+        seen_.outside = std::max(seen_.outside, outside);
+    }
+    if (expected_.seated) {
+        const GoalRegion& goal = *expected_.seated;
+        const bool inside = (record.X_WT.p - goal.X_WT.p).norm() <= goal.tolerance &&
+                            angleBetween(record.X_WT.q, goal.X_WT.q) <= goal.toleranceAngle;
+        seen_.heldMs = inside ? seen_.heldMs + dt : 0;
+    }
+}
+
+std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
+    std::vector<OutcomeCheck> checks;
+    const auto atMost = [&](std::string name, double limit, double value) {
+        checks.push_back({std::move(name), limit, value, value <= limit});
+    };
+    for (const ExpectedOutcome::Limit& limit : expected_.limits) {
+        const Row& row = kRows[limit.row];
+        if (row.atEnd && !ended) continue;
+        const double value = row.value(seen_);
+        checks.push_back(
+            {std::string(row.info.key), limit.value, value, row.least ? value >= limit.value : value <= limit.value});
+    }
+    if (expected_.boxMin) atMost("tool_within_m", 0, seen_.outside / kMmPerMetre);
+    if (!ended) return checks;
+    if (expected_.finalPosition)
+        atMost("final_position_m", expected_.finalTolerance / kMmPerMetre,
+               (seen_.X_WT.p - *expected_.finalPosition).norm() / kMmPerMetre);
+    if (expected_.seated) {
+        const GoalRegion& goal = *expected_.seated;
+        atMost("seated_distance_m", goal.tolerance / kMmPerMetre, (seen_.X_WT.p - goal.X_WT.p).norm() / kMmPerMetre);
+        atMost("seated_angle_rad", goal.toleranceAngle, angleBetween(seen_.X_WT.q, goal.X_WT.q));
+        checks.push_back({"seated_hold_s", goal.hold / 1000, seen_.heldMs / 1000, seen_.heldMs >= goal.hold});
+    }
+    return checks;
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,191 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "haptics/system/panels.hpp"
+
+namespace touchstone::system {
+namespace {
+
+const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
+    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
+
+constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Visual};
+
+ImVec4 roleColor(Role role) {
+    switch (role) {
+        case Role::Tool: return kToolColor;
+        case Role::Obstacle: return kObstacleColor;
+        case Role::Goal: return kGoalColor;
+        case Role::Visual: break;
+    }
+    return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
+}
+
+std::string label(const engine::Scene& scene, engine::Entity node) {
+    const std::string& given = scene.registry.get<engine::Name>(node).value;
+    return given.empty() ? "node " + std::to_string(engine::nodeIndex(scene, node)) : engine::printable(given);
+}
+
+std::size_t triangleCount(const engine::Registry& registry, engine::Entity node) {
+    std::size_t count = 0;
+    if (const auto* instance = registry.find<engine::MeshInstance>(node))
+        for (const engine::Primitive& primitive : instance->primitives) count += primitive.mesh->indices.size() / 3;
+    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
+        count += triangleCount(registry, child);
+    return count;
+}
+
+void drawNode(engine::Scene& scene, engine::Entity node, ScenePanelState& state, ItemRects* items) {
+    engine::Registry& registry = scene.registry;
+    const auto& children = registry.get<engine::Hierarchy>(node).children;
+    const std::string text = label(scene, node);
+    ImGui::PushID(static_cast<int>(node.index));
+
+    if (auto* visibility = registry.find<engine::Visibility>(node)) {
+        ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {1, 1});
+        ImGui::Checkbox("##visible", &visibility->visible);
+        ImGui::PopStyleVar();
+        noteItem(items, "visible " + text);
+        tooltip("Shows this node and all below it.");
+        ImGui::SameLine();
+    }
+    ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth;
+    if (children.empty()) flags |= ImGuiTreeNodeFlags_Leaf;
+    if (state.selected == node) flags |= ImGuiTreeNodeFlags_Selected;
+    const Role* role = registry.find<Role>(node);
+    const bool open = ImGui::TreeNodeEx("##node", flags, "%s", text.c_str());
+    noteItem(items, "node " + text);
+    if (ImGui::IsItemClicked()) state.selected = node;
+    if (role) {
+        ImGui::SameLine();
+        ImGui::TextColored(roleColor(*role), "%s", name(*role));
+    }
+    if (open) {
+        for (const engine::Entity child : children) drawNode(scene, child, state, items);
+        ImGui::TreePop();
+    }
+    ImGui::PopID();
+}
+
+void drawSelected(HapticScene& scene, const ScenePanelState& state, PanelRequests& requests, ItemRects* items) {
+    const engine::Registry& registry = scene.scene.registry;
+    const engine::Entity node = state.selected;
+    const Role* role = registry.find<Role>(node);
+    ImGui::AlignTextToFramePadding();
+    ImGui::Text("%s", label(scene.scene, node).c_str());
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::BeginCombo("##role", role ? name(*role) : "no role")) {
+        for (const Role choice : kRoles) {
+            if (ImGui::Selectable(name(choice), role && *role == choice)) requests.role = {node, choice};
+            noteItem(items, std::string("role ") + name(choice));
+        }
+        if (ImGui::Selectable("no role", !role)) requests.role = {node, std::nullopt};
+        ImGui::EndCombo();
+    }
+    noteItem(items, "role");
+    tooltip("What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is where "
+            "the tool is to come to rest. The scene is opened again with the new role.");
+    ImGui::TextDisabled("%zu triangles", triangleCount(registry, node));
+}
+
+const SphereTree* deepestObstacle(const World& world) {
+    const SphereTree* deepest = nullptr;
+    for (const Obstacle& obstacle : world.obstacles)
+        if (!deepest || obstacle.tree->levels.size() > deepest->levels.size()) deepest = obstacle.tree.get();
+    return deepest;
+}
+
+void drawLevel(const char* text, const SphereTree* tree, int& level, ItemRects* items) {
+    if (!tree) return;
+    const int top = static_cast<int>(tree->levels.size()) - 1;
+    level = std::clamp(level, -1, top);
+    std::array<char, 48> shown{};
+    if (level < 0)
+        std::snprintf(shown.data(), shown.size(), "none");
+    else
+        std::snprintf(shown.data(), shown.size(), level == 0 ? "%d leaves" : "%d spheres",
+                      tree->levels[static_cast<std::size_t>(level)].count);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+    ImGui::PushID(text);
+    // From left to right: none, the root, its children, down to the leaves.
+    int depth = level < 0 ? 0 : top - level + 1;
+    if (ImGui::SliderInt("##level", &depth, 0, top + 1, shown.data(), ImGuiSliderFlags_NoInput))
+        level = depth == 0 ? -1 : top + 1 - depth;
+    noteItem(items, text);
+    tooltip("Level of the sphere tree that is drawn: none, then from the root down to the leaves.");
+    ImGui::PopID();
+}
+
+void drawDisplay(const HapticScene& scene, DisplayOptions& display, ItemRects* items) {
+    const struct {
+        const char* text;
+        bool DisplayOptions::*option;
+        const char* help;
+    } switches[]{
+        {"Contacts", &DisplayOptions::contacts, "Pairs that touch, with their normals; those that carry force are red."},
+        {"Force", &DisplayOptions::arrows, "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
+        {"Ghost", &DisplayOptions::ghost, "Where the device wants the tool."},
+        {"Goal", &DisplayOptions::goal, "Where the tool is to come to rest."},
+        {"Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
+        {"Cut", &DisplayOptions::cut, "Cuts the scene open at the tool's centre, towards you."},
+    };
+    const float width = ImGui::GetContentRegionAvail().x;
+    std::size_t column = 0;
+    for (const auto& [text, option, help] : switches) {
+        constexpr std::array kColumns{0.f, 0.40f, 0.71f};   // of the width
+        if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
+        column = (column + 1) % kColumns.size();
+        ImGui::Checkbox(text, &(display.*option));
+        noteItem(items, text);
+        tooltip(help);
+    }
+    if (!scene.world) return;
+    drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
+    drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
+}
+
+}  // namespace
+
+void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, ScenePanelState& state,
+                    PanelRequests& requests, ItemRects* items) {
+    if (!scene.missing.empty()) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextColored(kAttention, "%s", scene.missing.c_str());
+        ImGui::TextUnformatted("Select a node below and choose its role.");
+        ImGui::PopTextWrapPos();
+    }
+    const float line = ImGui::GetFrameHeightWithSpacing();
+    const float below = (edited ? 7.4f : 6.4f) * line;
+    ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
+    for (const engine::Entity root : scene.scene.roots) drawNode(scene.scene, root, state, items);
+    ImGui::EndChild();
+
+    if (scene.scene.registry.alive(state.selected) && engine::nodeIndex(scene.scene, state.selected) >= 0) {
+        drawSelected(scene, state, requests, items);
+    } else {
+        ImGui::TextDisabled("Click on a node to see it,");
+        ImGui::TextDisabled("or to change its role.");
+    }
+    if (edited) {
+        if (state.savePath[0] == '\0')
+            std::snprintf(state.savePath.data(), state.savePath.size(), "%s", scene.scene.file.string().c_str());
+        if (ImGui::Button("Save roles")) requests.saveRoles = state.savePath.data();
+        noteItem(items, "save roles");
+        tooltip("Writes the roles into the scene's file, or into a copy of it under another name.");
+        ImGui::SameLine(8.5f * ImGui::GetFontSize());
+        ImGui::SetNextItemWidth(-1);
+        ImGui::InputText("##path", state.savePath.data(), state.savePath.size());
+        noteItem(items, "save path");
+    }
+    ImGui::Separator();
+    drawDisplay(scene, display, items);
+}
+
+}  // namespace touchstone::system

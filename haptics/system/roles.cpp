@@ -1,0 +1,348 @@
+#include "haptics/system/roles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_write.hpp"
+#include "engine/scene/transforms.hpp"
+#include "haptics/system/fields.hpp"
+#include "haptics/system/rigid_bodies.hpp"
+#include "haptics/system/scene_world.hpp"
+#include "haptics/system/units.hpp"
+
+namespace touchstone::system {
+namespace {
+
+using engine::Entity;
+using engine::Registry;
+using engine::Scene;
+using nlohmann::json;
+
+constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual"};
+
+/// Component: setRole() changed the node's extras.
+struct RoleEdited {};
+
+/// A role that a node could have, and the sentence that says why.
+struct Candidate {
+    Entity node;
+    Role role;
+    std::string why;
+};
+
+const json* touchstoneOf(const json& extras) {
+    if (!extras.is_object()) return nullptr;
+    const auto found = extras.find("touchstone");
+    return found == extras.end() ? nullptr : &*found;
+}
+
+const json* touchstoneOf(const Scene& scene, Entity node) {
+    const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
+    return marking ? touchstoneOf(marking->extras) : nullptr;
+}
+
+bool hasMotion(const Scene& scene, Entity node) {
+    std::vector<std::string> unused;
+    const auto mark = readRigidBody(scene, node, unused);
+    return mark && mark->motion;
+}
+
+/// The body that the node moves with has `motion`, on this node or above it.
+bool movesWithBody(const Scene& scene, Entity node) {
+    while (node) {
+        if (hasMotion(scene, node)) return true;
+        const engine::Hierarchy* hierarchy = scene.registry.find<engine::Hierarchy>(node);
+        node = hierarchy ? hierarchy->parent : Entity{};
+    }
+    return false;
+}
+
+class RoleReader {
+  public:
+    explicit RoleReader(Scene& scene) : scene_(scene) {}
+    SceneRoles read();
+
+  private:
+    void readNode(Entity node);
+    void readMark(Entity node, Fields& fields, std::optional<Role>& role);
+    void chooseTool();
+    void chooseGoal();
+    GoalRegion regionOf(Entity node) const;
+    void readScene();
+    void sayWhatWasTaken();
+
+    std::string label(Entity node) const { return nodeLabel(scene_, node); }
+    template <class... Text>
+    void warn(const Text&... text) {
+        found_.warnings.push_back((std::string(text) + ...));
+    }
+
+    Scene& scene_;
+    SceneRoles found_;
+    std::vector<Candidate> candidates_;
+};
+
+void RoleReader::readMark(Entity node, Fields& fields, std::optional<Role>& role) {
+    if (const auto text = fields.text("role")) {
+        const auto known = std::find(kRoleNames.begin(), kRoleNames.end(), *text);
+        if (known == kRoleNames.end()) fields.fail("role", "tool, obstacle, goal or visual");
+        role = static_cast<Role>(known - kRoleNames.begin());
+    }
+    BodyMarking body;
+    const auto leaves = fields.whole("leaves", kMinLeaves, kMaxLeaves);
+    body.leaves = leaves.value_or(kDefaultLeaves);
+    // N/m to N/mm, and N·m/rad to mN·m/rad; the ranges are those of the settings.
+    if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
+    if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
+    scene_.registry.add(node, body);
+    // Their contents are read once it is known which node is the tool and which the goal.
+    fields.object("goal");
+    fields.object("outcome");
+    fields.nameUnknown(found_.warnings);
+}
+
+void RoleReader::readNode(Entity node) {
+    std::optional<Role> marked;
+    scene_.registry.add(node, BodyMarking{});
+    if (const json* mark = touchstoneOf(scene_, node)) {
+        Fields fields(scene_, label(node), "extras.touchstone", *mark);
+        readMark(node, fields, marked);
+    }
+
+    std::optional<Role> physical;
+    std::string why;
+    if (const auto body = readRigidBody(scene_, node, found_.warnings)) {
+        const bool moving = movesWithBody(scene_, node);
+        if (body->collider) scene_.registry.add(node, *body->collider);
+        if (body->motion) {
+            physical = Role::Tool;
+            why = "KHR_physics_rigid_bodies gives it a motion";
+        } else if (body->collider && !moving) {
+            physical = Role::Obstacle;
+            why = "KHR_physics_rigid_bodies gives it a collider and no motion";
+        } else if (body->trigger && !moving) {
+            physical = Role::Goal;
+            why = "KHR_physics_rigid_bodies makes it a trigger";
+            scene_.registry.add(node, *body->triggerGeometry);
+        }
+    }
+    if (physical && marked && *physical != *marked)
+        warn(label(node), ": extras.touchstone.role says ", name(*marked), ", but ", why, ": it is taken as ",
+             name(*physical));
+    if (physical)
+        candidates_.push_back({node, *physical, why});
+    else if (marked)
+        candidates_.push_back({node, *marked, "extras.touchstone.role says so"});
+    else if (touchstoneOf(scene_, node))
+        warn(label(node), ": extras.touchstone gives it no role, so nothing else there has an effect");
+}
+
+void RoleReader::chooseTool() {
+    for (Candidate& candidate : candidates_) {
+        if (candidate.role != Role::Tool) continue;
+        if (!found_.tool) {
+            found_.tool = candidate.node;
+            continue;
+        }
+        warn(label(candidate.node), " could be the tool too, but ", label(found_.tool),
+             " comes first in the file: this one is only drawn");
+        candidate.role = Role::Visual;
+        candidate.why = "there is one tool already";
+    }
+}
+
+/// The goal that stands in the node's mark, else the node's own place, as large as what it shows.
+GoalRegion RoleReader::regionOf(Entity node) const {
+    GoalRegion region;
+    region.X_WT = toPose(engine::worldPose(scene_.registry, node));
+    // A role of its own tells a goal node from the tool; its meshes are the region.
+    if (node != found_.tool) {
+        const TriangleMesh shape = bakedTriangles(scene_, node);
+        Eigen::AlignedBox3d box;
+        for (const Vec3& vertex : shape.vertices) box.extend(vertex);
+        if (!box.isEmpty() && box.sizes().maxCoeff() > 0) region.tolerance = box.sizes().maxCoeff() / 2;
+    }
+    const json* mark = touchstoneOf(scene_, node);
+    if (!mark) return region;
+    Fields fields(scene_, label(node), "extras.touchstone", *mark);
+    if (auto goal = fields.object("goal")) {
+        if (const auto metres = goal->vector("translation")) region.X_WT.p = toMm(*metres);
+        if (const auto rotation = goal->quaternion("rotation")) region.X_WT.q = toEigen(*rotation);
+        if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMetre;
+        if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
+        if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
+    }
+    return region;
+}
+
+void RoleReader::chooseGoal() {
+    const auto hasGoal = [&](Entity node) {
+        const json* mark = node ? touchstoneOf(scene_, node) : nullptr;
+        return mark && mark->contains("goal");
+    };
+    Entity chosen = hasGoal(found_.tool) ? found_.tool : Entity{};
+    for (const Candidate& candidate : candidates_) {
+        if (candidate.role != Role::Goal) {
+            if (candidate.node != found_.tool && hasGoal(candidate.node))
+                warn(label(candidate.node), ": a goal stands on the tool or on a node of that role: this one has no effect");
+        } else if (chosen) {
+            warn(label(candidate.node), " is a goal too, but ", label(chosen), " comes first: this one has no effect");
+        } else {
+            chosen = candidate.node;
+        }
+    }
+    if (!chosen) return;
+    found_.goal = regionOf(chosen);
+    if (const json* mark = touchstoneOf(scene_, chosen); mark && mark->contains("goal")) {
+        Fields goal(scene_, label(chosen), "extras.touchstone.goal", mark->at("goal"));
+        for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s"}) goal.find(key);
+        goal.nameUnknown(found_.warnings);
+    }
+}
+
+/// What stands with the glTF scene itself.
+void RoleReader::readScene() {
+    const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene_.index));
+    if (const json* mark = touchstoneOf(scene_.extras)) {
+        Fields fields(scene_, object, "extras.touchstone", *mark);
+        fields.object("settings");
+        if (fields.object("outcome")) found_.outcome = mark->at("outcome");
+        fields.nameUnknown(found_.warnings);
+    }
+    const json* mark = found_.tool ? touchstoneOf(scene_, found_.tool) : nullptr;
+    if (mark && mark->contains("outcome")) found_.outcome = mark->at("outcome");
+}
+
+void RoleReader::sayWhatWasTaken() {
+    for (const Candidate& candidate : candidates_) {
+        const BodyMarking* body = scene_.registry.find<BodyMarking>(candidate.node);
+        std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
+        if (candidate.role == Role::Goal) article = "a ";
+        found_.taken.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
+                               (body ? " (" + std::to_string(body->leaves) + " leaves)" : "") + ": " + candidate.why);
+        if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
+            warn(label(candidate.node), ": stiffness is the tool's alone: the obstacle's has no effect");
+    }
+}
+
+SceneRoles RoleReader::read() {
+    for (const Entity node : scene_.nodes)
+        if (node) readNode(node);
+    chooseTool();
+    for (const Candidate& candidate : candidates_) {
+        scene_.registry.add(candidate.node, candidate.role);
+        if (candidate.role == Role::Obstacle) found_.obstacles.push_back(candidate.node);
+    }
+    for (const Entity node : scene_.nodes) {
+        const Role* role = scene_.registry.find<Role>(node);
+        if (!role || (*role != Role::Tool && *role != Role::Obstacle)) scene_.registry.remove<BodyMarking>(node);
+    }
+    for (const Entity obstacle : found_.obstacles)
+        if (found_.tool && roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
+            warn(label(obstacle), " hangs below the tool: obstacles do not move, so it stays where it is");
+    chooseGoal();
+    readScene();
+    sayWhatWasTaken();
+    if (const std::string friction = frictionWarning(scene_); !friction.empty()) warn(friction);
+    return std::move(found_);
+}
+
+}  // namespace
+
+const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
+
+SceneRoles assignRoles(Scene& scene) {
+    for (const Entity node : scene.nodes) {
+        scene.registry.remove<Role>(node);
+        scene.registry.remove<BodyMarking>(node);
+        scene.registry.remove<ColliderGeometry>(node);
+    }
+    return RoleReader(scene).read();
+}
+
+Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
+    Settings settings;
+    if (roles.tool) {
+        const BodyMarking& body = scene.registry.get<BodyMarking>(roles.tool);
+        settings.stiffness = body.stiffness.value_or(settings.stiffness);
+        settings.torsion = body.torsion.value_or(settings.torsion);
+    }
+    const json* mark = touchstoneOf(scene.extras);
+    if (!mark || !mark->contains("settings")) return settings;
+    const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene.index));
+    const auto fail = [&](const std::string& sentence) {
+        engine::failIn(scene.file, object, "extras.touchstone.settings: " + sentence);
+    };
+    for (const auto& [key, value] : mark->at("settings").items()) {
+        if (!value.is_primitive() || value.is_null()) fail(key + " must be a number, a text, true or false");
+        const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+        if (const std::string wrong = setSetting(settings, key, text); !wrong.empty()) fail(wrong);
+    }
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) fail(wrong);
+    return settings;
+}
+
+Entity roleOwner(const Registry& registry, Entity node) {
+    while (node && !registry.has<Role>(node)) {
+        const engine::Hierarchy* hierarchy = registry.find<engine::Hierarchy>(node);
+        node = hierarchy ? hierarchy->parent : Entity{};
+    }
+    return node;
+}
+
+void setRole(Scene& scene, Entity node, std::optional<Role> role) {
+    const auto marked = [&](Entity which) {
+        const json* mark = touchstoneOf(scene, which);
+        return mark && mark->is_object() && mark->value("role", json()) == kRoleNames[0];
+    };
+    std::vector<Entity> others;   // that are or could be the tool
+    if (role == Role::Tool)
+        for (const Entity other : scene.nodes) {
+            const Role* has = scene.registry.find<Role>(other);
+            if (other && other != node && ((has && *has == Role::Tool) || marked(other))) others.push_back(other);
+        }
+
+    // All is checked before anything is changed.
+    std::vector<std::string> unused;
+    const auto check = [&](Entity which) {
+        const auto body = readRigidBody(scene, which, unused);
+        if (body && (body->motion || body->collider || body->trigger))
+            engine::failIn(scene.file, nodeLabel(scene, which),
+                           "its role comes from KHR_physics_rigid_bodies: change it there");
+        const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(which);
+        if (marking && !marking->extras.is_null() && !marking->extras.is_object())
+            engine::failIn(scene.file, nodeLabel(scene, which), "its extras are no object: make them one to mark the node");
+    };
+    check(node);
+    for (const Entity other : others) check(other);
+
+    const auto mark = [&](Entity which, std::optional<Role> as) {
+        const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(which);
+        json extras = marking ? marking->extras : json();
+        if (as) {
+            extras["touchstone"]["role"] = name(*as);
+        } else if (extras.contains("touchstone")) {
+            extras["touchstone"].erase("role");
+            if (extras["touchstone"].empty()) extras.erase("touchstone");
+        }
+        setExtras(scene, which, extras.empty() ? json() : std::move(extras));
+        scene.registry.add(which, RoleEdited{});
+    };
+    for (const Entity other : others) mark(other, Role::Visual);
+    mark(node, role);
+}
+
+void saveRoles(const Scene& scene, const std::filesystem::path& out) {
+    if (scene.file.empty())
+        throw engine::SceneError("the scene was not read from a file: write it with writeGltf() first");
+    engine::ExtrasUpdate update;
+    scene.registry.each<RoleEdited, engine::NodeMarking>(
+        [&](Entity node, const RoleEdited&, const engine::NodeMarking& marking) {
+            update.nodes[nodeIndex(scene, node)] = marking.extras;
+        });
+    engine::updateExtras(scene.file, out, update);
+}
+
+}  // namespace touchstone::system

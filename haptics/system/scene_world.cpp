@@ -1,0 +1,221 @@
+#include "haptics/system/scene_world.hpp"
+
+#include <cstdlib>
+#include <map>
+#include <sstream>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_read.hpp"
+#include "engine/scene/transforms.hpp"
+#include "haptics/collision/tree_builder.hpp"
+#include "haptics/system/scene_motion.hpp"
+#include "haptics/system/units.hpp"
+
+namespace touchstone::system {
+namespace {
+
+using engine::Entity;
+using engine::Scene;
+
+constexpr std::size_t kMaxObstacles = 255;        // a contact's identity keeps eight bits for the obstacle
+constexpr double kSmallest = 1, kLargest = 1000;  // mm
+
+void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, TriangleMesh& surface) {
+    const auto base = static_cast<std::uint32_t>(surface.vertices.size());
+    for (const glm::vec3& position : mesh.positions)
+        surface.vertices.push_back(toMm(glm::dvec3(matrix * glm::dvec4(position, 1))));
+    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        const std::uint32_t a = base + mesh.indices[i], b = base + mesh.indices[i + 1], c = base + mesh.indices[i + 2];
+        // A mirrored triangle turns over, to stay counter-clockwise seen from outside.
+        surface.triangles.push_back({a, mirrored ? c : b, mirrored ? b : c});
+    }
+}
+
+void appendInstance(const engine::MeshInstance& instance, const glm::dmat4& matrix, TriangleMesh& surface) {
+    for (const engine::Primitive& primitive : instance.primitives) appendMesh(*primitive.mesh, matrix, surface);
+}
+
+/// Calls f(node, matrix) for `root` and what hangs below it up to nodes with a role of their own; `matrix` of the root is given.
+template <class F>
+void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) {
+    struct Visit {
+        Entity node;
+        glm::dmat4 matrix;
+    };
+    std::vector<Visit> open{{root, matrix}};
+    while (!open.empty()) {
+        const Visit visit = open.back();
+        open.pop_back();
+        f(visit.node, visit.matrix);
+        const auto& children = scene.registry.get<engine::Hierarchy>(visit.node).children;
+        for (auto child = children.rbegin(); child != children.rend(); ++child)   // first child on top
+            if (!scene.registry.has<Role>(*child))
+                open.push_back({*child, visit.matrix * localMatrix(scene.registry.get<engine::LocalTransform>(*child))});
+    }
+}
+
+std::string nameOf(const Scene& scene, Entity node) {
+    const std::string& given = scene.registry.get<engine::Name>(node).value;
+    return given.empty() ? nodeLabel(scene, node) : engine::printable(given);
+}
+
+/// Which roles are still to be given.
+std::string missingRoles(const SceneRoles& roles) {
+    const std::string how = ": set extras.touchstone.role of a node, or choose it in the window";
+    if (!roles.tool) return "no node is the tool" + how;
+    if (roles.obstacles.empty()) return "no node is an obstacle" + how;
+    return {};
+}
+
+Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
+    return demonstration ? demonstration->at(0) : toPose(engine::worldPose(scene.registry, tool));
+}
+
+/// Builds trees one after the other; bodies of the same shape share theirs.
+class TreeShop {
+  public:
+    TreeShop(const Scene& scene, const SceneOptions& options, std::size_t parts, std::vector<std::string>& warnings)
+        : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
+
+    /// Null when no trees are asked for.
+    std::shared_ptr<const SphereTree> make(Entity node) {
+        const TriangleMesh surface = bakedTriangles(scene_, node);
+        const std::string label = nodeLabel(scene_, node);
+        if (surface.triangles.empty())
+            engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
+        warnAboutSize(label, surface);
+        if (!options_.buildTrees) return nullptr;
+        const TreeOptions treeOptions{.leaves = scene_.registry.get<BodyMarking>(node).leaves};
+        auto& tree = trees_[treeKey(surface, treeOptions)];
+        if (!tree) tree = build(surface, treeOptions, node);
+        ++done_;
+        if (!tree->certificate.note.empty()) warnings_.push_back(label + ": " + tree->certificate.note);
+        return tree;
+    }
+
+  private:
+    std::shared_ptr<const SphereTree> build(const TriangleMesh& surface, const TreeOptions& treeOptions, Entity node) {
+        const std::string part = nameOf(scene_, node);
+        const BuildProgress progress = [&](double fraction) { return report(part, fraction); };
+        try {
+            return std::make_shared<const SphereTree>(
+                options_.treeCache.empty() ? buildSphereTree(surface, treeOptions, progress)
+                                           : cachedSphereTree(surface, treeOptions, options_.treeCache, progress));
+        } catch (const std::invalid_argument& error) {
+            engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
+        }
+    }
+
+    bool report(const std::string& part, double fraction) const {
+        return !options_.progress || options_.progress(part, (double(done_) + fraction) / double(parts_));
+    }
+
+    void warnAboutSize(const std::string& label, const TriangleMesh& surface) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3& vertex : surface.vertices) box.extend(vertex);
+        const double size = box.diagonal().norm();
+        if (size >= kSmallest && size <= kLargest) return;
+        std::ostringstream text;
+        text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
+             << " m: check the unit it was made in, since glTF is in metres";
+        warnings_.push_back(text.str());
+    }
+
+    const Scene& scene_;
+    const SceneOptions& options_;
+    std::size_t parts_, done_ = 0;
+    std::vector<std::string>& warnings_;
+    std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
+};
+
+}  // namespace
+
+std::filesystem::path treeCacheFolder() {
+    const auto variable = [](const char* name) -> std::filesystem::path {
+        const char* value = std::getenv(name);
+        return value ? value : "";
+    };
+    if (const auto folder = variable("TOUCHSTONE_CACHE"); !folder.empty()) return folder;
+    // A relative XDG path is to be ignored, says its specification.
+    if (const auto cache = variable("XDG_CACHE_HOME"); cache.is_absolute()) return cache / "touchstone";
+    if (const auto home = variable("HOME"); home.is_absolute()) return home / ".cache" / "touchstone";
+    return {};
+}
+
+TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
+    const glm::dmat4 world = worldMatrix(scene.registry, roleNode);
+    const glm::dmat4 frame = glm::inverse(engine::rigidMatrix(engine::rigidPart(world)));
+    TriangleMesh drawn, collided;
+    bool colliders = false;
+    eachPart(scene, roleNode, frame * world, [&](Entity node, const glm::dmat4& matrix) {
+        if (const auto* instance = scene.registry.find<engine::MeshInstance>(node))
+            appendInstance(*instance, matrix, drawn);
+        const ColliderGeometry* geometry = scene.registry.find<ColliderGeometry>(node);
+        if (!geometry) return;
+        colliders = true;
+        if (geometry->mesh >= 0) {
+            appendInstance(scene.meshes[geometry->mesh], matrix, collided);
+            return;
+        }
+        // The meshes of another node, placed as if they hung here: its own transform does not count.
+        const Entity source = geometry->node >= 0 ? scene.nodes[geometry->node] : node;
+        eachPart(scene, source, matrix, [&](Entity part, const glm::dmat4& partMatrix) {
+            if (const auto* instance = scene.registry.find<engine::MeshInstance>(part))
+                appendInstance(*instance, partMatrix, collided);
+        });
+    });
+    return colliders ? collided : drawn;
+}
+
+SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
+    if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
+    if (roles.obstacles.size() > kMaxObstacles)
+        engine::failIn(scene.file, "", std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
+                                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
+    SceneWorld made;
+    made.demonstration = findDemonstration(scene, roles.tool, roles.obstacles, made.warnings);
+    auto world = std::make_shared<World>();
+    TreeShop shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
+    world->tool = shop.make(roles.tool);
+    for (const Entity obstacle : roles.obstacles)
+        world->obstacles.push_back({.name = nameOf(scene, obstacle),
+                                    .tree = shop.make(obstacle),
+                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
+    world->X_WT_start = startOf(scene, roles.tool, made.demonstration.get());
+    if (options.buildTrees) made.world = std::move(world);
+    return made;
+}
+
+Pose startPose(const HapticScene& scene) {
+    return startOf(scene.scene, scene.roles.tool, scene.demonstration.get());
+}
+
+std::string sceneName(const HapticScene& scene) {
+    return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
+}
+
+HapticScene openScene(Scene scene, const SceneOptions& options) {
+    HapticScene opened;
+    opened.scene = std::move(scene);
+    updateWorldTransforms(opened.scene);
+    opened.roles = assignRoles(opened.scene);
+    opened.settings = sceneSettings(opened.scene, opened.roles);
+    opened.warnings = opened.scene.warnings;
+    opened.warnings.insert(opened.warnings.end(), opened.roles.warnings.begin(), opened.roles.warnings.end());
+    opened.outcome = readOutcome(opened.scene, opened.roles, opened.warnings);
+    opened.missing = missingRoles(opened.roles);
+    if (!opened.missing.empty()) return opened;
+
+    SceneWorld built = buildWorld(opened.scene, opened.roles, options);
+    opened.world = std::move(built.world);
+    opened.demonstration = std::move(built.demonstration);
+    opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
+    return opened;
+}
+
+HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options) {
+    return openScene(engine::readGltf(file), options);
+}
+
+}  // namespace touchstone::system

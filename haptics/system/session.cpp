@@ -1,0 +1,272 @@
+#include "haptics/system/session.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <thread>
+
+#include "haptics/collision/tree_builder.hpp"
+#include "engine/scene/gltf_read.hpp"
+#include "haptics/system/device_choice.hpp"
+
+namespace touchstone::system {
+namespace {
+
+constexpr std::size_t kMostMessages = 200;
+
+std::string asSentence(std::string text) {
+    if (!text.empty() && text.back() != '.' && text.back() != '?') text += '.';
+    return text;
+}
+
+}  // namespace
+
+Settings withMode(Settings settings, Mode mode) {
+    if (settings.mode == mode) return settings;
+    const int pqp = findSolver("pqp");
+    settings.mode = mode;
+    settings.solver = mode == Mode::Paper ? pqp : kExactSolver;
+    settings.shadow = mode == Mode::Paper ? -1 : pqp;
+    settings.tolerance = 0.01;
+    return settings;
+}
+
+Settings withSolversSwapped(Settings settings) {
+    if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
+    return settings;
+}
+
+/// One scene being opened on a thread of its own.
+class LiveSession::Opening {
+  public:
+    Opening(SceneRequest request_, const std::filesystem::path& treeCache)
+        : request(std::move(request_)), thread_([this, treeCache](const std::stop_token& stop) { run(stop, treeCache); }) {}
+
+    void cancel() { thread_.request_stop(); }
+    bool cancelled() const { return thread_.get_stop_token().stop_requested(); }
+    bool done() const {
+        const std::lock_guard lock(mutex_);
+        return done_;
+    }
+    OpeningProgress progress() const {
+        const std::lock_guard lock(mutex_);
+        return progress_;
+    }
+
+    const SceneRequest request;
+    // Once done():
+    std::shared_ptr<HapticScene> scene;   // null on failure or cancel
+    std::string error;
+
+  private:
+    void run(const std::stop_token& stop, const std::filesystem::path& treeCache) {
+        {
+            const std::lock_guard lock(mutex_);
+            progress_.file = request.file.filename().string();
+        }
+        SceneOptions options{.treeCache = treeCache, .progress = [&](const std::string& part, double fraction) {
+                                 const std::lock_guard lock(mutex_);
+                                 progress_.part = part;
+                                 progress_.fraction = fraction;
+                                 return !stop.stop_requested();
+                             }};
+        try {
+            engine::Scene read = engine::readGltf(request.file);
+            for (const auto& [index, role] : request.roles)
+                if (index >= 0 && static_cast<std::size_t>(index) < read.nodes.size() &&
+                    read.nodes[static_cast<std::size_t>(index)])
+                    setRole(read, read.nodes[static_cast<std::size_t>(index)], role);
+            scene = std::make_shared<HapticScene>(openScene(std::move(read), options));
+        } catch (const BuildCancelled&) {
+        } catch (const std::exception& e) {
+            error = e.what();
+        }
+        const std::lock_guard lock(mutex_);
+        done_ = true;
+    }
+
+    mutable std::mutex mutex_;
+    OpeningProgress progress_;
+    bool done_ = false;
+    std::jthread thread_;   // last: joined before what it writes goes
+};
+
+LiveSession::LiveSession(SessionOptions options) : options_(std::move(options)), began_(steadyNanoseconds()) {}
+LiveSession::~LiveSession() = default;
+
+double LiveSession::secondsSinceStart() const { return static_cast<double>(steadyNanoseconds() - began_) * 1e-9; }
+
+void LiveSession::say(Message::Kind kind, std::string text) {
+    text = asSentence(std::move(text));
+    if (messages_.size() == kMostMessages) messages_.erase(messages_.begin());
+    messages_.push_back({kind, std::move(text), secondsSinceStart()});
+}
+
+void LiveSession::open(SceneRequest request) {
+    cancelOpening();
+    openings_.push_back(std::make_unique<Opening>(std::move(request), options_.treeCache));
+}
+
+void LiveSession::cancelOpening() {
+    for (const auto& opening : openings_) opening->cancel();
+}
+
+std::optional<OpeningProgress> LiveSession::opening() const {
+    if (openings_.empty() || openings_.back()->cancelled()) return std::nullopt;
+    return openings_.back()->progress();
+}
+
+void LiveSession::reload() {
+    if (shown_.scene) open(shown_.request);
+}
+
+void LiveSession::giveRole(engine::Entity node, std::optional<Role> role) {
+    const int index = shown_.scene ? engine::nodeIndex(shown_.scene->scene, node) : -1;
+    if (index < 0) return;
+    SceneRequest request = shown_.request;
+    request.roles.emplace_back(index, role);
+    open(std::move(request));
+}
+
+void LiveSession::saveRoles(const std::filesystem::path& file) {
+    if (!shown_.scene) return;
+    try {
+        system::saveRoles(shown_.scene->scene, file);
+        say(Message::Kind::Note, "The roles are saved in " + file.string());
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+    }
+}
+
+void LiveSession::start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start) {
+    std::shared_ptr<MouseTarget> mouse;
+    std::unique_ptr<Device> device;
+    if (choice == "mouse") {
+        mouse = std::make_shared<MouseTarget>();
+        device = std::make_unique<MouseDevice>(mouse, X_WT_start);
+    } else {
+        device = startDevice(*next.scene, choice);
+    }
+    if (loop_) {
+        loop_->open(next.scene->world, settings, std::move(device));
+        ++loopSession_;
+    } else {
+        loop_ = std::make_unique<HapticLoop>(next.scene->world, settings, std::move(device), options_.loop);
+        if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
+    }
+    mouse_ = std::move(mouse);
+    device_ = choice;
+    settings_ = settings;
+    next_ = next;
+}
+
+void LiveSession::takeOpened() {
+    for (auto& opening : openings_) {
+        if (!opening->done()) continue;
+        const std::unique_ptr<Opening> ready = std::move(opening);
+        if (ready->cancelled()) continue;
+        if (!ready->scene) {
+            say(Message::Kind::Error, ready->error);
+            continue;
+        }
+        const Shown next{ready->request, ready->scene};
+        for (const std::string& warning : next.scene->warnings) say(Message::Kind::Warning, warning);
+        try {
+            const Settings settings = options_.adjust ? options_.adjust(next.scene->settings) : next.scene->settings;
+            if (!next.scene->world) {
+                // A scene without roles is shown, so that they can be given; the tool of the old one lets go.
+                say(Message::Kind::Note, next.scene->missing);
+                if (loop_) {
+                    Settings paused = settings_;
+                    paused.pause = true;
+                    loop_->setSettings(paused);
+                }
+                settings_ = settings;
+                next_.reset();
+                show(next);
+                continue;
+            }
+            const Pose& start_pose = next.scene->world->X_WT_start;
+            const std::string choice =
+                !options_.device.empty() ? options_.device : next.scene->demonstration ? "demo" : "mouse";
+            try {
+                start(next, settings, choice, start_pose);
+            } catch (const std::runtime_error& e) {
+                if (choice == "mouse") throw;
+                say(Message::Kind::Error, e.what());
+                start(next, settings, "mouse", start_pose);
+            }
+            say(Message::Kind::Note, next.request.file.filename().string() + " runs with the " + device_ + " device");
+        } catch (const std::exception& e) {
+            say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
+        }
+    }
+    std::erase(openings_, nullptr);
+}
+
+void LiveSession::show(Shown next) {
+    if (next.scene != shown_.scene) {
+        ++sceneNumber_;
+        history_.clear();
+    }
+    shown_ = std::move(next);
+    toldTrips_ = {};
+}
+
+void LiveSession::tellTrips(const LoopSnapshot& snapshot) {
+    for (std::size_t i = 0; i < toldTrips_.size(); ++i) {
+        const std::uint64_t events = snapshot.trips[i].events;
+        if (events > 0 && toldTrips_[i] == 0)
+            say(Message::Kind::Warning, std::string("Safety: ") + name(static_cast<Trip>(i)) +
+                                            "; how often it happens is counted below");
+        toldTrips_[i] = events;
+    }
+}
+
+void LiveSession::update() {
+    takeOpened();
+    if (!loop_) return;
+    if (loop_->poll() && loop_->snapshot().session == loopSession_) {
+        ticked_ = true;
+        if (next_) {
+            show(std::move(*next_));
+            next_.reset();
+        }
+    }
+    for (TickRecord record; loop_->pop(record);) {
+        history_.push(record);
+        if (options_.onTick) options_.onTick(record);
+    }
+    if (running() && !next_) tellTrips(loop_->snapshot());
+}
+
+void LiveSession::setSettings(const Settings& settings) {
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) {
+        say(Message::Kind::Error, wrong);
+        return;
+    }
+    settings_ = settings;
+    if (loop_ && (next_ || running())) loop_->setSettings(settings_);
+}
+
+void LiveSession::restart() {
+    if (!running() || next_) return;
+    if (device_ == "mouse")
+        chooseDevice("mouse");
+    else
+        loop_->restart();
+}
+
+void LiveSession::chooseDevice(const std::string& choice) {
+    if (!running() || next_) return;
+    // The device is set onto the tool where it is free, never the tool onto the device.
+    const World& world = *shown_.scene->world;
+    const bool takesOver = choice == "mouse" && device_ != "mouse";
+    try {
+        start(shown_, settings_, choice, takesOver ? record()->X_WT : world.X_WT_start);
+        say(Message::Kind::Note, "The " + device_ + " device holds the tool");
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+    }
+}
+
+}  // namespace touchstone::system

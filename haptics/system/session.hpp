@@ -1,0 +1,139 @@
+#pragma once
+// A live session: scenes come and go off the loop's thread, the loop ticks, and the window asks how things stand.
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "haptics/device/mouse.hpp"
+#include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/scene_world.hpp"
+#include "haptics/system/tick_history.hpp"
+
+namespace touchstone::system {
+
+/// A scene file and the roles given to its nodes by hand, by glTF node index, in the order they were given.
+struct SceneRequest {
+    std::filesystem::path file;
+    std::vector<std::pair<int, std::optional<Role>>> roles;
+};
+
+struct SessionOptions {
+    std::string device;    ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
+    /// From the settings of a scene to those it starts with: what the command line sets. May throw std::exception.
+    std::function<Settings(const Settings&)> adjust;
+    std::function<void(const TickRecord&)> onTick;   ///< sees every tick that was not dropped, in order, from update()
+    std::filesystem::path treeCache = treeCacheFolder();
+    LoopOptions loop;
+};
+
+struct Message {
+    enum class Kind { Note, Warning, Error };
+    Kind kind = Kind::Note;
+    std::string text;       ///< one sentence
+    double seconds = 0;     ///< since the session began
+};
+
+/// The scene that is being opened.
+struct OpeningProgress {
+    std::string file;
+    std::string part;        ///< what is being built; empty while the file is read
+    double fraction = 0;     ///< of all parts, 0 to 1
+};
+
+/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver, shadowed
+/// by pqp. All else stays.
+Settings withMode(Settings settings, Mode mode);
+/// Rendering and shadow solver exchanged; unchanged without a shadow.
+Settings withSolversSwapped(Settings settings);
+
+/// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then stays.
+class LiveSession {
+  public:
+    explicit LiveSession(SessionOptions options = {});
+    ~LiveSession();   ///< stops the loop; the device is left with zero force
+    LiveSession(const LiveSession&) = delete;
+    LiveSession& operator=(const LiveSession&) = delete;
+
+    /// Starts reading a scene and building its trees on a thread of its own, in place of one that is still being opened.
+    void open(SceneRequest request);
+    void cancelOpening();
+    std::optional<OpeningProgress> opening() const;
+    /// Opens the present scene's file again, with the roles given by hand.
+    void reload();
+    /// Opens the present scene again with this role for a node; nothing takes the role away.
+    void giveRole(engine::Entity node, std::optional<Role> role);
+    /// Writes the roles given by hand into a copy of the scene's file, or into it.
+    void saveRoles(const std::filesystem::path& file);
+
+    /// To be called once a frame: takes over a scene that is ready, the newest snapshot and all ticks since the last call.
+    void update();
+
+    /// The scene to draw; null before the first. It has no world while roles are missing.
+    const std::shared_ptr<HapticScene>& scene() const { return shown_.scene; }
+    /// One more with each scene that takes the place of another in scene().
+    std::uint64_t sceneNumber() const { return sceneNumber_; }
+    const SceneRequest& request() const { return shown_.request; }
+    /// The loop ticks the scene that is shown.
+    bool running() const { return loop_ && shown_.scene && shown_.scene->world && ticked_; }
+
+    /// The newest tick of the scene that is shown; null while there is none.
+    const TickRecord* record() const { return running() ? &loop_->snapshot().record : nullptr; }
+    /// Health of the loop; null before the first scene runs.
+    const LoopSnapshot* snapshot() const { return loop_ ? &loop_->snapshot() : nullptr; }
+    const RealTimeStatus* realTime() const { return loop_ ? &loop_->realTime() : nullptr; }
+    const TickHistory& history() const { return history_; }
+
+    /// The newest settings asked for; snapshot()->settings are in force.
+    const Settings& settings() const { return settings_; }
+    void setSettings(const Settings& settings);
+    /// Device and tool back to the start of the scene.
+    void restart();
+
+    /// NAME or NAME:FILE of the device that runs.
+    const std::string& device() const { return device_; }
+    /// Another device in place of the present one. The mouse takes the tool over where it is.
+    void chooseDevice(const std::string& choice);
+    /// Where the mouse's hand is to go; null while another device holds the tool.
+    MouseTarget* mouse() { return mouse_.get(); }
+
+    void say(Message::Kind kind, std::string text);
+    const std::vector<Message>& messages() const { return messages_; }
+    double secondsSinceStart() const;
+
+  private:
+    class Opening;
+    struct Shown {
+        SceneRequest request;
+        std::shared_ptr<HapticScene> scene;
+    };
+
+    void takeOpened();
+    void show(Shown next);
+    void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
+    void tellTrips(const LoopSnapshot& snapshot);
+
+    SessionOptions options_;
+    std::uint64_t began_;                                ///< ns
+    std::vector<Message> messages_;
+    std::vector<std::unique_ptr<Opening>> openings_;     ///< the last is wanted, the others are being cancelled
+    Shown shown_;
+    std::uint64_t sceneNumber_ = 0;
+
+    Settings settings_;
+    std::string device_;
+    std::shared_ptr<MouseTarget> mouse_;
+    TickHistory history_;
+    std::array<std::uint64_t, kTripCount> toldTrips_{};
+    std::uint64_t loopSession_ = 0;                      ///< number of the newest session given to the loop
+    std::optional<Shown> next_;                          ///< given to the loop, shown when it ticks
+    bool ticked_ = false;                                ///< the snapshot is of the scene shown
+    std::unique_ptr<HapticLoop> loop_;
+};
+
+}  // namespace touchstone::system

@@ -1,0 +1,33 @@
+#version 330 core
+in vec2 ground;
+
+uniform vec3 gridCenter;
+uniform float gridExtent;
+uniform float spacing;      // of the strong lines; the weak ones divide it by ten
+uniform float weakOpacity;
+uniform float pixelScale;
+
+out vec4 color;
+
+// How much of this pixel the nearest of the lines at multiples of one step covers. Lines closer than a few pixels melt
+// away rather than flicker.
+float lines(vec2 p, float halfWidth) {
+    vec2 perPixel = max(fwidth(p), 1e-9);
+    vec2 away = abs(fract(p - 0.5) - 0.5) / perPixel;
+    vec2 covered = clamp(halfWidth + 0.5 - away, 0.0, 1.0) * (1.0 - smoothstep(0.15, 0.5, perPixel));
+    return max(covered.x, covered.y);
+}
+
+void main() {
+    float strong = lines(ground / spacing, 0.6 * pixelScale);
+    float weak = lines(10.0 * ground / spacing, 0.5 * pixelScale) * weakOpacity;
+    float fade = 1.0 - smoothstep(0.1, 1.0, distance(ground, gridCenter.xz) / gridExtent);
+
+    // The axes through the origin in the usual colours: x red, z blue.
+    vec2 fromAxis = abs(ground) / max(fwidth(ground), 1e-12);
+    vec2 axis = clamp(0.9 * pixelScale + 0.5 - fromAxis, 0.0, 1.0);
+    color = vec4(vec3(0.62, 0.66, 0.72), max(0.34 * strong, 0.16 * weak));
+    color = mix(color, vec4(0.85, 0.36, 0.36, 0.6), axis.y);
+    color = mix(color, vec4(0.36, 0.52, 0.9, 0.6), axis.x);
+    color.a *= fade;
+}

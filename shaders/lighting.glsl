@@ -1,0 +1,97 @@
+// Metal-rough shading in a small studio that turns with the camera about the vertical: a gradient from floor to
+// ceiling, two soft boxes for metals to reflect, and a key light. Linear radiance in, sRGB out.
+const float kPi = 3.14159265;
+
+uniform vec3 eye;
+uniform mat3 rig;   // world direction to studio direction: x to the right, y up, z towards the viewer
+
+const vec3 kKeyDirection = vec3(-0.45, 0.74, 0.5);   // unit length to three digits
+const vec3 kRimDirection = vec3(0.86, 0.33, -0.39);
+const float kKeyIntensity = 2.2;
+
+vec3 toLinear(vec3 srgb) {
+    return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
+}
+
+vec3 toSrgb(vec3 linear) {
+    return mix(linear * 12.92, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, linear));
+}
+
+// Khronos PBR Neutral: leaves base colours as they are and rolls only highlights off towards white.
+vec3 toneMap(vec3 color) {
+    const float start = 0.76, desaturation = 0.15;
+    float low = min(color.r, min(color.g, color.b));
+    color -= low < 0.08 ? low - 6.25 * low * low : 0.04;
+    float peak = max(color.r, max(color.g, color.b));
+    if (peak < start) return color;
+    const float range = 1.0 - start;
+    float compressed = 1.0 - range * range / (peak + range - start);
+    color *= compressed / peak;
+    return mix(vec3(compressed), color, 1.0 / (desaturation * (peak - compressed) + 1.0));
+}
+
+vec3 display(vec3 radiance) {
+    return toSrgb(clamp(toneMap(radiance), 0.0, 1.0));
+}
+
+// A rectangular light about a direction, its edge as soft as the surface is rough.
+float softBox(vec3 d, vec3 center, vec2 halfSize, float softness) {
+    float facing = dot(d, center);
+    if (facing <= 0.0) return 0.0;
+    vec3 side = normalize(cross(vec3(0.0, 1.0, 0.0), center));
+    vec2 p = vec2(dot(d, side), dot(d, cross(center, side))) / facing;
+    vec2 inside = 1.0 - smoothstep(halfSize - softness, halfSize + softness, abs(p));
+    return inside.x * inside.y;
+}
+
+// What a surface of this roughness mirrors in a studio direction.
+vec3 environment(vec3 d, float roughness) {
+    float blur = mix(0.06, 0.9, roughness);
+    float above = smoothstep(-blur, blur, d.y + 0.05);
+    vec3 floorColor = vec3(0.29, 0.262, 0.235) * (1.0 + 0.6 * d.y);
+    vec3 wallColor = mix(vec3(0.67, 0.66, 0.65), vec3(0.36, 0.36, 0.37), smoothstep(0.0, 1.0, d.y));
+    float softness = mix(0.08, 0.7, roughness);
+    vec3 boxes = vec3(2.6, 2.5, 2.35) * softBox(d, kKeyDirection, vec2(0.75, 0.45), softness)
+               + vec3(1.0, 1.1, 1.25) * softBox(d, kRimDirection, vec2(0.35, 1.1), softness);
+    return mix(floorColor, wallColor, above) + boxes * mix(1.0, 0.55, roughness);
+}
+
+// Light that falls on a matt surface with this studio normal.
+vec3 ambient(vec3 n) {
+    return mix(vec3(0.20, 0.19, 0.18), vec3(0.56, 0.58, 0.62), 0.5 + 0.5 * n.y);
+}
+
+// Specular reflectance integrated over the hemisphere (Karis 2014, analytic fit of the GGX split sum).
+vec3 environmentReflectance(vec3 f0, float roughness, float nv) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+    vec2 scaleBias = vec2(-1.04, 1.04) * a + r.zw;
+    return f0 * scaleBias.x + scaleBias.y;
+}
+
+// GGX with height-correlated Smith visibility and Schlick's Fresnel term.
+vec3 specular(vec3 f0, float roughness, float nl, float nv, float nh, float vh) {
+    float alpha = roughness * roughness, a2 = alpha * alpha;
+    float t = nh * nh * (a2 - 1.0) + 1.0;
+    float distribution = a2 / (kPi * t * t);
+    float visibility = 0.5 / (nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2));
+    return (f0 + (1.0 - f0) * pow(1.0 - vh, 5.0)) * distribution * visibility;
+}
+
+// Radiance towards the eye; all in world space, normal of unit length and facing the eye.
+vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float roughness) {
+    roughness = clamp(roughness, 0.08, 1.0);
+    vec3 f0 = mix(vec3(0.04), baseColor, metallic);
+    vec3 diffuse = baseColor * (1.0 - metallic);
+
+    vec3 n = rig * normal;
+    vec3 v = rig * normalize(eye - position);
+    vec3 h = normalize(v + kKeyDirection);
+    float nv = clamp(dot(n, v), 1e-3, 1.0);
+    float nl = clamp(dot(n, kKeyDirection), 0.0, 1.0);
+
+    vec3 key = diffuse / kPi;
+    if (nl > 0.0) key += specular(f0, roughness, nl, nv, clamp(dot(n, h), 0.0, 1.0), clamp(dot(v, h), 0.0, 1.0));
+    return key * kKeyIntensity * nl + diffuse * ambient(n)
+         + environmentReflectance(f0, roughness, nv) * environment(reflect(-v, n), roughness);
+}

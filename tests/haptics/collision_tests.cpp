@@ -1,0 +1,184 @@
+// Walk, neighbour list and clearance against brute force over all leaf pairs.
+#include <catch2/catch.hpp>
+#include <map>
+#include <random>
+
+#include "haptics/collision/clearance.hpp"
+#include "haptics/collision/neighbour_list.hpp"
+
+using namespace touchstone;
+
+namespace {
+
+/// Leaves scattered on a bumpy ball of about 40 mm radius.
+SphereTree bumpyBall(int leaves, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<float> radius(1, 6);
+    std::vector<Sphere> spheres(static_cast<std::size_t>(leaves));
+    for (Sphere& s : spheres) {
+        const Vec3 d = Vec3(normal(random), normal(random), normal(random)).normalized();
+        const Vec3 p = d * (40 + 6 * std::sin(5 * d.x()) * std::cos(4 * d.y()));
+        s = {float(p.x()) + 10, float(p.y()), float(p.z()), radius(random)};
+    }
+    return makeSphereTree(spheres);
+}
+
+Pose randomPose(std::mt19937& random, double spread) {
+    std::normal_distribution<double> normal;
+    const Quat q = Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+    return {spread * Vec3(normal(random), normal(random), normal(random)), q};
+}
+
+double pairGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X, int i, int j) {
+    const Sphere t = tool.leaf(i), o = obstacle.leaf(j);
+    return (X * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - double(t.r) - double(o.r);
+}
+
+std::map<std::uint64_t, double> brutePairs(const SphereTree& tool, const SphereTree& obstacle, const Pose& X, double margin) {
+    std::map<std::uint64_t, double> pairs;
+    for (int i = 0; i < tool.leafCount(); ++i)
+        for (int j = 0; j < obstacle.leafCount(); ++j)
+            if (const double g = pairGap(tool, obstacle, X, i, j); g <= margin) pairs[contactId(0, i, j)] = g;
+    return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("sphere tree: every block contains its leaves and no leaf is lost", "[tree]") {
+    for (const int leaves : {1, 2, 7, 8, 9, 63, 64, 65, 500, 512, 513, 4000}) {
+        CAPTURE(leaves);
+        const SphereTree tree = bumpyBall(leaves, 7);
+        REQUIRE(tree.leafCount() == leaves);
+        REQUIRE(tree.levels.size() >= 2);
+        REQUIRE(tree.levels.back().count == 1);
+        int blockSize = 1;
+        for (std::size_t k = 0; k < tree.levels.size(); ++k, blockSize *= 8) {
+            REQUIRE(tree.levels[k].count == (leaves + blockSize - 1) / blockSize);
+            for (int i = 0; i < leaves; ++i) {
+                const Sphere leaf = tree.leaf(i), block = tree.block(int(k), i / blockSize);
+                const double out = (Vec3(leaf.x, leaf.y, leaf.z) - Vec3(block.x, block.y, block.z)).norm() + leaf.r;
+                REQUIRE(out <= block.r);
+                REQUIRE(tree.levels[k].leafRadius[i / blockSize] >= leaf.r);
+                const float c[3] = {leaf.x, leaf.y, leaf.z};
+                for (int d = 0; d < 3; ++d) {
+                    REQUIRE(tree.levels[k].lo[d][i / blockSize] <= c[d]);
+                    REQUIRE(tree.levels[k].hi[d][i / blockSize] >= c[d]);
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("sphere tree: 4,096 leaves make 4,681 nodes", "[tree]") { REQUIRE(bumpyBall(4096, 1).nodeCount() == 4681); }
+
+TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identity, whatever the list's age", "[collision]") {
+    const unsigned seed = GENERATE(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u);
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const int sizes[] = {1, 5, 9, 70, 300, 600};
+    const SphereTree tool = bumpyBall(sizes[random() % 6], seed), obstacle = bumpyBall(sizes[random() % 6], seed + 100);
+    NeighbourList list(tool, obstacle, 0);
+    RowSet rows(1 << 15);
+    const double reach = tool.reach();
+    for (int pose = 0; pose < 12; ++pose) {
+        const Pose built = randomPose(random, 35);
+        REQUIRE(list.build(built, 2.0));
+        // Asked at the pose of the walk and after the list has aged by up to 1.5 mm of travel.
+        for (const double aged : {0.0, 0.7, 1.5}) {
+            const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8), expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
+            Pose now{built.p + nudge.p, nudge.q * built.q};
+            now.p += built * tool.center() - Pose{built.p, nudge.q * built.q} * tool.center();
+            REQUIRE(list.covers(now, 0.5));
+            rows.clear();
+            REQUIRE(list.appendRows(now, Mat3::Identity(), 0.5, rows));
+            const auto expected = brutePairs(tool, obstacle, now, 0.5);
+            REQUIRE(rows.size() == int(expected.size()));
+            int i = 0;
+            for (const auto& [id, gap] : expected) {
+                REQUIRE(rows.id(i) == id);
+                REQUIRE(rows.gap()[i] == Approx(gap).margin(1e-12));
+                ++i;
+            }
+        }
+    }
+}
+
+TEST_CASE("neighbour list: a row predicts how its gap changes under a small increment", "[collision]") {
+    std::mt19937 random(11);
+    const SphereTree tool = bumpyBall(80, 3), obstacle = bumpyBall(120, 4);
+    NeighbourList list(tool, obstacle, 0);
+    RowSet rows(1 << 15);
+    const Pose X_WO = randomPose(random, 20);
+    const Pose X_OT{Vec3(60, 10, -5), expRotation(Vec3(0.2, -0.4, 1.0))};
+    REQUIRE(list.build(X_OT, 5));
+    REQUIRE(list.appendRows(X_OT, X_WO.R(), 5, rows));
+    REQUIRE(rows.size() > 10);
+
+    // δp of C and δθ about C, on world axes. Second order is |δ|²/2D, with centres D >= 2 mm apart: 1e-10 for |δ| ~ 2e-5.
+    Vec6 x;
+    x << 1e-5, -2e-5, 1.5e-5, 3e-7, -2e-7, 4e-7;
+    const Pose X_WT = X_WO * X_OT;
+    const Vec3 C = X_WT * tool.center();
+    Pose moved;
+    moved.q = expRotation(x.tail<3>()) * X_WT.q;
+    moved.p = C + x.head<3>() - moved.q * tool.center();
+    const Pose X_OT_moved = X_WO.inverse() * moved;
+    for (int i = 0; i < rows.size(); ++i) {
+        const int t = int(rows.id(i) >> 28 & 0xfffffff), o = int(rows.id(i) & 0xfffffff);
+        const double change = list.gap(X_OT_moved, t, o) - list.gap(X_OT, t, o);
+        REQUIRE(rows.row(i).dot(x) == Approx(change).margin(2e-9));
+        REQUIRE(rows.row(i).head<3>().norm() == Approx(1).margin(1e-12));
+    }
+}
+
+TEST_CASE("neighbour list: when rows are too many, the least gap of each tool leaf is kept and all pairs are counted", "[collision]") {
+    const SphereTree tool = bumpyBall(200, 5), obstacle = bumpyBall(200, 6);
+    NeighbourList list(tool, obstacle, 0);
+    const Pose X{Vec3(20, 0, 0), Quat::Identity()};
+    REQUIRE(list.build(X, 6));
+    const auto expected = brutePairs(tool, obstacle, X, 6);
+    RowSet few(40);
+    REQUIRE(int(expected.size()) > few.capacity());
+    REQUIRE_FALSE(list.appendRows(X, Mat3::Identity(), 6, few));
+    REQUIRE(few.size() == 0);
+
+    RowSet rows(200);
+    REQUIRE(list.appendNearestRows(X, Mat3::Identity(), 6, rows) == int(expected.size()));
+    std::map<std::uint64_t, std::pair<double, std::uint64_t>> least;
+    for (const auto& [id, gap] : expected) {
+        const auto [at, added] = least.try_emplace(id >> 28, gap, id);
+        if (!added && gap < at->second.first) at->second = {gap, id};
+    }
+    REQUIRE(rows.size() == int(least.size()));
+    int i = 0;
+    for (const auto& [leaf, gapAndId] : least) REQUIRE(rows.id(i++) == gapAndId.second);
+}
+
+TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerates one that did not", "[collision]") {
+    // Two unit spheres; the tool's centre at x = 2 touches.
+    const SphereTree one = makeSphereTree({{0, 0, 0, 1}});
+    NeighbourList list(one, one, 0);
+    const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
+    REQUIRE(list.build(at(2), 1));
+    REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper);   // 0.4 µm overlap: tolerated
+    REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper);
+    REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).depth == Approx(0.1));
+    REQUIRE_FALSE(list.remeasure(at(1.8), at(1.9), 0.5e-3).deeper);    // coming out
+    REQUIRE(list.remeasure(at(1.9), at(1.8), 0.5e-3).deeper);
+}
+
+TEST_CASE("clearance: the least gap of brute force", "[collision]") {
+    const unsigned seed = GENERATE(21u, 22u, 23u, 24u);
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const SphereTree tool = bumpyBall(1 + int(random() % 200), seed), obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
+    for (int pose = 0; pose < 20; ++pose) {
+        const Pose X = randomPose(random, 60);
+        double least = 1e30;
+        for (int i = 0; i < tool.leafCount(); ++i)
+            for (int j = 0; j < obstacle.leafCount(); ++j) least = std::min(least, pairGap(tool, obstacle, X, i, j));
+        REQUIRE(leastGap(tool, obstacle, X) == Approx(least).margin(1e-11));
+        REQUIRE(leastGap(tool, obstacle, X, least - 1) == least - 1);
+    }
+}

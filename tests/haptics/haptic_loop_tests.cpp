@@ -1,0 +1,143 @@
+#include "haptics/loop/haptic_loop.hpp"
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <functional>
+#include <thread>
+
+using namespace touchstone;
+
+namespace {
+
+std::shared_ptr<const World> groundWorld() {
+    World world;
+    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
+    world.obstacles.push_back(
+        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {{0, 0, -1000}, Quat::Identity()}});
+    world.X_WT_start.p.z() = 20;
+    return std::make_shared<World>(world);
+}
+
+/// Shared with the test's thread.
+struct Watch {
+    std::atomic<int> living = 0;
+    std::atomic<bool> freedOnLoop = false;
+    std::atomic<double> lastForce = 0;
+};
+
+/// Presses 5 mm deep.
+class PressingDevice final : public Device {
+  public:
+    explicit PressingDevice(Watch& watch) : watch_(watch) { ++watch_.living; }
+    ~PressingDevice() override {
+        --watch_.living;
+        if (std::this_thread::get_id() == reader_) watch_.freedOnLoop = true;
+    }
+    DeviceReading read(double t, double) noexcept override {
+        reader_ = std::this_thread::get_id();
+        return {.X_WT = {{0, 0, t < 1 ? 20.0 : 0.0}, Quat::Identity()}};
+    }
+    void write(const Wrench& wrench) noexcept override { watch_.lastForce = wrench.force.norm(); }
+
+  private:
+    Watch& watch_;
+    std::thread::id reader_;
+};
+
+// Rights of the test's user must not matter, and the machine's other work should go on.
+const LoopOptions kOptions{.realTime = {.raise = false}, .ringCapacity = 1 << 14, .shares = {}};
+
+/// Polls until the snapshot is as wanted. The limit is for a loop that hangs, not a measure of speed.
+bool waitFor(HapticLoop& loop, const std::function<bool(const LoopSnapshot&)>& wanted) {
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - start < std::chrono::seconds(60)) {
+        if (loop.poll() && wanted(loop.snapshot())) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("haptic loop: ticks, delivers every tick in order, and leaves zero force behind", "[loop][thread]") {
+    Watch watch;
+    {
+        HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+        REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 200 && s.fade == 1; }));
+        CHECK(loop.snapshot().record.wrench_out.force.z() == Approx(5).epsilon(0.01));
+        CHECK(watch.lastForce > 4.9);
+        CHECK(loop.snapshot().session == 0);
+        CHECK(loop.snapshot().dropped == 0);
+        TickRecord record;
+        std::uint64_t expected = 0;
+        while (expected < 200 && loop.pop(record)) REQUIRE(record.tick == expected++);
+        CHECK(expected == 200);
+        CHECK(record.totalUs > 0);
+    }
+    CHECK(watch.lastForce == 0);
+    CHECK(watch.living == 0);
+}
+
+TEST_CASE("haptic loop: settings arrive, the newest of many wins, and live work is limited", "[loop][thread]") {
+    Watch watch;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+    Settings settings;
+    for (int i = 1; i <= 1000; ++i) {
+        settings.stiffness = 1 + i / 1000.0;
+        loop.setSettings(settings);
+    }
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.settings.stiffness == 2; }));
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.record.wrench_out.force.z() > 9.9; }));
+    CHECK(loop.snapshot().settings.shadowWork <= settings.shadowWork);
+
+    settings.rate = 4000;
+    settings.mode = Mode::Paper;
+    loop.setSettings(settings);
+    CHECK(
+        waitFor(loop, [](const LoopSnapshot& s) { return s.settings.rate == 4000 && s.settings.mode == Mode::Paper; }));
+
+    settings.trust = 99;
+    CHECK_THROWS_AS(loop.setSettings(settings), std::invalid_argument);
+    CHECK_THROWS_AS(loop.open(groundWorld(), settings, std::make_unique<PressingDevice>(watch)), std::invalid_argument);
+}
+
+TEST_CASE("haptic loop: sessions are taken over while ticking, and freed elsewhere", "[loop][thread]") {
+    Watch watch;
+    {
+        HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+        for (std::uint64_t number = 1; number <= 4; ++number) {
+            Settings settings;
+            settings.stiffness = 1 + static_cast<double>(number);
+            loop.open(groundWorld(), settings, std::make_unique<PressingDevice>(watch));
+            // Settings given after a session are for it, however the two reach the loop.
+            settings.margin = 0.6;
+            loop.setSettings(settings);
+            if (number == 2) continue;  // the next comes before this one is taken, or while it opens
+            REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) { return s.session == number; }));
+            REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) {
+                return s.settings.stiffness == settings.stiffness && s.settings.margin == 0.6;
+            }));
+        }
+        CHECK(waitFor(loop, [&](const LoopSnapshot&) { return watch.living == 1; }));
+    }
+    CHECK(watch.living == 0);
+    CHECK_FALSE(watch.freedOnLoop);
+}
+
+TEST_CASE("haptic loop: a restart begins again at tick zero", "[loop][thread]") {
+    Watch watch;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks > 150; }));
+    loop.restart();
+    CHECK(waitFor(loop, [](const LoopSnapshot& s) { return s.record.tick + 150 < s.ticks; }));
+}
+
+TEST_CASE("haptic loop: a ring that nobody empties counts what it drops, and the loop goes on", "[loop][thread]") {
+    Watch watch;
+    LoopOptions options = kOptions;
+    options.ringCapacity = 16;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), options);
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 50; }));
+    CHECK(loop.snapshot().dropped == loop.snapshot().ticks - 16);
+}

@@ -1,0 +1,140 @@
+#include "haptics/loop/settings.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+using namespace touchstone;
+
+TEST_CASE("settings: the defaults are in range, go together and are written as they stand in the struct", "[loop]") {
+    const Settings settings;
+    CHECK(checkSettings(settings) == "");
+    CHECK(getSetting(settings, "mode") == "default");
+    CHECK(getSetting(settings, "solver") == "dual-active-set");
+    CHECK(getSetting(settings, "shadow") == "pqp");
+    CHECK(getSetting(settings, "margin") == "0.5");
+    CHECK(getSetting(settings, "torsion") == "1000");
+    CHECK(getSetting(settings, "linearisations") == "2");
+    CHECK(getSetting(settings, "paper_work") == "100000000");
+    CHECK(getSetting(settings, "adaptive_margin") == "on");
+    CHECK(getSetting(settings, "pause") == "off");
+}
+
+TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") {
+    const unsigned seed = std::random_device{}();
+    INFO("seed " << seed);
+    std::mt19937_64 random(seed);
+    for (int round = 0; round < 200; ++round) {
+        Settings from;
+        for (const SettingInfo& info : settingTable()) {
+            if (info.max == 0) continue;
+            const double share = std::uniform_real_distribution<double>(0, 1)(random);
+            const double number = info.min + share * (info.max - info.min);
+            const bool whole = setSetting(from, info.key, "1.5").find("whole") != std::string::npos;
+            char text[64];
+            std::snprintf(text, sizeof text, "%.17g", whole ? std::floor(number) : number);
+            REQUIRE(setSetting(from, info.key, text) == "");
+        }
+        from.mode = random() % 2 ? Mode::Paper : Mode::Default;
+        from.solver = static_cast<int>(random() % solverTable().size());
+        from.shadow = static_cast<int>(random() % (solverTable().size() + 1)) - 1;
+        from.adaptiveMargin = random() % 2;
+        from.pause = random() % 2;
+
+        Settings to;
+        for (const SettingInfo& info : settingTable()) {
+            const std::string value = getSetting(from, info.key);
+            INFO(info.key << " = " << value);
+            REQUIRE(setSetting(to, info.key, value) == "");
+            REQUIRE(getSetting(to, info.key) == value);
+        }
+        // Members rather than text: a value that two texts share would show here.
+        REQUIRE(to.stiffness == from.stiffness);
+        REQUIRE(to.torsion == from.torsion);
+        REQUIRE(to.tolerance == from.tolerance);
+        REQUIRE(to.margin == from.margin);
+        REQUIRE(to.rate == from.rate);
+        REQUIRE(to.paperWork == from.paperWork);
+        REQUIRE(to.shadowRows == from.shadowRows);
+        REQUIRE(to.solver == from.solver);
+        REQUIRE(to.shadow == from.shadow);
+        REQUIRE(to.mode == from.mode);
+        REQUIRE(to.pause == from.pause);
+    }
+}
+
+TEST_CASE("settings: the limits are accepted, what lies beyond them is refused and named", "[loop]") {
+    for (const SettingInfo& info : settingTable()) {
+        if (info.max == 0) continue;
+        INFO(info.key);
+        Settings settings;
+        for (const double limit : {info.min, info.max}) {
+            char text[64];
+            std::snprintf(text, sizeof text, "%.17g", limit);
+            CHECK(setSetting(settings, info.key, text) == "");
+        }
+        const std::string before = getSetting(settings, info.key);
+        char beyond[64];
+        std::snprintf(beyond, sizeof beyond, "%.17g", info.max * 1.001 + 1);
+        const std::string_view refused[] = {"-1", beyond, "nan", "-nan", "inf", "", " ", "1x", "one", "1,5"};
+        for (const std::string_view value : refused) {
+            const std::string sentence = setSetting(settings, info.key, value);
+            INFO(value << ": " << sentence);
+            CHECK(sentence.find(std::string(info.key) + " must be a") == 0);
+            CHECK(sentence.find(" from ") != std::string::npos);
+            CHECK(getSetting(settings, info.key) == before);
+        }
+    }
+}
+
+TEST_CASE("settings: sentences say what is accepted", "[loop]") {
+    Settings settings;
+    CHECK(setSetting(settings, "rate", "100") == "rate must be a number from 250 to 10000 Hz, not '100'");
+    CHECK(setSetting(settings, "linearisations", "1.5") ==
+          "linearisations must be a whole number from 1 to 64, not '1.5'");
+    CHECK(setSetting(settings, "paper_work", "1e8") == "");
+    CHECK(settings.paperWork == 100'000'000);
+    CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");
+    CHECK(setSetting(settings, "mode", "papery") == "mode must be default or paper, not 'papery'");
+    CHECK(setSetting(settings, "solver", "none") ==
+          "solver must be one of dual-active-set, pqp, active-set, not 'none'");
+    CHECK(setSetting(settings, "shadow", "simplex") ==
+          "shadow must be one of dual-active-set, pqp, active-set, none, not 'simplex'");
+    CHECK(setSetting(settings, "shadow", "none") == "");
+    CHECK(settings.shadow == -1);
+    CHECK(getSetting(settings, "shadow") == "none");
+    CHECK(setSetting(settings, "stifness", "1") == "there is no setting 'stifness': did you mean 'stiffness'?");
+    const std::string unknown = setSetting(settings, "colour", "1");
+    for (const SettingInfo& info : settingTable()) CHECK(unknown.find(info.key) != std::string::npos);
+}
+
+TEST_CASE("settings: every row has a sentence of help and a key of its own", "[loop]") {
+    for (const SettingInfo& info : settingTable()) {
+        CHECK(!info.help.empty());
+        CHECK(info.min <= info.max);
+        int same = 0;
+        for (const SettingInfo& other : settingTable()) same += other.key == info.key;
+        CHECK(same == 1);
+    }
+}
+
+TEST_CASE("settings: values set past the text are checked too", "[loop]") {
+    Settings settings;
+    settings.trust = 0.6;
+    CHECK(checkSettings(settings) ==
+          "trust is 0.6 mm but must be at most the margin of 0.5 mm: lower trust or raise margin");
+    settings.margin = 0.6;
+    CHECK(checkSettings(settings) == "");
+    settings.rate = std::numeric_limits<double>::quiet_NaN();
+    CHECK(checkSettings(settings) == "rate must be a number from 250 to 10000 Hz, not 'nan'");
+    settings = {};
+    settings.solver = 99;
+    CHECK(checkSettings(settings).find("solver must be one of") == 0);
+    settings.solver = -1;
+    CHECK(checkSettings(settings).find("solver must be one of") == 0);
+    settings = {};
+    settings.shadow = -2;
+    CHECK(checkSettings(settings).find("shadow must be one of") == 0);
+}

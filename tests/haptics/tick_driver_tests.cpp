@@ -1,0 +1,372 @@
+#include "haptics/loop/tick_driver.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+using namespace touchstone;
+
+namespace {
+
+/// A tool of two balls R 5 above ground that is the top of a ball R 1000: contact where the tool node is at z = 5 mm.
+std::shared_ptr<const World> groundWorld() {
+    World world;
+    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
+    world.obstacles.push_back(
+        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {{0, 0, -1000}, Quat::Identity()}});
+    world.X_WT_start.p.z() = 20;
+    return std::make_shared<World>(world);
+}
+
+/// What passed between driver and device.
+struct Log {
+    std::vector<double> times;
+    std::vector<Wrench> written;
+    bool destroyed = false;
+};
+
+class ScriptedDevice final : public Device {
+  public:
+    using Script = std::function<DeviceReading(int call)>;
+    ScriptedDevice(Log& log, Script script) : log_(log), script_(std::move(script)) {}
+    ~ScriptedDevice() override { log_.destroyed = true; }
+    DeviceReading read(double t, double) noexcept override {
+        log_.times.push_back(t);
+        return script_(static_cast<int>(log_.times.size()) - 1);
+    }
+    void write(const Wrench& wrench) noexcept override { log_.written.push_back(wrench); }
+    DeviceLimits limits() const noexcept override { return {.peakForce = 1000, .peakTorque = 10000}; }
+
+  private:
+    Log& log_;
+    Script script_;
+};
+
+DeviceReading at(double z) { return {.X_WT = {{0, 0, z}, Quat::Identity()}}; }
+
+/// Free air for a tick, then 5 mm deep: at 1 N/mm the tool stands still and the force is 5 N but for the curved ground.
+DeviceReading pressing(int call) { return call == 0 ? at(20) : at(0); }
+
+struct Fixture {
+    Log log;
+    std::shared_ptr<const World> world = groundWorld();
+    std::unique_ptr<TickDriver> driver;
+
+    explicit Fixture(ScriptedDevice::Script script = pressing, const Settings& settings = {}) {
+        driver = std::make_unique<TickDriver>(session(log, std::move(script), settings));
+    }
+    std::unique_ptr<Session> session(Log& its, ScriptedDevice::Script script, const Settings& settings = {},
+                                     std::uint64_t number = 0) const {
+        return std::make_unique<Session>(world, settings, std::make_unique<ScriptedDevice>(its, std::move(script)),
+                                         number);
+    }
+    TickRecord run(int ticks) {
+        TickRecord record;
+        for (int i = 0; i < ticks; ++i) record = driver->tick();
+        return record;
+    }
+};
+
+/// Share of the tick's force that reached the device.
+double share(const TickRecord& record) { return record.wrench_out.force.z() / record.wrench_o.force.z(); }
+
+// The tool stands still while the force changes; what moves it is the QP's tolerance of 1e-10 mm on 5 mm.
+constexpr double kStill = 1e-8;
+
+}  // namespace
+
+TEST_CASE("ramp: a straight line that arrives exactly, from wherever it is", "[loop]") {
+    Ramp ramp(1);
+    CHECK(ramp.next() == 1);
+    ramp.to(3, 4);
+    for (const double expected : {1.5, 2.0, 2.5, 3.0, 3.0}) CHECK(ramp.next() == Approx(expected).epsilon(1e-15));
+    CHECK(ramp.value() == 3);
+    ramp.to(0, 3);
+    CHECK(ramp.next() == Approx(2));
+    ramp.to(5, 2);
+    CHECK(ramp.next() == Approx(3.5));
+    CHECK(ramp.next() == 5);
+    ramp.to(1, 0);
+    CHECK(ramp.next() == 1);
+}
+
+TEST_CASE("tick driver: the force fades in over the first 100 ms, then passes whole", "[loop]") {
+    Fixture f;
+    f.run(1);
+    for (int tick = 2; tick <= 150; ++tick) {
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_o.force.z() == Approx(5).epsilon(0.01));
+        REQUIRE(share(record) == Approx(std::min(1.0, tick / 100.0)).epsilon(1e-12));
+        REQUIRE(f.log.written.back().force == record.wrench_out.force);
+    }
+    CHECK(f.log.written.size() == 150);
+}
+
+TEST_CASE("tick driver: stiffness ramps over 200 ms and arrives exactly", "[loop]") {
+    Fixture f;
+    const double before = f.run(200).wrench_o.force.z();
+    Settings settings;
+    settings.stiffness = 2;
+    settings.torsion = 500;
+    f.driver->request(settings);
+    double last = before;
+    for (int tick = 1; tick <= 200; ++tick) {
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_o.force.z() == Approx(before * (1 + tick / 200.0)).epsilon(kStill));
+        REQUIRE(share(record) == 1);  // no fade
+        last = record.wrench_o.force.z();
+        if (tick == 100) f.driver->request(settings);  // the same again does not start over
+    }
+    CHECK(f.run(1).wrench_o.force.z() == Approx(last).epsilon(kStill));
+    // Half way back another target: on from there.
+    settings.stiffness = 1;
+    f.driver->request(settings);
+    CHECK(f.run(100).wrench_o.force.z() == Approx(1.5 * before).epsilon(kStill));
+    settings.stiffness = 2.5;
+    f.driver->request(settings);
+    CHECK(f.run(100).wrench_o.force.z() == Approx(2 * before).epsilon(kStill));
+    CHECK(f.run(100).wrench_o.force.z() == Approx(2.5 * before).epsilon(kStill));
+}
+
+TEST_CASE("tick driver: another solver comes at zero force, 50 ms out and 100 ms in", "[loop]") {
+    Fixture f;
+    f.run(200);
+    Settings settings;
+    settings.solver = findSolver("active-set");
+    settings.stiffness = 3;
+    f.driver->request(settings);
+    for (int tick = 1; tick <= 50; ++tick) {
+        const TickRecord record = f.run(1);
+        REQUIRE(share(record) == Approx(1 - tick / 50.0).margin(1e-12));
+        REQUIRE(f.driver->settings().solver == kExactSolver);
+        REQUIRE(record.wrench_o.force.z() == Approx(5).epsilon(0.01));  // with the old stiffness too
+    }
+    for (int tick = 1; tick <= 120; ++tick) {
+        f.run(1);
+        REQUIRE(f.driver->settings().solver == settings.solver);
+        REQUIRE(f.driver->fade() == Approx(std::min(1.0, tick / 100.0)).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("tick driver: the newest of several requests during a fade wins, and no fade starts over", "[loop]") {
+    Fixture f;
+    f.run(200);
+    Settings settings;
+    settings.mode = Mode::Paper;
+    f.driver->request(settings);
+    f.run(25);
+    settings.mode = Mode::Default;
+    settings.pause = true;
+    f.driver->request(settings);
+    f.run(25);
+    CHECK(f.driver->fade() == 0);
+    const TickRecord record = f.run(1);
+    CHECK(f.driver->settings().mode == Mode::Default);
+    CHECK((record.flags & kPaused));
+}
+
+TEST_CASE("tick driver: what cannot make the force jump acts at the next tick", "[loop]") {
+    Fixture f;
+    f.run(200);
+    Settings settings;
+    settings.margin = 0.7;
+    settings.shadow = -1;
+    f.driver->request(settings);
+    CHECK(share(f.run(1)) == 1);
+    CHECK(f.driver->settings().margin == 0.7);
+}
+
+TEST_CASE("tick driver: without force there is nothing to fade and a switch comes at once", "[loop]") {
+    Fixture f([](int) { return at(20); });
+    f.run(200);
+    Settings settings;
+    settings.mode = Mode::Paper;
+    f.driver->request(settings);
+    f.run(1);
+    CHECK(f.driver->settings().mode == Mode::Paper);
+}
+
+TEST_CASE("tick driver: a new rate changes the ticks of fades and keeps the device's time", "[loop]") {
+    Fixture f;
+    f.run(200);
+    Settings settings;
+    settings.rate = 2000;
+    f.driver->request(settings);
+    f.run(50);
+    CHECK(f.log.times.back() == 249);
+    CHECK(f.driver->fade() == 0);
+    f.run(100);
+    CHECK(f.driver->fade() == Approx(0.5));
+    f.run(100);
+    CHECK(f.driver->fade() == 1);
+    for (std::size_t i = 250; i < f.log.times.size(); ++i)
+        REQUIRE(f.log.times[i] == 250 + 0.5 * static_cast<double>(i - 250));
+    // Ramps as well: 200 ms are 400 ticks.
+    settings.stiffness = 2;
+    f.driver->request(settings);
+    const double before = f.run(1).wrench_o.force.z();
+    CHECK(f.run(399).wrench_o.force.z() == Approx(2 * before / (1 + 1 / 400.0)).epsilon(kStill));
+}
+
+TEST_CASE("tick driver: tick n reads the device at n / rate", "[loop]") {
+    Settings settings;
+    settings.rate = 3000;
+    Fixture f(pressing, settings);
+    f.run(1000);
+    for (int n = 0; n < 1000; ++n) REQUIRE(f.log.times[n] == n * 1000.0 / 3000);
+}
+
+TEST_CASE("tick driver: pause holds the tool with zero force, and resuming fades in", "[loop]") {
+    Fixture f([](int call) { return call == 0 ? at(20) : at(call < 300 ? 0 : -2); });
+    const TickRecord loaded = f.run(200);
+    Settings settings;
+    settings.pause = true;
+    f.driver->request(settings);
+    f.run(50);
+    for (int i = 0; i < 150; ++i) {
+        const TickRecord record = f.run(1);
+        REQUIRE((record.flags & kPaused));
+        REQUIRE(record.wrench_out.force == Vec3::Zero());
+        REQUIRE((record.X_WT.p - loaded.X_WT.p).norm() < kStill);
+    }
+    settings.pause = false;
+    f.driver->request(settings);
+    const TickRecord resumed = f.run(1);
+    CHECK(resumed.wrench_o.force.z() > 6);
+    CHECK(share(resumed) == Approx(0.01).epsilon(1e-9));
+}
+
+TEST_CASE("tick driver: another session comes at zero force and starts from its own beginning", "[loop]") {
+    Log second;
+    Fixture f;
+    f.run(200);
+    Settings settings;
+    settings.rate = 500;
+    settings.stiffness = 2;
+    f.driver->open(f.session(second, pressing, settings, 7));
+    CHECK(f.driver->opening());
+    CHECK(f.driver->newestSession() == 7);
+    f.run(50);
+    CHECK(f.driver->takeRetired() == nullptr);
+    CHECK(f.log.written.back().force == Vec3::Zero());
+    CHECK(second.times.empty());
+
+    settings.stiffness = 3;
+    f.driver->request(settings);  // for the one that is coming
+    const TickRecord first = f.run(1);
+    CHECK_FALSE(f.driver->opening());
+    CHECK(f.driver->session().number == 7);
+    CHECK(first.tick == 0);
+    CHECK(second.times == std::vector<double>{0});
+    const TickRecord pressed = f.run(1);
+    CHECK(pressed.wrench_o.force.z() == Approx(15).epsilon(0.01));  // no ramp: it begins with its stiffness
+    CHECK(share(pressed) == Approx(2 / 50.0));                      // 100 ms at 500 Hz
+    CHECK_FALSE(f.log.destroyed);
+    CHECK(f.driver->takeRetired() != nullptr);
+    CHECK(f.log.destroyed);
+    CHECK(f.log.written.size() == 250);
+}
+
+TEST_CASE("tick driver: a stale reading holds the tool, zeroes the force and lets it fade in afterwards", "[loop]") {
+    Fixture f([](int call) {
+        DeviceReading reading = pressing(call);
+        if (call >= 200 && call < 203) reading = {.X_WT = {{0, 0, -300}, Quat::Identity()}, .valid = false};
+        return reading;
+    });
+    const TickRecord before = f.run(200);
+    for (int i = 0; i < 3; ++i) {
+        const TickRecord stale = f.run(1);
+        CHECK(stale.wrench_out.force == Vec3::Zero());
+        CHECK((stale.X_WT.p - before.X_WT.p).norm() == 0);
+        CHECK((stale.X_WT_device.p - before.X_WT_device.p).norm() == 0);
+    }
+    CHECK(f.driver->session().safety.count(Trip::StaleReading).ticks == 3);
+    CHECK(f.driver->session().safety.count(Trip::StaleReading).events == 1);
+    CHECK(share(f.run(1)) == Approx(0.01));
+    CHECK(share(f.run(99)) == 1);
+}
+
+TEST_CASE("tick driver: a pose that is not finite gives a finite record and zero force", "[loop]") {
+    for (const int broken : {0, 200}) {
+        Fixture f([broken](int call) {
+            DeviceReading reading = pressing(call);
+            if (call == broken) reading.X_WT.p.x() = std::nan("");
+            return reading;
+        });
+        f.run(broken);
+        const TickRecord record = f.run(1);
+        CHECK((record.flags & kBadInput));
+        CHECK(record.wrench_out.force == Vec3::Zero());
+        CHECK(record.X_WT.isFinite());
+        CHECK(record.X_WT_device.isFinite());
+        CHECK(f.driver->session().safety.count(Trip::BadInput).ticks == 1);
+        CHECK(f.run(150).wrench_out.isFinite());
+    }
+}
+
+TEST_CASE("tick driver: a failure during a fade out lets the switch happen at once", "[loop]") {
+    Fixture f([](int call) {
+        DeviceReading reading = pressing(call);
+        reading.valid = call != 210;
+        return reading;
+    });
+    f.run(200);
+    Settings settings;
+    settings.solver = findSolver("active-set");
+    f.driver->request(settings);
+    f.run(11);
+    CHECK(f.driver->settings().solver == kExactSolver);
+    f.run(1);
+    CHECK(f.driver->settings().solver == settings.solver);
+}
+
+TEST_CASE("tick driver: restart takes device time and tool back", "[loop]") {
+    Fixture f([](int call) { return at(call == 0 || call == 250 ? 20 : 0); });
+    f.run(200);
+    f.driver->restart();
+    f.run(50);
+    CHECK(f.log.times.back() == 249);
+    const TickRecord record = f.run(1);
+    CHECK(f.log.times.back() == 0);
+    CHECK(record.tick == 0);
+    CHECK(record.X_WT.p.z() == Approx(20).epsilon(1e-15));
+    CHECK(record.wrench_o.force == Vec3::Zero());
+    CHECK(f.driver->fade() == Approx(0.01));
+}
+
+TEST_CASE("tick driver: the tool begins at the device's first pose", "[loop]") {
+    Fixture f([](int) { return at(12); });
+    const TickRecord record = f.run(1);
+    CHECK(record.X_WT.p.z() == Approx(12).epsilon(1e-15));
+    CHECK(record.wrench_o.force == Vec3::Zero());
+}
+
+TEST_CASE("tick driver: the same requests give the same ticks, with clocks or without", "[loop]") {
+    const auto hashOf = [](const TickClocks& clocks) {
+        Fixture f([](int call) { return at(call == 0 ? 20 : 2 * std::cos(0.01 * call)); });
+        std::uint64_t hash = 0;
+        for (int i = 0; i < 600; ++i) {
+            Settings settings;
+            if (i == 100) settings.stiffness = 2;
+            if (i == 250) settings.mode = Mode::Paper;
+            if (i == 100 || i == 250 || i == 400) f.driver->request(settings);
+            if (i == 500) f.driver->restart();
+            hash = hashTick(f.driver->tick(clocks), hash);
+        }
+        return hash;
+    };
+    const TickClocks clocks{.stage = {.now = [] { return std::uint64_t{7}; }, .microseconds = 1},
+                            .cpuMicroseconds = [] { return 3.0; }};
+    CHECK(hashOf({}) == hashOf({}));
+    CHECK(hashOf({}) == hashOf(clocks));
+}
+
+TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {
+    Fixture f;
+    f.run(200);
+    CHECK(f.log.written.back().force.z() > 4);
+    f.driver.reset();
+    CHECK(f.log.written.back().force == Vec3::Zero());
+    CHECK(f.log.destroyed);
+}

@@ -1,0 +1,96 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "tools/parts/scene_kit.hpp"
+#include "tools/parts/scenes.hpp"
+
+namespace touchstone::app {
+namespace {
+
+const SceneInfo& sceneNamed(std::string_view name) {
+    for (const SceneInfo& scene : sceneTable())
+        if (scene.name == name) return scene;
+    FAIL("no scene of this name");
+    return sceneTable().front();
+}
+
+nlohmann::json marking(const engine::Scene& scene, std::size_t node) {
+    return scene.registry.get<engine::NodeMarking>(scene.nodes.at(node)).extras.at("touchstone");
+}
+
+glm::dvec3 toolAt(const engine::Scene& scene, double seconds) {
+    const engine::Entity tool = scene.nodes.at(0);
+    const auto& rest = scene.registry.get<engine::LocalTransform>(tool);
+    return 1000.0 * engine::sampleNode(scene.animations.at(0), tool, rest, seconds).translation;
+}
+
+}  // namespace
+
+TEST_CASE("demonstration: pieces follow each other at the speeds given", "[parts]") {
+    Demonstration motion({{1, 0, 0}});
+    motion.hold(0.5);
+    motion.moveTo({{1, 0, 30}}, 0.25);
+    motion.follow(0.1, [](double t) { return ToolPose{{1 + 100 * t, 0, 30}}; });
+    engine::Scene scene;
+    const engine::Entity node = addNode(scene, "tool");
+    scene.animations.push_back(motion.animation(node));
+    CHECK(engine::endTime(scene.animations[0]) == Approx(0.85));
+    CHECK(toolAt(scene, 0.5).z == Approx(0).margin(1e-12));
+    CHECK(toolAt(scene, 0.6).z == Approx(12));  // 0.1 s at 120 mm/s
+    CHECK(toolAt(scene, 0.8).x == Approx(6));
+    CHECK(toolAt(scene, 2).x == Approx(11));
+}
+
+TEST_CASE("first contact: two balls meet at the sum of their radii", "[parts]") {
+    const SphereTree tool = makeSphereTree({{1, 0, 0, 2}}), obstacle = makeSphereTree({{0, 0, 0, 3}});
+    // The tool's ball stands 1 beside its origin; turned by 90 degrees about z, it is 1 above.
+    const ToolPose start{{20, -1, 0}, glm::angleAxis(std::acos(0.0), glm::dvec3(0, 0, 1))};
+    CHECK(travelToContact(tool, obstacle, start, {-1, 0, 0}) == Approx(15).margin(2e-4));
+    CHECK_THROWS_AS(travelToContact(tool, obstacle, start, {1, 0, 0}), engine::SceneError);
+    // Off centre by 4: contact where sqrt(25 - 16) = 3 remains.
+    CHECK(travelToContact(tool, obstacle, {{19, 4, 0}}, {-1, 0, 0}) == Approx(17).margin(1e-3));
+}
+
+TEST_CASE("scenes: plate drives the ball 60 mm past the plate at each speed and ends above", "[parts]") {
+    const engine::Scene scene = sceneNamed("plate").make({});
+    const engine::AnimationChannel& path = scene.animations.at(0).channels.at(0);
+    std::set<int> speeds;  // mm/s
+    for (std::size_t i = 1; i < path.times.size(); ++i)
+        if (path.values[i].y < 0 && path.values[i - 1].y > 0)
+            speeds.insert(static_cast<int>(
+                std::lround(1000 * (path.values[i - 1].y - path.values[i].y) / (path.times[i] - path.times[i - 1]))));
+    CHECK(speeds == std::set<int>{200, 1000, 3000, 10000});
+    double lowest = 0;
+    for (const auto& value : path.values) lowest = std::min(lowest, 1000 * value.y);
+    CHECK(lowest <= -0.5 - 12 - 60);
+    CHECK(path.values.back().y > 0.0125);
+    CHECK(marking(scene, 0).at("role") == "tool");
+    CHECK(marking(scene, 1).at("role") == "obstacle");
+}
+
+TEST_CASE("scenes: spline carries settings, goal and outcome after its measures", "[parts]") {
+    SceneOptions options;
+    options.fit.clearance = 0.2;
+    options.leaves = 12000;
+    const engine::Scene scene = sceneNamed("spline").make(options);
+    const auto& settings = scene.extras.at("touchstone").at("settings");
+    CHECK(settings.at("margin").get<double>() == Approx(0.15));
+    CHECK(settings.at("trust").get<double>() == Approx(0.15));
+    CHECK(marking(scene, 0).at("leaves") == 12000);
+    CHECK(marking(scene, 0).at("outcome").at("seated") == true);
+    CHECK(marking(scene, 2).at("role") == "goal");
+    // Seated: the shaft's lower end, half its length below the origin, on the bottom of the hole.
+    const auto& goal = scene.registry.get<engine::LocalTransform>(scene.nodes.at(2));
+    CHECK(goal.translation.y == Approx((options.fit.length / 2 - options.fit.depth) / 1000));
+    CHECK(toolAt(scene, 0).y == Approx(options.fit.length / 2 + 15));
+    CHECK(toolAt(scene, 100).y == Approx(options.fit.length / 2 - options.fit.depth - 1));
+}
+
+TEST_CASE("scenes: a missing bunny is named with the package that brings it", "[parts]") {
+    SceneOptions options;
+    options.bunny = "no/such/bunny.obj";
+    CHECK_THROWS_WITH(sceneNamed("wedge").make(options), Catch::Contains("glmark2-data"));
+}
+
+}  // namespace touchstone::app

@@ -1,0 +1,94 @@
+// Every scene of the build, run as it comes.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "haptics/system/headless_run.hpp"
+#include "haptics/system/session.hpp"
+
+using namespace touchstone;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> sceneFiles() {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_BINARY_DIR "/scenes", error))
+        if (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf") files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+system::HapticScene open(const fs::path& file) {
+    return system::openScene(file, {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+}
+
+system::HeadlessOptions untimed() {
+    system::HeadlessOptions options;
+    options.timing = false;
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("scenes: the build has made them", "[scenes]") {
+    std::vector<std::string> names;
+    for (const fs::path& file : sceneFiles()) names.push_back(file.stem());
+    for (const char* name : {"bunnies", "hello", "plate", "spline", "wedge"}) {
+        INFO(name);
+        CHECK(std::find(names.begin(), names.end(), name) != names.end());
+    }
+}
+
+TEST_CASE("scenes: each opens without a warning, starts clear of contact and carries demonstration and outcome", "[scenes][slow]") {
+    for (const fs::path& file : sceneFiles()) {
+        INFO(file.stem());
+        const system::HapticScene scene = open(file);
+        for (const std::string& warning : scene.warnings) CHECK(warning == "");
+        REQUIRE(scene.world);
+        CHECK(scene.demonstration);
+        CHECK_FALSE(scene.outcome.empty());
+        CHECK(trueClearance(*scene.world, scene.world->X_WT_start, 1) > 0);
+    }
+}
+
+TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][slow]") {
+    for (const fs::path& file : sceneFiles()) {
+        INFO(file.stem());
+        const system::HapticScene scene = open(file);
+        system::HeadlessOptions options = untimed();
+        bool finite = true;
+        options.onTick = [&](const TickRecord& record, double) {
+            finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite() && record.wrench_out.isFinite();
+        };
+        const system::Report report = system::runHeadless(scene, scene.settings, options).report;
+        for (const system::OutcomeCheck& check : report.checks) {
+            INFO(check.name << ": limit " << check.limit << ", was " << check.value);
+            CHECK(check.met);
+        }
+        CHECK(finite);
+        CHECK(report.penetration.max.value() <= 0.001);   // 1 µm, of the true gaps
+        CHECK(report.rowsTruncated == 0);
+    }
+}
+
+TEST_CASE("scenes: the paper's mode runs each within its row cap", "[scenes][slow]") {
+    for (const fs::path& file : sceneFiles()) {
+        INFO(file.stem());
+        const system::HapticScene scene = open(file);
+        system::HeadlessOptions options = untimed();
+        options.seconds = 0.3;
+        bool finite = true;
+        options.onTick = [&](const TickRecord& record, double) {
+            finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite();
+        };
+        const Settings settings = system::withMode(scene.settings, Mode::Paper);
+        const system::Report report = system::runHeadless(scene, settings, options).report;
+        CHECK(report.ticks == 300);
+        CHECK(report.rows.max.value() <= settings.paperRows);
+        CHECK(finite);
+    }
+}

@@ -1,0 +1,2 @@
+// This program counts allocations too.
+#include "tests/haptics/alloc_count.cpp"

@@ -1,0 +1,255 @@
+// The program from outside, as a user calls it.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "engine/scene/gltf_write.hpp"
+#include "tests/system/scene_maker.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Answer {
+    int code = -1;
+    std::string out, err;
+};
+
+std::string textOf(const fs::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Runs `touchstone ARGS` without a display and with a tree cache of its own.
+class Program {
+  public:
+    Answer operator()(const std::string& args) const {
+        const fs::path err = folder_.path() / "stderr";
+        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + (folder_.path() / "cache").string() +
+                                    "' '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" + err.string() + "'";
+        Answer answer;
+        FILE* pipe = popen(command.c_str(), "r");
+        REQUIRE(pipe);
+        char buffer[4096];
+        for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) answer.out.append(buffer, n);
+        const int status = pclose(pipe);
+        answer.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        answer.err = textOf(err);
+        return answer;
+    }
+    std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
+
+    /// The press scene, with another outcome if one is given.
+    std::string scene(const json& outcome = nullptr) const {
+        engine::Scene made = pressScene();
+        if (!outcome.is_null()) {
+            json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
+            extras["touchstone"]["outcome"] = outcome;
+            setExtras(made, made.nodes[0], extras);
+        }
+        engine::writeGltf(made, folder_.path() / "press.glb");
+        return file("press.glb");
+    }
+
+  private:
+    TempFolder folder_;
+};
+
+/// One line, ended.
+bool isOneSentence(const std::string& text) {
+    return text.size() > 12 && text.rfind("touchstone: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
+}
+
+}  // namespace
+
+TEST_CASE("program: a headless run writes a whole report, and the same hash again", "[system]") {
+    const Program touchstone;
+    const std::string scene = touchstone.scene();
+    const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
+    Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("expected outcome: met"));
+    const json report = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(report.at("scene") == "press");
+    CHECK(report.at("mode") == "default");
+    CHECK(report.at("solver") == "dual-active-set");
+    CHECK(report.at("ticks") == 801);
+    CHECK(report.at("overruns").is_null());
+    CHECK(report.at("outcome").at("met") == true);
+    CHECK(report.at("penetration_mm").at("max") <= 0.001);
+
+    std::ifstream ticks(touchstone.file("ticks.csv"));
+    std::string header, line;
+    std::getline(ticks, header);
+    CHECK_THAT(header, Contains("t_ms") && Contains("tool_x_mm") && Contains("force_x_N") && Contains("step_us"));
+    int lines = 0;
+    while (std::getline(ticks, line)) {
+        ++lines;
+        if (std::count(line.begin(), line.end(), ',') != std::count(header.begin(), header.end(), ',')) FAIL(line);
+    }
+    CHECK(lines == 801);
+
+    answer = touchstone(run + " --shadow none");
+    CHECK(answer.code == 0);
+    const json again = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(again.at("hash") == report.at("hash"));
+    CHECK(again.at("shadow") == "none");
+}
+
+TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone("run " + touchstone.scene({{"min_peak_force_N", 100}}) + " --headless");
+    CHECK(answer.code == 3);
+    CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
+}
+
+TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver", "[system]") {
+    const Program touchstone;
+    engine::Scene made = pressScene();
+    made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
+    engine::writeGltf(made, touchstone.file("set.glb"));
+    const auto settingsOf = [&](const std::string& args) {
+        const Answer answer = touchstone("run " + touchstone.file("set.glb") + " --headless --seconds 0.02 --report " +
+                                         touchstone.file("r.json") + " " + args);
+        INFO(answer.err);
+        REQUIRE(answer.code == 0);
+        return json::parse(textOf(touchstone.file("r.json"))).at("settings");
+    };
+    json settings = settingsOf("");
+    CHECK(settings.at("margin") == "0.4");
+    CHECK(settings.at("rate") == "500");
+    settings = settingsOf("--rate 250 --set margin=0.6 --set rate=1000");
+    CHECK(settings.at("margin") == "0.6");
+    CHECK(settings.at("trust") == "0.3");
+    CHECK(settings.at("rate") == "1000");
+    settings = settingsOf("--mode paper");
+    CHECK(settings.at("solver") == "pqp");
+    CHECK(settings.at("shadow") == "none");
+    CHECK(settings.at("tolerance") == "0.01");
+    settings = settingsOf("--mode paper --solver dual-active-set --tolerance 0.5 --shadow pqp");
+    CHECK(settings.at("mode") == "paper");
+    CHECK(settings.at("solver") == "dual-active-set");
+    CHECK(settings.at("shadow") == "pqp");
+    CHECK(settings.at("tolerance") == "0.5");
+}
+
+TEST_CASE("program: validate says what was taken for what, and warns", "[system]") {
+    const Program touchstone;
+    Answer answer = touchstone("validate " + touchstone.scene());
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
+                               Contains("demonstration: 0.80 s") && Contains("valid"));
+    engine::Scene lone;
+    addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
+    engine::writeGltf(lone, touchstone.file("lone.glb"));
+    answer = touchstone("validate " + touchstone.file("lone.glb"));
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.out, Contains("warning") && Contains("colour"));
+    CHECK_THAT(answer.err, Contains("no node is an obstacle"));
+    CHECK(isOneSentence(answer.err));
+}
+
+TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
+    const Program touchstone;
+    const std::string scene = touchstone.scene();
+    for (const std::string& args : std::vector<std::string>{
+             "", "dance", "run " + scene + " --headless --frobnicate", "run " + scene + " --headless --seconds -1",
+             "run " + scene + " --headless --mode papery", "run " + scene + " --headless --solver magic",
+             "run " + scene + " --headless --shadow magic", "run " + scene + " --headless --set margin",
+             "run " + scene + " --headless --set magin=1", "run " + scene + " --headless --set margin=wide",
+             "run " + scene + " --headless --set trust=5", "run " + scene + " --headless --rate fast", "validate",
+             "new --tool a.stl", "new --tool a.stl --obstacle b.stl --unit furlong -o c.glb",
+             "new --tool a.stl --obstacle b.stl -o c.txt"}) {
+        INFO(args);
+        const Answer answer = touchstone(args);
+        INFO(answer.err);
+        CHECK(answer.code == 2);
+        CHECK(isOneSentence(answer.err));
+    }
+}
+
+TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[system]") {
+    const Program touchstone;
+    const std::string scene = touchstone.scene();
+    std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
+    for (const std::string& args : std::vector<std::string>{
+             "run /no/such/scene.glb --headless", "run nosuchscene --headless",
+             "run " + touchstone.file("broken.glb") + " --headless", "run " + scene + " --headless --device joystick",
+             "run " + scene + " --headless --device mouse", "run " + scene + " --headless --device replay:/no/such.csv",
+             "run " + scene + " --headless --report /no/such/folder/r.json",
+             "run " + scene + " --headless --ticks /no/such/folder/t.csv", "run " + scene,
+             "new --tool /no/such.stl --obstacle /no/such.obj -o " + touchstone.file("n.glb")}) {
+        INFO(args);
+        const Answer answer = touchstone(args);
+        INFO(answer.err);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+    }
+    CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
+}
+
+TEST_CASE("program: help and version need no scene", "[system]") {
+    const Program touchstone;
+    CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));
+    const Answer help = touchstone("--help");
+    CHECK(help.code == 0);
+    for (const char* word : {"run", "validate", "doctor", "new", "Examples"}) CHECK_THAT(help.out, Contains(word));
+    const Answer settings = touchstone("run --help-settings");
+    CHECK(settings.code == 0);
+    for (const char* key : {"margin", "travel_budget", "shadow_rows", "dual-active-set"})
+        CHECK_THAT(settings.out, Contains(key));
+    CHECK_THAT(touchstone("run --help").out, Contains("--screenshot") && Contains("replay:hand.csv"));
+}
+
+TEST_CASE("program: doctor looks at everything", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone("doctor");
+    for (const char* what : {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "bunny", "scenes", "cache"})
+        CHECK_THAT(answer.out, Contains(what));
+    CHECK(answer.err.empty());
+}
+
+TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system]") {
+    const Program touchstone;
+    // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.
+    const auto write = [&](const std::string& name, int edge) {
+        std::ofstream out(touchstone.file(name));
+        out << "v 0 0 0\nv " << edge << " 0 0\nv 0 " << edge << " 0\nv 0 0 " << edge
+            << "\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    };
+    write("a.obj", 20);
+    write("b.obj", 40);
+    Answer answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                               " --unit mm --leaves 64 -o " + touchstone.file("ab.glb"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("20 x 20 x 20 mm") && Contains("40 x 40 x 40 mm"));
+    answer = touchstone("validate " + touchstone.file("ab.glb"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("\"a\" is the tool (64 leaves)") && Contains("\"b\" is an obstacle") &&
+                               !Contains("overlap by") && Contains("demonstration: none"));
+    // Micrometre-sized parts are the usual sign of a wrong unit.
+    answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                        " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
+    CHECK_THAT(answer.out, Contains("warning") && Contains("check the unit"));
+}
+
+TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {
+    const Program touchstone;
+    const Answer answer = touchstone("run " + touchstone.scene() + " --headless --seconds 0.4 --screenshot " + touchstone.file("p.png"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
+}

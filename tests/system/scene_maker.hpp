@@ -1,0 +1,87 @@
+#pragma once
+// Small scenes made by hand, in memory and on disk.
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "engine/scene/scene.hpp"
+#include "engine/scene/transforms.hpp"
+
+namespace touchstone::test {
+
+/// A folder of its own, removed with all in it.
+class TempFolder {
+  public:
+    TempFolder() {
+        static std::atomic<int> count = 0;
+        path_ = std::filesystem::temp_directory_path() /
+                ("touchstone_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+        std::filesystem::create_directories(path_);
+    }
+    ~TempFolder() {
+        std::error_code error;
+        std::filesystem::remove_all(path_, error);
+    }
+    TempFolder(const TempFolder&) = delete;
+    TempFolder& operator=(const TempFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+};
+
+/// An axis-aligned box about the origin, metres, outside counter-clockwise.
+inline std::shared_ptr<const engine::MeshData> boxMesh(const glm::vec3& size) {
+    auto mesh = std::make_shared<engine::MeshData>();
+    for (int i = 0; i < 8; ++i)
+        mesh->positions.push_back(size * glm::vec3(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f));
+    mesh->indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    mesh->normals = smoothNormals(*mesh);
+    return mesh;
+}
+
+inline engine::Entity addBox(engine::Scene& scene, const std::string& name, const glm::vec3& size,
+                             const nlohmann::json& mark = nullptr, const engine::LocalTransform& local = {},
+                             engine::Entity parent = {}) {
+    const engine::Entity node = addNode(scene, name, parent, local);
+    addMesh(scene, node, boxMesh(size));
+    if (!mark.is_null()) setExtras(scene, node, {{"touchstone", mark}});
+    return node;
+}
+
+/// Gives a node KHR_physics_rigid_bodies.
+inline void addPhysics(engine::Scene& scene, engine::Entity node, const nlohmann::json& body) {
+    engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
+    if (!marking) marking = &scene.registry.add(node, engine::NodeMarking{});
+    marking->extensions["KHR_physics_rigid_bodies"] = body;
+}
+
+inline engine::Animation translation(engine::Entity node, std::vector<double> times, std::vector<glm::dvec4> values) {
+    return {"motion", {{node, engine::AnimationPath::Translation, engine::Interpolation::Linear, std::move(times), std::move(values)}}};
+}
+
+/// A cube of 10 mm comes down from 5 mm above a slab of 10 mm, is pushed 2 mm in, slides 4 mm, and leaves; 0.8 s.
+inline engine::Scene pressScene() {
+    engine::Scene scene;
+    scene.name = "press";
+    const double touch = 0.010;   // height of the cube's centre when it touches
+    const engine::Entity tool = addBox(scene, "cube", glm::vec3(0.01f),
+                                       {{"role", "tool"},
+                                        {"leaves", 64},
+                                        {"outcome",
+                                         {{"max_penetration_mm", 0.001},
+                                          {"min_peak_force_N", 1.5},
+                                          {"min_contact_fraction", 0.3},
+                                          {"max_final_lag_mm", 0.01}}}},
+                                       {.translation = {0, touch + 0.005, 0}});
+    addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 512}});
+    const auto at = [&](double x, double depth) { return glm::dvec4(x, touch - depth, 0, 0); };
+    scene.animations.push_back(translation(tool, {0, 0.2, 0.6, 0.8}, {at(0, -0.005), at(0, 0.002), at(0.004, 0.002), at(0.004, -0.005)}));
+    updateWorldTransforms(scene);
+    return scene;
+}
+
+}  // namespace touchstone::test

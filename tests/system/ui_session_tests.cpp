@@ -1,0 +1,218 @@
+// Sessions without a window: scenes and devices come and go while the loop runs, and what fails is told.
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "haptics/system/session.hpp"
+#include "tests/system/ui_scene.hpp"
+
+using namespace touchstone;
+using namespace touchstone::system;
+using namespace touchstone::test;
+
+namespace {
+
+SessionOptions uncached() {
+    SessionOptions options;
+    options.treeCache.clear();
+    options.loop.realTime.raise = false;   // a test takes no priority over others
+    return options;
+}
+
+bool waitUntilRunning(LiveSession& session) {
+    return patiently([&] {
+        session.update();
+        return session.running();
+    });
+}
+
+std::string errors(const LiveSession& session) {
+    std::string all;
+    for (const Message& message : session.messages())
+        if (message.kind == Message::Kind::Error) all += message.text + "\n";
+    return all;
+}
+
+}  // namespace
+
+TEST_CASE("session: a scene runs with its demonstration, and settings arrive in the loop", "[session]") {
+    const TempFolder folder;
+    std::uint64_t ticks = 0;
+    SessionOptions options = uncached();
+    options.onTick = [&](const TickRecord&) { ++ticks; };
+    options.adjust = [](Settings settings) {
+        settings.stiffness = 2;
+        return settings;
+    };
+    LiveSession session(options);
+    CHECK_FALSE(session.running());
+    session.open({holdFile(folder), {}});
+    CHECK(session.opening().has_value());
+    REQUIRE(waitUntilRunning(session));
+    CHECK(session.device() == "demo");
+    CHECK(session.sceneNumber() == 1);
+    CHECK(session.settings().stiffness == 2);
+
+    Settings settings = session.settings();
+    settings.stiffness = 3;
+    session.setSettings(settings);
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->settings.stiffness == 3 && session.snapshot()->finished;
+    }));
+    CHECK(ticks > 0);
+    CHECK(session.history().size() > 0);
+
+    settings.trust = 2 * settings.margin;   // the two do not go together
+    session.setSettings(settings);
+    CHECK(errors(session).find("trust") != std::string::npos);
+    CHECK(session.settings().trust <= session.settings().margin);
+}
+
+TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder), {}});
+    REQUIRE(waitUntilRunning(session));
+
+    const auto broken = folder.path() / "broken.glb";
+    std::ofstream(broken) << "no scene";
+    for (const auto& file : {broken, folder.path() / "missing.gltf"}) {
+        session.open({file, {}});
+        REQUIRE(patiently([&] {
+            session.update();
+            return !session.opening();
+        }));
+        CHECK(errors(session).find(file.filename().string()) != std::string::npos);
+        CHECK(session.running());
+        CHECK(session.sceneNumber() == 1);
+    }
+    const auto before = session.snapshot()->ticks;
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->ticks > before + 10;
+    }));
+}
+
+TEST_CASE("session: another scene takes the place of the one that runs", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    const auto file = holdFile(folder);
+    session.open({file, {}});
+    REQUIRE(waitUntilRunning(session));
+    session.open({file, {}});   // is not waited for: the next one is wanted
+    session.open({file, {}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2 && !session.opening();
+    }));
+    CHECK(session.running());
+    CHECK(errors(session).empty());
+}
+
+TEST_CASE("session: a scene without roles waits for them, runs with them, and saves them", "[session]") {
+    const TempFolder folder;
+    engine::Scene unmarked = holdScene();
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
+    const auto file = folder.path() / "unmarked.glb";
+    writeGltf(unmarked, file);
+
+    LiveSession session(uncached());
+    session.open({file, {}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.scene() != nullptr;
+    }));
+    CHECK_FALSE(session.running());
+    CHECK_FALSE(session.scene()->missing.empty());
+    CHECK(session.record() == nullptr);
+
+    session.giveRole(session.scene()->scene.nodes[0], Role::Tool);
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2;
+    }));
+    session.giveRole(session.scene()->scene.nodes[1], Role::Obstacle);
+    REQUIRE(waitUntilRunning(session));
+
+    const auto saved = folder.path() / "marked.glb";
+    session.saveRoles(saved);
+    CHECK(errors(session).empty());
+    LiveSession another(uncached());
+    another.open({saved, {}});
+    CHECK(waitUntilRunning(another));
+}
+
+TEST_CASE("session: devices change while it runs; one that cannot start changes nothing", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder), {}});
+    REQUIRE(waitUntilRunning(session));
+    CHECK(session.mouse() == nullptr);
+
+    session.chooseDevice("replay:nowhere.csv");
+    CHECK(errors(session).find("nowhere.csv") != std::string::npos);
+    CHECK(session.device() == "demo");
+
+    session.chooseDevice("mouse");
+    REQUIRE(session.device() == "mouse");
+    REQUIRE(session.mouse());
+    // The hand goes where the mouse wants it, in its own time.
+    Pose wanted = session.scene()->world->X_WT_start;
+    wanted.p.x() += 5;
+    CHECK(patiently([&] {
+        session.update();
+        session.mouse()->grab(wanted);
+        return session.record() && (session.record()->X_WT_device.p - wanted.p).norm() < 0.01;
+    }));
+    session.restart();
+    CHECK(patiently([&] {
+        session.update();
+        return (session.record()->X_WT_device.p - session.scene()->world->X_WT_start.p).norm() < 0.01;
+    }));
+}
+
+TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder), {}});
+    session.cancelOpening();
+    CHECK_FALSE(session.opening());
+    CHECK(patiently([&] {
+        session.update();
+        return true;
+    }));
+    CHECK(session.scene() == nullptr);
+}
+
+TEST_CASE("session: modes bring the solvers they were published with, and swapping twice changes nothing", "[session]") {
+    const Settings start;
+    const Settings paper = withMode(start, Mode::Paper);
+    CHECK(solverTable()[paper.solver].name == "pqp");
+    CHECK(paper.shadow == -1);
+    CHECK(paper.tolerance == 0.01);
+    CHECK(withSolversSwapped(paper).solver == paper.solver);   // no shadow, nothing to swap
+    const Settings back = withMode(paper, Mode::Default);
+    CHECK(back.solver == kExactSolver);
+    CHECK(solverTable()[back.shadow].name == "pqp");
+    const Settings swapped = withSolversSwapped(start);
+    CHECK(swapped.solver == start.shadow);
+    CHECK(swapped.shadow == start.solver);
+    CHECK(withSolversSwapped(swapped).solver == start.solver);
+}
+
+TEST_CASE("tick history: keeps the newest ticks in order", "[session]") {
+    TickHistory history(3);
+    for (int i = 1; i <= 5; ++i) {
+        TickRecord record;
+        record.rows = i;
+        record.wrench_C.force = Vec3(3, 4, 0) * i;
+        history.push(record);
+    }
+    const engine::RingView rows = history.view(Channel::Rows), force = history.view(Channel::Force);
+    REQUIRE(rows.count == 3);
+    CHECK(rows[0] == 3);
+    CHECK(rows[2] == 5);
+    CHECK(force[2] == Approx(25));
+    history.clear();
+    CHECK(history.view(Channel::Rows).count == 0);
+}

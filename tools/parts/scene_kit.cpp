@@ -1,0 +1,76 @@
+#include "tools/parts/scene_kit.hpp"
+
+#include <algorithm>
+
+#include "engine/scene/mesh_file.hpp"
+#include "haptics/collision/clearance.hpp"
+#include "haptics/collision/tree_builder.hpp"
+#include "haptics/system/units.hpp"
+
+namespace touchstone::app {
+
+using engine::MeshData;
+using nlohmann::json;
+
+engine::Material gold() { return {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}; }
+engine::Material silver() { return {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}; }
+
+std::shared_ptr<const MeshData> shared(MeshData mesh) { return std::make_shared<const MeshData>(std::move(mesh)); }
+
+engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& pose,
+                       std::shared_ptr<const MeshData> mesh, const engine::Material& material, json marking) {
+    const engine::Entity node =
+        addNode(scene, name, {}, {.translation = pose.position / 1000.0, .rotation = pose.rotation});
+    if (mesh) addMesh(scene, node, std::move(mesh), addMaterial(scene, material));
+    setExtras(scene, node, {{"touchstone", std::move(marking)}});
+    return node;
+}
+
+json toolMarking(int leaves, json outcome) {
+    outcome["max_penetration_mm"] = 0.001;
+    return {{"role", "tool"},
+            {"leaves", leaves},
+            {"stiffness_N_per_m", 1000},
+            {"torsion_Nm_per_rad", 1},
+            {"outcome", std::move(outcome)}};
+}
+
+json obstacleMarking(int leaves) { return {{"role", "obstacle"}, {"leaves", leaves}}; }
+
+std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {
+    if (!std::filesystem::exists(file))
+        throw engine::SceneError(file.string() +
+                                 " is missing: install the package glmark2-data, or name the bunny with --bunny");
+    MeshData mesh = engine::readMeshFile(file, 1);
+    glm::vec3 low = mesh.positions.front(), high = low;
+    for (const glm::vec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
+    const glm::vec3 size = high - low, centre = (low + high) / 2.0f;
+    const float scale = 0.1f / std::max({size.x, size.y, size.z});
+    for (glm::vec3& p : mesh.positions) p = (p - centre) * scale;
+    return shared(std::move(mesh));
+}
+
+SphereTree treeOf(const MeshData& mesh, int leaves, const std::filesystem::path& cache) {
+    TriangleMesh surface;
+    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(system::toMm(p));
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
+    const TreeOptions options{.leaves = leaves};
+    return cache.empty() ? buildSphereTree(surface, options) : cachedSphereTree(surface, options, cache);
+}
+
+double travelToContact(const SphereTree& tool, const SphereTree& obstacle, const ToolPose& start,
+                       const glm::dvec3& direction) {
+    // The gap shrinks no faster than the tool moves, so that going by the gap never passes the contact.
+    const glm::dquat& q = start.rotation;
+    double travel = 0;
+    while (travel < 1000) {
+        const glm::dvec3 p = start.position + travel * direction;
+        const double gap = leastGap(tool, obstacle, {Vec3(p.x, p.y, p.z), system::toEigen(q)});
+        if (gap < 1e-4) return travel;
+        travel += gap;
+    }
+    throw engine::SceneError("the tool of the demonstration does not meet the obstacle on its way");
+}
+
+}  // namespace touchstone::app

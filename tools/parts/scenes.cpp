@@ -1,0 +1,169 @@
+#include "tools/parts/scenes.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "tools/parts/scene_kit.hpp"
+
+namespace touchstone::app {
+namespace {
+
+using engine::Entity;
+using engine::MeshData;
+using engine::Scene;
+using nlohmann::json;
+
+constexpr double kTau = 2 * std::numbers::pi;
+
+glm::dquat about(const glm::dvec3& axis, double angle) { return glm::angleAxis(angle, axis); }
+
+/// One bunny nudges another from behind: touch, slide, press deep, rotate, leave.
+Scene makeBunnies(const SceneOptions& options) {
+    const int leaves = options.leaves ? options.leaves : 4096;
+    const std::shared_ptr<const MeshData> mesh = stanfordBunny(options.bunny);
+    const SphereTree tree = treeOf(*mesh, leaves, options.treeCache);
+    const glm::dvec3 x(1, 0, 0), z(0, 0, 1);
+    const double contact = 130 - travelToContact(tree, tree, {130.0 * x}, -x);
+    const auto at = [&](double depth, double y = 0, double sideways = 0) {
+        return ToolPose{{contact - depth, y, sideways}};
+    };
+
+    Demonstration motion(at(-8));
+    motion.moveTo(at(0.3), 0.25);
+    motion.follow(1.85, [&](double t) { return at(0.55 - 0.25 * std::cos(kTau * t / 1.85)); });
+    motion.moveTo(at(5), 0.2);
+    motion.follow(1.5,
+                  [&](double t) { return at(5, 4 * std::cos(kTau * t / 1.5) - 4, 10 * std::sin(kTau * t / 1.5)); });
+    motion.moveTo(at(40), 0.35);
+    motion.follow(1, [&](double t) { return at(40, 0, 10 * std::sin(2 * kTau * t)); });
+    motion.moveTo(at(8), 0.32);
+    motion.follow(1.5, [&](double t) {
+        ToolPose pose = at(8);
+        pose.rotation = about(x, 0.6 * std::sin(kTau * t / 1.5)) * about(z, 0.3 * std::sin(2 * kTau * t / 1.5));
+        return pose;
+    });
+    motion.moveTo(at(-20), 0.5);
+    motion.hold(0.2);
+
+    Scene scene;
+    scene.name = "bunnies";
+    const json outcome{{"min_peak_force_N", 15}, {"min_contact_fraction", 0.8}, {"max_final_lag_mm", 0.01}};
+    const Entity tool = addBody(scene, "gold bunny", at(-8), mesh, gold(), toolMarking(leaves, outcome));
+    addBody(scene, "silver bunny", {}, mesh, silver(), obstacleMarking(leaves));
+    scene.animations.push_back(motion.animation(tool));
+    return scene;
+}
+
+/// A splined shaft finds its hole: press, turn until the keys drop in, insert, wiggle, rest.
+Scene makeSpline(const SceneOptions& options) {
+    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance.
+    const int leaves = options.leaves ? options.leaves : 8192;
+    const SplineFit& fit = options.fit;
+    const glm::dvec3 y(0, 1, 0);
+    const double misaligned = std::numbers::pi / fit.keys;
+    // The tool's origin is the middle of the shaft.
+    MeshData shaft = splinedShaft(fit);
+    for (glm::vec3& p : shaft.positions) p.y -= static_cast<float>(fit.length / 2000);
+    const auto at = [&](double depth, double angle) {
+        return ToolPose{{0, fit.length / 2 - depth, 0}, about(y, angle)};
+    };
+
+    const double pressed = 6, bottom = fit.depth + 1;
+    Demonstration motion(at(-15, misaligned));
+    motion.hold(0.3);
+    motion.moveTo(at(pressed, misaligned), 0.6);
+    motion.hold(0.3);
+    motion.moveTo(at(pressed, 0), 1);
+    motion.hold(0.2);
+    motion.moveTo(at(bottom, 0), (bottom - pressed) / 60);
+    motion.hold(0.2);
+    motion.follow(1, [&](double t) { return at(bottom, 0.15 * std::sin(2 * kTau * t)); });
+    motion.hold(1);
+
+    Scene scene;
+    scene.name = "spline";
+    scene.extras = {
+        {"touchstone",
+         {{"settings", {{"margin", 0.75 * fit.clearance}, {"trust", 0.75 * fit.clearance}, {"slack", 0.1}}}}}};
+    const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
+    const Entity tool =
+        addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(), toolMarking(leaves, outcome));
+    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), obstacleMarking(leaves));
+    addBody(scene, "seated", at(fit.depth, 0), nullptr, {},
+            {{"role", "goal"},
+             {"goal", {{"tolerance_m", fit.clearance / 1000}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}});
+    scene.animations.push_back(motion.animation(tool));
+    return scene;
+}
+
+/// A ball is driven at a thin plate, faster each time, and must never come out below.
+Scene makePlate(const SceneOptions& options) {
+    const int leaves = options.leaves ? options.leaves : 4096;
+    const double radius = 12, thickness = 1;
+    const double above = thickness / 2 + radius + 20, past = thickness / 2 + radius + 60;  // of the ball's centre
+    Demonstration motion({{0, above, 0}});
+    motion.hold(0.2);
+    for (const double metresPerSecond : {0.2, 1.0, 3.0, 10.0}) {
+        motion.moveTo({{0, -past, 0}}, (above + past) / 1000 / metresPerSecond);
+        motion.hold(0.2);
+        motion.moveTo({{0, above, 0}}, 0.3);
+        motion.hold(0.2);
+    }
+
+    Scene scene;
+    scene.name = "plate";
+    // On its side of the plate throughout: the centre never nearer than the radius, with a little for chords and
+    // rounding.
+    const double side = (thickness / 2 + radius - 0.1) / 1000;
+    const json outcome{{"min_peak_force_N", past - 1},
+                       {"max_final_lag_mm", 0.01},
+                       {"tool_within_m", {{"min", {-0.03, side, -0.03}}, {"max", {0.03, 0.1, 0.03}}}}};
+    const Entity tool =
+        addBody(scene, "ball", {{0, above, 0}}, shared(sphere(radius)), gold(), toolMarking(leaves, outcome));
+    addBody(scene, "plate", {}, shared(box({60, thickness, 60}, 2)), silver(), obstacleMarking(leaves));
+    scene.animations.push_back(motion.animation(tool));
+    return scene;
+}
+
+/// A rod is driven down into the narrowing gap between a bunny's ears while it swings from ear to ear.
+Scene makeWedge(const SceneOptions& options) {
+    const int leaves = options.leaves ? options.leaves : 4096;
+    const double radius = 9, length = 40, drive = 44, swing = 6;
+    // The ears stand in a V, seen from above. The rod lies along its middle, one end near the corner, and swings
+    // across.
+    const glm::dvec3 along(0.46, 0, -0.89), across(0.89, 0, 0.46);
+    const glm::dvec3 start(-17, 52 + radius, -13);  // just above the tips of the ears, 50 mm up
+    const glm::dquat lying = about(glm::normalize(glm::cross({0, 1, 0}, along)), kTau / 4);
+    const auto at = [&](double depth, double t) {
+        return ToolPose{start - glm::dvec3(0, depth, 0) + swing * std::sin(3 * kTau * t) * across, lying};
+    };
+    const double seconds = 1;
+    Demonstration motion(at(0, 0));
+    motion.hold(0.2);
+    motion.follow(seconds, [&](double t) { return at(drive * t / seconds, t); });
+    motion.follow(seconds, [&](double t) { return at(drive, seconds + t); });
+    motion.moveTo(at(0, 0), 0.6);
+    motion.hold(0.2);
+
+    Scene scene;
+    scene.name = "wedge";
+    const json outcome{{"min_peak_force_N", 12}, {"max_final_lag_mm", 0.01}, {"min_contact_fraction", 0.4}};
+    const Entity tool =
+        addBody(scene, "rod", at(0, 0), shared(cylinder(radius, length, 1)), gold(), toolMarking(leaves, outcome));
+    addBody(scene, "silver bunny", {}, stanfordBunny(options.bunny), silver(), obstacleMarking(leaves));
+    scene.animations.push_back(motion.animation(tool));
+    return scene;
+}
+
+constexpr SceneInfo kScenes[] = {
+    {"bunnies", "one Stanford bunny touches, slides along, presses into and turns against another", makeBunnies},
+    {"spline", "a splined shaft is turned until it drops into its hole and is pushed home", makeSpline},
+    {"plate", "a ball is driven at a 1 mm plate at 0.2, 1, 3 and 10 m/s", makePlate},
+    {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
+};
+
+}  // namespace
+
+std::span<const SceneInfo> sceneTable() { return kScenes; }
+
+}  // namespace touchstone::app

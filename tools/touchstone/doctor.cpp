@@ -1,0 +1,141 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "engine/view/gl_context.hpp"
+#include "engine/view/window.hpp"
+#include "haptics/device/device.hpp"
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/system/scene_world.hpp"
+#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/scene_path.hpp"
+
+namespace touchstone::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
+
+enum class State { Works, Limited, Fails };
+
+/// Prints lines of the examination and remembers how it went.
+class Examination {
+  public:
+    void say(const char* what, State state, const std::string& text) {
+        constexpr const char* kMarks[] = {"ok", "note", "FAILS"};
+        std::printf("%-10s %-5s  %s\n", what, kMarks[static_cast<int>(state)], text.c_str());
+        failed_ = failed_ || state == State::Fails;
+    }
+    bool failed() const { return failed_; }
+
+  private:
+    bool failed_ = false;
+};
+
+std::string processorName() {
+    std::ifstream cpus("/proc/cpuinfo");
+    for (std::string line; std::getline(cpus, line);)
+        if (line.rfind("model name", 0) == 0)
+            if (const auto colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
+    return "unknown processor";
+}
+
+void examineProcessor(Examination& examination) {
+    const unsigned cores = std::thread::hardware_concurrency();
+    examination.say("processor", State::Works, processorName());
+    if (cores >= 2)
+        examination.say("cores", State::Works, std::to_string(cores) + ": one for the loop, the others for the window");
+    else
+        examination.say("cores", State::Limited, "one alone: loop and window share it, so expect late ticks in a window");
+#if defined(__AVX512F__)
+    const char* built = "AVX-512";
+#elif defined(__AVX2__)
+    const char* built = "AVX2";
+#else
+    const char* built = nullptr;
+#endif
+    if (built)
+        examination.say("SIMD", State::Works, std::string("built for ") + built);
+    else
+        examination.say("SIMD", State::Limited,
+                        "built without AVX2, so collision is slow: configure with -DTOUCHSTONE_ARCH=native or x86-64-v3");
+}
+
+void examineScheduling(Examination& examination) {
+    RealTimeStatus status;
+    std::thread([&] { status = raiseThread({}); }).join();
+    if (status.scheduled && status.locked)
+        examination.say("scheduling", State::Works, "SCHED_FIFO and locked memory are allowed");
+    else
+        examination.say("scheduling", State::Limited, status.message);
+}
+
+void examineGraphics(Examination& examination) {
+    try {
+        const engine::HeadlessContext context;
+        examination.say("pictures", State::Works, engine::glDescription());
+    } catch (const std::exception& error) {
+        examination.say("pictures", State::Fails, error.what());
+    }
+    const char* display = std::getenv("DISPLAY");
+    const char* wayland = std::getenv("WAYLAND_DISPLAY");
+    if (!(display && *display) && !(wayland && *wayland)) {
+        examination.say("window", State::Limited,
+                        "no display: run with --headless, or on a desktop, over 'ssh -X' or under 'xvfb-run'");
+        return;
+    }
+    try {
+        const engine::Window window({.visible = false});
+        examination.say("window", State::Works, engine::glDescription());
+    } catch (const std::exception& error) {
+        examination.say("window", State::Fails, error.what());
+    }
+}
+
+void examineDevices(Examination& examination) {
+    for (const DeviceInfo& device : deviceTable())
+        examination.say("device", State::Works, std::string(device.name) + ": " + std::string(device.summary));
+}
+
+void examineData(Examination& examination) {
+    if (std::error_code error; fs::is_regular_file(kBunny, error))
+        examination.say("bunny", State::Works, kBunny);
+    else
+        examination.say("bunny", State::Limited,
+                        std::string(kBunny) + " is missing, from which scenes are made: apt install glmark2-data");
+    std::string names;
+    for (const fs::path& scene : listScenes()) names += (names.empty() ? "" : ", ") + scene.stem().string();
+    if (names.empty())
+        examination.say("scenes", State::Fails,
+                        "none in " + sceneFolder().string() + ": build the target 'scenes' (cmake --build makes all)");
+    else
+        examination.say("scenes", State::Works, names);
+
+    const fs::path cache = system::treeCacheFolder();
+    std::error_code error;
+    if (!cache.empty()) fs::create_directories(cache, error);
+    if (!cache.empty() && access(cache.c_str(), W_OK) == 0)
+        examination.say("cache", State::Works, "sphere trees are kept in " + cache.string());
+    else
+        examination.say("cache", State::Limited,
+                        (cache.empty() ? std::string("no folder for sphere trees") : cache.string() + " is not writable") +
+                            ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
+}
+
+}  // namespace
+
+int doctor() {
+    Examination examination;
+    examineProcessor(examination);
+    examineScheduling(examination);
+    examineGraphics(examination);
+    examineDevices(examination);
+    examineData(examination);
+    return examination.failed() ? kFailed : kOk;
+}
+
+}  // namespace touchstone::app

@@ -1,0 +1,90 @@
+#include <array>
+#include <cstdio>
+#include <string_view>
+
+#include "engine/scene/gltf_write.hpp"
+#include "engine/scene/mesh_file.hpp"
+#include "haptics/system/roles.hpp"
+#include "haptics/system/scene_world.hpp"
+#include "haptics/system/units.hpp"
+#include "tools/touchstone/commands.hpp"
+
+namespace touchstone::app {
+namespace {
+
+using engine::Scene;
+
+struct Unit {
+    std::string_view name;
+    double metres;
+};
+constexpr std::array kUnits{Unit{"mm", 1e-3}, Unit{"cm", 1e-2}, Unit{"m", 1.0}, Unit{"in", 0.0254}};
+
+double metresPer(const std::string& name) {
+    for (const Unit& unit : kUnits)
+        if (unit.name == name) return unit.metres;
+    throw UsageError("--unit is mm, cm, m or in, not '" + name + "'");
+}
+
+struct Box {
+    glm::dvec3 low{1e30}, high{-1e30};
+    glm::dvec3 size() const { return high - low; }
+};
+
+Box boxOf(const engine::MeshData& mesh) {
+    Box box;
+    for (const glm::vec3& position : mesh.positions) {
+        box.low = glm::min(box.low, glm::dvec3(position));
+        box.high = glm::max(box.high, glm::dvec3(position));
+    }
+    return box;
+}
+
+void addBody(Scene& scene, const std::filesystem::path& file, const glm::dvec3& at, engine::MeshData mesh,
+             const engine::Material& material, system::Role role, int leaves) {
+    const engine::Entity node = addNode(scene, file.stem().string(), {}, {.translation = at});
+    addMesh(scene, node, std::make_shared<const engine::MeshData>(std::move(mesh)), addMaterial(scene, material));
+    nlohmann::json mark{{"role", system::name(role)}};
+    if (leaves > 0) mark["leaves"] = leaves;
+    setExtras(scene, node, {{"touchstone", std::move(mark)}});
+}
+
+void print(const char* role, const std::filesystem::path& file, const Box& box) {
+    const glm::dvec3 mm = box.size() * system::kMmPerMetre;
+    std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
+}
+
+}  // namespace
+
+int makeScene(const NewOptions& options) {
+    const double metres = metresPer(options.unit);
+    if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
+        throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
+    engine::MeshData tool = engine::readMeshFile(options.tool, metres);
+    engine::MeshData obstacle = engine::readMeshFile(options.obstacle, metres);
+    const Box toolBox = boxOf(tool), obstacleBox = boxOf(obstacle);
+
+    // Parts keep the coordinates they were drawn in. The tool starts in the air, a tenth of its size above the obstacle.
+    const double gap = 0.1 * glm::length(toolBox.size());
+    const glm::dvec3 start(0, obstacleBox.high.y + gap - toolBox.low.y, 0);
+
+    Scene scene;
+    scene.name = options.output.stem().string();
+    addBody(scene, options.tool, start, std::move(tool), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, system::Role::Tool,
+            options.leaves);
+    addBody(scene, options.obstacle, {}, std::move(obstacle), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
+            system::Role::Obstacle, options.leaves);
+    engine::writeGltf(scene, options.output);
+
+    std::printf("%s\n", options.output.string().c_str());
+    print("tool", options.tool, toolBox);
+    print("obstacle", options.obstacle, obstacleBox);
+    system::SceneOptions withoutTrees;
+    withoutTrees.buildTrees = false;
+    for (const std::string& warning : system::openScene(options.output, withoutTrees).warnings)
+        std::printf("  warning: %s\n", warning.c_str());
+    std::printf("try it: touchstone run %s\n", options.output.string().c_str());
+    return kOk;
+}
+
+}  // namespace touchstone::app

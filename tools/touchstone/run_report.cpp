@@ -1,0 +1,84 @@
+#include "tools/touchstone/run_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "tools/touchstone/console.hpp"
+
+namespace touchstone::app {
+namespace {
+
+void printPercentiles(const char* what, const system::Percentiles& values, const char* unit) {
+    if (values.p50)
+        std::printf("  %-12s %10.2f median %10.2f p99 %10.2f p99.9 %10.2f worst  %s\n", what, *values.p50, *values.p99,
+                    *values.p999, *values.max, unit);
+}
+
+}  // namespace
+
+void printReport(const system::Report& report) {
+    std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", report.scene.c_str(), report.mode.c_str(),
+                report.solver.c_str(), report.shadow.c_str(), static_cast<unsigned long long>(report.ticks), report.rate);
+    printPercentiles("step", report.stepUs, "µs");
+    printPercentiles("collision", report.collisionUs, "µs");
+    printPercentiles("solve", report.solveUs, "µs");
+    if (report.shadow != "none") {
+        printPercentiles("shadow", report.shadowUs, "µs");
+        if (const system::Percentiles& error = report.shadowForceError; error.p50)
+            std::printf("  shadow error %10.4f median %10.4f p99 %17s %10.4f worst  N\n", *error.p50, *error.p99, "",
+                        *error.max);
+    }
+    std::printf("  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n", report.rows.max.value_or(0), report.force,
+                report.torque);
+    std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),
+                report.hover.max.value_or(0));
+    if (report.infeasible || report.rowsTruncated || report.safetyTrips)
+        std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
+                    static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
+                    static_cast<unsigned long long>(report.safetyTrips));
+    if (report.overruns)
+        std::printf("  %llu ticks ended late, %llu were not recorded\n",
+                    static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
+    std::printf("  hash %s\n", toJson(report).at("hash").get<std::string>().c_str());
+    if (report.checks.empty()) return;
+    std::printf("  expected outcome: %s\n", report.met() ? "met" : "NOT MET");
+    for (const system::OutcomeCheck& check : report.checks)
+        std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(), check.limit,
+                    check.value);
+}
+
+void writeReport(const system::Report& report, const std::filesystem::path& file) {
+    writeText(file, "report", toJson(report).dump(2) + "\n");
+}
+
+void LiveReport::add(const TickRecord& record, const system::LiveSession& session) {
+    const auto& scene = session.scene();
+    if (!scene || !scene->world || !session.snapshot()) return;
+    if (!judge_ || session.sceneNumber() != scene_ || record.tick <= last_) {
+        statistics_ = {};
+        judge_ = std::make_unique<system::OutcomeJudge>(scene->outcome);
+    }
+    scene_ = session.sceneNumber();
+    last_ = record.tick;
+    const double penetration = std::max(0.0, -trueClearance(*scene->world, record.X_WT, 0));
+    const double rate = session.snapshot()->settings.rate;
+    statistics_.add(record, penetration, 1000 / rate);
+    statistics_.addTimes(record);
+    judge_->add(record, penetration, 1000 / rate);
+    if (table_) table_->add(record, penetration, rate);
+}
+
+system::Report LiveReport::finish(const system::LiveSession& session) const {
+    const std::string scene = session.scene() ? system::sceneName(*session.scene()) : "";
+    system::Report report = system::reportOf(scene, session.device(), session.settings());
+    statistics_.write(report);
+    if (const LoopSnapshot* snapshot = session.snapshot()) {
+        report.overruns = snapshot->overruns;
+        report.dropped = snapshot->dropped;
+        for (const TripCount& trip : snapshot->trips) report.safetyTrips += trip.events;
+        if (judge_) report.checks = judge_->checks(session.device() == "demo" && snapshot->finished);
+    }
+    return report;
+}
+
+}  // namespace touchstone::app

@@ -1,0 +1,33 @@
+#pragma once
+// The report of a run, on paper and while a window is open.
+#include <filesystem>
+#include <memory>
+
+#include "haptics/system/report.hpp"
+#include "haptics/system/session.hpp"
+#include "tools/touchstone/tick_table.hpp"
+
+namespace touchstone::app {
+
+/// A page for people on the output stream.
+void printReport(const system::Report& report);
+
+/// JSON. Throws std::runtime_error when the file cannot be written.
+void writeReport(const system::Report& report, const std::filesystem::path& file);
+
+/// Collects the ticks of a window's session since its scene was opened or restarted, and writes all of them to a table.
+class LiveReport {
+  public:
+    /// `table`: null for none.
+    explicit LiveReport(TickTable* table) : table_(table) {}
+    void add(const TickRecord& record, const system::LiveSession& session);
+    system::Report finish(const system::LiveSession& session) const;
+
+  private:
+    TickTable* table_;
+    system::RunStatistics statistics_;
+    std::unique_ptr<system::OutcomeJudge> judge_;
+    std::uint64_t scene_ = 0, last_ = 0;
+};
+
+}  // namespace touchstone::app

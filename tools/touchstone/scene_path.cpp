@@ -1,0 +1,39 @@
+#include "tools/touchstone/scene_path.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace touchstone::app {
+
+namespace fs = std::filesystem;
+
+fs::path sceneFolder() {
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    return (error ? fs::current_path() : program.parent_path()) / "scenes";
+}
+
+std::vector<fs::path> listScenes() {
+    std::vector<fs::path> scenes;
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(sceneFolder(), error)) {
+        const fs::path extension = entry.path().extension();
+        if (extension == ".glb" || extension == ".gltf") scenes.push_back(entry.path());
+    }
+    std::sort(scenes.begin(), scenes.end());
+    return scenes;
+}
+
+fs::path findScene(const std::string& pathOrName) {
+    std::error_code error;
+    if (fs::is_regular_file(pathOrName, error)) return pathOrName;
+    std::string names;
+    for (const fs::path& scene : listScenes()) {
+        if (scene.filename() == pathOrName || scene.stem() == pathOrName) return scene;
+        names += (names.empty() ? "" : ", ") + scene.stem().string();
+    }
+    throw std::runtime_error("there is no scene '" + pathOrName + "': give the path of a .glb or .gltf file" +
+                             (names.empty() ? "" : ", or one of " + names));
+}
+
+}  // namespace touchstone::app

@@ -1,0 +1,24 @@
+#pragma once
+// Every tick of a run as a line of CSV.
+#include <filesystem>
+#include <fstream>
+
+#include "haptics/loop/step.hpp"
+
+namespace touchstone::app {
+
+class TickTable {
+  public:
+    /// Throws std::runtime_error when the file cannot be written.
+    explicit TickTable(const std::filesystem::path& file);
+    /// `penetration`: of the true gaps, mm; `rate`: Hz.
+    void add(const TickRecord& record, double penetration, double rate);
+    /// Throws std::runtime_error when something could not be written.
+    void close();
+
+  private:
+    std::filesystem::path file_;
+    std::ofstream out_;
+};
+
+}  // namespace touchstone::app

@@ -1,0 +1,43 @@
+#include <cstdio>
+
+#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/scene_path.hpp"
+
+namespace touchstone::app {
+
+int validate(const std::string& pathOrName) {
+    const std::filesystem::path file = findScene(pathOrName);
+    const system::HapticScene scene =
+        system::openScene(file, {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+
+    std::printf("%s\n", file.string().c_str());
+    for (const std::string& sentence : scene.roles.taken) std::printf("  %s\n", sentence.c_str());
+    if (scene.world) {
+        const auto describe = [](const std::string& name, const SphereTree& tree) {
+            std::printf("  %s: %.1f mm across, %d spheres in %d leaves, none standing out by more than %.3f mm\n",
+                        name.c_str(), tree.certificate.diagonal, tree.nodeCount(), tree.leafCount(),
+                        tree.certificate.protrusion);
+        };
+        describe("tool", *scene.world->tool);
+        for (const Obstacle& obstacle : scene.world->obstacles) describe(obstacle.name, *obstacle.tree);
+        if (const double clearance = trueClearance(*scene.world, scene.world->X_WT_start); clearance < 0)
+            std::printf("  warning: tool and obstacles overlap by %.3f mm at the start: move them apart\n", -clearance);
+    }
+    if (scene.demonstration)
+        std::printf("  demonstration: %.2f s\n", scene.demonstration->duration() / 1000);
+    else
+        std::printf("  demonstration: none, so headless runs need --device replay:FILE\n");
+    std::printf("  expected outcome: %s\n", scene.outcome.empty() ? "none given" : "given");
+    const Settings defaults;
+    for (const SettingInfo& info : settingTable())
+        if (const std::string value = getSetting(scene.settings, info.key); value != getSetting(defaults, info.key))
+            std::printf("  setting %s = %s %s\n", std::string(info.key).c_str(), value.c_str(),
+                        std::string(info.unit).c_str());
+    for (const std::string& warning : scene.warnings) std::printf("  warning: %s\n", warning.c_str());
+    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
+    std::printf("valid%s\n", scene.warnings.empty() ? "" : ", with warnings");
+    return kOk;
+}
+
+}  // namespace touchstone::app
