@@ -32,8 +32,8 @@ class BoxTree {
 
     struct Node {
         std::array<Eigen::Array4d, 3> lo, hi;
-        std::array<int, 4> first{};   ///< of a bucket: its first item; else the child node
-        std::array<int, 4> count{};   ///< of a bucket: its size; 0 for a child node; -1 for an empty slot
+        std::array<int, 4> first{};  ///< of a bucket: its first item; else the child node
+        std::array<int, 4> count{};  ///< of a bucket: its size; 0 for a child node; -1 for an empty slot
 
         /// Squared distances of p to the four boxes; infinite for empty slots.
         Eigen::Array4d squaredDistance(const Vec3& p) const {

@@ -24,10 +24,10 @@ class CoverCertificate::Walk {
          const Heartbeat& heartbeat)
         : c_(c), balls_(balls), growth_(growth), resolution_(resolution), heartbeat_(heartbeat) {}
 
-    bool raise = false;           ///< grow instead of reporting gaps
-    std::size_t limit = 0;        ///< of gaps
+    bool raise = false;     ///< grow instead of reporting gaps
+    std::size_t limit = 0;  ///< of gaps
     std::vector<Gap> gaps;
-    Proof proof;                  ///< filled when raising
+    Proof proof;  ///< filled when raising
 
     void run() {
         near_.resize(balls_.size());
@@ -68,8 +68,7 @@ class CoverCertificate::Walk {
                 continue;
             }
             heartbeat_();
-            for (int i = 0; i < node.count[k] && !full(); ++i)
-                visitPiece(c_.surface_[node.first[k] + i], last, end, 0);
+            for (int i = 0; i < node.count[k] && !full(); ++i) visitPiece(c_.surface_[node.first[k] + i], last, end, 0);
         }
     }
 
@@ -150,9 +149,8 @@ CoverCertificate::CoverCertificate(std::vector<Triangle> surface) : tree_(boxesO
     for (int i : tree_.order()) surface_.push_back(surface[i]);
 }
 
-std::vector<CoverCertificate::Gap> CoverCertificate::gaps(std::span<const Ball> balls, double growth,
-                                                          double resolution, std::size_t limit,
-                                                          const Heartbeat& heartbeat) const {
+std::vector<CoverCertificate::Gap> CoverCertificate::gaps(std::span<const Ball> balls, double growth, double resolution,
+                                                          std::size_t limit, const Heartbeat& heartbeat) const {
     Walk walk(*this, balls, growth, resolution, heartbeat);
     walk.limit = limit;
     walk.run();

@@ -8,8 +8,8 @@
 
 namespace touchstone {
 
-/// Triangles that balls are to cover. A ball is convex: a piece of a triangle with all corners in one ball is covered; a
-/// piece that fails is halved along its longest side.
+/// Triangles that balls are to cover. A ball is convex: a piece of a triangle with all corners in one ball is covered;
+/// a piece that fails is halved along its longest side.
 class CoverCertificate {
   public:
     explicit CoverCertificate(std::vector<Triangle> surface);
@@ -21,15 +21,15 @@ class CoverCertificate {
         double margin;
     };
 
-    /// The pieces that no ball of radius depth + growth covers, down to pieces `resolution` long. None proves the cover.
-    /// Ends after `limit` gaps.
+    /// The pieces that no ball of radius depth + growth covers, down to pieces `resolution` long. None proves the
+    /// cover. Ends after `limit` gaps.
     std::vector<Gap> gaps(std::span<const Ball> balls, double growth, double resolution, std::size_t limit,
                           const Heartbeat& heartbeat) const;
 
     /// A proof with the least growth: each piece goes to the ball that covers it with the least.
     struct Proof {
-        double growth = 0;                    ///< with it all is covered; at least the one given
-        std::vector<double> need;             ///< growth of each ball that its pieces ask for; -HUGE_VAL without pieces
+        double growth = 0;         ///< with it all is covered; at least the one given
+        std::vector<double> need;  ///< growth of each ball that its pieces ask for; -HUGE_VAL without pieces
         std::vector<std::pair<int, Triangle>> pieces;  ///< ball and piece; together they are the surface
     };
 

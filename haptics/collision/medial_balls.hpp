@@ -26,9 +26,9 @@ using Heartbeat = std::function<void()>;
 /// Source: Ma, Bae and Choi, 3D medial axis point approximation using nearest neighbors (2012), with that slack.
 Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, double slack, double guess);
 
-/// Spreads points so that their spacing is `spacing` times the radius of the patch that a ball covers where it protrudes
-/// by `protrusion`: sqrt(2 e d + e^2), small beside sharp edges and wide on thick flats. At most about `limit` points:
-/// beyond that the spacing grows. Units: the frame of RepairedMesh. Deterministic.
+/// Spreads points so that their spacing is `spacing` times the radius of the patch that a ball covers where it
+/// protrudes by `protrusion`: sqrt(2 e d + e^2), small beside sharp edges and wide on thick flats. At most about
+/// `limit` points: beyond that the spacing grows. Units: the frame of RepairedMesh. Deterministic.
 SurfaceSamples sampleSurface(const RepairedMesh& mesh, const SolidDepth& solid, double protrusion, double spacing,
                              std::size_t limit, const Heartbeat& heartbeat);
 

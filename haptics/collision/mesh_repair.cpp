@@ -11,10 +11,10 @@
 namespace touchstone {
 namespace {
 
-constexpr double kWeld = 1e-6;         // of the diagonal: below any feature, above the rounding of text formats
-constexpr double kThinnest = 1e-6;     // mean thickness 2V/A, of the diagonal, below which a shell bounds nothing
-constexpr double kSmallHoles = 0.01;   // caps over surface: a tube counts as open up to 50 diameters of length
-constexpr double kUsable = 1e-12;      // area over longest side squared: a triangle, not a line
+constexpr double kWeld = 1e-6;        // of the diagonal: below any feature, above the rounding of text formats
+constexpr double kThinnest = 1e-6;    // mean thickness 2V/A, of the diagonal, below which a shell bounds nothing
+constexpr double kSmallHoles = 0.01;  // caps over surface: a tube counts as open up to 50 diameters of length
+constexpr double kUsable = 1e-12;     // area over longest side squared: a triangle, not a line
 
 constexpr double kLargest = 1e35, kSmallest = 1e-30;  // mm; floats end at 3e38 and 1e-38, spheres need some room
 constexpr const char* kNoSurface = "the mesh has no triangle with an area; check the exported surface";
@@ -183,8 +183,8 @@ class Shells {
         }
     }
 
-    // A shell is closed when the uses of each edge cancel. Open ones that share an edge of many faces get another chance
-    // together; then small holes are closed by a cone over each piece of boundary.
+    // A shell is closed when the uses of each edge cancel. Open ones that share an edge of many faces get another
+    // chance together; then small holes are closed by a cone over each piece of boundary.
     void classify() {
         const std::vector<EdgeUse> uses = sortedEdges(faces_);
         std::vector<char> open(shellCount_, 0);
@@ -193,7 +193,8 @@ class Shells {
             forEachEdge(uses, [&](const EdgeUse* first, const EdgeUse* last) {
                 if (cancels(first, last)) return;
                 std::map<int, int> net;
-                for (const EdgeUse* u = first; u != last; ++u) net[groups.find(shellOf_[u->face])] += u->forward ? 1 : -1;
+                for (const EdgeUse* u = first; u != last; ++u)
+                    net[groups.find(shellOf_[u->face])] += u->forward ? 1 : -1;
                 for (const auto& [group, sum] : net)
                     if (sum != 0) open[group] = 1;
             });
@@ -257,7 +258,8 @@ class Shells {
         if (!shell.closed) shell.caps.clear();
     }
 
-    // One cone per connected piece of boundary, from its centroid. Its rim runs against the boundary, so all edges cancel.
+    // One cone per connected piece of boundary, from its centroid. Its rim runs against the boundary, so all edges
+    // cancel.
     std::vector<Triangle> cones(const std::vector<EdgeUse>& boundary, int& rims) const {
         std::map<int, int> local;
         for (const EdgeUse& u : boundary) {
@@ -288,7 +290,8 @@ class Shells {
         for (Triangle& t : shell.caps) std::swap(t[1], t[2]);
     }
 
-    // All closed shells are turned outward; those wholly inside another that came with the opposite sense, inward again.
+    // All closed shells are turned outward; those wholly inside another that came with the opposite sense, inward
+    // again.
     void nest() {
         std::vector<int> closed;
         for (int s = 0; s < static_cast<int>(shells_.size()); ++s)
@@ -309,9 +312,8 @@ class Shells {
                 for (int f : shells_[outer].faces) all.push_back(triangle(f));
                 it = fields.emplace(outer, TriangleBvh(std::move(all))).first;
             }
-            return std::all_of(shells_[inner].faces.begin(), shells_[inner].faces.end(), [&](int f) {
-                return it->second.windingNumber(vertices_[faces_[f][0]]) >= 0.5;
-            });
+            return std::all_of(shells_[inner].faces.begin(), shells_[inner].faces.end(),
+                               [&](int f) { return it->second.windingNumber(vertices_[faces_[f][0]]) >= 0.5; });
         };
         const auto turnedIn = [&](int s) { return shells_[s].volume < 0; };
         if (std::all_of(closed.begin(), closed.end(), turnedIn) || std::none_of(closed.begin(), closed.end(), turnedIn))
@@ -427,8 +429,7 @@ void markBuried(std::vector<Face>& faces) {
 }  // namespace
 
 bool RepairedMesh::closed() const {
-    return holes == 0 && std::none_of(faces.begin(), faces.end(),
-                                      [](const Face& f) { return f.exposed; });
+    return holes == 0 && std::none_of(faces.begin(), faces.end(), [](const Face& f) { return f.exposed; });
 }
 
 RepairedMesh repairMesh(const TriangleMesh& mesh) {

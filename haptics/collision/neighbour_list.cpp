@@ -26,35 +26,39 @@ NeighbourList::NeighbourList(const SphereTree& tool, const SphereTree& obstacle,
     buckets_.resize(capacity);
     offsets_.resize(std::size_t(tool.leafCount()) + 1);
     groups_.resize(std::size_t(tool.leafCount()));
+    for (auto& column : placed_) column.resize(std::size_t(paddedToEight(tool.leafCount())));
+}
+
+/// Centres of all tool leaves in the obstacle's frame, and their reach.
+void NeighbourList::placeToolLeaves(const Pose& X_OT, float margin) {
+    const Eigen::Matrix3f R = X_OT.R().cast<float>();
+    const Eigen::Vector3f p = X_OT.p.cast<float>();
+    const TreeLevel& leaves = tool_->levels[0];
+    for (int i = 0; i < leaves.count; i += SphereTree::kBranching) {
+        const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
+        for (int k = 0; k < 3; ++k) store(&placed_[k][i], R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k]);
+        store(&placed_[3][i], load(&leaves.r[i]) + margin);
+    }
 }
 
 bool NeighbourList::build(const Pose& X_OT, double margin) {
     builtMargin_ = -1;
     size_ = groupCount_ = 0;
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
+    placeToolLeaves(X_OT, float(margin) + floatGuard(*tool_, *obstacle_, X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     std::fill(offsets_.begin(), offsets_.end(), 0);
 
     int n = 0;
     bool full = false;
-    int placed = -1;
-    Vec3 c = Vec3::Zero();
-    float reach = 0;
     walk_.run(X_OT, margin, [&](const LeafBucket* entries, int count) {
         for (int i = 0; i < count && !full; ++i) {
+            // The walk tested the bucket's box; the leaves themselves drop most of what it found.
             const LeafBucket e = entries[i];
-            if (e.toolLeaf != placed) {
-                const Sphere s = tool_->leaf(e.toolLeaf);
-                c = X_OT * Vec3(s.x, s.y, s.z);
-                reach = s.r + limit;
-                placed = e.toolLeaf;
-            }
-            // The walk tested the bucket's box; the leaves themselves drop half of what it found.
             const int first = e.bucket * SphereTree::kBranching;
-            const Float8 dx = load(&leaves.x[first]) - splat(float(c.x()));
-            const Float8 dy = load(&leaves.y[first]) - splat(float(c.y()));
-            const Float8 dz = load(&leaves.z[first]) - splat(float(c.z()));
-            const Float8 sum = max(load(&leaves.r[first]) + splat(reach), splat(0.0f));
+            const Float8 dx = load(&leaves.x[first]) - splat(placed_[0][e.toolLeaf]);
+            const Float8 dy = load(&leaves.y[first]) - splat(placed_[1][e.toolLeaf]);
+            const Float8 dz = load(&leaves.z[first]) - splat(placed_[2][e.toolLeaf]);
+            const Float8 sum = max(load(&leaves.r[first]) + splat(placed_[3][e.toolLeaf]), splat(0.0f));
             if (!lessEqual(dx * dx + dy * dy + dz * dz, sum * sum)) continue;
             full = n == int(found_.size());
             if (full) break;

@@ -56,6 +56,7 @@ class NeighbourList {
         std::int32_t toolLeaf, begin, end;   ///< buckets_[begin, end)
     };
 
+    void placeToolLeaves(const Pose& X_OT, float margin);
     template <class Visit>
     void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
 
@@ -69,6 +70,7 @@ class NeighbourList {
     Pose builtAt_;
     double builtMargin_ = -1;
     int size_ = 0, groupCount_ = 0;
+    AlignedVector<float> placed_[4];   ///< of build(): x, y, z, reach of each tool leaf
     std::vector<LeafBucket> found_;
     std::vector<std::int32_t> buckets_, offsets_;
     std::vector<Group> groups_;

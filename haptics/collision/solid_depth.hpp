@@ -4,9 +4,9 @@
 
 namespace touchstone {
 
-/// Signed depth in the body: the points that the closed shells wind around, and the sheets. Positive inside, where it is
-/// the distance to the walls; outside it is minus the distance to the body. It is 1-Lipschitz, so a sphere of radius r
-/// about c reaches no further than r - depth(c) out of the body. Lengths in the frame of RepairedMesh.
+/// Signed depth in the body: the points that the closed shells wind around, and the sheets. Positive inside, where it
+/// is the distance to the walls; outside it is minus the distance to the body. It is 1-Lipschitz, so a sphere of radius
+/// r about c reaches no further than r - depth(c) out of the body. Lengths in the frame of RepairedMesh.
 class SolidDepth {
   public:
     explicit SolidDepth(const RepairedMesh& mesh);

@@ -7,10 +7,10 @@
 namespace touchstone {
 namespace {
 
-constexpr double kShare = 0.85;        // of the growth for the samples; the rest is for what lies between them
-constexpr double kResolution = 0.15;   // of the growth: where halving pieces ends
+constexpr double kShare = 0.85;       // of the growth for the samples; the rest is for what lies between them
+constexpr double kResolution = 0.15;  // of the growth: where halving pieces ends
 constexpr int kPatchRounds = 10;
-constexpr int kSpare = 2;               // samples that a ball may have to itself and yet be dropped
+constexpr int kSpare = 2;  // samples that a ball may have to itself and yet be dropped
 constexpr int kSettleSteps = 14;
 constexpr std::size_t kMostGaps = 100000;
 
@@ -67,7 +67,8 @@ CoverSearch::CoverSearch(SurfaceSamples samples, const SolidDepth& solid, const 
                          const Heartbeat& heartbeat)
     : samples_(std::move(samples)), solid_(solid), certificate_(certificate), heartbeat_(heartbeat) {}
 
-CoverSearch::Reach CoverSearch::reachOf(const std::vector<Vec3>& points, const std::vector<Ball>& balls, double growth) const {
+CoverSearch::Reach CoverSearch::reachOf(const std::vector<Vec3>& points, const std::vector<Ball>& balls,
+                                        double growth) const {
     const PointIndex index(points);
     Reach reach;
     for (const Ball& ball : balls) {

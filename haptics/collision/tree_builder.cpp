@@ -12,13 +12,13 @@
 namespace touchstone {
 namespace {
 
-constexpr double kSpacing = 0.45;         // of the samples, in patch radii: closer gains little and costs its square
-constexpr int kSearchSteps = 8;           // greedy covers for one set of samples
-constexpr double kWholeBody = 4;          // growth beyond which any ball holds the whole body; its diagonal is below 2
-constexpr double kGoodFill = 0.93;       // of the leaves asked for
-constexpr double kResolution = 0.15;      // of the growth: where a proof stops halving pieces
-constexpr int kRelaxRounds = 5;           // the first two gain 12 %, the others some 2 % each
-constexpr int kSamplings = 5;             // sets of samples before the growth just doubles until it suffices
+constexpr double kSpacing = 0.45;     // of the samples, in patch radii: closer gains little and costs its square
+constexpr int kSearchSteps = 8;       // greedy covers for one set of samples
+constexpr double kWholeBody = 4;      // growth beyond which any ball holds the whole body; its diagonal is below 2
+constexpr double kGoodFill = 0.93;    // of the leaves asked for
+constexpr double kResolution = 0.15;  // of the growth: where a proof stops halving pieces
+constexpr int kRelaxRounds = 5;       // the first two gain 12 %, the others some 2 % each
+constexpr int kSamplings = 5;         // sets of samples before the growth just doubles until it suffices
 
 /// Passes the progress on, at most every 20 ms, and cancels.
 class Progress {
@@ -115,7 +115,8 @@ Cover searchCover(const RepairedMesh& mesh, const SolidDepth& solid, const Cover
                   Progress& progress, const Heartbeat& heartbeat) {
     const auto most = static_cast<std::size_t>(leaves);
     const std::size_t sampleLimit = 40 * most + 4000;
-    const double spacing = kSpacing * std::clamp(std::sqrt(leaves / 512.0), 0.5, 1.0);  // few leaves can afford many candidates
+    // Few leaves can afford many candidates.
+    const double spacing = kSpacing * std::clamp(std::sqrt(leaves / 512.0), 0.7, 1.0);
     double growth = estimateGrowth(mesh, solid, leaves, heartbeat);
     std::optional<Cover> best;
     double tooSmall = 0;  // the largest growth that did not suffice
@@ -128,7 +129,6 @@ Cover searchCover(const RepairedMesh& mesh, const SolidDepth& solid, const Cover
         bool done = false;
         for (int step = 0; step < kSearchSteps && !done; ++step) {
             Cover cover = search.cover(growth, most);
-            if(getenv("DBG"))fprintf(stderr,"try %.6f sampled %.6f n %zu proven %d\n",growth,sampled,cover.balls.size(),cover.proven);
             const double ratio = static_cast<double>(cover.balls.size()) / leaves;
             if (cover.proven && ratio <= 1) {
                 if (!best || growth < best->growth) best = std::move(cover);
@@ -146,9 +146,9 @@ Cover searchCover(const RepairedMesh& mesh, const SolidDepth& solid, const Cover
             if (growth > 1.7 * sampled || growth < sampled / 1.7) break;
             done = done || (step + 1 == kSearchSteps && best);
         }
-        if (done) return relax(std::move(*best), search, solid, certificate, most, heartbeat);
+        if (best && (done || sampling + 1 == kSamplings))
+            return relax(std::move(*best), search, solid, certificate, most, heartbeat);
     }
-    if (best) return std::move(*best);
     // A stubborn surface: accept any growth that can be proven, down to one ball around all.
     for (growth = std::max(growth, 1e-4);; growth *= 2) {
         CoverSearch search(sampleSurface(mesh, solid, growth, spacing, sampleLimit, heartbeat), solid, certificate,
@@ -190,7 +190,7 @@ std::string noteFor(const RepairedMesh& body, const TreeCertificate& certificate
     if (depth > 0 && 2 * depth < e) {
         // Leaves go as 1 / (2 e d + e^2); wanted is a protrusion of the half thickness.
         const double more = std::min(1e9, leaves * (2 * e * depth + e * e) / (3 * depth * depth));
-        return "The part is thin and its leaves reach further out than it is thick; about " +
+        return "The leaves reach further out of the part than it is thick; about " +
                std::to_string(std::llround(more / 1000 + 1) * 1000) + " leaves would follow it.";
     }
     return {};

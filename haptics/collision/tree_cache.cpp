@@ -91,7 +91,8 @@ std::optional<Entry> decoded(const std::string& bytes, std::uint64_t key) {
     if (!in.ok || count == 0 || body - in.at != count * sizeof(Sphere)) return {};
     for (std::uint32_t i = 0; i < count; ++i) {
         const auto s = in.take<Sphere>();
-        if (!(std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.r) && s.r >= 0)) return {};
+        if (!(std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.r) && s.r >= 0))
+            return {};
         entry.leaves.push_back(s);
     }
     return entry;

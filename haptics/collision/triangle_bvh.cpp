@@ -7,8 +7,8 @@
 namespace touchstone {
 namespace {
 
-constexpr double kNeedle = 1e-7;       // height over longest side below which the face plane carries no digits
-constexpr double kDipoleReach = 2.5;   // in radii of the group; the first-order error is then some 1e-2 of its share
+constexpr double kNeedle = 1e-7;      // height over longest side below which the face plane carries no digits
+constexpr double kDipoleReach = 2.5;  // in radii of the group; the first-order error is then some 1e-2 of its share
 
 Vec3 closestOnSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 ab = b - a;
@@ -146,7 +146,8 @@ Eigen::Array4d TriangleBvh::Pack::squaredDistance(const Vec3& p) const {
     const Lane sides = side(apx, apy, apz, ab[0], ab[1], ab[2], perAb2)
                            .min(side(apx, apy, apz, ac[0], ac[1], ac[2], perAc2))
                            .min(side(bpx, bpy, bpz, bcx, bcy, bcz, perBc2));
-    const Lane nx = ab[1] * ac[2] - ab[2] * ac[1], ny = ab[2] * ac[0] - ab[0] * ac[2], nz = ab[0] * ac[1] - ab[1] * ac[0];
+    const Lane nx = ab[1] * ac[2] - ab[2] * ac[1], ny = ab[2] * ac[0] - ab[0] * ac[2],
+               nz = ab[0] * ac[1] - ab[1] * ac[0];
     // n . (e x d) for a side e and the way d to p from its start: positive on the inner side.
     const auto within = [&](const Lane& ex, const Lane& ey, const Lane& ez, const Lane& x, const Lane& y,
                             const Lane& z) -> Lane {

@@ -34,9 +34,9 @@ class TriangleBvh {
     /// The nearest point among those nearer than `bound`. Exact up to rounding; among equals any, always the same.
     Hit closest(const Vec3& p, double bound = HUGE_VAL) const;
 
-    /// How often the surface winds around p: an integer off a closed surface. Far groups count as dipoles, with an error
-    /// well below the 1/2 that decides between inside and outside.
-    /// Source: Barill, Dickson, Schmidt, Levin, Jacobson, Fast Winding Numbers, ACM TOG 37 (2018).
+    /// How often the surface winds around p: an integer off a closed surface. Far groups count as dipoles, with an
+    /// error well below the 1/2 that decides between inside and outside. Source: Barill, Dickson, Schmidt, Levin,
+    /// Jacobson, Fast Winding Numbers, ACM TOG 37 (2018).
     double windingNumber(const Vec3& p) const;
 
     /// Calls visit(triangle index) for the triangles whose boxes meet the box.

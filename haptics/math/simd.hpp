@@ -19,6 +19,7 @@ typedef std::int64_t Long8 __attribute__((vector_size(64)));
 using Mask = std::uint32_t;
 
 inline Float8 load(const float* p) { return reinterpret_cast<Float8>(_mm256_loadu_ps(p)); }
+inline void store(float* p, Float8 v) { _mm256_storeu_ps(p, reinterpret_cast<__m256>(v)); }
 inline Float8 splat(float v) { return reinterpret_cast<Float8>(_mm256_set1_ps(v)); }
 inline Double8 splat(double v) { return Double8{v, v, v, v, v, v, v, v}; }
 inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_epi32(v)); }

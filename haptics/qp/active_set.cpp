@@ -9,20 +9,20 @@
 namespace touchstone {
 namespace {
 
-constexpr double kStill = 1e-12;      // a step shorter than this times 1 + |z| + cost is none
-constexpr double kParallel = 1e-11;   // a row that the step approaches at less than this of its length does not block it
-constexpr double kRounding = 1e-14;   // an approach shorter than this times 1 + |z| is none
-constexpr double kPull = 1e-11;       // a multiplier above minus this times 1 + |z| + cost does not pull
-constexpr double kTouching = 1e-10;   // rows this near may be held from the start; answers are feasible to this
-constexpr double kMet = 1e-12;        // the same after a perturbation, whose working set may be another vertex's
-constexpr double kIndependent2 = 1e-12;   // squared sine of a row's angle to the held rows' span, for a start
-constexpr double kDependent2 = 1e-26;     // the same where it is rounding
-constexpr int kPatience = 10;         // steps without progress before the rows are perturbed
-constexpr double kPerturbation = 1e-9;    // how far each row then gives way, times 1 to 2: no two planes stay tied
-constexpr double kPenalties[] = {1e3, 1e6};   // M of phase 1, N: more than the forces' sum in any contact
+constexpr double kStill = 1e-12;     // a step shorter than this times 1 + |z| + cost is none
+constexpr double kParallel = 1e-11;  // a row that the step approaches at less than this of its length does not block it
+constexpr double kRounding = 1e-14;  // an approach shorter than this times 1 + |z| is none
+constexpr double kPull = 1e-11;      // a multiplier above minus this times 1 + |z| + cost does not pull
+constexpr double kTouching = 1e-10;  // rows this near may be held from the start; answers are feasible to this
+constexpr double kMet = 1e-12;       // the same after a perturbation, whose working set may be another vertex's
+constexpr double kIndependent2 = 1e-12;      // squared sine of a row's angle to the held rows' span, for a start
+constexpr double kDependent2 = 1e-26;        // the same where it is rounding
+constexpr int kPatience = 10;                // steps without progress before the rows are perturbed
+constexpr double kPerturbation = 1e-9;       // how far each row then gives way, times 1 to 2: no two planes stay tied
+constexpr double kPenalties[] = {1e3, 1e6};  // M of phase 1, N: more than the forces' sum in any contact
 
-/// In the metric of G (UnitRows): min ½|z|² + cost z6 s.t. b_i·z + slack z6 + e_i >= 0 and, where slack > 0, z6 >= 0. Lanes
-/// 0..5 of z are the increment; z6 stays zero while slack and cost are.
+/// In the metric of G (UnitRows): min ½|z|² + cost z6 s.t. b_i·z + slack z6 + e_i >= 0 and, where slack > 0, z6 >= 0.
+/// Lanes 0..5 of z are the increment; z6 stays zero while slack and cost are.
 class ActiveSet final : public Solver {
   public:
     explicit ActiveSet(int capacity) : rows_(capacity) {}
@@ -32,7 +32,7 @@ class ActiveSet final : public Solver {
 
   private:
     struct Block {
-        double fraction = 1;   ///< of the step
+        double fraction = 1;  ///< of the step
         int row = -1;
     };
 
@@ -53,9 +53,9 @@ class ActiveSet final : public Solver {
     int steps_ = 0, limit_ = 0;
     bool perturbed_ = false;
 
-    ActiveBasis held_;        // the working set: rows held as equations
-    int working_[ActiveBasis::kMax] = {};   // which; rows_.size is the bound z6 >= 0
-    Vec8 forces_{};           // their multipliers at heldOptimum()
+    ActiveBasis held_;                     // the working set: rows held as equations
+    int working_[ActiveBasis::kMax] = {};  // which; rows_.size is the bound z6 >= 0
+    Vec8 forces_{};                        // their multipliers at heldOptimum()
 
     int remembered_ = 0;
     std::uint64_t ids_[ActiveBasis::kMax] = {};
@@ -92,8 +92,8 @@ void ActiveSet::holdRemembered(const RowSet& rows) {
     }
 }
 
-/// The optimum with the working set as equations, and its multipliers: the part of z in the held rows' span is fixed by their
-/// planes, the rest is that of the free optimum (0, ..., 0, -cost).
+/// The optimum with the working set as equations, and its multipliers: the part of z in the held rows' span is fixed by
+/// their planes, the rest is that of the free optimum (0, ..., 0, -cost).
 Vec8 ActiveSet::heldOptimum() {
     Vec8 free{};
     free[6] = -cost_;
@@ -122,7 +122,8 @@ ActiveSet::Block ActiveSet::firstBlock(const Vec8& step) const {
     for (int lane = 0; lane < 8; ++lane) {
         const int row = int(where[lane]) + lane;
         if (where[lane] < 0) continue;
-        if (least[lane] < block.fraction || (least[lane] == block.fraction && row < block.row)) block = {least[lane], row};
+        if (least[lane] < block.fraction || (least[lane] == block.fraction && row < block.row))
+            block = {least[lane], row};
     }
     if (slack_ > 0 && step[6] < parallel && -z_[6] / step[6] < block.fraction) {
         block = {-z_[6] / step[6], rows_.size};
@@ -140,8 +141,8 @@ double ActiveSet::leastGap(const Vec8& z) const {
     return least8(least);
 }
 
-/// Moves all planes back a little, each by its own amount, or forth again. Breaks the ties of degenerate vertices, at which
-/// the walk could go round for ever.
+/// Moves all planes back a little, each by its own amount, or forth again. Breaks the ties of degenerate vertices, at
+/// which the walk could go round for ever.
 void ActiveSet::perturb(double sign) {
     perturbed_ = sign > 0;
     for (int i = 0; i < rows_.size; ++i) {
@@ -236,7 +237,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
     held_.clear();
     slack_ = cost_ = 0;
     z_ = Vec8{};
-    for (int k = 0; k < 6; ++k) z_[k] = -rows_.root[k] * rows_.wanted[k];   // x = 0
+    for (int k = 0; k < 6; ++k) z_[k] = -rows_.root[k] * rows_.wanted[k];  // x = 0
     holdRemembered(*problem.rows);
 
     bool done = false, contradiction = false;
@@ -251,7 +252,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
         done = walk();
     }
     const bool tied = perturbed_;
-    if (done && tied) {   // the same working set on the true planes
+    if (done && tied) {  // the same working set on the true planes
         perturb(-1);
         int rows[ActiveBasis::kMax];
         const int count = held_.size();
@@ -261,11 +262,11 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
         z_ = heldOptimum();
         for (int j = 0; j < count; ++j) done &= forces_[j] >= 0;
     }
-    const double depth = -leastGap(Vec8{});   // of h
+    const double depth = -leastGap(Vec8{});  // of h
     const bool met = leastGap(z_) >= -(tied ? kMet : kTouching) * (1 + depth);
-    result.status = !done || !met                       ? SolveStatus::IterationLimit
+    result.status = !done || !met                     ? SolveStatus::IterationLimit
                     : contradiction || rows_.hopeless ? SolveStatus::Elastic
-                                                        : SolveStatus::Solved;
+                                                      : SolveStatus::Solved;
     fill(problem, result);
     return result;
 }

@@ -4,9 +4,9 @@
 
 namespace touchstone {
 
-/// Up to seven independent unit rows n_j with offsets d_j, the planes n_j·z + d_j = 0, as N = [n_0 n_1 ...] = Q R. Vectors
-/// fill lanes 0..6 of a Vec8; lane 7 is zero. Every state depends on the ordered rows alone, not on the way there: a row
-/// that leaves has its successors orthogonalised anew, so no error builds up over hundreds of pivots.
+/// Up to seven independent unit rows n_j with offsets d_j, the planes n_j·z + d_j = 0, as N = [n_0 n_1 ...] = Q R.
+/// Vectors fill lanes 0..6 of a Vec8; lane 7 is zero. Every state depends on the ordered rows alone, not on the way
+/// there: a row that leaves has its successors orthogonalised anew, so no error builds up over hundreds of pivots.
 class ActiveBasis {
   public:
     static constexpr int kMax = 7;
@@ -14,7 +14,7 @@ class ActiveBasis {
     /// n = Q along + across = N weights + across, with `across` orthogonal to every active row.
     struct Split {
         Vec8 along, weights, across;
-        double across2;   ///< |across|²
+        double across2;  ///< |across|²
     };
 
     int size() const { return size_; }
@@ -74,10 +74,10 @@ class ActiveBasis {
     }
 
     int size_ = 0;
-    Vec8 q_[kMax]{};            ///< columns of Q
-    Vec8 transposed_[kMax]{};   ///< its rows
-    Vec8 inverse_[kMax]{};      ///< columns of R⁻¹
-    Vec8 heights_{};            ///< R⁻ᵀ d: the active planes' distances along the columns of Q
+    Vec8 q_[kMax]{};           ///< columns of Q
+    Vec8 transposed_[kMax]{};  ///< its rows
+    Vec8 inverse_[kMax]{};     ///< columns of R⁻¹
+    Vec8 heights_{};           ///< R⁻ᵀ d: the active planes' distances along the columns of Q
     Vec8 normals_[kMax]{};
     double offsets_[kMax]{};
 };

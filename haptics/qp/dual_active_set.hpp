@@ -6,17 +6,18 @@
 
 namespace touchstone {
 
-/// Dual active set for six unknowns. With z = G^½(x-h) and every row scaled to unit length in the metric of G, the problem is
-/// the point of a polyhedron nearest to the origin; the active rows' planes and their nearest point are kept, and the row
-/// violated most is added until none is. At most seven rows are ever active, so a pivot is one scan of the rows and a few
-/// 7 x 7 products. Rows may be violated by 1e-10 (1 + depth of h) when Solved, in mm times the row's length; only where the
-/// rows contradict each other by less than that, by 1e-6 (1 + depth).
+/// Dual active set for six unknowns. With z = G^½(x-h) and every row scaled to unit length in the metric of G, the
+/// problem is the point of a polyhedron nearest to the origin; the active rows' planes and their nearest point are
+/// kept, and the row violated most is added until none is. At most seven rows are ever active, so a pivot is one scan
+/// of the rows and a few 7 x 7 products. When Solved, rows of unit length are violated by at most
+/// 1e-12 (1 + depth of h), so x is right to about that times the sum of the forces; only where rows contradict each
+/// other by less than 1e-6 (1 + depth) by as much.
 ///
-/// Contradicting rows, or 400 pivots: Elastic, the exact answer of min ½(x-h)'G(x-h) + ½ w s² s.t. J x + s >= -g, rows scaled
-/// to unit length in the metric of G. A row shorter than 1e-15 in that metric is dropped; with g < 0 nothing can meet it, so
-/// the others' answer is returned, as Elastic. Pivots bounded by the settings: IterationLimit with the iterate.
-/// Shapes: up to `capacity` rows; more are Invalid. Real time: as Solver; O(m) a pivot.
-/// Source: Goldfarb and Idnani, Math. Programming 27 (1983).
+/// Contradicting rows, or 400 pivots: Elastic, the exact answer of min ½(x-h)'G(x-h) + ½ w s² s.t. J x + s >= -g, rows
+/// scaled to unit length in the metric of G. A row shorter than 1e-15 in that metric is dropped; with g < 0 nothing can
+/// meet it, so the others' answer is returned, as Elastic. Pivots bounded by the settings: IterationLimit with the
+/// iterate. Shapes: up to `capacity` rows; more are Invalid. Real time: as Solver; O(m) a pivot. Source: Goldfarb and
+/// Idnani, Math. Programming 27 (1983).
 std::unique_ptr<Solver> makeDualActiveSet(int capacity);
 
 }  // namespace touchstone

@@ -10,12 +10,12 @@
 namespace touchstone {
 namespace {
 
-/// A force of zero can never grow again under multiplication. This part of the tolerance keeps inactive rows alive and adds,
-/// over 300 of them, less than a thirtieth of the tolerance to the force.
+/// A force of zero can never grow again under multiplication. This part of the tolerance keeps inactive rows alive and
+/// adds, over 300 of them, less than a thirtieth of the tolerance to the force.
 constexpr double kFloor = 1e-4;
-constexpr double kSmallestFloor = 1e-12;   // N
-constexpr double kLargestScale = 1000;     // of the forces at the start
-constexpr double kRunaway = 1e9;           // N: a sum this large belongs to rows that contradict each other
+constexpr double kSmallestFloor = 1e-12;  // N
+constexpr double kLargestScale = 1000;    // of the forces at the start
+constexpr double kRunaway = 1e9;          // N: a sum this large belongs to rows that contradict each other
 
 class Pqp final : public Solver {
   public:
@@ -34,11 +34,12 @@ class Pqp final : public Solver {
 
     // With the unit rows B = [b_i], e and u_i = l_i y_i the dual is min F(u) = ½|B'u|² + e'u over u >= 0.
     UnitRows rows_;
-    AlignedVector<double> u_, next_, step_;   // where F is looked at, where it is looked at next, and the last step's end
-    Vec6 along_, size_;                       // B'u and |B|'u
+    AlignedVector<double> u_, next_,
+        step_;           // where F is looked at, where it is looked at next, and the last step's end
+    Vec6 along_, size_;  // B'u and |B|'u
 
     std::vector<Multiplier> answer_;
-    std::vector<std::uint64_t> ids_;   // contacts and forces (N) of the last robust answer
+    std::vector<std::uint64_t> ids_;  // contacts and forces (N) of the last robust answer
     std::vector<double> forces_;
     int remembered_ = 0;
 };
@@ -47,9 +48,9 @@ Pqp::Pqp(int capacity) : paper_(capacity), rows_(capacity), answer_(capacity), i
     for (auto* entries : {&u_, &next_, &step_}) entries->resize(paddedToEight(capacity));
 }
 
-/// Last answer's forces where the contact is still there, the paper's start elsewhere, all scaled to the best multiple: a
-/// thousandth of a newton on each of thousands of rows would push the tool away. Where ids do not ascend, contacts may be
-/// missed: a colder start, the same answer.
+/// Last answer's forces where the contact is still there, the paper's start elsewhere, all scaled to the best multiple:
+/// a thousandth of a newton on each of thousands of rows would push the tool away. Where ids do not ascend, contacts
+/// may be missed: a colder start, the same answer.
 void Pqp::start(const RowSet& rows, double floor) {
     std::fill_n(u_.begin(), paddedToEight(rows_.size), 0.0);
     for (int i = 0, j = 0; i < rows_.size; ++i) {
@@ -88,25 +89,26 @@ void Pqp::sum(double& slope) {
 
 /// One update of every force, (18) without Q. B = B+ - B-, its positive and negative entries, splits Q into
 ///   Q+ = B+B+' + B-B-'   and   Q- = B+B-' + B-B+',   so that   2 Q±u = |B| (|B|'u) ± B (B'u).
-/// With r_i u_i = (Q+u)_i the update is a descent step, u' = u - (u/D) ∇F with D = d- + 2 Q+u. Proof that F falls: Q+ and
-/// Q+ + Q- = |B||B|' are positive semidefinite, so Q = Q+ - Q- <= 2Q+ <= diag(2 Q+u / u) <= diag(D/u), the second step because
-/// Q+ has no negative entry; hence F(u') <= F(u) - ½ Σ (D/u)(u'-u)². The paper's r is larger where rows oppose each other,
-/// and r = 0 is also monotone but leaves no room for momentum, under which it was seen to cycle.
+/// With r_i u_i = (Q+u)_i the update is a descent step, u' = u - (u/D) ∇F with D = d- + 2 Q+u. Proof that F falls: Q+
+/// and Q+ + Q- = |B||B|' are positive semidefinite, so Q = Q+ - Q- <= 2Q+ <= diag(2 Q+u / u) <= diag(D/u), the second
+/// step because Q+ has no negative entry; hence F(u') <= F(u) - ½ Σ (D/u)(u'-u)². The paper's r is larger where rows
+/// oppose each other, and r = 0 is also monotone but leaves no room for momentum, under which it was seen to cycle.
 /// Returns max_i |min(y_i, s_i/q_i)| of the u it starts from, which stays in next_.
 double Pqp::update(double momentum, double floor, bool& overshot) {
     Vec8 along[6]{}, size[6]{}, residual{}, uphill{};
     for (int i = 0; i < rows_.size; i += 8) {
         Vec8 b[6], ahead{}, around{};
+#pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
             b[k] = load8(&rows_.column[k][i]);
             ahead += along_[k] * b[k];
             around += size_[k] * abs8(b[k]);
         }
         const Vec8 e = load8(&rows_.offset[i]), inverse = load8(&rows_.inverse[i]), u = load8(&u_[i]);
-        const Vec8 gap = ahead + e;   // s_i / l_i, the gradient of F
+        const Vec8 gap = ahead + e;  // s_i / l_i, the gradient of F
         residual = max8(abs8(min8(gap, u)) * inverse, residual);
 
-        const Vec8 plus = max8((around + ahead) * 0.5, u);   // (Q+u)_i >= u_i, as |b_i| = 1; rounding must not undo it
+        const Vec8 plus = max8((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i, as |b_i| = 1; rounding must not undo it
         const Vec8 minus = max8((around - ahead) * 0.5, Vec8{});
         const Vec8 least = inverse > 0.0 ? all8(floor) : Vec8{};
         const Vec8 end = max8(u * ((max8(-e, Vec8{}) + minus + plus) / (max8(e, Vec8{}) + plus + plus)), least);
@@ -115,6 +117,7 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
         store8(&step_[i], end);
         const Vec8 next = max8(end + momentum * stride, least);
         store8(&next_[i], next);
+#pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
             along[k] += next * b[k];
             size[k] += next * abs8(b[k]);
@@ -129,10 +132,10 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
     return -least8(-residual);
 }
 
-/// Updates with Nesterov's momentum, begun anew when a step turns uphill (O'Donoghue and Candès 2015). Kept because it pays:
-/// median iterations over 154 sliding, wedged, pinched and degenerate contacts of 200 rows, cold, beside the plain update with
-/// r = 0, were 53 / 182 at 1e-2 N, 112 / 1,439 at 1e-3 and 199 / 3,239 at 1e-4, where 25 plain ones passed 20,000 and the most
-/// here was 8,679; an iteration costs 4 % more.
+/// Updates with Nesterov's momentum, begun anew when a step turns uphill (O'Donoghue and Candès 2015). Kept because it
+/// pays: median iterations over 154 sliding, wedged, pinched and degenerate contacts of 200 rows, cold, beside the
+/// plain update with r = 0, were 53 / 182 at 1e-2 N, 112 / 1,439 at 1e-3 and 199 / 3,239 at 1e-4, where 25 plain ones
+/// passed 20,000 and the most here was 8,679; an iteration costs 4 % more.
 SolveStatus Pqp::iterate(const RowSet& rows, const SolverSettings& settings, int& iterations) {
     const std::int64_t limit =
         std::min<std::int64_t>(settings.maxIterations, settings.workLimit / std::max(1, rows_.size));
@@ -146,7 +149,7 @@ SolveStatus Pqp::iterate(const RowSet& rows, const SolverSettings& settings, int
         const Vec6 along = along_;
         const double residual = update((pace - 1) / nextPace, floor, overshot);
         if (residual < settings.tolerance || iterations >= limit) {
-            std::swap(u_, next_);   // the forces that were looked at
+            std::swap(u_, next_);  // the forces that were looked at
             along_ = along;
             return residual < settings.tolerance ? SolveStatus::Solved : SolveStatus::IterationLimit;
         }
@@ -170,7 +173,7 @@ SolveResult Pqp::solve(const QpProblem& problem, const SolverSettings& settings)
         y = paper_.y();
         Vec6 force = Vec6::Zero();
         for (int i = 0; i < m; ++i) force += y[i] * problem.rows->row(i);
-        result.x = problem.wanted + force.cwiseQuotient(problem.stiffness);   // (19), (20)
+        result.x = problem.wanted + force.cwiseQuotient(problem.stiffness);  // (19), (20)
     } else {
         result.status = iterate(*problem.rows, settings, result.iterations);
         for (int i = 0; i < m; ++i) next_[i] = u_[i] * rows_.inverse[i];

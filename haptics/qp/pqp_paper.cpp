@@ -31,7 +31,7 @@ void PaperPqp::form(const QpProblem& problem) {
         d_[i] = -(rows.gap()[i] + j.dot(problem.wanted));
         r_[i] = std::max(q_[std::size_t(i) * stride_ + i], sum8(negative));
     }
-    for (auto* entries : {&y_, &next_}) std::fill_n(entries->begin(), paddedToEight(m_), 0.0);   // padding stays zero
+    for (auto* entries : {&y_, &next_}) std::fill_n(entries->begin(), paddedToEight(m_), 0.0);  // padding stays zero
     std::fill_n(y_.begin(), m_, kStart);
 }
 

@@ -5,12 +5,12 @@
 
 namespace touchstone {
 
-/// Equations (16)-(19) on min ½(x-h)'G(x-h) s.t. J x >= -g, with Q formed and no safeguard; see makePqp(). Holds Q: up to
-/// 8 MiB. Real time: no allocation after construction.
+/// Equations (16)-(19) on min ½(x-h)'G(x-h) s.t. J x >= -g, with Q formed and no safeguard; see makePqp(). Holds Q: up
+/// to 8 MiB. Real time: no allocation after construction.
 class PaperPqp {
   public:
     static constexpr int kMaxRows = 1024;
-    static constexpr double kStart = 0.001;   ///< y0
+    static constexpr double kStart = 0.001;  ///< y0
 
     explicit PaperPqp(int capacity);
 

@@ -22,7 +22,7 @@ Vec6 RowSet::row(int i) const {
 void RowSet::push(const Vec6& j, double gap, std::uint64_t id) {
     assert(size_ < capacity_);
     const int i = size_;
-    if (i % 8 == 0) setSize(i + 1);   // pads the block that row i opens
+    if (i % 8 == 0) setSize(i + 1);  // pads the block that row i opens
     size_ = i + 1;
     for (int k = 0; k < 6; ++k) columns_[k][i] = j[k];
     columns_[6][i] = gap;
@@ -41,7 +41,7 @@ void RowSet::setSize(int n) {
 int RowSet::find(std::uint64_t id) const {
     if (size_ == 0) return -1;
     const std::uint64_t* first = ids_.data();
-    for (int n = size_; n > 1;) {   // halving without a branch to mispredict: the last id <= the wanted one
+    for (int n = size_; n > 1;) {  // halving without a branch to mispredict: the last id <= the wanted one
         const int half = n / 2;
         first += first[half] <= id ? half : 0;
         n -= half;
@@ -51,10 +51,14 @@ int RowSet::find(std::uint64_t id) const {
 
 const char* name(SolveStatus status) {
     switch (status) {
-        case SolveStatus::Solved: return "solved";
-        case SolveStatus::Elastic: return "elastic";
-        case SolveStatus::IterationLimit: return "iteration-limit";
-        case SolveStatus::Invalid: return "invalid";
+        case SolveStatus::Solved:
+            return "solved";
+        case SolveStatus::Elastic:
+            return "elastic";
+        case SolveStatus::IterationLimit:
+            return "iteration-limit";
+        case SolveStatus::Invalid:
+            return "invalid";
     }
     return "";
 }

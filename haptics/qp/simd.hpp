@@ -1,15 +1,16 @@
 #pragma once
-// Eight doubles at once, in the compiler's vector extension: one AVX-512 register, two of AVX2, the same source for both.
+// Eight doubles at once, in the compiler's vector extension: one AVX-512 register, two of AVX2, the same source for
+// both.
 #include <cstring>
 
-// Without AVX-512 a 64-byte result has no settled ABI; what returns one is inlined, so none crosses one. Arguments go by
-// reference for the same reason.
+// Without AVX-512 a 64-byte result has no settled ABI; what returns one is inlined, so none crosses one. Arguments go
+// by reference for the same reason.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace touchstone {
 
 using Vec8 = double __attribute__((vector_size(64)));
-using Mask8 = decltype(Vec8{} < Vec8{});   ///< all ones in a lane where the comparison holds
+using Mask8 = decltype(Vec8{} < Vec8{});  ///< all ones in a lane where the comparison holds
 
 #define TOUCHSTONE_INLINE inline __attribute__((always_inline))
 
@@ -47,7 +48,7 @@ TOUCHSTONE_INLINE double least8(const Vec8& a) {
 /// matrix * x, column by column: sum over k < columns of x[k] matrix[k].
 template <int columns>
 TOUCHSTONE_INLINE Vec8 times8(const Vec8 (&matrix)[columns], const Vec8& x) {
-    Vec8 even{}, odd{};   // two chains halve the latency of the additions
+    Vec8 even{}, odd{};  // two chains halve the latency of the additions
 #pragma GCC unroll 8
     for (int k = 0; k < columns; ++k) (k % 2 ? odd : even) += x[k] * matrix[k];
     return even + odd;

@@ -3,13 +3,14 @@
 #include "haptics/qp/active_set.hpp"
 #include "haptics/qp/dual_active_set.hpp"
 #include "haptics/qp/pqp.hpp"
+#include "haptics/qp/solver.hpp"
 
 namespace touchstone {
 
 std::span<const SolverInfo> solverTable() {
     static constexpr SolverInfo kTable[] = {
-        {"dual-active-set", "Exact to rounding, in a few microseconds: six unknowns, one row in or out at a time.", true,
-         makeDualActiveSet},
+        {"dual-active-set", "Exact to rounding, in a few microseconds: six unknowns, one row in or out at a time.",
+         true, makeDualActiveSet},
         {"pqp", "The paper's parallel quadratic programming: all contact forces at once, exact in the limit.", false,
          makePqp},
         {"active-set", "The paper's baseline: the textbook primal active-set method.", true, makeActiveSet},
@@ -19,7 +20,8 @@ std::span<const SolverInfo> solverTable() {
 
 int findSolver(std::string_view name) {
     const auto table = solverTable();
-    const auto found = std::find_if(table.begin(), table.end(), [&](const SolverInfo& info) { return info.name == name; });
+    const auto found =
+        std::find_if(table.begin(), table.end(), [&](const SolverInfo& info) { return info.name == name; });
     return found == table.end() ? -1 : int(found - table.begin());
 }
 

@@ -36,7 +36,7 @@ bool UnitRows::assign(const QpProblem& problem) {
         store8(offset.data() + i, kept ? scale * d : all8(kNeverMet));
         store8(inverse.data() + i, scale);
         stuck |= ~kept & (g < 0.0);
-        finite += (lanes < double(size - i) ? d + length2 : Vec8{}) * 0.0;   // padding is not the caller's
+        finite += (lanes < double(size - i) ? d + length2 : Vec8{}) * 0.0;  // padding is not the caller's
     }
     for (int lane = 0; lane < 8; ++lane) hopeless |= stuck[lane] != 0;
     return sum8(finite) == 0;

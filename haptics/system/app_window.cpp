@@ -12,6 +12,7 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/system/mouse_grab.hpp"
+#include "haptics/system/units.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -108,6 +109,7 @@ class App {
     MenuState menu_;
     PanelRequests requests_;
     ItemRects items_, drawnItems_;
+    std::optional<glm::vec2> toolOnScreen_;
     std::optional<Clock::time_point> runningSince_;
 };
 
@@ -128,7 +130,7 @@ int App::run() {
         std::this_thread::sleep_until(began + (viewed_ || !session_.opening() ? kShortestFrame : kOpeningFrame));
         began = Clock::now();
         if (options_.onFrame) {
-            WindowFrame frame{window_, session_, display_, drawnItems_, number};
+            WindowFrame frame{window_, session_, display_, drawnItems_, toolOnScreen_, number};
             options_.onFrame(frame);
         }
         last = timeIsUp();
@@ -293,6 +295,10 @@ void App::handleMouse(const Area& picture) {
         tool = {.tree = viewed_->world->tool.get(),
                 .X_WT = record->X_WT,
                 .X_WT_device = byMouse ? record->X_WT_device : record->X_WT};
+    toolOnScreen_.reset();
+    if (record)
+        if (const auto at = camera_.project(glm::vec3(toMetres(record->X_WT * tool.tree->center())), mouse.viewport))
+            toolOnScreen_ = *at + glm::vec2(picture.position.x, picture.position.y);
     if (ImGui::IsMousePosValid() || !grab_.holding()) grab_.update(mouse, camera_, record ? &tool : nullptr);
 
     if (grab_.holding()) {

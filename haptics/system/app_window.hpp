@@ -17,6 +17,7 @@ struct WindowFrame {
     LiveSession& session;
     DisplayOptions& display;
     const ItemRects& items;   ///< controls as drawn in the frame before
+    std::optional<glm::vec2> toolOnScreen;   ///< C in screen units, where it was drawn
     long number = 0;          ///< frames since the window opened
 };
 

@@ -8,9 +8,9 @@
 
 namespace touchstone::system {
 
-/// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: fed by the window, null without one.
-/// Throws std::runtime_error with one sentence when there is no such device or it cannot start. Pre: the scene has
-/// a tool.
+/// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: fed by the window, null
+/// without one. Throws std::runtime_error with one sentence when there is no such device or it cannot start. Pre: the
+/// scene has a tool.
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
                                     std::shared_ptr<MouseTarget> mouse = nullptr);
 

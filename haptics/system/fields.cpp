@@ -47,7 +47,7 @@ std::optional<int> Fields::whole(const std::string& key, int min, int max) {
     if (!value) return {};
     const std::string must = "a whole number " + range(min, max);
     if (!isFinite(*value)) fail(key, must);
-    const double number = value->get<double>();   // 4096.0 is whole, whoever wrote it
+    const double number = value->get<double>();  // 4096.0 is whole, whoever wrote it
     if (number != std::floor(number) || number < min || number > max) fail(key, must);
     return static_cast<int>(number);
 }

@@ -11,11 +11,12 @@
 
 namespace touchstone::system {
 
-/// Each reader returns nothing when the key is absent, and throws engine::SceneError naming file, object and key when the
-/// value has the wrong type or lies outside its range.
+/// Each reader returns nothing when the key is absent, and throws engine::SceneError naming file, object and key when
+/// the value has the wrong type or lies outside its range.
 class Fields {
   public:
-    /// `object`: the node or scene, as objectLabel() names it; `path`: of `value` within it. Throws when `value` is no object.
+    /// `object`: the node or scene, as objectLabel() names it; `path`: of `value` within it. Throws when `value` is no
+    /// object.
     Fields(const engine::Scene& scene, std::string object, std::string path, const nlohmann::json& value);
 
     /// The value of any type; null when absent.
@@ -25,7 +26,7 @@ class Fields {
     std::optional<bool> flag(const std::string& key);
     std::optional<std::string> text(const std::string& key);
     std::optional<glm::dvec3> vector(const std::string& key);
-    std::optional<glm::dquat> quaternion(const std::string& key);   ///< xyzw, normalised
+    std::optional<glm::dquat> quaternion(const std::string& key);  ///< xyzw, normalised
     std::optional<Fields> object(const std::string& key);
 
     [[noreturn]] void fail(const std::string& key, const std::string& must) const;

@@ -33,7 +33,7 @@ class Pass {
 
   private:
     TickDriver driver_;
-    long long limit_ = 0;   // 0: until the motion ends
+    long long limit_ = 0;  // 0: until the motion ends
     long long ticks_ = 0;
 };
 
@@ -42,8 +42,8 @@ struct TickTimes {
     double step, collision, solve;
 };
 
-/// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result, so
-/// the hash of the run that comes after must be the same; it is chained into `hash`.
+/// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result,
+/// so the hash of the run that comes after must be the same; it is chained into `hash`.
 std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings, const HeadlessOptions& options,
                                     std::uint64_t& hash) {
     settings.shadow = -1;
@@ -85,7 +85,8 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     }
     statistics.write(run.report);
     if (options.timing && timedHash != run.report.hash)
-        throw std::runtime_error("a repeated run gave other results, which is a fault of the program: please report it");
+        throw std::runtime_error(
+            "a repeated run gave other results, which is a fault of the program: please report it");
 
     // What only the end can show is judged when the demonstration itself got there.
     run.report.checks = judge.checks(options.device == "demo" && pass.driver().finished());

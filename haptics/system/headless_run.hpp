@@ -10,16 +10,16 @@
 namespace touchstone::system {
 
 struct HeadlessOptions {
-    std::string device = "demo";       ///< NAME or NAME:FILE
-    std::optional<double> seconds;     ///< else until the device's motion ends
-    bool timing = true;                ///< measure CPU times, in a second pass that neither audits nor shadows
+    std::string device = "demo";    ///< NAME or NAME:FILE
+    std::optional<double> seconds;  ///< else until the device's motion ends
+    bool timing = true;             ///< measure CPU times, in a second pass that neither audits nor shadows
     /// Sees every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick;
 };
 
 struct HeadlessRun {
     Report report;
-    TickRecord last;                   ///< the tick at the end
+    TickRecord last;  ///< the tick at the end
 };
 
 /// Runs the scene from its start. Without `timing` the report has no times. Pre: the scene has a world, settings that

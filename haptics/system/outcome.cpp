@@ -17,24 +17,35 @@ using Seen = OutcomeJudge::Seen;
 struct Row {
     OutcomeKey info;
     double (*value)(const Seen&);
-    bool least = false;   ///< the limit is the least that will do; else the most
-    bool atEnd = false;   ///< judged when the demonstration has ended; else at all times
+    bool least = false;  ///< the limit is the least that will do; else the most
+    bool atEnd = false;  ///< judged when the demonstration has ended; else at all times
 };
 
 constexpr Row kRows[] = {
-    {{"max_penetration_mm", "mm", "deepest overlap of the spheres' true gaps"}, [](const Seen& s) { return s.penetration; }},
-    {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"}, [](const Seen& s) { return s.hover; }},
+    {{"max_penetration_mm", "mm", "deepest overlap of the spheres' true gaps"},
+     [](const Seen& s) { return s.penetration; }},
+    {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"},
+     [](const Seen& s) { return s.hover; }},
     {{"max_peak_force_N", "N", "greatest force"}, [](const Seen& s) { return s.force; }},
-    {{"max_peak_torque_mNm", "mN·m", "greatest torque about the tool's reference point"}, [](const Seen& s) { return s.torque; }},
+    {{"max_peak_torque_mNm", "mN·m", "greatest torque about the tool's reference point"},
+     [](const Seen& s) { return s.torque; }},
     {{"max_dforce_N_per_ms", "N/ms", "greatest change of force from tick to tick"},
      [](const Seen& s) { return s.forceChange; }},
-    {{"max_infeasible_ticks", "", "ticks whose contacts contradicted each other"}, [](const Seen& s) { return s.infeasible; }},
-    {{"tool_within_m", "m", "box {min, max} that the tool node's origin never leaves; the value is how far it did"}, nullptr},
+    {{"max_infeasible_ticks", "", "ticks whose contacts contradicted each other"},
+     [](const Seen& s) { return s.infeasible; }},
+    {{"tool_within_m", "m", "box {min, max} that the tool node's origin never leaves; the value is how far it did"},
+     nullptr},
     {{"min_peak_force_N", "N", "the greatest force reaches at least this"},
-     [](const Seen& s) { return s.force; }, true, true},
+     [](const Seen& s) { return s.force; },
+     true,
+     true},
     {{"min_contact_fraction", "", "share of the ticks in contact, 0 to 1, is at least this"},
-     [](const Seen& s) { return s.ticks > 0 ? s.contact / s.ticks : 0; }, true, true},
-    {{"max_final_lag_mm", "mm", "distance from tool to device at the end"}, [](const Seen& s) { return s.finalLag; }, false,
+     [](const Seen& s) { return s.ticks > 0 ? s.contact / s.ticks : 0; },
+     true,
+     true},
+    {{"max_final_lag_mm", "mm", "distance from tool to device at the end"},
+     [](const Seen& s) { return s.finalLag; },
+     false,
      true},
     {{"final_position_m", "m", "where the tool node's origin is at the end, within final_tolerance_m"}, nullptr},
     {{"final_tolerance_m", "m", "distance that final_position_m allows; 0.0001 if not given"}, nullptr},
@@ -99,8 +110,8 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     seen_.finalLag = (record.X_WT.p - record.X_WT_device.p).norm();
     seen_.X_WT = record.X_WT;
     if (expected_.boxMin && expected_.boxMax) {
-        const double outside = std::max((*expected_.boxMin - record.X_WT.p).maxCoeff(),
-                                        (record.X_WT.p - *expected_.boxMax).maxCoeff());
+        const double outside =
+            std::max((*expected_.boxMin - record.X_WT.p).maxCoeff(), (record.X_WT.p - *expected_.boxMax).maxCoeff());
         seen_.outside = std::max(seen_.outside, outside);
     }
     if (expected_.seated) {

@@ -18,12 +18,12 @@ inline constexpr double kContactForce = 0.02;
 /// A key of extras.touchstone.outcome, for docs and messages.
 struct OutcomeKey {
     std::string_view key, unit;
-    std::string_view what;   ///< one sentence
+    std::string_view what;  ///< one sentence
 };
 std::span<const OutcomeKey> outcomeTable();
 
 struct OutcomeCheck {
-    std::string name;        ///< the key, with an ending where it makes several checks
+    std::string name;  ///< the key, with an ending where it makes several checks
     double limit = 0, value = 0;
     bool met = false;
 };
@@ -31,20 +31,20 @@ struct OutcomeCheck {
 /// The expected outcome of a scene. Limits hold at all times, or are judged when the demonstration has ended.
 struct ExpectedOutcome {
     struct Limit {
-        int row = 0;         ///< of outcomeTable()
+        int row = 0;  ///< of outcomeTable()
         double value = 0;
     };
     std::vector<Limit> limits;
-    std::optional<GoalRegion> seated;                 ///< the goal region that has to be held at the end
-    std::optional<Vec3> boxMin, boxMax;               ///< where the tool node's origin may be, scene frame, mm
-    std::optional<Vec3> finalPosition;                ///< of the tool node's origin, scene frame, mm
-    double finalTolerance = 0.1;                      ///< mm
+    std::optional<GoalRegion> seated;    ///< the goal region that has to be held at the end
+    std::optional<Vec3> boxMin, boxMax;  ///< where the tool node's origin may be, scene frame, mm
+    std::optional<Vec3> finalPosition;   ///< of the tool node's origin, scene frame, mm
+    double finalTolerance = 0.1;         ///< mm
 
     bool empty() const { return limits.empty() && !seated && !boxMin && !finalPosition; }
 };
 
-/// Reads roles.outcome. Unknown keys become warnings; a wrong type or a missing goal is an engine::SceneError naming file,
-/// node and key.
+/// Reads roles.outcome. Unknown keys become warnings; a wrong type or a missing goal is an engine::SceneError naming
+/// file, node and key.
 ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings);
 
 /// Watches a run tick by tick.

@@ -70,7 +70,8 @@ Report reportOf(std::string scene, std::string device, const Settings& settings)
     report.shadow = getSetting(settings, "shadow");
     report.device = std::move(device);
     report.rate = settings.rate;
-    for (const SettingInfo& info : settingTable()) report.settings[std::string(info.key)] = getSetting(settings, info.key);
+    for (const SettingInfo& info : settingTable())
+        report.settings[std::string(info.key)] = getSetting(settings, info.key);
     return report;
 }
 

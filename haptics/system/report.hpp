@@ -12,8 +12,8 @@
 
 namespace touchstone::system {
 
-/// Nearest rank: the least of the values that at least `percent` of them do not exceed; nothing of no values. O(n), reorders
-/// `values`. Pre: 0 < percent <= 100; no NaN.
+/// Nearest rank: the least of the values that at least `percent` of them do not exceed; nothing of no values. O(n),
+/// reorders `values`. Pre: 0 < percent <= 100; no NaN.
 std::optional<double> percentile(std::vector<double>& values, double percent);
 
 /// Absent without a single value, and null in JSON.
@@ -22,28 +22,28 @@ struct Percentiles {
 };
 Percentiles percentiles(std::vector<double> values);
 
-/// What --report writes. Times are thread CPU time in µs; force, torque and shadow error are those of step(), before the
-/// safety stage. Residuals are the worst of the run.
+/// What --report writes. Times are thread CPU time in µs; force, torque and shadow error are those of step(), before
+/// the safety stage. Residuals are the worst of the run.
 struct Report {
     std::string scene, mode, solver, shadow;
     std::string device;
-    double rate = 0;                                   ///< Hz
+    double rate = 0;  ///< Hz
     std::uint64_t ticks = 0;
-    Percentiles stepUs, collisionUs, solveUs, shadowUs;   ///< step without the shadow
+    Percentiles stepUs, collisionUs, solveUs, shadowUs;  ///< step without the shadow
     Percentiles pairs, rows, iterations;
-    std::int64_t rowsTruncated = 0;                    ///< sum over the run
-    Percentiles penetration, hover, marginUsed;        ///< mm
-    double force = 0, torque = 0, forceOut = 0;        ///< greatest: N, mN·m, N
-    Percentiles forceChange;                           ///< N/ms
-    Percentiles shadowForceError;                      ///< N, over feasible ticks of more than kContactForce
+    std::int64_t rowsTruncated = 0;              ///< sum over the run
+    Percentiles penetration, hover, marginUsed;  ///< mm
+    double force = 0, torque = 0, forceOut = 0;  ///< greatest: N, mN·m, N
+    Percentiles forceChange;                     ///< N/ms
+    Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
-    std::uint64_t infeasible = 0;                      ///< ticks
-    std::optional<std::uint64_t> overruns;             ///< null when headless
+    std::uint64_t infeasible = 0;           ///< ticks
+    std::optional<std::uint64_t> overruns;  ///< null when headless
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;
-    std::uint64_t safetyTrips = 0;                     ///< beginnings, of all guards
-    std::vector<OutcomeCheck> checks;                  ///< of the outcome; none: met
-    nlohmann::ordered_json settings;                   ///< every key of settingTable() with its value as text
+    std::uint64_t safetyTrips = 0;     ///< beginnings, of all guards
+    std::vector<OutcomeCheck> checks;  ///< of the outcome; none: met
+    nlohmann::ordered_json settings;   ///< every key of settingTable() with its value as text
 
     bool met() const;
 };

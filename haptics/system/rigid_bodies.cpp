@@ -56,7 +56,8 @@ std::string frictionWarning(const engine::Scene& scene) {
     const nlohmann::json& materials = extension.at("physicsMaterials");
     const bool rough = std::any_of(materials.begin(), materials.end(), [](const nlohmann::json& material) {
         const auto above = [&](const char* key) {
-            return material.is_object() && material.contains(key) && material.at(key).is_number() && material.at(key) > 0;
+            return material.is_object() && material.contains(key) && material.at(key).is_number() &&
+                   material.at(key) > 0;
         };
         return above("staticFriction") || above("dynamicFriction");
     });

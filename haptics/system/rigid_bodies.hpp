@@ -9,7 +9,7 @@
 namespace touchstone::system {
 
 struct RigidBodyMark {
-    bool motion = false;                          ///< moves as a body of its own
+    bool motion = false;  ///< moves as a body of its own
     bool trigger = false;
     std::optional<ColliderGeometry> collider;
     std::optional<ColliderGeometry> triggerGeometry;

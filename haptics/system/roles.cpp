@@ -186,7 +186,8 @@ void RoleReader::chooseGoal() {
     for (const Candidate& candidate : candidates_) {
         if (candidate.role != Role::Goal) {
             if (candidate.node != found_.tool && hasGoal(candidate.node))
-                warn(label(candidate.node), ": a goal stands on the tool or on a node of that role: this one has no effect");
+                warn(label(candidate.node),
+                     ": a goal stands on the tool or on a node of that role: this one has no effect");
         } else if (chosen) {
             warn(label(candidate.node), " is a goal too, but ", label(chosen), " comes first: this one has no effect");
         } else {
@@ -240,7 +241,8 @@ SceneRoles RoleReader::read() {
         if (!role || (*role != Role::Tool && *role != Role::Obstacle)) scene_.registry.remove<BodyMarking>(node);
     }
     for (const Entity obstacle : found_.obstacles)
-        if (found_.tool && roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
+        if (found_.tool &&
+            roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
             warn(label(obstacle), " hangs below the tool: obstacles do not move, so it stays where it is");
     chooseGoal();
     readScene();
@@ -297,7 +299,7 @@ void setRole(Scene& scene, Entity node, std::optional<Role> role) {
         const json* mark = touchstoneOf(scene, which);
         return mark && mark->is_object() && mark->value("role", json()) == kRoleNames[0];
     };
-    std::vector<Entity> others;   // that are or could be the tool
+    std::vector<Entity> others;  // that are or could be the tool
     if (role == Role::Tool)
         for (const Entity other : scene.nodes) {
             const Role* has = scene.registry.find<Role>(other);
@@ -313,7 +315,8 @@ void setRole(Scene& scene, Entity node, std::optional<Role> role) {
                            "its role comes from KHR_physics_rigid_bodies: change it there");
         const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(which);
         if (marking && !marking->extras.is_null() && !marking->extras.is_object())
-            engine::failIn(scene.file, nodeLabel(scene, which), "its extras are no object: make them one to mark the node");
+            engine::failIn(scene.file, nodeLabel(scene, which),
+                           "its extras are no object: make them one to mark the node");
     };
     check(node);
     for (const Entity other : others) check(other);

@@ -11,12 +11,13 @@
 
 namespace touchstone::system {
 
-/// Component of nodes that have a role. Everything below such a node belongs to it, up to nodes with a role of their own.
+/// Component of nodes that have a role. Everything below such a node belongs to it, up to nodes with a role of their
+/// own.
 enum class Role : std::uint8_t {
-    Tool,       ///< moves with the hand; exactly one
-    Obstacle,   ///< fixed
-    Goal,       ///< where the tool is to come to rest
-    Visual,     ///< drawn only
+    Tool,      ///< moves with the hand; exactly one
+    Obstacle,  ///< fixed
+    Goal,      ///< where the tool is to come to rest
+    Visual,    ///< drawn only
 };
 const char* name(Role role);
 
@@ -25,54 +26,54 @@ inline constexpr int kMinLeaves = 8, kMaxLeaves = 1 << 18;
 
 /// Component of the tool and of obstacles.
 struct BodyMarking {
-    int leaves = kDefaultLeaves;                 ///< budget of the sphere tree
-    std::optional<double> stiffness, torsion;    ///< of the tool: N/mm, mN·m/rad
+    int leaves = kDefaultLeaves;               ///< budget of the sphere tree
+    std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
 };
 
-/// Component of nodes with a KHR_physics_rigid_bodies collider: where its geometry stands. With neither index the meshes
-/// of the node itself are meant.
+/// Component of nodes with a KHR_physics_rigid_bodies collider: where its geometry stands. With neither index the
+/// meshes of the node itself are meant.
 struct ColliderGeometry {
-    int node = -1;   ///< glTF node, whose meshes and those below it are taken, in its own frame
-    int mesh = -1;   ///< glTF mesh
+    int node = -1;  ///< glTF node, whose meshes and those below it are taken, in its own frame
+    int mesh = -1;  ///< glTF mesh
 };
 
 /// Where the tool node is to come to rest, scene frame. The defaults accept any orientation.
 struct GoalRegion {
     Pose X_WT;
-    double tolerance = 1;          ///< mm between the origins
-    double toleranceAngle = 3.2;   ///< rad
-    double hold = 0;               ///< ms that the tool has to stay
+    double tolerance = 1;         ///< mm between the origins
+    double toleranceAngle = 3.2;  ///< rad
+    double hold = 0;              ///< ms that the tool has to stay
 };
 
 /// What assignRoles() found. `taken` and `warnings` are sentences for `touchstone validate`.
 struct SceneRoles {
-    engine::Entity tool;                     ///< null when no node is marked
-    std::vector<engine::Entity> obstacles;   ///< in file order
+    engine::Entity tool;                    ///< null when no node is marked
+    std::vector<engine::Entity> obstacles;  ///< in file order
     std::optional<GoalRegion> goal;
-    nlohmann::json outcome;                  ///< expected outcome as it stands in the file; null without one
-    std::vector<std::string> taken;          ///< node, role and why
-    std::vector<std::string> warnings;       ///< unknown keys, candidates passed over, what is not supported
+    nlohmann::json outcome;             ///< expected outcome as it stands in the file; null without one
+    std::vector<std::string> taken;     ///< node, role and why
+    std::vector<std::string> warnings;  ///< unknown keys, candidates passed over, what is not supported
 };
 
 /// Gives every marked node its Role (and BodyMarking, ColliderGeometry), replacing those of an earlier call.
-/// KHR_physics_rigid_bodies comes first: `motion` makes a tool, `collider` without motion on itself or above an obstacle,
-/// `trigger` a goal; elsewhere `extras.touchstone.role` decides. Of several tools the first in file order is taken.
-/// Throws engine::SceneError naming file, node and field when a value has the wrong type or range.
+/// KHR_physics_rigid_bodies comes first: `motion` makes a tool, `collider` without motion on itself or above an
+/// obstacle, `trigger` a goal; elsewhere `extras.touchstone.role` decides. Of several tools the first in file order is
+/// taken. Throws engine::SceneError naming file, node and field when a value has the wrong type or range.
 SceneRoles assignRoles(engine::Scene& scene);
 
-/// Default settings, changed by the tool's stiffness and torsion and by the scene's extras.touchstone.settings (the keys of
-/// settingTable()). Throws engine::SceneError with the sentence of setSetting() or checkSettings().
+/// Default settings, changed by the tool's stiffness and torsion and by the scene's extras.touchstone.settings (the
+/// keys of settingTable()). Throws engine::SceneError with the sentence of setSetting() or checkSettings().
 Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
 
 /// The node itself or its nearest ancestor with a role; null without one.
 engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 
-/// Marks a node in extras.touchstone, or removes the mark; call assignRoles() afterwards. A new tool takes the role of the
-/// old one, which becomes visual. Throws engine::SceneError where KHR_physics_rigid_bodies fixes the role.
+/// Marks a node in extras.touchstone, or removes the mark; call assignRoles() afterwards. A new tool takes the role of
+/// the old one, which becomes visual. Throws engine::SceneError where KHR_physics_rigid_bodies fixes the role.
 void setRole(engine::Scene& scene, engine::Entity node, std::optional<Role> role);
 
-/// Writes the marks changed by setRole() into a copy of the scene's file, all else as it stands. `out` may be that file.
-/// Throws engine::SceneError when the scene has no file or `out` cannot be written.
+/// Writes the marks changed by setRole() into a copy of the scene's file, all else as it stands. `out` may be that
+/// file. Throws engine::SceneError when the scene has no file or `out` cannot be written.
 void saveRoles(const engine::Scene& scene, const std::filesystem::path& out);
 
 }  // namespace touchstone::system

@@ -10,7 +10,8 @@
 
 namespace touchstone::system {
 
-/// Pose of an animated node in the scene frame under ancestors that stand still. Translation and rotation channels only.
+/// Pose of an animated node in the scene frame under ancestors that stand still. Translation and rotation channels
+/// only.
 class SceneMotion final : public Motion {
   public:
     /// Pre: the animation moves `node`.
@@ -19,15 +20,15 @@ class SceneMotion final : public Motion {
     double duration() const noexcept override { return duration_; }
 
   private:
-    engine::Animation channels_;          // those of the node
+    engine::Animation channels_;  // those of the node
     engine::Entity node_;
     engine::LocalTransform rest_;
     glm::dmat4 parent_{1};
     double duration_ = 0;
 };
 
-/// The first animation with a translation or rotation channel on the tool; null if there is none. What is left out (scale
-/// of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
+/// The first animation with a translation or rotation channel on the tool; null if there is none. What is left out
+/// (scale of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
 std::shared_ptr<const Motion> findDemonstration(const engine::Scene& scene, engine::Entity tool,
                                                 const std::vector<engine::Entity>& obstacles,
                                                 std::vector<std::string>& warnings);

@@ -36,7 +36,8 @@ void appendInstance(const engine::MeshInstance& instance, const glm::dmat4& matr
     for (const engine::Primitive& primitive : instance.primitives) appendMesh(*primitive.mesh, matrix, surface);
 }
 
-/// Calls f(node, matrix) for `root` and what hangs below it up to nodes with a role of their own; `matrix` of the root is given.
+/// Calls f(node, matrix) for `root` and what hangs below it up to nodes with a role of their own; `matrix` of the root
+/// is given.
 template <class F>
 void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) {
     struct Visit {
@@ -49,9 +50,10 @@ void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) 
         open.pop_back();
         f(visit.node, visit.matrix);
         const auto& children = scene.registry.get<engine::Hierarchy>(visit.node).children;
-        for (auto child = children.rbegin(); child != children.rend(); ++child)   // first child on top
+        for (auto child = children.rbegin(); child != children.rend(); ++child)  // first child on top
             if (!scene.registry.has<Role>(*child))
-                open.push_back({*child, visit.matrix * localMatrix(scene.registry.get<engine::LocalTransform>(*child))});
+                open.push_back(
+                    {*child, visit.matrix * localMatrix(scene.registry.get<engine::LocalTransform>(*child))});
     }
 }
 
@@ -171,8 +173,9 @@ TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
 SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
     if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
     if (roles.obstacles.size() > kMaxObstacles)
-        engine::failIn(scene.file, "", std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
-                                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
+        engine::failIn(scene.file, "",
+                       std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
+                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
     SceneWorld made;
     made.demonstration = findDemonstration(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
@@ -187,9 +190,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     return made;
 }
 
-Pose startPose(const HapticScene& scene) {
-    return startOf(scene.scene, scene.roles.tool, scene.demonstration.get());
-}
+Pose startPose(const HapticScene& scene) { return startOf(scene.scene, scene.roles.tool, scene.demonstration.get()); }
 
 std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();

@@ -21,9 +21,9 @@ namespace touchstone::system {
 using SceneProgress = std::function<bool(const std::string& part, double fraction)>;
 
 struct SceneOptions {
-    std::filesystem::path treeCache;   ///< folder for sphere trees; empty for none
+    std::filesystem::path treeCache;  ///< folder for sphere trees; empty for none
     SceneProgress progress;
-    bool buildTrees = true;            ///< false: all but the trees, and the world stays null
+    bool buildTrees = true;  ///< false: all but the trees, and the world stays null
 };
 
 /// $TOUCHSTONE_CACHE, else $XDG_CACHE_HOME/touchstone, else ~/.cache/touchstone; empty when none of them is set.
@@ -35,25 +35,25 @@ TriangleMesh bakedTriangles(const engine::Scene& scene, engine::Entity roleNode)
 
 struct SceneWorld {
     std::shared_ptr<const World> world;
-    std::shared_ptr<const Motion> demonstration;   ///< null if the scene has none
-    std::vector<std::string> warnings;             ///< odd sizes, holes in a surface, animations left out
+    std::shared_ptr<const Motion> demonstration;  ///< null if the scene has none
+    std::vector<std::string> warnings;            ///< odd sizes, holes in a surface, animations left out
 };
 
-/// Builds the trees (through the cache) and finds the demonstration. The tool starts at the first pose of the demonstration,
-/// else where its node stands. world->obstacles has the order of roles.obstacles.
-/// Throws engine::SceneError with one sentence when the tool or every obstacle is missing or a part has no triangles.
+/// Builds the trees (through the cache) and finds the demonstration. The tool starts at the first pose of the
+/// demonstration, else where its node stands. world->obstacles has the order of roles.obstacles. Throws
+/// engine::SceneError with one sentence when the tool or every obstacle is missing or a part has no triangles.
 SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const SceneOptions& options = {});
 
 /// A scene ready to be drawn, and to be run when it has a world.
 struct HapticScene {
     engine::Scene scene;
     SceneRoles roles;
-    Settings settings;                             ///< the defaults with what the scene sets
-    std::shared_ptr<const World> world;            ///< null when not asked for, or when `missing` says what it lacks
-    std::shared_ptr<const Motion> demonstration;   ///< null if the scene has none
+    Settings settings;                            ///< the defaults with what the scene sets
+    std::shared_ptr<const World> world;           ///< null when not asked for, or when `missing` says what it lacks
+    std::shared_ptr<const Motion> demonstration;  ///< null if the scene has none
     ExpectedOutcome outcome;
-    std::string missing;                           ///< one sentence: which roles are still to be given; empty when complete
-    std::vector<std::string> warnings;             ///< all of them: file, roles, world
+    std::string missing;                ///< one sentence: which roles are still to be given; empty when complete
+    std::vector<std::string> warnings;  ///< all of them: file, roles, world
 };
 
 /// Where the tool begins: the first pose of the demonstration, else where its node stands. Pre: there is a tool.
@@ -62,8 +62,8 @@ Pose startPose(const HapticScene& scene);
 /// Name of the scene for reports: its file's without folder and extension, else that of the glTF scene.
 std::string sceneName(const HapticScene& scene);
 
-/// Reads a file and does all of the above; safe on a thread of its own, since the result is complete and shares nothing.
-/// Throws engine::SceneError; BuildCancelled on cancel.
+/// Reads a file and does all of the above; safe on a thread of its own, since the result is complete and shares
+/// nothing. Throws engine::SceneError; BuildCancelled on cancel.
 HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options = {});
 /// The same for a scene in memory, e.g. after setRole().
 HapticScene openScene(engine::Scene scene, const SceneOptions& options = {});

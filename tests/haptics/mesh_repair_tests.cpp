@@ -27,8 +27,10 @@ TEST_CASE("mesh repair: a box is closed however its faces are turned or split", 
     TriangleMesh mixed = kBox;
     for (std::size_t i = 0; i < mixed.triangles.size(); i += 3) std::swap(mixed.triangles[i][0], mixed.triangles[i][1]);
     TriangleMesh jittered = test::unwelded(kBox);
-    for (std::size_t i = 0; i < jittered.vertices.size(); ++i) jittered.vertices[i].x() += 1e-7 * static_cast<double>(i % 5);
-    for (const TriangleMesh& mesh : {kBox, test::flipped(kBox), mixed, test::unwelded(kBox), jittered, test::joined(kBox, kBox)}) {
+    for (std::size_t i = 0; i < jittered.vertices.size(); ++i)
+        jittered.vertices[i].x() += 1e-7 * static_cast<double>(i % 5);
+    for (const TriangleMesh& mesh :
+         {kBox, test::flipped(kBox), mixed, test::unwelded(kBox), jittered, test::joined(kBox, kBox)}) {
         const RepairedMesh body = repairMesh(mesh);
         CHECK(body.closed());
         CHECK(count(body, FaceRole::Wall) == 12);

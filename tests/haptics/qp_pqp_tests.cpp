@@ -12,7 +12,7 @@ namespace {
 SolverSettings paperSettings(int iterations) {
     SolverSettings settings;
     settings.paperForm = true;
-    settings.tolerance = 0;   // |ΔF| < 0 never holds: exactly the iterations asked for
+    settings.tolerance = 0;  // |ΔF| < 0 never holds: exactly the iterations asked for
     settings.maxIterations = iterations;
     return settings;
 }
@@ -34,7 +34,7 @@ TEST_CASE("pqp, paper form: starts every row at 0.001", "[qp][pqp]") {
     REQUIRE(result.status == SolveStatus::IterationLimit);
     REQUIRE(result.iterations == 0);
     REQUIRE(forces(result, 19) == std::vector<double>(19, 0.001));
-    REQUIRE(result.x[2] == Approx(-1 + 0.019).epsilon(1e-14));   // (19), (20)
+    REQUIRE(result.x[2] == Approx(-1 + 0.019).epsilon(1e-14));  // (19), (20)
 }
 
 TEST_CASE("pqp, paper form: one iteration of (18) by hand", "[qp][pqp]") {
@@ -85,12 +85,14 @@ TEST_CASE("pqp, paper form: stops at the first iteration that changes F by less 
     const int n = stopped.iterations;
     REQUIRE(n > 1);
 
-    // (16) from the forces of runs of a fixed length, which also shows that F falls and that no run depends on the last.
+    // (16) from the forces of runs of a fixed length, which also shows that F falls and that no run depends on the
+    // last.
     const auto F = [&](const SolveResult& result) {
-        const Vec6 pull = problem.stiffness.cwiseProduct(result.x - problem.wanted);   // J'y
+        const Vec6 pull = problem.stiffness.cwiseProduct(result.x - problem.wanted);  // J'y
         double value = 0.5 * pull.dot(result.x - problem.wanted);
         for (const Multiplier& multiplier : result.multipliers) {
-            const double d = -(problem.rows->gap()[multiplier.row] + problem.rows->row(multiplier.row).dot(problem.wanted));
+            const double d =
+                -(problem.rows->gap()[multiplier.row] + problem.rows->row(multiplier.row).dot(problem.wanted));
             value -= multiplier.value * d;
         }
         return value;
@@ -106,7 +108,8 @@ TEST_CASE("pqp, paper form: stops at the first iteration that changes F by less 
     }
 }
 
-TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting rows or more than 1,024 rows", "[qp][pqp]") {
+TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting rows or more than 1,024 rows",
+          "[qp][pqp]") {
     const auto solver = makePqp(1100);
     SolverSettings settings;
     settings.paperForm = true;
@@ -115,7 +118,7 @@ TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting r
     zero.wanted << 0, 0, -1, 0, 0, 0;
     zero.wall(Vec3::UnitZ(), 0).row(Vec6::Zero(), 0);
     SolveResult result = solver->solve(zero.problem(), settings);
-    REQUIRE(result.status == SolveStatus::Invalid);   // 0/0
+    REQUIRE(result.status == SolveStatus::Invalid);  // 0/0
     REQUIRE(result.x == Vec6::Zero());
 
     Contacts narrow(2);
@@ -123,16 +126,17 @@ TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting r
     settings.workLimit = 4 * 1000;
     result = solver->solve(narrow.problem(), settings);
     REQUIRE(result.status == SolveStatus::IterationLimit);
-    REQUIRE(result.iterations == 1000);   // rows² x iterations
+    REQUIRE(result.iterations == 1000);  // rows² x iterations
     settings.workLimit = 4 * 2000;
     const double before = forces(result, 2)[0];
-    REQUIRE(forces(solver->solve(narrow.problem(), settings), 2)[0] > 1.5 * before);   // grows without bound
+    REQUIRE(forces(solver->solve(narrow.problem(), settings), 2)[0] > 1.5 * before);  // grows without bound
 
     std::mt19937_64 random(2);
     settings = paperSettings(1);
     REQUIRE(solver->solve(randomContacts(random, Kind::Slide, 1024).problem(), settings).status ==
             SolveStatus::IterationLimit);
-    REQUIRE(solver->solve(randomContacts(random, Kind::Slide, 1025).problem(), settings).status == SolveStatus::Invalid);
+    REQUIRE(solver->solve(randomContacts(random, Kind::Slide, 1025).problem(), settings).status ==
+            SolveStatus::Invalid);
 }
 
 TEST_CASE("pqp: Solved means what the tolerance says, and a smaller tolerance gives a smaller error", "[qp][pqp]") {
@@ -161,10 +165,10 @@ TEST_CASE("pqp: Solved means what the tolerance says, and a smaller tolerance gi
             mean += (result.x - exact->solve(problem, settings).x).head<3>().norm() / 60;
         }
         CAPTURE(tolerance, mean, lastMean);
-        REQUIRE(mean < 0.5 * lastMean);   // ten times the tolerance costs at least a factor of two
+        REQUIRE(mean < 0.5 * lastMean);  // ten times the tolerance costs at least a factor of two
         lastMean = mean;
     }
-    REQUIRE(lastMean < 1e-4);   // N at 1 N/mm
+    REQUIRE(lastMean < 1e-4);  // N at 1 N/mm
 }
 
 TEST_CASE("pqp: a warm start needs fewer iterations and is forgotten by reset", "[qp][pqp]") {
@@ -184,7 +188,8 @@ TEST_CASE("pqp: a warm start needs fewer iterations and is forgotten by reset", 
 }
 
 TEST_CASE("pqp: a contact that became loaded is found although its force had died away", "[qp][pqp]") {
-    // The first tick presses on one wall only; the force on the other decays to the floor. The second presses on the other.
+    // The first tick presses on one wall only; the force on the other decays to the floor. The second presses on the
+    // other.
     Contacts contacts(2);
     contacts.wanted << -3, 0, 5, 0, 0, 0;
     contacts.wall(Vec3::UnitX(), 0).wall(Vec3::UnitZ(), 0);
@@ -194,7 +199,7 @@ TEST_CASE("pqp: a contact that became loaded is found although its force had die
     const SolveResult result = solver->solve(contacts.problem(), {});
     REQUIRE(result.status == SolveStatus::Solved);
     REQUIRE(result.iterations < 200);
-    REQUIRE(result.x[0] == Approx(5).margin(0.02));   // the tolerance, 0.01 N, in each force
+    REQUIRE(result.x[0] == Approx(5).margin(0.02));  // the tolerance, 0.01 N, in each force
     REQUIRE(result.x[2] == Approx(0).margin(0.02));
 }
 
@@ -209,7 +214,8 @@ TEST_CASE("warm starts: rows whose identities do not ascend give the same answer
             std::vector<int> order(100);
             for (int k = 0; k < 100; ++k) order[k] = k;
             std::shuffle(order.begin(), order.end(), random);
-            for (const int k : order) shuffled.rows.push(contacts.rows.row(k), contacts.rows.gap()[k], contacts.rows.id(k));
+            for (const int k : order)
+                shuffled.rows.push(contacts.rows.row(k), contacts.rows.gap()[k], contacts.rows.id(k));
 
             const auto solver = info.make(100);
             SolverSettings settings;

@@ -48,7 +48,8 @@ Contacts randomContacts(std::mt19937_64& random, Kind kind, int m) {
         if (kind == Kind::Wedge) n = (facing + 0.9 * randomUnit(random)).normalized();
         if (kind == Kind::Pinch) n = i % 2 ? (-facing + 0.05 * randomUnit(random)).normalized() : facing;
         if (kind == Kind::Scattered) n = randomUnit(random);
-        patch = {n, (20 + 30 * unit(random)) * randomUnit(random), 2 + 10 * unit(random), 1 / (5 + 50 * unit(random)), 0};
+        patch = {n, (20 + 30 * unit(random)) * randomUnit(random), 2 + 10 * unit(random), 1 / (5 + 50 * unit(random)),
+                 0};
     }
     for (int i = 0; i < m; ++i) {
         const Patch& patch = patches[random() % patches.size()];
@@ -60,21 +61,22 @@ Contacts randomContacts(std::mt19937_64& random, Kind kind, int m) {
         double gap = 0.5 * unit(random) * unit(random);
         if (kind == Kind::Pinch) gap += 0.02;
         if (kind == Kind::Scattered && unit(random) < 0.3) gap = -2 * unit(random);
-        if (kind == Kind::Squeeze && i > 0 && unit(random) < 0.2) {   // against an earlier wall, with too little room
+        if (kind == Kind::Squeeze && i > 0 && unit(random) < 0.2) {  // against an earlier wall, with too little room
             const int other = int(random() % i);
             contacts.row(-contacts.rows.row(other), -contacts.rows.gap()[other] - 0.3 * unit(random));
             continue;
         }
         if (kind == Kind::Degenerate && i > 0 && unit(random) < 0.7) {
-            // Copies, sums of two rows and opposed copies, exact or off by 1e-3 to 1e-9: vertices where many planes meet.
+            // Copies, sums of two rows and opposed copies, exact or off by 1e-3 to 1e-9: vertices where many planes
+            // meet.
             const Vec6 other = contacts.rows.row(int(random() % i));
             const Vec6 another = contacts.rows.row(int(random() % i));
             const double which = unit(random);
-            const bool opposed = which >= 0.5 && which < 0.6;   // nearer to exact is a slot of no width: ill posed
+            const bool opposed = which >= 0.5 && which < 0.6;  // nearer to exact is a slot of no width: ill posed
             const double off = unit(random) < 0.5 ? 0 : std::pow(10, -3 - (opposed ? 2 : 6) * unit(random));
-            Vec6 j = which < 0.5   ? other
-                     : opposed ? Vec6(-other)
-                                   : Vec6((other + another) / std::max(0.1, (other + another).head<3>().norm()));
+            Vec6 j = which < 0.5 ? other
+                     : opposed   ? Vec6(-other)
+                                 : Vec6((other + another) / std::max(0.1, (other + another).head<3>().norm()));
             for (int k = 0; k < 6; ++k) j[k] += (k < 3 ? 1 : 30) * off * normal(random);
             contacts.row(j, 0);
             continue;
@@ -148,14 +150,17 @@ std::vector<KnownProblem> knownProblems() {
     add("a slot wide enough", at(1, 0, 3), at(1, 0, 0.1), [&](Contacts& c) { c.wall(Z, 0.1).wall(-Z, 0.1); });
     add("a slot without width", at(1, 0, 3), at(1, 0, 0.1), [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, 0.1); });
     // Both rows ask for 0.1 more than there is: the least slack is 0.1 + |z|, and |h_z| < w 0.1 cannot move z from 0.
-    add("a slot too narrow", at(1, 0, 0.2), at(1, 0, 0), [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); },
+    add(
+        "a slot too narrow", at(1, 0, 0.2), at(1, 0, 0), [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); },
         SolveStatus::Elastic);
     // Beyond that (z - h) + w (0.1 + z) = 0 with w = 1000: z = (200.1 - 100) / 1001 = 0.1.
-    add("a slot too narrow, pushed hard", at(1, 0, 200.1), at(1, 0, 0.1),
+    add(
+        "a slot too narrow, pushed hard", at(1, 0, 200.1), at(1, 0, 0.1),
         [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); }, SolveStatus::Elastic);
     add("zero rows that ask for nothing", at(0, 0, -1), zero,
         [&](Contacts& c) { c.row(zero, 0).wall(Z, 0).row(zero, 3).row(zero, 0); });
-    add("a zero row that nothing can meet", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
+    add(
+        "a zero row that nothing can meet", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
         SolveStatus::Elastic);
     // The planes touch the unit ball; the one that h lies behind touches it at the answer.
     add("four thousand planes around a ball", at(0, 0, -3), at(0, 0, -1), [&](Contacts& c) {

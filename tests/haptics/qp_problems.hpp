@@ -26,8 +26,8 @@ struct KnownProblem {
     std::string name;
     Contacts contacts;
     SolveStatus status = SolveStatus::Solved;
-    Vec6 x = Vec6::Zero();   ///< the optimum
-    double rowLength = 1;    ///< of the translational part
+    Vec6 x = Vec6::Zero();  ///< the optimum
+    double rowLength = 1;   ///< of the translational part
 };
 std::vector<KnownProblem> knownProblems();
 
@@ -39,11 +39,11 @@ Contacts randomContacts(std::mt19937_64& random, Kind kind, int m);
 
 /// The answer in 113-bit arithmetic, by another path than any solver's: dense normal equations anew at every pivot.
 struct Reference {
-    bool feasible = false;      ///< else x and slack are those of the elastic problem
-    bool certified = false;     ///< the KKT conditions hold to 1e-20, recomputed from scratch
+    bool feasible = false;   ///< else x and slack are those of the elastic problem
+    bool certified = false;  ///< the KKT conditions hold to 1e-20, recomputed from scratch
     Vec6 x = Vec6::Zero();
     double slack = 0;
-    double force = 0;           ///< sum of the multipliers, on rows of unit length in the metric of G
+    double force = 0;  ///< sum of the multipliers, on rows of unit length in the metric of G
 };
 Reference referenceAnswer(const QpProblem& problem, double elasticWeight);
 

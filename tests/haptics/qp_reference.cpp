@@ -10,7 +10,7 @@ __extension__ using Quad = __float128;
 Quad squareRoot(Quad a) {
     if (a <= 0) return 0;
     Quad root = std::sqrt(double(a));
-    for (int i = 0; i < 3; ++i) root = (root + a / root) / 2;   // doubles the digits each time: 53, 106, 113
+    for (int i = 0; i < 3; ++i) root = (root + a / root) / 2;  // doubles the digits each time: 53, 106, 113
     return root;
 }
 
@@ -21,7 +21,8 @@ Quad dot(const Point& a, const Point& b) {
     return sum;
 }
 
-/// Solves A x = b by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the largest is 1).
+/// Solves A x = b by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the largest is
+/// 1).
 bool solveDense(std::vector<std::vector<Quad>> A, std::vector<Quad> b, std::vector<Quad>& x) {
     const int n = int(b.size());
     std::vector<int> order(n);
@@ -61,7 +62,7 @@ struct Plane {
 
 struct Nearest {
     bool feasible = true;
-    bool failed = false;   ///< too badly conditioned even for 113 bits
+    bool failed = false;  ///< too badly conditioned even for 113 bits
     Point z{};
     std::vector<int> active;
     std::vector<Quad> force;

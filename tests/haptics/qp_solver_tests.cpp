@@ -11,8 +11,8 @@ using namespace touchstone::test;
 
 namespace {
 
-/// pqp ends by tolerance: at 1e-6 N a wall's force, and so the increment at 1 N/mm, is right to about that; 1e-4 leaves room
-/// for vertices where rows are nearly parallel. The exact ones are left 1e-9 mm for rounding.
+/// pqp ends by tolerance: at 1e-6 N a wall's force, and so the increment at 1 N/mm, is right to about that; 1e-4 leaves
+/// room for vertices where rows are nearly parallel. The exact ones are left 1e-9 mm for rounding.
 SolverSettings settingsFor(const SolverInfo& info) {
     SolverSettings settings;
     settings.tolerance = 1e-6;
@@ -62,7 +62,7 @@ TEST_CASE("every solver: reaches the optimum of each known problem, cold, again 
             const auto solver = info.make(4096);
             const SolveStatus status = expectedStatus(info, known);
             SolverSettings settings = settingsFor(info);
-            settings.tolerance /= known.rowLength;   // a multiplier's unit is N per unit of length of its row
+            settings.tolerance /= known.rowLength;  // a multiplier's unit is N per unit of length of its row
             for (int again = 0; again < 2; ++again) {
                 const SolveResult result = solver->solve(problem, settings);
                 REQUIRE(result.status == status);
@@ -86,7 +86,7 @@ TEST_CASE("every solver: reaches the optimum of each known problem, cold, again 
 
 TEST_CASE("every solver: with h free the increment is h to the last bit and no row pushes", "[qp]") {
     for (const SolverInfo& info : solverTable()) {
-        if (!info.exact) continue;   // pqp keeps every force above zero
+        if (!info.exact) continue;  // pqp keeps every force above zero
         for (const KnownProblem& known : knownProblems()) {
             if (known.name != "h inside" && known.name != "no rows") continue;
             const auto solver = info.make(4096);
@@ -108,13 +108,13 @@ TEST_CASE("every solver: tells by the status when the work limit comes first", "
         settings.maxIterations = 1;
         SolveResult result = solver->solve(problem, settings);
         REQUIRE(result.status == SolveStatus::IterationLimit);
-        REQUIRE(result.iterations <= 7);   // a dual pivot may lose up to six rows on its way
+        REQUIRE(result.iterations <= 7);  // a dual pivot may lose up to six rows on its way
         REQUIRE(result.x.allFinite());
         requireFilled(problem, result, 10);
 
         solver->reset();
         settings = settingsFor(info);
-        settings.workLimit = 200;   // one iteration over 200 rows
+        settings.workLimit = 200;  // one iteration over 200 rows
         result = solver->solve(problem, settings);
         REQUIRE(result.status == SolveStatus::IterationLimit);
         solver->reset();
@@ -215,13 +215,14 @@ TEST_CASE("every solver: the same calls give the same bits", "[qp]") {
 }
 
 TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold and warm", "[qp]") {
-    // What Solved allows: rows violated by 1e-12 (1 + depth) move x by about that times the sum of forces, and rounding adds
-    // 1e-10; where planes differ by 1e-9, rounding of their entries alone moves the vertex by 1e-7. A wrong active set is off
-    // by micrometres and more elsewhere.
+    // What Solved allows: rows violated by 1e-12 (1 + depth), 1e-10 for the textbook method, move x by about that times
+    // the sum of forces, and rounding adds 1e-10; where planes differ by 1e-9, rounding of their entries alone moves
+    // the vertex by 1e-7. A wrong active set is off by micrometres and more elsewhere.
     const auto allowed = [](Kind kind, const Reference& reference) {
-        return (kind == Kind::Degenerate ? 3e-7 : 1e-9) + 1e-11 * reference.force;
+        return (kind == Kind::Degenerate ? 3e-7 : 1e-9) + 1e-10 * reference.force;
     };
-    constexpr double kLargest = 1e6;   // N: beyond it the walls decide by their last bits; the primal method's phase 1 too
+    constexpr double kLargest =
+        1e6;  // N: beyond it the walls decide by their last bits; the primal method's phase 1 too
     for (const SolverInfo& info : solverTable()) {
         if (!info.exact) continue;
         int solved = 0, elastic = 0, limited = 0, skipped = 0;
@@ -254,7 +255,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                     }
                     const bool nearlyFeasible = !reference.feasible && reference.slack < 1e-6;
                     if (nearlyFeasible) {
-                        ++skipped;   // either answer is within the tolerance of a contradiction
+                        ++skipped;  // either answer is within the tolerance of a contradiction
                         continue;
                     }
                     CAPTURE(reference.slack, result.kkt.primal_mm);
@@ -267,7 +268,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                     // The result's own word against the definition.
                     const Residuals own = residualsOf(problem, result);
                     REQUIRE(own.dual == 0);
-                    REQUIRE(own.stationarity <= 1e-11 * (10 + reference.force));
+                    REQUIRE(own.stationarity <= (kind == Kind::Degenerate ? 1e-9 : 1e-11) * (10 + reference.force));
                     requireFilled(problem, result, 10 + reference.force);
                     if (reference.feasible) REQUIRE(own.primal <= 1e-9);
                 }
@@ -283,7 +284,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
         CAPTURE(info.name, solved, elastic, limited, skipped);
         REQUIRE(solved > 2200);
         REQUIRE(elastic > 400);
-        REQUIRE(limited <= (info.name == "dual-active-set" ? 0 : 20));   // the textbook method may give up, never lie
+        REQUIRE(limited <= (info.name == "dual-active-set" ? 0 : 20));  // the textbook method may give up, never lie
         REQUIRE(skipped < 60);
     }
 }

@@ -68,9 +68,8 @@ inline TriangleMesh lathe(std::uint32_t around, std::uint32_t along, double bott
 }
 
 inline TriangleMesh cylinderMesh(double radius, double height) {
-    return lathe(24, 2, 0, height, [=](double a, double t) {
-        return Vec3(radius * std::cos(a), radius * std::sin(a), t * height);
-    });
+    return lathe(24, 2, 0, height,
+                 [=](double a, double t) { return Vec3(radius * std::cos(a), radius * std::sin(a), t * height); });
 }
 
 /// A bumpy ball of about the given radius.

@@ -92,7 +92,8 @@ TEST_CASE("triangle tree: a box query names every triangle whose box meets it", 
         for (int t = 0; t < static_cast<int>(soup.size()); ++t) {
             Box own;
             for (const Vec3& v : soup[t]) own.add(v);
-            if ((own.lo.array() <= box.hi.array()).all() && (own.hi.array() >= box.lo.array()).all()) expected.insert(t);
+            if ((own.lo.array() <= box.hi.array()).all() && (own.hi.array() >= box.lo.array()).all())
+                expected.insert(t);
         }
         // Whole buckets are named, so there may be more.
         CHECK(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));

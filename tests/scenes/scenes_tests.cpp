@@ -43,7 +43,8 @@ TEST_CASE("scenes: the build has made them", "[scenes]") {
     }
 }
 
-TEST_CASE("scenes: each opens without a warning, starts clear of contact and carries demonstration and outcome", "[scenes][slow]") {
+TEST_CASE("scenes: each opens without a warning, starts clear of contact and carries demonstration and outcome",
+          "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
         const system::HapticScene scene = open(file);
@@ -70,7 +71,7 @@ TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][s
             CHECK(check.met);
         }
         CHECK(finite);
-        CHECK(report.penetration.max.value() <= 0.001);   // 1 µm, of the true gaps
+        CHECK(report.penetration.max.value() <= 0.001);  // 1 µm, of the true gaps
         CHECK(report.rowsTruncated == 0);
     }
 }

@@ -26,12 +26,13 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
         forces.push_back(record.wrench_C.force.norm());
     };
     const system::HeadlessRun run = system::runHeadless(pressed(), pressed().settings, options);
-    CHECK(run.report.ticks == 801);   // n / 1000 s for n = 0 to 800
+    CHECK(run.report.ticks == 801);  // n / 1000 s for n = 0 to 800
     CHECK(forces.size() == 801);
     CHECK(run.report.met());
     CHECK(run.report.checks.size() == 4);
     CHECK(run.report.penetration.max.value() <= 0.001);
-    // It is pushed 7 mm down from where the trees are c apart: 7 - c at 1 N/mm, give or take the bumps that it slides over.
+    // It is pushed 7 mm down from where the trees are c apart: 7 - c at 1 N/mm, give or take the bumps that it slides
+    // over.
     const double c = trueClearance(*pressed().world, pressed().world->X_WT_start);
     CHECK(run.report.force == Approx(7 - c).margin(0.2));
     CHECK(run.report.force == *std::max_element(forces.begin(), forces.end()));
@@ -44,7 +45,8 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
     CHECK(run.last.tick == 800);
 }
 
-TEST_CASE("headless run: the same bits every time, with or without times, shadow or other tolerance of the shadow", "[system]") {
+TEST_CASE("headless run: the same bits every time, with or without times, shadow or other tolerance of the shadow",
+          "[system]") {
     const auto hashOf = [](const Settings& settings, bool timing) {
         system::HeadlessOptions options;
         options.timing = timing;
@@ -74,7 +76,7 @@ TEST_CASE("headless run: seconds shorten a run or prolong it, and a cut one is n
     options.seconds = 0.05;
     system::HeadlessRun run = system::runHeadless(pressed(), pressed().settings, options);
     CHECK(run.report.ticks == 50);
-    CHECK(run.report.force == 0);   // still in the air
+    CHECK(run.report.force == 0);  // still in the air
     REQUIRE(run.report.checks.size() == 1);
     CHECK(run.report.checks[0].name == "max_penetration_mm");
     options.seconds = 1;
@@ -118,5 +120,5 @@ TEST_CASE("headless run: a replayed motion is another device", "[system]") {
     options.device = "replay:" + (folder.path() / "hand.csv").string();
     const system::Report report = system::runHeadless(pressed(), pressed().settings, options).report;
     CHECK(report.ticks == 201);
-    CHECK(report.checks.size() == 1);   // it is not the demonstration that the outcome is about
+    CHECK(report.checks.size() == 1);  // it is not the demonstration that the outcome is about
 }

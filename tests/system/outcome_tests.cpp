@@ -58,7 +58,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
     judge.add(record, 0, 0.5);
     record = tickAt(1, 1);
     record.hover = 0.3;
-    judge.add(record, 0.0005, 0.5);   // 1 N in half a ms: 2 N/ms
+    judge.add(record, 0.0005, 0.5);  // 1 N in half a ms: 2 N/ms
     record = tickAt(2, -3.5 + 5.5, 0.05);
     record.wrench_C.torque = Vec3(0, 0, 12);
     record.flags = kInfeasible;
@@ -79,14 +79,17 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
     is("min_peak_force_N", 3.2, true);
     is("max_peak_force_N", 3.2, true);
     is("max_peak_torque_mNm", 12, false);
-    is("max_dforce_N_per_ms", 2.4, true);   // from 2 to 3.2 N in half a ms
+    is("max_dforce_N_per_ms", 2.4, true);  // from 2 to 3.2 N in half a ms
     is("min_contact_fraction", 0.75, true);
     is("max_final_lag_mm", 0.05, true);
     is("max_infeasible_ticks", 1, false);
 }
 
 TEST_CASE("outcome: before the end only what has to hold at all times is judged", "[system]") {
-    Fixture f({{"max_penetration_mm", 0.001}, {"min_peak_force_N", 3}, {"max_final_lag_mm", 1}, {"final_position_m", {0, 0, 0}}});
+    Fixture f({{"max_penetration_mm", 0.001},
+               {"min_peak_force_N", 3},
+               {"max_final_lag_mm", 1},
+               {"final_position_m", {0, 0, 0}}});
     system::OutcomeJudge judge(f.read());
     judge.add(tickAt(0, 1), 0, 1);
     const auto checks = judge.checks(false);
@@ -98,7 +101,8 @@ TEST_CASE("outcome: before the end only what has to hold at all times is judged"
 TEST_CASE("outcome: seated means within both tolerances for the whole hold at the end", "[system]") {
     Fixture f(json{{"seated", true}});
     CHECK_THROWS_WITH(f.read(), Contains("expected.glb") && Contains("seated") && Contains("goal"));
-    f.roles.goal = system::GoalRegion{.X_WT = {Vec3(10, 0, 0), Quat::Identity()}, .tolerance = 0.5, .toleranceAngle = 0.1, .hold = 3};
+    f.roles.goal = system::GoalRegion{
+        .X_WT = {Vec3(10, 0, 0), Quat::Identity()}, .tolerance = 0.5, .toleranceAngle = 0.1, .hold = 3};
     system::OutcomeJudge judge(f.read());
     const auto met = [&] {
         bool all = true;
@@ -108,7 +112,7 @@ TEST_CASE("outcome: seated means within both tolerances for the whole hold at th
     for (int i = 0; i < 3; ++i) judge.add(tickAt(10.2, 0), 0, 1);
     CHECK(met());
     CHECK(find(judge.checks(true), "seated_hold_s").value == Approx(0.003));
-    judge.add(tickAt(10.6, 0), 0, 1);   // out of it once: the time starts anew
+    judge.add(tickAt(10.6, 0), 0, 1);  // out of it once: the time starts anew
     CHECK_FALSE(met());
     for (int i = 0; i < 2; ++i) judge.add(tickAt(10, 0), 0, 1);
     CHECK_FALSE(met());
@@ -122,9 +126,11 @@ TEST_CASE("outcome: seated means within both tolerances for the whole hold at th
 }
 
 TEST_CASE("outcome: positions are given in metres", "[system]") {
-    Fixture f({{"final_position_m", {0.01, 0, 0}}, {"final_tolerance_m", 0.0002}, {"tool_within_m", {{"min", {0, -1, -1}}, {"max", {0.02, 1, 1}}}}});
+    Fixture f({{"final_position_m", {0.01, 0, 0}},
+               {"final_tolerance_m", 0.0002},
+               {"tool_within_m", {{"min", {0, -1, -1}}, {"max", {0.02, 1, 1}}}}});
     system::OutcomeJudge judge(f.read());
-    judge.add(tickAt(21, 0), 0, 1);     // 1 mm past the box
+    judge.add(tickAt(21, 0), 0, 1);  // 1 mm past the box
     judge.add(tickAt(10.1, 0), 0, 1);
     const auto checks = judge.checks(true);
     CHECK(find(checks, "final_position_m").value == Approx(0.0001));
@@ -138,8 +144,11 @@ TEST_CASE("outcome: unknown keys are named, wrong types refused, and none is non
     CHECK(unknown.read().empty());
     REQUIRE(unknown.warnings.size() == 1);
     CHECK_THAT(unknown.warnings[0], Contains("outcome.max_penetration_m"));
-    for (const json& wrong : std::vector<json>{{{"max_hover_mm", "small"}}, {{"seated", 1}}, {{"tool_within_m", {{"min", {0, 0, 0}}}}},
-                                               {{"final_position_m", {0, 0}}}, {{"max_hover_mm", -1}}}) {
+    for (const json& wrong : std::vector<json>{{{"max_hover_mm", "small"}},
+                                               {{"seated", 1}},
+                                               {{"tool_within_m", {{"min", {0, 0, 0}}}}},
+                                               {{"final_position_m", {0, 0}}},
+                                               {{"max_hover_mm", -1}}}) {
         INFO(wrong.dump());
         Fixture f(wrong);
         CHECK_THROWS_WITH(f.read(), Contains("node 0 \"tool\"") && Contains("extras.touchstone.outcome"));

@@ -34,8 +34,9 @@ class Program {
   public:
     Answer operator()(const std::string& args) const {
         const fs::path err = folder_.path() / "stderr";
-        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + (folder_.path() / "cache").string() +
-                                    "' '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" + err.string() + "'";
+        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" +
+                                    (folder_.path() / "cache").string() + "' '" TOUCHSTONE_BINARY_DIR "/touchstone' " +
+                                    args + " 2>'" + err.string() + "'";
         Answer answer;
         FILE* pipe = popen(command.c_str(), "r");
         REQUIRE(pipe);
@@ -113,7 +114,8 @@ TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[sy
     CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
 }
 
-TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver", "[system]") {
+TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver",
+          "[system]") {
     const Program touchstone;
     engine::Scene made = pressScene();
     made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
@@ -215,7 +217,8 @@ TEST_CASE("program: help and version need no scene", "[system]") {
 TEST_CASE("program: doctor looks at everything", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone("doctor");
-    for (const char* what : {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "bunny", "scenes", "cache"})
+    for (const char* what :
+         {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "bunny", "scenes", "cache"})
         CHECK_THAT(answer.out, Contains(what));
     CHECK(answer.err.empty());
 }
@@ -248,7 +251,8 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
 
 TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {
     const Program touchstone;
-    const Answer answer = touchstone("run " + touchstone.scene() + " --headless --seconds 0.4 --screenshot " + touchstone.file("p.png"));
+    const Answer answer =
+        touchstone("run " + touchstone.scene() + " --headless --seconds 0.4 --screenshot " + touchstone.file("p.png"));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);

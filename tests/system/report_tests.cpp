@@ -29,24 +29,25 @@ TEST_CASE("percentile: nearest rank, on hand-made lists", "[system]") {
     CHECK(system::percentile(one, 0.1) == 7.0);
     CHECK(system::percentile(one, 100) == 7.0);
     std::vector<double> five{50, 15, 40, 20, 35};
-    CHECK(system::percentile(five, 30) == 20.0);   // rank ceil(1.5) = 2 of 15 20 35 40 50
-    CHECK(system::percentile(five, 40) == 20.0);   // rank 2 exactly
+    CHECK(system::percentile(five, 30) == 20.0);  // rank ceil(1.5) = 2 of 15 20 35 40 50
+    CHECK(system::percentile(five, 40) == 20.0);  // rank 2 exactly
     CHECK(system::percentile(five, 50) == 35.0);
     CHECK(system::percentile(five, 100) == 50.0);
     std::vector<double> thousand(1000);
     std::iota(thousand.begin(), thousand.end(), 1.0);
     CHECK(system::percentile(thousand, 99) == 990.0);
-    CHECK(system::percentile(thousand, 99.9) == 999.0);   // not 1000, which rounding of 99.9 would give
+    CHECK(system::percentile(thousand, 99.9) == 999.0);  // not 1000, which rounding of 99.9 would give
     CHECK(system::percentile(thousand, 100) == 1000.0);
 }
 
-TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well", "[system]") {
+TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well",
+          "[system]") {
     const unsigned seed = 3;
     INFO("seed " << seed);
     std::mt19937 random(seed);
     for (int round = 0; round < 100; ++round) {
         std::vector<double> values(1 + random() % 300);
-        for (double& value : values) value = static_cast<double>(random() % 50);   // with ties
+        for (double& value : values) value = static_cast<double>(random() % 50);  // with ties
         for (const double percent : {1.0, 50.0, 99.0, 99.9, 100.0}) {
             const double found = *system::percentile(values, percent);
             const auto share = [&](auto below) {
@@ -80,20 +81,34 @@ TEST_CASE("report: it has every key, and no null but the overruns of a run witho
     report.checks = {{"max_penetration_mm", 0.001, 0, true}};
     const ordered_json json = system::toJson(report);
     const std::vector<std::pair<std::string, std::vector<std::string>>> keys{
-        {"scene", {}}, {"mode", {}}, {"solver", {}}, {"shadow", {}}, {"ticks", {}},
+        {"scene", {}},
+        {"mode", {}},
+        {"solver", {}},
+        {"shadow", {}},
+        {"ticks", {}},
         {"step_us", {"p50", "p99", "p999", "max"}},
         {"collision_us", {"p50", "p99", "p999", "max"}},
         {"solve_us", {"p50", "p99", "p999", "max"}},
         {"shadow_us", {"p50", "p99", "p999", "max"}},
-        {"pairs", {"p50", "max"}}, {"rows", {"p50", "max"}}, {"iterations", {"p50", "max"}},
+        {"pairs", {"p50", "max"}},
+        {"rows", {"p50", "max"}},
+        {"iterations", {"p50", "max"}},
         {"rows_truncated", {}},
-        {"penetration_mm", {"p99", "max"}}, {"hover_mm", {"p99", "max"}},
-        {"force_N", {"max"}}, {"torque_mNm", {"max"}},
+        {"penetration_mm", {"p99", "max"}},
+        {"hover_mm", {"p99", "max"}},
+        {"force_N", {"max"}},
+        {"torque_mNm", {"max"}},
         {"dforce_N_per_ms", {"p99", "max"}},
         {"shadow_force_error_N", {"p50", "p99", "max"}},
         {"kkt", {"primal_mm", "dual_N", "stationarity_N", "complementarity_mJ"}},
-        {"infeasible", {}}, {"overruns", {}}, {"dropped", {}}, {"hash", {}},
-        {"margin_used_mm", {"p50", "max"}}, {"force_out_N", {"max"}}, {"safety_trips", {}}, {"outcome", {"met", "checks"}}};
+        {"infeasible", {}},
+        {"overruns", {}},
+        {"dropped", {}},
+        {"hash", {}},
+        {"margin_used_mm", {"p50", "max"}},
+        {"force_out_N", {"max"}},
+        {"safety_trips", {}},
+        {"outcome", {"met", "checks"}}};
     for (const auto& [key, inner] : keys) {
         INFO(key);
         REQUIRE(json.contains(key));
@@ -102,7 +117,7 @@ TEST_CASE("report: it has every key, and no null but the overruns of a run witho
     std::vector<std::string> absent;
     hasNullOrNan(json, "", absent);
     CHECK(absent == std::vector<std::string>{"/overruns"});
-    CHECK(json.at("step_us").at("p50") == 10);   // without the shadow's 2
+    CHECK(json.at("step_us").at("p50") == 10);  // without the shadow's 2
     CHECK(json.at("dforce_N_per_ms").at("max") == 1);
     CHECK(json.at("force_N").at("max") == 10);
     CHECK(json.at("force_out_N").at("max") == 9);

@@ -29,7 +29,9 @@ const glm::vec3 kSize(0.01f);
 
 TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", "[system]") {
     Scene scene;
-    const Entity tool = addBox(scene, "peg", kSize, {{"role", "tool"}, {"leaves", 100}, {"stiffness_N_per_m", 500}, {"torsion_Nm_per_rad", 0.3}});
+    const Entity tool =
+        addBox(scene, "peg", kSize,
+               {{"role", "tool"}, {"leaves", 100}, {"stiffness_N_per_m", 500}, {"torsion_Nm_per_rad", 0.3}});
     const Entity hole = addBox(scene, "hole", kSize, {{"role", "obstacle"}});
     const Entity decoration = addBox(scene, "lamp", kSize, {{"role", "visual"}});
     const Entity plain = addBox(scene, "floor", kSize);
@@ -61,7 +63,8 @@ TEST_CASE("roles: of two tools the first in the file is taken, and the other is 
     CHECK(anyContains(roles.warnings, "\"second\""));
 }
 
-TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider an obstacle and a trigger a goal", "[system]") {
+TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider an obstacle and a trigger a goal",
+          "[system]") {
     Scene scene;
     const Entity tool = addBox(scene, "body", kSize);
     const Entity part = addBox(scene, "part of body", kSize, nullptr, {}, tool);
@@ -81,7 +84,7 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     CHECK(roleOf(scene, region) == Role::Goal);
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 50, 0)));
-    CHECK(roles.goal->tolerance == Approx(10));   // half of the 20 mm that it measures
+    CHECK(roles.goal->tolerance == Approx(10));  // half of the 20 mm that it measures
     CHECK(anyContains(roles.taken, "gives it a motion"));
 }
 
@@ -100,10 +103,12 @@ TEST_CASE("roles: the physics extension comes before extras, which still give th
 TEST_CASE("roles: what the physics extension has and this program has not is named", "[system]") {
     Scene scene;
     const Entity body = addBox(scene, "body", kSize);
-    addPhysics(scene, body, {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
+    addPhysics(scene, body,
+               {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
     scene.extensions["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
     const system::SceneRoles roles = system::assignRoles(scene);
-    for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"}) CHECK(anyContains(roles.warnings, word));
+    for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
+        CHECK(anyContains(roles.warnings, word));
     CHECK(system::bakedTriangles(scene, body).triangles.size() == 12);
 }
 
@@ -130,7 +135,8 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
         {{{"role", "tool"}, {"stiffness_N_per_m", -1}}, "extras.touchstone.stiffness_N_per_m"},
         {{{"role", "tool"}, {"torsion_Nm_per_rad", json::array()}}, "extras.touchstone.torsion_Nm_per_rad"},
         {{{"role", "tool"}, {"goal", 1}}, "extras.touchstone.goal must be an object"},
-        {{{"role", "tool"}, {"goal", {{"translation", {0, 1}}}}}, "extras.touchstone.goal.translation must be three numbers"},
+        {{{"role", "tool"}, {"goal", {{"translation", {0, 1}}}}},
+         "extras.touchstone.goal.translation must be three numbers"},
         {{{"role", "tool"}, {"goal", {{"rotation", {0, 0, 0, 2}}}}}, "extras.touchstone.goal.rotation"},
         {{{"role", "tool"}, {"outcome", "fine"}}, "extras.touchstone.outcome must be an object"},
         {json("tool"), "extras.touchstone must be an object"},
@@ -146,13 +152,17 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
 }
 
 TEST_CASE("roles: broken physics extensions are one sentence too", "[system]") {
-    for (const json& body : std::vector<json>{json("box"), {{"motion", 3}}, {{"collider", {{"geometry", {{"node", 7}}}}}},
-                                              {{"collider", {{"geometry", {{"mesh", -1}}}}}}, {{"collider", {{"geometry", 0}}}}}) {
+    for (const json& body : std::vector<json>{json("box"),
+                                              {{"motion", 3}},
+                                              {{"collider", {{"geometry", {{"node", 7}}}}}},
+                                              {{"collider", {{"geometry", {{"mesh", -1}}}}}},
+                                              {{"collider", {{"geometry", 0}}}}}) {
         INFO(body.dump());
         Scene scene;
         scene.file = "some/where.glb";
         addPhysics(scene, addBox(scene, "peg", kSize), body);
-        CHECK_THROWS_WITH(system::assignRoles(scene), Contains("node 0 \"peg\"") && Contains("KHR_physics_rigid_bodies"));
+        CHECK_THROWS_WITH(system::assignRoles(scene),
+                          Contains("node 0 \"peg\"") && Contains("KHR_physics_rigid_bodies"));
     }
 }
 
@@ -164,7 +174,12 @@ TEST_CASE("roles: settings of the scene are those of the command line, and wrong
         scene.extras = {{"touchstone", {{"settings", settings}}}};
         return system::sceneSettings(scene, system::assignRoles(scene));
     };
-    const Settings settings = with({{"margin", 0.375}, {"trust", 0.375}, {"slack", "0.1"}, {"adaptive_margin", false}, {"shadow", "none"}, {"linearisations", 3}});
+    const Settings settings = with({{"margin", 0.375},
+                                    {"trust", 0.375},
+                                    {"slack", "0.1"},
+                                    {"adaptive_margin", false},
+                                    {"shadow", "none"},
+                                    {"linearisations", 3}});
     CHECK(settings.margin == 0.375);
     CHECK(settings.slack == 0.1);
     CHECK_FALSE(settings.adaptiveMargin);
@@ -175,7 +190,7 @@ TEST_CASE("roles: settings of the scene are those of the command line, and wrong
     CHECK_THROWS_WITH(with({{"magin", 1}}), Contains("tight.glb") && Contains("did you mean 'margin'"));
     CHECK_THROWS_WITH(with({{"margin", "wide"}}), Contains("margin must be a number"));
     CHECK_THROWS_WITH(with({{"margin", json::array()}}), Contains("margin"));
-    CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));   // more than the margin
+    CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));  // more than the margin
 }
 
 TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool it is given", "[system]") {
@@ -183,7 +198,8 @@ TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool i
     const Entity parent = addNode(scene, "frame", {}, {.translation = {1, 0, 0}});
     addNode(scene, "seat", parent, {.translation = {0, 0.02, 0}});
     setExtras(scene, scene.nodes.back(),
-              {{"touchstone", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.0005}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}}}});
+              {{"touchstone",
+                {{"role", "goal"}, {"goal", {{"tolerance_m", 0.0005}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}}}});
     const Entity tool = addBox(scene, "peg", kSize, {{"role", "tool"}});
     updateWorldTransforms(scene);
     system::SceneRoles roles = system::assignRoles(scene);
@@ -193,7 +209,9 @@ TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool i
     CHECK(roles.goal->toleranceAngle == 0.05);
     CHECK(roles.goal->hold == 500);
 
-    setExtras(scene, tool, {{"touchstone", {{"role", "tool"}, {"goal", {{"translation", {0, 0.1, 0}}, {"rotation", {0, 0, 1, 0}}}}}}});
+    setExtras(
+        scene, tool,
+        {{"touchstone", {{"role", "tool"}, {"goal", {{"translation", {0, 0.1, 0}}, {"rotation", {0, 0, 1, 0}}}}}}});
     roles = system::assignRoles(scene);
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 100, 0)));

@@ -38,7 +38,8 @@ inline std::shared_ptr<const engine::MeshData> boxMesh(const glm::vec3& size) {
     auto mesh = std::make_shared<engine::MeshData>();
     for (int i = 0; i < 8; ++i)
         mesh->positions.push_back(size * glm::vec3(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f));
-    mesh->indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    mesh->indices = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                     2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
     mesh->normals = smoothNormals(*mesh);
     return mesh;
 }
@@ -60,14 +61,16 @@ inline void addPhysics(engine::Scene& scene, engine::Entity node, const nlohmann
 }
 
 inline engine::Animation translation(engine::Entity node, std::vector<double> times, std::vector<glm::dvec4> values) {
-    return {"motion", {{node, engine::AnimationPath::Translation, engine::Interpolation::Linear, std::move(times), std::move(values)}}};
+    return {"motion",
+            {{node, engine::AnimationPath::Translation, engine::Interpolation::Linear, std::move(times),
+              std::move(values)}}};
 }
 
 /// A cube of 10 mm comes down from 5 mm above a slab of 10 mm, is pushed 2 mm in, slides 4 mm, and leaves; 0.8 s.
 inline engine::Scene pressScene() {
     engine::Scene scene;
     scene.name = "press";
-    const double touch = 0.010;   // height of the cube's centre when it touches
+    const double touch = 0.010;  // height of the cube's centre when it touches
     const engine::Entity tool = addBox(scene, "cube", glm::vec3(0.01f),
                                        {{"role", "tool"},
                                         {"leaves", 64},
@@ -79,7 +82,8 @@ inline engine::Scene pressScene() {
                                        {.translation = {0, touch + 0.005, 0}});
     addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 512}});
     const auto at = [&](double x, double depth) { return glm::dvec4(x, touch - depth, 0, 0); };
-    scene.animations.push_back(translation(tool, {0, 0.2, 0.6, 0.8}, {at(0, -0.005), at(0, 0.002), at(0.004, 0.002), at(0.004, -0.005)}));
+    scene.animations.push_back(
+        translation(tool, {0, 0.2, 0.6, 0.8}, {at(0, -0.005), at(0, 0.002), at(0.004, 0.002), at(0.004, -0.005)}));
     updateWorldTransforms(scene);
     return scene;
 }

@@ -52,8 +52,12 @@ TEST_CASE("scene motion: steps stay, rotations go the shorter way, splines pass 
     const double s = std::sin(kPi / 8), c = std::cos(kPi / 8);
     scene.animations.push_back(
         {"motion",
-         {{tool, AnimationPath::Rotation, Interpolation::Linear, {0, 1}, {{0, 0, 0, 1}, {0, -s, 0, -c}}},   // 45° about y
-          {tool, AnimationPath::Translation, Interpolation::CubicSpline, {0, 1},
+         {{tool, AnimationPath::Rotation, Interpolation::Linear, {0, 1}, {{0, 0, 0, 1}, {0, -s, 0, -c}}},  // 45° about
+                                                                                                           // y
+          {tool,
+           AnimationPath::Translation,
+           Interpolation::CubicSpline,
+           {0, 1},
            {{0, 0, 0, 0}, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}}}});
     std::vector<std::string> warnings;
     const auto motion = motionOf(scene, warnings);
@@ -61,7 +65,8 @@ TEST_CASE("scene motion: steps stay, rotations go the shorter way, splines pass 
     CHECK((motion->at(500).q * Vec3::UnitX() - Vec3(std::cos(kPi / 8), 0, -std::sin(kPi / 8))).norm() < 1e-12);
     // Out-tangent 1 m/s at zero: h10(1/2) = 1/8, so 125 mm.
     CHECK(motion->at(500).p.isApprox(Vec3(125, 0, 0)));
-    scene.animations[0].channels[1] = {tool, AnimationPath::Translation, Interpolation::Step, {0, 1}, {{0, 0, 0, 0}, {1, 0, 0, 0}}};
+    scene.animations[0].channels[1] = {
+        tool, AnimationPath::Translation, Interpolation::Step, {0, 1}, {{0, 0, 0, 0}, {1, 0, 0, 0}}};
     const auto stepped = motionOf(scene, warnings);
     CHECK(stepped->at(999).p.norm() == 0);
     CHECK(stepped->at(1000).p.isApprox(Vec3(1000, 0, 0)));
@@ -69,7 +74,9 @@ TEST_CASE("scene motion: steps stay, rotations go the shorter way, splines pass 
 
 TEST_CASE("scene motion: fixed ancestors move the whole motion", "[system]") {
     Scene scene;
-    const Entity parent = addNode(scene, "table", {}, {.translation = {0, 1, 0}, .rotation = glm::angleAxis(kPi / 2, glm::dvec3(0, 0, 1)), .scale = glm::dvec3(2)});
+    const Entity parent = addNode(
+        scene, "table", {},
+        {.translation = {0, 1, 0}, .rotation = glm::angleAxis(kPi / 2, glm::dvec3(0, 0, 1)), .scale = glm::dvec3(2)});
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}}, {}, parent);
     scene.animations.push_back(translation(tool, {0, 1}, {{0, 0, 0, 0}, {0.1, 0, 0, 0}}));
     std::vector<std::string> warnings;
@@ -95,7 +102,7 @@ TEST_CASE("scene motion: the first animation that moves the tool is taken", "[sy
     scene.animations.push_back(translation(tool, {0, 3}, {{0, 0, 0, 0}, {1, 0, 0, 0}}));
     std::vector<std::string> warnings;
     CHECK(motionOf(scene, warnings)->duration() == 2000);
-    CHECK(warnings.empty());   // a lamp that is only drawn may be animated or not
+    CHECK(warnings.empty());  // a lamp that is only drawn may be animated or not
 }
 
 TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are named once each", "[system]") {
@@ -105,10 +112,12 @@ TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are name
     const Entity knob = addBox(scene, "knob", kSize, nullptr, {}, tool);
     const Entity carrier = addNode(scene, "carrier");
     addBox(scene, "wall", kSize, {{"role", "obstacle"}}, {}, carrier);
-    for (const Entity node : {arm, knob, carrier, carrier}) scene.animations.push_back(translation(node, {0, 1}, {{0, 0, 0, 0}, {1, 0, 0, 0}}));
-    scene.animations.push_back({"grow", {{tool, AnimationPath::Scale, Interpolation::Linear, {0, 1}, {{1, 1, 1, 0}, {2, 2, 2, 0}}}}});
+    for (const Entity node : {arm, knob, carrier, carrier})
+        scene.animations.push_back(translation(node, {0, 1}, {{0, 0, 0, 0}, {1, 0, 0, 0}}));
+    scene.animations.push_back(
+        {"grow", {{tool, AnimationPath::Scale, Interpolation::Linear, {0, 1}, {{1, 1, 1, 0}, {2, 2, 2, 0}}}}});
     std::vector<std::string> warnings;
-    CHECK(motionOf(scene, warnings) == nullptr);   // scale alone is no motion
+    CHECK(motionOf(scene, warnings) == nullptr);  // scale alone is no motion
     REQUIRE(warnings.size() == 4);
     CHECK_THAT(warnings[0], Contains("\"arm\"") && Contains("ancestors"));
     CHECK_THAT(warnings[1], Contains("\"knob\"") && Contains("rigid"));
@@ -121,7 +130,8 @@ TEST_CASE("scene motion: a shape that would shear on the way is warned about", "
     const Entity stretched = addNode(scene, "stretched", {}, {.scale = {1, 3, 1}});
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}}, {}, stretched);
     const double s = std::sin(0.5), c = std::cos(0.5);
-    scene.animations.push_back({"turn", {{tool, AnimationPath::Rotation, Interpolation::Linear, {0, 1}, {{0, 0, 0, 1}, {s, 0, 0, c}}}}});
+    scene.animations.push_back(
+        {"turn", {{tool, AnimationPath::Rotation, Interpolation::Linear, {0, 1}, {{0, 0, 0, 1}, {s, 0, 0, c}}}}});
     std::vector<std::string> warnings;
     CHECK(motionOf(scene, warnings));
     REQUIRE(warnings.size() == 1);

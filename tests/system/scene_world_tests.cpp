@@ -48,9 +48,11 @@ double depthIn(const SphereTree& tree, const Vec3& point) {
 
 }  // namespace
 
-TEST_CASE("scene world: all meshes below a role node are one body, in mm, with scale and mirroring baked in", "[system]") {
+TEST_CASE("scene world: all meshes below a role node are one body, in mm, with scale and mirroring baked in",
+          "[system]") {
     Scene scene;
-    const Entity top = addNode(scene, "assembly", {}, {.translation = {0.5, 0, 0}, .rotation = glm::angleAxis(0.7, glm::dvec3(0, 1, 0))});
+    const Entity top = addNode(scene, "assembly", {},
+                               {.translation = {0.5, 0, 0}, .rotation = glm::angleAxis(0.7, glm::dvec3(0, 1, 0))});
     const Entity tool = addBox(scene, "tool", {0.01f, 0.02f, 0.03f}, {{"role", "tool"}},
                                {.translation = {0, 0.1, 0}, .scale = {-2, 1, 1}}, top);
     addBox(scene, "knob", glm::vec3(0.01f), nullptr, {.translation = {0.02, 0, 0}}, tool);
@@ -59,9 +61,9 @@ TEST_CASE("scene world: all meshes below a role node are one body, in mm, with s
     system::assignRoles(scene);
 
     const TriangleMesh mesh = system::bakedTriangles(scene, tool);
-    CHECK(mesh.triangles.size() == 24);   // tool and knob, not the label
-    // x of the tool: ±5 mm times 2. The knob's centre at 20 mm times 2, mirrored: its box reaches from 30 to 50 mm, on the
-    // side that the rest's mirroring sends it to.
+    CHECK(mesh.triangles.size() == 24);  // tool and knob, not the label
+    // x of the tool: ±5 mm times 2. The knob's centre at 20 mm times 2, mirrored: its box reaches from 30 to 50 mm, on
+    // the side that the rest's mirroring sends it to.
     const Eigen::AlignedBox3d box = boxOf(mesh);
     CHECK(std::min(box.max().x(), -box.min().x()) == Approx(10));
     CHECK(std::max(box.max().x(), -box.min().x()) == Approx(50));
@@ -88,7 +90,7 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     for (int body = 0; body < 2; ++body) {
         const SphereTree& tree = body == 0 ? *opened.world->tool : *opened.world->obstacles[0].tree;
         for (const Vec3& vertex : system::bakedTriangles(opened.scene, opened.scene.nodes[body]).vertices)
-            CHECK(depthIn(tree, vertex) > -1e-4);   // leaves are floats
+            CHECK(depthIn(tree, vertex) > -1e-4);  // leaves are floats
     }
 }
 
@@ -106,7 +108,7 @@ TEST_CASE("scene world: a collider's geometry replaces what is drawn, in the col
     for (const Entity node : {wall, holder}) {
         const TriangleMesh mesh = system::bakedTriangles(scene, node);
         CHECK(mesh.triangles.size() == 12);
-        CHECK(boxOf(mesh).center().norm() < 1e-6);   // single-precision vertices
+        CHECK(boxOf(mesh).center().norm() < 1e-6);  // single-precision vertices
         CHECK(boxOf(mesh).sizes().x() == Approx(20));
     }
 }
@@ -127,7 +129,8 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
     CHECK(scene.world->obstacles[0].name == "slab");
     CHECK(scene.world->X_WT_start.p.isApprox(Vec3(0, 15, 0), 1e-6));
     // The faces are 5 mm apart; leaves stand out of them by what the builder certifies.
-    const double out = scene.world->tool->certificate.protrusion + scene.world->obstacles[0].tree->certificate.protrusion;
+    const double out =
+        scene.world->tool->certificate.protrusion + scene.world->obstacles[0].tree->certificate.protrusion;
     const double clearance = trueClearance(*scene.world, scene.world->X_WT_start);
     CHECK(clearance > 5 - out - 1e-3);
     CHECK(clearance < 5);
@@ -161,7 +164,7 @@ TEST_CASE("scene world: trees come from the cache the second time", "[system]") 
     const auto never = [&](const std::string&, double) { return ++calls, true; };
     const system::HapticScene second = system::openScene(pressScene(), {.treeCache = folder.path(), .progress = never});
     CHECK(first.world->tool->leafCount() == second.world->tool->leafCount());
-    CHECK(calls <= 2);   // at most a last call for each part
+    CHECK(calls <= 2);  // at most a last call for each part
 }
 
 TEST_CASE("scene world: cancelling stops the build", "[system]") {
@@ -178,7 +181,7 @@ TEST_CASE("scene world: sizes that look like a wrong unit are warned about", "[s
     const system::HapticScene opened = system::openScene(std::move(scene), options);
     CHECK(opened.world == nullptr);
     CHECK(opened.missing.empty());
-    CHECK(anyContains(opened.warnings, "\"giant\" is 34641 mm across"));   // 20 m times sqrt(3)
+    CHECK(anyContains(opened.warnings, "\"giant\" is 34641 mm across"));  // 20 m times sqrt(3)
     CHECK(anyContains(opened.warnings, "\"dwarf\" is 0.173205 mm across"));
 }
 
@@ -221,6 +224,7 @@ TEST_CASE("device choice: names and files are told apart, and what does not exis
     const system::HapticScene scene = system::openScene(pressScene());
     const auto demo = system::startDevice(scene, "demo");
     CHECK(demo->read(0, 1).X_WT.p.isApprox(Vec3(0, 15, 0), 1e-6));
-    CHECK_THROWS_WITH(system::startDevice(scene, "joystick"), Contains("'joystick'") && Contains("demo, mouse, replay"));
+    CHECK_THROWS_WITH(system::startDevice(scene, "joystick"),
+                      Contains("'joystick'") && Contains("demo, mouse, replay"));
     CHECK_THROWS_WITH(system::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }

@@ -99,6 +99,7 @@ Scene makeSpline(const SceneOptions& options) {
 /// A ball is driven at a thin plate, faster each time, and must never come out below.
 Scene makePlate(const SceneOptions& options) {
     const int leaves = options.leaves ? options.leaves : 4096;
+    const int ballLeaves = options.leaves ? options.leaves : 256;  // few balls make a ball
     const double radius = 12, thickness = 1;
     const double above = thickness / 2 + radius + 20, past = thickness / 2 + radius + 60;  // of the ball's centre
     Demonstration motion({{0, above, 0}});
@@ -119,7 +120,7 @@ Scene makePlate(const SceneOptions& options) {
                        {"max_final_lag_mm", 0.01},
                        {"tool_within_m", {{"min", {-0.03, side, -0.03}}, {"max", {0.03, 0.1, 0.03}}}}};
     const Entity tool =
-        addBody(scene, "ball", {{0, above, 0}}, shared(sphere(radius)), gold(), toolMarking(leaves, outcome));
+        addBody(scene, "ball", {{0, above, 0}}, shared(sphere(radius)), gold(), toolMarking(ballLeaves, outcome));
     addBody(scene, "plate", {}, shared(box({60, thickness, 60}, 2)), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
     return scene;

@@ -8,7 +8,7 @@
 
 namespace touchstone::app {
 
-inline constexpr double kChordError = 0.01;  ///< mm
+inline constexpr double kChordError = 0.02;  ///< mm
 
 /// Box about the origin with faces divided into squares of at most `spacing`.
 engine::MeshData box(const glm::dvec3& size, double spacing);

@@ -20,10 +20,10 @@ struct RunOptions {
     std::string scene;
     bool headless = false;
     std::optional<double> seconds;
-    std::string device;   ///< empty: the demonstration; in a window without one, the mouse
-    std::optional<std::string> mode, solver, shadow, tolerance, rate;   ///< as text, checked like settings
-    std::vector<std::string> set;                                       ///< KEY=VALUE
-    std::filesystem::path report, ticks, screenshot;                    ///< empty: none
+    std::string device;  ///< empty: the demonstration; in a window without one, the mouse
+    std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings
+    std::vector<std::string> set;                                      ///< KEY=VALUE
+    std::filesystem::path report, ticks, screenshot;                   ///< empty: none
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.
@@ -35,8 +35,8 @@ int doctor();
 
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
-    std::string unit = "mm";   ///< mm, cm, m or in
-    int leaves = 0;            ///< 0: the default
+    std::string unit = "mm";  ///< mm, cm, m or in
+    int leaves = 0;           ///< 0: the default
 };
 int makeScene(const NewOptions& options);
 

@@ -7,8 +7,8 @@
 
 namespace touchstone::app {
 
-/// A progress bar on the error stream while sphere trees are built; on anything but a terminal one line a part. What takes
-/// less than a moment shows nothing.
+/// A progress bar on the error stream while sphere trees are built; on anything but a terminal one line a part. What
+/// takes less than a moment shows nothing.
 system::SceneProgress progressBar();
 
 /// Throws std::runtime_error when a file to be called `what` could not be written there.

@@ -50,7 +50,8 @@ void examineProcessor(Examination& examination) {
     if (cores >= 2)
         examination.say("cores", State::Works, std::to_string(cores) + ": one for the loop, the others for the window");
     else
-        examination.say("cores", State::Limited, "one alone: loop and window share it, so expect late ticks in a window");
+        examination.say("cores", State::Limited,
+                        "one alone: loop and window share it, so expect late ticks in a window");
 #if defined(__AVX512F__)
     const char* built = "AVX-512";
 #elif defined(__AVX2__)
@@ -61,8 +62,9 @@ void examineProcessor(Examination& examination) {
     if (built)
         examination.say("SIMD", State::Works, std::string("built for ") + built);
     else
-        examination.say("SIMD", State::Limited,
-                        "built without AVX2, so collision is slow: configure with -DTOUCHSTONE_ARCH=native or x86-64-v3");
+        examination.say(
+            "SIMD", State::Limited,
+            "built without AVX2, so collision is slow: configure with -DTOUCHSTONE_ARCH=native or x86-64-v3");
 }
 
 void examineScheduling(Examination& examination) {
@@ -121,9 +123,10 @@ void examineData(Examination& examination) {
     if (!cache.empty() && access(cache.c_str(), W_OK) == 0)
         examination.say("cache", State::Works, "sphere trees are kept in " + cache.string());
     else
-        examination.say("cache", State::Limited,
-                        (cache.empty() ? std::string("no folder for sphere trees") : cache.string() + " is not writable") +
-                            ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
+        examination.say(
+            "cache", State::Limited,
+            (cache.empty() ? std::string("no folder for sphere trees") : cache.string() + " is not writable") +
+                ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
 }
 
 }  // namespace

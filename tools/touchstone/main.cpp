@@ -71,7 +71,8 @@ void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& c
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
     make->add_option("--obstacle", options.obstacle, "the part that is fixed")->required();
     make->add_option("--unit", options.unit, "of the parts' coordinates: mm, cm, m or in")->capture_default_str();
-    make->add_option("--leaves", options.leaves, "leaves of each sphere tree (default: 4096)")->check(CLI::Range(8, 262144));
+    make->add_option("--leaves", options.leaves, "leaves of each sphere tree (default: 4096)")
+        ->check(CLI::Range(8, 262144));
     make->add_option("-o,--output", options.output, "the scene to write, .glb or .gltf")->required();
     make->footer("Example:\n  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n");
     make->callback([&] { command = [&] { return app::makeScene(options); }; });

@@ -64,14 +64,15 @@ int makeScene(const NewOptions& options) {
     engine::MeshData obstacle = engine::readMeshFile(options.obstacle, metres);
     const Box toolBox = boxOf(tool), obstacleBox = boxOf(obstacle);
 
-    // Parts keep the coordinates they were drawn in. The tool starts in the air, a tenth of its size above the obstacle.
+    // Parts keep the coordinates they were drawn in. The tool starts in the air, a tenth of its size above the
+    // obstacle.
     const double gap = 0.1 * glm::length(toolBox.size());
     const glm::dvec3 start(0, obstacleBox.high.y + gap - toolBox.low.y, 0);
 
     Scene scene;
     scene.name = options.output.stem().string();
-    addBody(scene, options.tool, start, std::move(tool), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f}, system::Role::Tool,
-            options.leaves);
+    addBody(scene, options.tool, start, std::move(tool), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
+            system::Role::Tool, options.leaves);
     addBody(scene, options.obstacle, {}, std::move(obstacle), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
             system::Role::Obstacle, options.leaves);
     engine::writeGltf(scene, options.output);

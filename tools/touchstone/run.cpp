@@ -30,8 +30,10 @@ std::unique_ptr<TickTable> tableFor(const RunOptions& options) {
     return options.ticks.empty() ? nullptr : std::make_unique<TickTable>(options.ticks);
 }
 
-/// Opens the scene for a run that is bound to work: whatever can be wrong is found before the trees, which take their time.
-system::HapticScene openChecked(const std::filesystem::path& file, const RunOptions& options, const std::string& device) {
+/// Opens the scene for a run that is bound to work: whatever can be wrong is found before the trees, which take their
+/// time.
+system::HapticScene openChecked(const std::filesystem::path& file, const RunOptions& options,
+                                const std::string& device) {
     system::SceneOptions sceneOptions;
     sceneOptions.buildTrees = false;
     system::HapticScene scene = system::openScene(file, sceneOptions);
@@ -41,7 +43,8 @@ system::HapticScene openChecked(const std::filesystem::path& file, const RunOpti
     for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"}})
         if (!path.empty()) requireWritable(path, what);
 
-    scene = system::openScene(std::move(scene.scene), {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+    scene =
+        system::openScene(std::move(scene.scene), {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
     for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
     return scene;
 }
@@ -69,7 +72,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
-    system::LiveSession* session = nullptr;   // known from the first frame on
+    system::LiveSession* session = nullptr;  // known from the first frame on
 
     system::WindowRunOptions window;
     window.scene = file;
@@ -103,7 +106,7 @@ bool hasDisplay() {
 }  // namespace
 
 int run(const RunOptions& options) {
-    withCommandLine({}, options);   // what does not exist is told before a scene is read
+    withCommandLine({}, options);  // what does not exist is told before a scene is read
     const std::filesystem::path file = findScene(options.scene);
     if (options.headless) return runHeadless(options, file);
     if (!hasDisplay())

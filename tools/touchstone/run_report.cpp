@@ -18,7 +18,8 @@ void printPercentiles(const char* what, const system::Percentiles& values, const
 
 void printReport(const system::Report& report) {
     std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", report.scene.c_str(), report.mode.c_str(),
-                report.solver.c_str(), report.shadow.c_str(), static_cast<unsigned long long>(report.ticks), report.rate);
+                report.solver.c_str(), report.shadow.c_str(), static_cast<unsigned long long>(report.ticks),
+                report.rate);
     printPercentiles("step", report.stepUs, "µs");
     printPercentiles("collision", report.collisionUs, "µs");
     printPercentiles("solve", report.solveUs, "µs");
@@ -28,8 +29,8 @@ void printReport(const system::Report& report) {
             std::printf("  shadow error %10.4f median %10.4f p99 %17s %10.4f worst  N\n", *error.p50, *error.p99, "",
                         *error.max);
     }
-    std::printf("  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n", report.rows.max.value_or(0), report.force,
-                report.torque);
+    std::printf("  rows up to %.0f, force up to %.2f N, torque up to %.1f mN·m\n", report.rows.max.value_or(0),
+                report.force, report.torque);
     std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),
                 report.hover.max.value_or(0));
     if (report.infeasible || report.rowsTruncated || report.safetyTrips)

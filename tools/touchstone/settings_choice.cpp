@@ -6,7 +6,8 @@ namespace touchstone::app {
 namespace {
 
 void set(Settings& settings, std::string_view key, std::string_view value, const std::string& option) {
-    if (const std::string wrong = setSetting(settings, key, value); !wrong.empty()) throw UsageError(option + ": " + wrong);
+    if (const std::string wrong = setSetting(settings, key, value); !wrong.empty())
+        throw UsageError(option + ": " + wrong);
 }
 
 }  // namespace

@@ -47,7 +47,8 @@ class Line {
 
 TickTable::TickTable(const std::filesystem::path& file) : file_(file), out_(file, std::ios::binary) {
     if (!out_)
-        throw std::runtime_error("cannot write the ticks to '" + file.string() + "': check the folder and its permissions");
+        throw std::runtime_error("cannot write the ticks to '" + file.string() +
+                                 "': check the folder and its permissions");
     out_ << kHeader;
 }
 
