@@ -15,7 +15,7 @@ constexpr double kFeasible = 1e-12;         // accepted violation, times 1 + dep
 constexpr double kNearlyFeasible = 1e-6;    // the same before rows are said to contradict each other
 constexpr double kDependent = 1e-26;        // |across|² below this is rounding: the row lies in the active rows' span
 constexpr double kWarmIndependent = 1e-12;  // a start takes no row nearer to dependence; a pivot may
-constexpr double kSmallestWeight = 1e-12;   // below it a weight is rounding, and its row does not block
+constexpr double kSmallestWeight = 1e-12;   // relative; below it a weight is rounding and its row does not block
 constexpr double kShortest2 = 1e-30;        // squared length of a row without direction
 
 enum class Outcome { Optimal, Contradiction, PivotCap, Invalid };
@@ -208,10 +208,11 @@ Outcome DualActiveSet::pivot(int limit) {
             const double violation = -sum8(p.n * z_) - p.d;
             const double full = dependent ? kInfinity : violation / split.across2;
 
+            const double rounding = kSmallestWeight * std::max(1.0, -least8(-abs8(split.weights)));
             double partial = kInfinity;  // until an active row would have to pull
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
-                if (split.weights[j] <= kSmallestWeight) continue;
+                if (split.weights[j] <= rounding) continue;
                 const double step = std::max(0.0, forces_[j]) / split.weights[j];
                 if (step < partial) {
                     partial = step;

@@ -10,8 +10,8 @@ namespace touchstone {
 /// problem is the point of a polyhedron nearest to the origin; the active rows' planes and their nearest point are
 /// kept, and the row violated most is added until none is. At most seven rows are ever active, so a pivot is one scan
 /// of the rows and a few 7 x 7 products. When Solved, rows of unit length are violated by at most
-/// 1e-12 (1 + depth of h), so x is right to about that times the sum of the forces; only where rows contradict each
-/// other by less than 1e-6 (1 + depth) by as much.
+/// v = 1e-12 (1 + depth of h), so |x - x*|² <= 2 v (sum of forces) in that metric, and far less unless planes nearly
+/// coincide; only where rows contradict each other by less than 1e-6 (1 + depth) are they violated by as much.
 ///
 /// Contradicting rows, or 400 pivots: Elastic, the exact answer of min ½(x-h)'G(x-h) + ½ w s² s.t. J x + s >= -g, rows
 /// scaled to unit length in the metric of G. A row shorter than 1e-15 in that metric is dropped; with g < 0 nothing can

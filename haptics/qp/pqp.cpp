@@ -133,9 +133,9 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
 }
 
 /// Updates with Nesterov's momentum, begun anew when a step turns uphill (O'Donoghue and Candès 2015). Kept because it
-/// pays: median iterations over 154 sliding, wedged, pinched and degenerate contacts of 200 rows, cold, beside the
-/// plain update with r = 0, were 53 / 182 at 1e-2 N, 112 / 1,439 at 1e-3 and 199 / 3,239 at 1e-4, where 25 plain ones
-/// passed 20,000 and the most here was 8,679; an iteration costs 4 % more.
+/// pays: median iterations on sliding, wedged, pinched and degenerate contacts of 200 rows, cold, beside the plain
+/// update with r = 0 were 56 / 193 at 1e-2 N, 121 / 1,291 at 1e-3 and 200 / 3,929 at 1e-4, where a sixth of the plain
+/// ones passed 20,000 and none did here; an iteration costs about as much.
 SolveStatus Pqp::iterate(const RowSet& rows, const SolverSettings& settings, int& iterations) {
     const std::int64_t limit =
         std::min<std::int64_t>(settings.maxIterations, settings.workLimit / std::max(1, rows_.size));

@@ -19,9 +19,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Where the driver does not wait for the monitor; while a scene is opened with nothing to see, the processor is needed there.
+// Where the driver does not wait for the monitor; while a scene is opened with nothing to see, the processor is needed
+// there.
 constexpr auto kShortestFrame = std::chrono::milliseconds(8), kOpeningFrame = std::chrono::milliseconds(60);
-constexpr double kMessageSeconds = 8;                           // how long a warning stays over the picture
+constexpr double kMessageSeconds = 8;  // how long a warning stays over the picture
 
 /// A rectangle of the window, screen units from its upper-left corner.
 struct Area {
@@ -53,7 +54,8 @@ bool beginPanel(const char* title, const Area& area) {
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 4});
     return ImGui::Begin(title, nullptr,
                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                            ImGuiWindowFlags_NoFocusOnAppearing);
 }
 
 void endPanel() {
@@ -96,7 +98,7 @@ class App {
     LiveSession session_;
     std::vector<std::filesystem::path> scenes_;
 
-    std::shared_ptr<HapticScene> viewed_;   // outlives the view of it
+    std::shared_ptr<HapticScene> viewed_;  // outlives the view of it
     std::unique_ptr<SceneView> view_;
     std::uint64_t viewedNumber_ = 0;
     engine::OrbitCamera camera_;
@@ -138,7 +140,7 @@ int App::run() {
         session_.update();
         refreshScene();
 
-        const float top = ImGui::GetFrameHeight();   // of the menu bar
+        const float top = ImGui::GetFrameHeight();  // of the menu bar
         const Layout layout(window_.size(), top, ImGui::GetFontSize(), menu_.panels);
         items_.clear();
         if (viewedNumber_ != session_.sceneNumber()) {
@@ -173,7 +175,7 @@ bool App::beginFrame(bool& last) {
 
 bool App::timeIsUp() {
     if (!options_.seconds) return false;
-    const bool stuck = !options_.scene.empty() && !session_.scene() && !session_.opening() && !session_.messages().empty();
+    const bool stuck = !options_.scene.empty() && !session_.scene() && !session_.opening();
     if (session_.running() && !runningSince_) runningSince_ = Clock::now();
     return stuck || (runningSince_ && Clock::now() - *runningSince_ > std::chrono::duration<double>(*options_.seconds));
 }
@@ -193,7 +195,7 @@ void App::lookAtAll(const Area& picture) {
     const TickRecord* record = session_.record();
     const Pose* X_WT = record ? &record->X_WT : viewed_->world ? &viewed_->world->X_WT_start : nullptr;
     const float aspect = picture.size.x / picture.size.y;
-    if (requests_.frameCamera)   // the direction one has turned to stays
+    if (requests_.frameCamera)  // the direction one has turned to stays
         view_->fit(camera_, X_WT, aspect);
     else
         camera_ = view_->look(X_WT, aspect);
@@ -239,13 +241,15 @@ void App::drawPanels(const Layout& layout) {
             if (drawHapticsPanel(settings, requests_, &items_)) session_.setSettings(settings);
         }
         endPanel();
-        if (beginPanel("Plots", layout.plots)) drawPlotsPanel(session_.history(), session_.settings(), plotsPanel_, &items_);
+        if (beginPanel("Plots", layout.plots))
+            drawPlotsPanel(session_.history(), session_.settings(), plotsPanel_, &items_);
         endPanel();
         if (beginPanel("Status", layout.status))
             drawStatusPanel({session_.snapshot(), session_.realTime(), device, session_.messages()});
         endPanel();
     }
     drawHints(layout.picture);
+    drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }
 

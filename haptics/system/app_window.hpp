@@ -16,26 +16,26 @@ struct WindowFrame {
     engine::Window& window;
     LiveSession& session;
     DisplayOptions& display;
-    const ItemRects& items;   ///< controls as drawn in the frame before
-    std::optional<glm::vec2> toolOnScreen;   ///< C in screen units, where it was drawn
-    long number = 0;          ///< frames since the window opened
+    const ItemRects& items;                 ///< controls as drawn in the frame before
+    std::optional<glm::vec2> toolOnScreen;  ///< C in screen units, where it was drawn
+    long number = 0;                        ///< frames since the window opened
 };
 
 struct WindowRunOptions {
-    std::filesystem::path scene;                       ///< may be empty: the window then offers the scenes of `folders`
+    std::filesystem::path scene;  ///< may be empty: the window then offers the scenes of `folders`
     SessionOptions session;
-    std::vector<std::filesystem::path> sceneFolders;   ///< whose .glb and .gltf files the menu lists
-    std::optional<double> seconds;                     ///< closes after this time with a running scene
-    std::filesystem::path screenshot;                  ///< picture of the last frame with its panels; empty: none
+    std::vector<std::filesystem::path> sceneFolders;  ///< whose .glb and .gltf files the menu lists
+    std::optional<double> seconds;                    ///< closes after this time with a running scene
+    std::filesystem::path screenshot;                 ///< picture of the last frame with its panels; empty: none
     engine::WindowOptions window;
     DisplayOptions display;
-    std::function<void(WindowFrame&)> onFrame;         ///< before each frame's events are handled
-    std::function<void(LiveSession&)> onEnd;           ///< after the last frame, while the loop still runs
+    std::function<void(WindowFrame&)> onFrame;  ///< before each frame's events are handled
+    std::function<void(LiveSession&)> onEnd;    ///< after the last frame, while the loop still runs
 };
 
-/// Opens the window and runs until it is closed or `seconds` have passed. Returns 0, or 1 when `scene` could not be opened
-/// within `seconds`. Throws std::runtime_error with one sentence when there is no display, or the picture cannot be written;
-/// what goes wrong with scenes and devices is told in the window.
+/// Opens the window and runs until it is closed or `seconds` have passed. Returns 0, or 1 when `scene` could not be
+/// opened within `seconds`. Throws std::runtime_error with one sentence when there is no display, or the picture cannot
+/// be written; what goes wrong with scenes and devices is told in the window.
 int runWindow(const WindowRunOptions& options);
 
 }  // namespace touchstone::system

@@ -10,12 +10,15 @@ namespace touchstone::system {
 namespace {
 
 constexpr int kRows = 1 << 15;
-constexpr double kCellsPerReach = 40;   // contacts nearer than a cell of this size look like one
+constexpr double kCellsPerReach = 30;  // contacts nearer than a cell of this size look like one
 
 }  // namespace
 
 ContactFinder::ContactFinder(std::shared_ptr<const World> world)
-    : world_(std::move(world)), reach_(world_->reach()), rows_(kRows), solver_(solverTable()[kExactSolver].make(kRows)) {
+    : world_(std::move(world)),
+      reach_(world_->reach()),
+      rows_(kRows),
+      solver_(solverTable()[kExactSolver].make(kRows)) {
     int index = 0;
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
 }
@@ -27,7 +30,7 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         const Pose& X_WO = world_->obstacles[i].X_WO;
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
-        if (!lists_[i].build(X_OT, margin)) continue;   // deeper in each other than any picture could show
+        if (!lists_[i].build(X_OT, margin)) continue;  // deeper in each other than any picture could show
         if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
             lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
@@ -47,7 +50,7 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
             logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
         problem.rows = &rows_;
-        solver_->reset();   // the same picture for the same tick
+        solver_->reset();  // the same picture for the same tick
         for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
     }
     thin(most);

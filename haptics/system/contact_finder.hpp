@@ -10,10 +10,10 @@
 namespace touchstone::system {
 
 struct ContactPoint {
-    Vec3 p_W = Vec3::Zero();   ///< on the tool's surface, mm
-    Vec3 n_W = Vec3::Zero();   ///< unit, from the obstacle to the tool
-    double gap = 0;            ///< mm, negative where the two overlap
-    double load = 0;           ///< N along n_W, of the exact solver on these rows
+    Vec3 p_W = Vec3::Zero();  ///< on the tool's surface, mm
+    Vec3 n_W = Vec3::Zero();  ///< unit, from the obstacle to the tool
+    double gap = 0;           ///< mm, negative where the two overlap
+    double load = 0;          ///< N along n_W, of the exact solver on these rows
 };
 
 /// Finds the leaf pairs of a world that touch, or nearly, and what they carry. Not for the loop: milliseconds when
@@ -25,7 +25,8 @@ class ContactFinder {
     /// Pairs with gap <= margin mm at the graphic tool's pose of the record. Of those that lie close together only the
     /// nearest is returned, and all that carry load; by falling load, then rising gap, at most `most`. Valid until the
     /// next call.
-    std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin, int most = 400);
+    std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin,
+                                       int most = 400);
 
   private:
     void thin(int most);

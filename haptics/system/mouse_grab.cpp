@@ -9,10 +9,10 @@
 namespace touchstone::system {
 namespace {
 
-constexpr float kOrbitPerPixel = 0.008f;      // radians
-constexpr float kTurnPerPixel = 0.006f;       // radians
-constexpr float kTurnPerWheelStep = 0.06f;    // radians
-constexpr float kDepthPerWheelStep = 0.01f;   // of the distance to the eye
+constexpr float kOrbitPerPixel = 0.008f;     // radians
+constexpr float kTurnPerPixel = 0.006f;      // radians
+constexpr float kTurnPerWheelStep = 0.06f;   // radians
+constexpr float kDepthPerWheelStep = 0.01f;  // of the distance to the eye
 
 /// Nearest hit of a ray p + s d (|d| = 1, mm, the body's frame) among the leaves below a block.
 struct RayWalk {
@@ -83,7 +83,7 @@ void MouseGrab::move(const MouseFrame& mouse, const engine::OrbitCamera& camera)
     const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
     Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
     const double step = static_cast<double>(mouse.wheel * kDepthPerWheelStep);
-    target += step * (target - toMm(ray.origin));   // along the cursor's ray: the held point stays under the cursor
+    target += step * (target - toMm(ray.origin));  // along the cursor's ray: the held point stays under the cursor
     wanted_->p += target - anchor_;
     anchor_ = target;
 }
@@ -105,17 +105,26 @@ void MouseGrab::update(const MouseFrame& mouse, engine::OrbitCamera& camera, con
     if (drag_ != Drag::None && (!anyButton || (holding() && !tool))) drag_ = Drag::None;
     if (drag_ == Drag::None) {
         begin(mouse, camera, tool);
-        if (drag_ != Drag::None) cursor_ = mouse.cursor;   // a drag begins without a jump
+        if (drag_ != Drag::None) cursor_ = mouse.cursor;  // a drag begins without a jump
     }
     if (holding()) drag_ = mouse.right || mouse.turnKey ? Drag::Turn : Drag::Move;
 
     const glm::vec2 pixels = mouse.cursor - cursor_;
     switch (drag_) {
-        case Drag::Move: move(mouse, camera); break;
-        case Drag::Turn: turn(mouse, camera, tool->tree->center()); break;
-        case Drag::Orbit: camera.orbit(kOrbitPerPixel * pixels.x, kOrbitPerPixel * pixels.y); break;
-        case Drag::Pan: camera.pan(pixels, mouse.viewport.y); break;
-        case Drag::None: break;
+        case Drag::Move:
+            move(mouse, camera);
+            break;
+        case Drag::Turn:
+            turn(mouse, camera, tool->tree->center());
+            break;
+        case Drag::Orbit:
+            camera.orbit(kOrbitPerPixel * pixels.x, kOrbitPerPixel * pixels.y);
+            break;
+        case Drag::Pan:
+            camera.pan(pixels, mouse.viewport.y);
+            break;
+        case Drag::None:
+            break;
     }
     if (!holding() && !mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel);
     cursor_ = mouse.cursor;

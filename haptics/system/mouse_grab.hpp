@@ -15,17 +15,17 @@ std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const eng
 /// State of the mouse in one frame. Pixels count from the upper-left corner of the viewport.
 struct MouseFrame {
     glm::vec2 cursor{0}, viewport{1};
-    bool left = false, middle = false, right = false;   ///< held down
-    bool turnKey = false;                               ///< Shift: left turns the tool, or pans the camera
-    float wheel = 0;                                    ///< steps since the last frame, positive away from the user
-    bool elsewhere = false;                             ///< over a panel: no drag begins and the wheel is not ours
+    bool left = false, middle = false, right = false;  ///< held down
+    bool turnKey = false;                              ///< Shift: left turns the tool, or pans the camera
+    float wheel = 0;                                   ///< steps since the last frame, positive away from the user
+    bool elsewhere = false;                            ///< over a panel: no drag begins and the wheel is not ours
 };
 
 /// The tool as it is shown now.
 struct GrabTool {
     const SphereTree* tree = nullptr;
-    Pose X_WT;          ///< graphic tool: what is seen and picked
-    Pose X_WT_device;   ///< where a first grab begins
+    Pose X_WT;         ///< graphic tool: what is seen and picked
+    Pose X_WT_device;  ///< where a first grab begins
 };
 
 /// Dragging, as a state machine fed once a frame. On the tool: left translates in the view plane, the wheel in depth
@@ -54,7 +54,7 @@ class MouseGrab {
     void turn(const MouseFrame& mouse, const engine::OrbitCamera& camera, const Vec3& p_TC);
 
     Drag drag_ = Drag::None;
-    bool buttonsUp_ = true;   ///< a drag begins with a press, not by sliding in from a panel with a button down
+    bool buttonsUp_ = true;  ///< a drag begins with a press, not by sliding in from a panel with a button down
     bool hovering_ = false;
     glm::vec2 cursor_{0};
     Vec3 anchor_ = Vec3::Zero();

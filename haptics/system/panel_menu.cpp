@@ -8,15 +8,18 @@
 namespace touchstone::system {
 namespace {
 
-constexpr const char* kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys";
+constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys";
 
-/// A dialog that is opened once, in the middle of the window.
+/// A dialog in the middle of the window, opened on request and closed by a click beside it or Escape.
 bool beginDialog(const char* title, bool& open) {
     if (open) ImGui::OpenPopup(title);
     open = false;
     ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5f, 0.5f});
-    ImGui::SetNextWindowSizeConstraints({30 * ImGui::GetFontSize(), 0}, {60 * ImGui::GetFontSize(), FLT_MAX});
-    return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+    if (!ImGui::BeginPopup(title, ImGuiWindowFlags_NoMove)) return false;
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
+    ImGui::TextUnformatted(title);
+    ImGui::Separator();
+    return true;
 }
 
 /// A path to type and the two buttons below it; true when it was confirmed.
@@ -150,6 +153,9 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         noteItem(items, "menu help");
         ImGui::EndMainMenuBar();
     }
+}
+
+void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
     drawOpenDialog(view, state, requests, items);
     drawReplayDialog(state, requests, items);
     drawHelpDialog(state);
@@ -163,7 +169,9 @@ void drawOpening(const OpeningProgress& progress, PanelRequests& requests, ItemR
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings);
     ImGui::Text("Opening %s", progress.file.c_str());
-    const std::string what = progress.part.empty() ? "reading the file" : "sphere tree of " + progress.part;
+    const std::string what = progress.fraction >= 1  ? "starting"
+                             : progress.part.empty() ? "reading the file"
+                                                     : "sphere tree of " + progress.part;
     ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0});
     ImGui::TextDisabled("%s", what.c_str());
     ImGui::SameLine(ImGui::GetContentRegionMax().x - 5 * em);

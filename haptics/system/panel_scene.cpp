@@ -16,10 +16,14 @@ constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Visual};
 
 ImVec4 roleColor(Role role) {
     switch (role) {
-        case Role::Tool: return kToolColor;
-        case Role::Obstacle: return kObstacleColor;
-        case Role::Goal: return kGoalColor;
-        case Role::Visual: break;
+        case Role::Tool:
+            return kToolColor;
+        case Role::Obstacle:
+            return kObstacleColor;
+        case Role::Goal:
+            return kGoalColor;
+        case Role::Visual:
+            break;
     }
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
 }
@@ -87,8 +91,10 @@ void drawSelected(HapticScene& scene, const ScenePanelState& state, PanelRequest
         ImGui::EndCombo();
     }
     noteItem(items, "role");
-    tooltip("What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is where "
-            "the tool is to come to rest. The scene is opened again with the new role.");
+    tooltip(
+        "What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is "
+        "where "
+        "the tool is to come to rest. The scene is opened again with the new role.");
     ImGui::TextDisabled("%zu triangles", triangleCount(registry, node));
 }
 
@@ -129,8 +135,10 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, ItemRects* i
         bool DisplayOptions::*option;
         const char* help;
     } switches[]{
-        {"Contacts", &DisplayOptions::contacts, "Pairs that touch, with their normals; those that carry force are red."},
-        {"Force", &DisplayOptions::arrows, "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
+        {"Contacts", &DisplayOptions::contacts,
+         "Pairs that touch, with their normals; those that carry force are red."},
+        {"Force", &DisplayOptions::arrows,
+         "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
         {"Ghost", &DisplayOptions::ghost, "Where the device wants the tool."},
         {"Goal", &DisplayOptions::goal, "Where the tool is to come to rest."},
         {"Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
@@ -139,7 +147,7 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, ItemRects* i
     const float width = ImGui::GetContentRegionAvail().x;
     std::size_t column = 0;
     for (const auto& [text, option, help] : switches) {
-        constexpr std::array kColumns{0.f, 0.40f, 0.71f};   // of the width
+        constexpr std::array kColumns{0.f, 0.40f, 0.71f};  // of the width
         if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
         column = (column + 1) % kColumns.size();
         ImGui::Checkbox(text, &(display.*option));

@@ -52,12 +52,14 @@ void drawHealth(const StatusView& view) {
         std::snprintf(text.data(), text.size(), format, v);
         return std::string(text.data());
     };
-    value("Device", view.device + (s.finished ? " (ended)" : ""), false, "What holds the tool. Menu Device chooses another.");
+    value("Device", view.device + (s.finished ? " (ended)" : ""), false,
+          "What holds the tool. Menu Device chooses another.");
     value("Rate", number("%.0f Hz", s.rate), s.rate > 0 && s.rate < 0.98 * s.settings.rate,
           "Ticks per second over the last quarter of a second.");
     value("Overruns", std::to_string(s.overruns), s.ticks > 0 && double(s.overruns) > 0.01 * double(s.ticks),
           "Ticks that ended after their deadline.");
-    value("Dropped", std::to_string(s.dropped), s.dropped > 0, "Ticks lost to the plots because the window was too slow.");
+    value("Dropped", std::to_string(s.dropped), s.dropped > 0,
+          "Ticks lost to the plots because the window was too slow.");
     std::uint64_t trips = 0;
     for (const TripCount& trip : s.trips) trips += trip.events;
     const std::string which = tripsText(s);
@@ -65,7 +67,9 @@ void drawHealth(const StatusView& view) {
           which.empty() ? "How often the safety stage stepped in." : which.c_str());
     const bool realTime = view.realTime && view.realTime->scheduled;
     value("Priority", realTime ? "real time" : "normal", !realTime,
-          realTime ? "The haptic thread runs under SCHED_FIFO." : view.realTime ? view.realTime->message.c_str() : "");
+          realTime        ? "The haptic thread runs under SCHED_FIFO."
+          : view.realTime ? view.realTime->message.c_str()
+                          : "");
 
     const TickRecord& r = s.record;
     const bool clamped = s.fade >= 1 && r.wrench_out.force.norm() < 0.999 * r.wrench_o.force.norm();

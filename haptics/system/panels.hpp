@@ -1,6 +1,6 @@
 #pragma once
-// The panels. Each is a function that draws into the current ImGui window what `view` says and changes what it is given;
-// what it cannot do itself it asks for in PanelRequests. ItemRects may be null everywhere.
+// The panels. Each is a function that draws into the current ImGui window what `view` says and changes what it is
+// given; what it cannot do itself it asks for in PanelRequests. ItemRects may be null everywhere.
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -17,10 +17,10 @@ namespace touchstone::system {
 /// What the user asked for in a frame.
 struct PanelRequests {
     std::optional<std::filesystem::path> open;
-    std::optional<std::string> device;                                    ///< NAME or NAME:FILE
-    std::optional<std::pair<engine::Entity, std::optional<Role>>> role;   ///< for a node; nothing takes it away
+    std::optional<std::string> device;                                   ///< NAME or NAME:FILE
+    std::optional<std::pair<engine::Entity, std::optional<Role>>> role;  ///< for a node; nothing takes it away
     std::optional<std::filesystem::path> saveRoles;
-    std::string refusal;                                                  ///< a value that was typed and not accepted
+    std::string refusal;  ///< a value that was typed and not accepted
     bool reload = false, restart = false, cancelOpening = false, frameCamera = false, quit = false;
 };
 
@@ -31,8 +31,8 @@ struct ScenePanelState {
     PathInput savePath{};
 };
 
-/// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees. `edited`: roles were given
-/// by hand.
+/// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees. `edited`: roles were
+/// given by hand.
 void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, ScenePanelState& state,
                     PanelRequests& requests, ItemRects* items);
 
@@ -40,14 +40,14 @@ void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, Sc
 bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* items);
 
 struct PlotsPanelState {
-    double seconds = 4;   ///< across the width
+    double seconds = 4;  ///< across the width
 };
 
 /// The tick over time: stage times against the budget of `settings.rate`, rows, force, torque, shadow error, depth.
 void drawPlotsPanel(const TickHistory& history, const Settings& settings, PlotsPanelState& state, ItemRects* items);
 
 struct StatusView {
-    const LoopSnapshot* snapshot = nullptr;    ///< null before the first scene runs
+    const LoopSnapshot* snapshot = nullptr;  ///< null before the first scene runs
     const RealTimeStatus* realTime = nullptr;
     const std::string& device;
     const std::vector<Message>& messages;
@@ -57,19 +57,22 @@ struct StatusView {
 void drawStatusPanel(const StatusView& view);
 
 struct MenuView {
-    const std::vector<std::filesystem::path>& scenes;   ///< those found
+    const std::vector<std::filesystem::path>& scenes;  ///< those found
     const std::string& device;
     bool hasScene = false, hasDemonstration = false;
 };
 struct MenuState {
-    bool panels = true;           ///< all panels are shown
-    bool openDialog = false, replayDialog = false, helpDialog = false;   ///< to be opened in this frame
+    bool panels = true;                                                 ///< all panels are shown
+    bool openDialog = false, replayDialog = false, helpDialog = false;  ///< to be opened in this frame
     PathInput openPath{}, replayPath{};
 };
 
-/// The bar at the top, with its dialogs.
+/// The bar at the top.
 void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display, PanelRequests& requests,
                  ItemRects* items);
+/// The dialogs that `state` asks for, in windows of their own. After the panels: a window that appears later would
+/// close them.
+void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items);
 
 /// Tells how far the scene that is being opened has come, with a button to cancel. A window of its own.
 void drawOpening(const OpeningProgress& progress, PanelRequests& requests, ItemRects* items);

@@ -20,8 +20,8 @@ constexpr glm::vec3 kGhostTint{0.45f, 0.70f, 1.00f}, kGoalTint{0.25f, 0.85f, 0.4
 // Below these the device's ghost would only flicker on the tool.
 constexpr double kApartMm = 0.05, kApartRad = 1e-3;
 
-constexpr float kYaw = 0.45f, kPitch = 0.32f;   // of the first view, radians
-constexpr float kAside = 0.25f;                 // off the plane between two parts that stand side by side
+constexpr float kYaw = 0.45f, kPitch = 0.32f;  // of the first view, radians
+constexpr float kAside = 0.25f;                // off the plane between two parts that stand side by side
 
 std::pair<glm::vec3, glm::vec3> boxOf(const std::vector<glm::vec3>& points) {
     glm::vec3 low = points.front(), high = low;
@@ -39,7 +39,8 @@ bool isBelow(const engine::Registry& registry, engine::Entity node, engine::Enti
 
 /// Neighbouring spheres of the overlay differ a little in hue and brightness, so that each can be seen.
 glm::vec4 sphereColor(bool tool, int level, int index) {
-    const float a = std::fmod(0.618034f * static_cast<float>(index), 1.f), b = std::fmod(0.754878f * static_cast<float>(index), 1.f);
+    const float a = std::fmod(0.618034f * static_cast<float>(index), 1.f),
+                b = std::fmod(0.754878f * static_cast<float>(index), 1.f);
     const glm::vec3 low = tool ? glm::vec3(0.95f, 0.55f, 0.15f) : glm::vec3(0.20f, 0.50f, 0.80f);
     const glm::vec3 high = tool ? glm::vec3(1.00f, 0.85f, 0.40f) : glm::vec3(0.45f, 0.80f, 0.85f);
     return {glm::mix(low, high, a) * (0.8f + 0.2f * b), level == 0 ? 1.f : 0.22f};
@@ -98,7 +99,8 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
 bool SceneView::visible(engine::Entity node) const {
     const engine::Registry& registry = scene_.scene.registry;
     for (; node; node = registry.get<engine::Hierarchy>(node).parent)
-        if (const auto* visibility = registry.find<engine::Visibility>(node); visibility && !visibility->visible) return false;
+        if (const auto* visibility = registry.find<engine::Visibility>(node); visibility && !visibility->visible)
+            return false;
     return true;
 }
 
@@ -122,18 +124,20 @@ std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fi
 }
 
 void SceneView::fit(engine::OrbitCamera& camera, const Pose* X_WT, float aspect) const {
-    constexpr float kShare = 0.8f;   // of the picture, for the parts
+    constexpr float kShare = 0.8f;  // of the picture, for the parts
     const std::vector<glm::vec3> points = corners(X_WT, true, true);
     if (points.empty()) return;
     const auto [low, high] = boxOf(points);
     camera.target = 0.5f * (low + high);
     const float tanY = kShare * std::tan(camera.fovY / 2), tanX = aspect * tanY;
-    // How far the eye must stand back for every corner to lie inside the four planes through it; then centred once more.
+    // How far the eye must stand back for every corner to lie inside the four planes through it; then centred once
+    // more.
     for (int pass = 0; pass < 2; ++pass) {
         float left = 0, right = 0, down = 0, up = 0;
         for (const glm::vec3& p : points) {
             const glm::vec3 d = p - camera.target;
-            const float depth = glm::dot(d, camera.forward()), x = glm::dot(d, camera.right()), y = glm::dot(d, camera.up());
+            const float depth = glm::dot(d, camera.forward()), x = glm::dot(d, camera.right()),
+                        y = glm::dot(d, camera.up());
             right = std::max(right, x / tanX - depth);
             left = std::max(left, -x / tanX - depth);
             up = std::max(up, y / tanY - depth);
@@ -154,7 +158,8 @@ engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
         const auto [toolLow, toolHigh] = boxOf(tool);
         const auto [restLow, restHigh] = boxOf(rest);
         const glm::vec3 across = toolLow + toolHigh - restLow - restHigh;
-        // Across the line between the two, unless one stands on the other; of the two sides the one nearer to the front.
+        // Across the line between the two, unless one stands on the other; of the two sides the one nearer to the
+        // front.
         if (glm::length(glm::vec2(across.x, across.z)) > 0.3f * std::abs(across.y)) {
             const float side = std::atan2(-across.z, across.x);
             camera.yaw = kAside + std::remainder(side, glm::pi<float>());
@@ -197,7 +202,8 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
         }
         frame.items.push_back(std::move(item));
     }
-    if (options.goal && scene_.roles.goal && !goalShown) addGhost(frame, scene_.roles.goal->X_WT, kGoalTint, 0.8f, 0.14f);
+    if (options.goal && scene_.roles.goal && !goalShown)
+        addGhost(frame, scene_.roles.goal->X_WT, kGoalTint, 0.8f, 0.14f);
     if (record && options.ghost) {
         const bool apart = (record->X_WT.p - record->X_WT_device.p).norm() > kApartMm ||
                            logRotation(record->X_WT_device.q * record->X_WT.q.conjugate()).norm() > kApartRad;
@@ -221,14 +227,15 @@ void SceneView::addContacts(engine::Frame& frame, const TickRecord& record, cons
     const std::span<const ContactPoint> contacts = contacts_->find(record, settings, margin);
     double total = 1e-9;
     for (const ContactPoint& contact : contacts) total += contact.load;
-    for (const ContactPoint& contact : contacts) {
-        // Normals of loaded contacts are as long as the force arrow would be, shared out.
-        const bool loaded = contact.load > 1e-3;
-        const double length = reach_ * (loaded ? 0.15 + 0.6 * arrowLength(total) * contact.load / total : 0.06);
-        const glm::vec3 p(toMetres(contact.p_W)), q(toMetres(Vec3(contact.p_W + length * contact.n_W)));
+    // The loaded ones come first and are to be drawn last, over the others.
+    for (auto contact = contacts.rbegin(); contact != contacts.rend(); ++contact) {
+        // Normals of loaded contacts share out the length of the force's arrow.
+        const bool loaded = contact->load > 1e-3;
+        const double length = reach_ * (loaded ? 0.15 + 0.6 * arrowLength(total) * contact->load / total : 0.05);
+        const glm::vec3 p(toMetres(contact->p_W)), q(toMetres(Vec3(contact->p_W + length * contact->n_W)));
         const glm::vec4 color = loaded ? kLoadColor : kContactColor;
         frame.lines.push_back({p, q, color, loaded ? 3.5f : 1.5f});
-        frame.lines.push_back({p, p, color, loaded ? 14.f : 7.f});
+        frame.lines.push_back({p, p, color, loaded ? 14.f : 6.f});
     }
 }
 

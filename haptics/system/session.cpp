@@ -4,8 +4,8 @@
 #include <mutex>
 #include <thread>
 
-#include "haptics/collision/tree_builder.hpp"
 #include "engine/scene/gltf_read.hpp"
+#include "haptics/collision/tree_builder.hpp"
 #include "haptics/system/device_choice.hpp"
 
 namespace touchstone::system {
@@ -39,7 +39,8 @@ Settings withSolversSwapped(Settings settings) {
 class LiveSession::Opening {
   public:
     Opening(SceneRequest request_, const std::filesystem::path& treeCache)
-        : request(std::move(request_)), thread_([this, treeCache](const std::stop_token& stop) { run(stop, treeCache); }) {}
+        : request(std::move(request_)),
+          thread_([this, treeCache](const std::stop_token& stop) { run(stop, treeCache); }) {}
 
     void cancel() { thread_.request_stop(); }
     bool cancelled() const { return thread_.get_stop_token().stop_requested(); }
@@ -54,7 +55,7 @@ class LiveSession::Opening {
 
     const SceneRequest request;
     // Once done():
-    std::shared_ptr<HapticScene> scene;   // null on failure or cancel
+    std::shared_ptr<HapticScene> scene;  // null on failure or cancel
     std::string error;
 
   private:
@@ -87,7 +88,7 @@ class LiveSession::Opening {
     mutable std::mutex mutex_;
     OpeningProgress progress_;
     bool done_ = false;
-    std::jthread thread_;   // last: joined before what it writes goes
+    std::jthread thread_;  // last: joined before what it writes goes
 };
 
 LiveSession::LiveSession(SessionOptions options) : options_(std::move(options)), began_(steadyNanoseconds()) {}
@@ -111,6 +112,8 @@ void LiveSession::cancelOpening() {
 }
 
 std::optional<OpeningProgress> LiveSession::opening() const {
+    if (next_ && next_->scene != shown_.scene)  // ready, and waiting for the loop to let go of the old one
+        return OpeningProgress{.file = next_->request.file.filename().string(), .part = {}, .fraction = 1};
     if (openings_.empty() || openings_.back()->cancelled()) return std::nullopt;
     return openings_.back()->progress();
 }
@@ -137,7 +140,8 @@ void LiveSession::saveRoles(const std::filesystem::path& file) {
     }
 }
 
-void LiveSession::start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start) {
+void LiveSession::start(const Shown& next, const Settings& settings, const std::string& choice,
+                        const Pose& X_WT_start) {
     std::shared_ptr<MouseTarget> mouse;
     std::unique_ptr<Device> device;
     if (choice == "mouse") {
@@ -186,8 +190,9 @@ void LiveSession::takeOpened() {
                 continue;
             }
             const Pose& start_pose = next.scene->world->X_WT_start;
-            const std::string choice =
-                !options_.device.empty() ? options_.device : next.scene->demonstration ? "demo" : "mouse";
+            const std::string choice = !options_.device.empty()    ? options_.device
+                                       : next.scene->demonstration ? "demo"
+                                                                   : "mouse";
             try {
                 start(next, settings, choice, start_pose);
             } catch (const std::runtime_error& e) {
@@ -216,8 +221,8 @@ void LiveSession::tellTrips(const LoopSnapshot& snapshot) {
     for (std::size_t i = 0; i < toldTrips_.size(); ++i) {
         const std::uint64_t events = snapshot.trips[i].events;
         if (events > 0 && toldTrips_[i] == 0)
-            say(Message::Kind::Warning, std::string("Safety: ") + name(static_cast<Trip>(i)) +
-                                            "; how often it happens is counted below");
+            say(Message::Kind::Warning,
+                std::string("Safety: ") + name(static_cast<Trip>(i)) + "; the status panel counts how often");
         toldTrips_[i] = events;
     }
 }

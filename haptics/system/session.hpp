@@ -24,10 +24,10 @@ struct SceneRequest {
 };
 
 struct SessionOptions {
-    std::string device;    ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
+    std::string device;  ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
     /// From the settings of a scene to those it starts with: what the command line sets. May throw std::exception.
     std::function<Settings(const Settings&)> adjust;
-    std::function<void(const TickRecord&)> onTick;   ///< sees every tick that was not dropped, in order, from update()
+    std::function<void(const TickRecord&)> onTick;  ///< sees every tick that was not dropped, in order, from update()
     std::filesystem::path treeCache = treeCacheFolder();
     LoopOptions loop;
 };
@@ -35,32 +35,34 @@ struct SessionOptions {
 struct Message {
     enum class Kind { Note, Warning, Error };
     Kind kind = Kind::Note;
-    std::string text;       ///< one sentence
-    double seconds = 0;     ///< since the session began
+    std::string text;    ///< one sentence
+    double seconds = 0;  ///< since the session began
 };
 
-/// The scene that is being opened.
+/// The scene that is being opened, until it is shown.
 struct OpeningProgress {
     std::string file;
-    std::string part;        ///< what is being built; empty while the file is read
-    double fraction = 0;     ///< of all parts, 0 to 1
+    std::string part;     ///< what is being built; empty while the file is read, and at the end
+    double fraction = 0;  ///< of all parts, 0 to 1
 };
 
-/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver, shadowed
-/// by pqp. All else stays.
+/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,
+/// shadowed by pqp. All else stays.
 Settings withMode(Settings settings, Mode mode);
 /// Rendering and shadow solver exchanged; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);
 
-/// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then stays.
+/// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then
+/// stays.
 class LiveSession {
   public:
     explicit LiveSession(SessionOptions options = {});
-    ~LiveSession();   ///< stops the loop; the device is left with zero force
+    ~LiveSession();  ///< stops the loop; the device is left with zero force
     LiveSession(const LiveSession&) = delete;
     LiveSession& operator=(const LiveSession&) = delete;
 
-    /// Starts reading a scene and building its trees on a thread of its own, in place of one that is still being opened.
+    /// Starts reading a scene and building its trees on a thread of its own, in place of one that is still being
+    /// opened.
     void open(SceneRequest request);
     void cancelOpening();
     std::optional<OpeningProgress> opening() const;
@@ -71,7 +73,8 @@ class LiveSession {
     /// Writes the roles given by hand into a copy of the scene's file, or into it.
     void saveRoles(const std::filesystem::path& file);
 
-    /// To be called once a frame: takes over a scene that is ready, the newest snapshot and all ticks since the last call.
+    /// To be called once a frame: takes over a scene that is ready, the newest snapshot and all ticks since the last
+    /// call.
     void update();
 
     /// The scene to draw; null before the first. It has no world while roles are missing.
@@ -119,9 +122,9 @@ class LiveSession {
     void tellTrips(const LoopSnapshot& snapshot);
 
     SessionOptions options_;
-    std::uint64_t began_;                                ///< ns
+    std::uint64_t began_;  ///< ns
     std::vector<Message> messages_;
-    std::vector<std::unique_ptr<Opening>> openings_;     ///< the last is wanted, the others are being cancelled
+    std::vector<std::unique_ptr<Opening>> openings_;  ///< the last is wanted, the others are being cancelled
     Shown shown_;
     std::uint64_t sceneNumber_ = 0;
 
@@ -130,9 +133,9 @@ class LiveSession {
     std::shared_ptr<MouseTarget> mouse_;
     TickHistory history_;
     std::array<std::uint64_t, kTripCount> toldTrips_{};
-    std::uint64_t loopSession_ = 0;                      ///< number of the newest session given to the loop
-    std::optional<Shown> next_;                          ///< given to the loop, shown when it ticks
-    bool ticked_ = false;                                ///< the snapshot is of the scene shown
+    std::uint64_t loopSession_ = 0;  ///< number of the newest session given to the loop
+    std::optional<Shown> next_;      ///< given to the loop, shown when it ticks
+    bool ticked_ = false;            ///< the snapshot is of the scene shown
     std::unique_ptr<HapticLoop> loop_;
 };
 

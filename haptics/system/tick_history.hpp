@@ -30,7 +30,7 @@ inline constexpr std::size_t kChannelCount = 14;
 /// Keeps the newest ticks of every channel in rings of one size.
 class TickHistory {
   public:
-    static constexpr std::size_t kCapacity = 1 << 15;   ///< 32 s at 1 kHz, 3 s at 10 kHz
+    static constexpr std::size_t kCapacity = 1 << 15;  ///< 32 s at 1 kHz, 3 s at 10 kHz
 
     explicit TickHistory(std::size_t capacity = kCapacity);
 

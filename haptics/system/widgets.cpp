@@ -15,7 +15,8 @@ namespace {
 
 const SettingInfo& infoOf(std::string_view key) {
     const auto table = settingTable();
-    const auto found = std::find_if(table.begin(), table.end(), [&](const SettingInfo& info) { return info.key == key; });
+    const auto found =
+        std::find_if(table.begin(), table.end(), [&](const SettingInfo& info) { return info.key == key; });
     assert(found != table.end());
     return *found;
 }
@@ -62,7 +63,7 @@ bool drawChoice(const char* id, const std::vector<std::string>& names, std::stri
 bool drawNumber(const char* id, const SettingControl& control, const SettingInfo& info, std::string& value) {
     double number = 0;
     std::from_chars(value.data(), value.data() + value.size(), number);
-    const bool whole = info.unit.empty();   // the table's rule: a number without unit is a count
+    const bool whole = info.unit.empty();  // the table's rule: a number without unit is a count
     const std::string format = (whole ? "%.0f" : "%.6g ") + std::string(info.unit);
     const bool wide = control.low > 0 && control.high > 20 * control.low;
     double edited = number;
@@ -70,7 +71,7 @@ bool drawNumber(const char* id, const SettingControl& control, const SettingInfo
                              wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None) ||
         edited == number)
         return false;
-    const bool dragged = ImGui::IsMouseDown(ImGuiMouseButton_Left);   // else it was typed and is meant as it stands
+    const bool dragged = ImGui::IsMouseDown(ImGuiMouseButton_Left);  // else it was typed and is meant as it stands
     value = whole ? compact(std::round(edited), "%.9g") : compact(edited, dragged ? "%.3g" : "%.9g");
     return true;
 }

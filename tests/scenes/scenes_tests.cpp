@@ -81,12 +81,13 @@ TEST_CASE("scenes: the paper's mode runs each within its row cap", "[scenes][slo
         INFO(file.stem());
         const system::HapticScene scene = open(file);
         system::HeadlessOptions options = untimed();
-        options.seconds = 0.3;
+        options.seconds = 1.2;  // into contact, in 300 ticks
         bool finite = true;
         options.onTick = [&](const TickRecord& record, double) {
             finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite();
         };
-        const Settings settings = system::withMode(scene.settings, Mode::Paper);
+        Settings settings = system::withMode(scene.settings, Mode::Paper);
+        settings.rate = 250;
         const system::Report report = system::runHeadless(scene, settings, options).report;
         CHECK(report.ticks == 300);
         CHECK(report.rows.max.value() <= settings.paperRows);

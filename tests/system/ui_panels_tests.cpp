@@ -68,7 +68,7 @@ TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
     Settings settings;
     PanelRequests requests;
     const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
-    bench.click("more", draw);   // opens the rest
+    bench.click("more", draw);  // opens the rest
     bench.frame(draw);
     for (const SettingInfo& info : settingTable()) {
         CAPTURE(info.key);
@@ -97,7 +97,7 @@ TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     CHECK(settings.stiffness > 2);
     bench.click("margin", draw, 0.05f);
     CHECK(settings.margin < 0.1);
-    CHECK(settings.trust <= settings.margin);   // was taken along
+    CHECK(settings.trust <= settings.margin);  // was taken along
     bench.click("trust", draw, 0.9f);
     CHECK(settings.trust > 1);
     CHECK(settings.margin >= settings.trust);
@@ -105,7 +105,8 @@ TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     CHECK(requests.refusal.empty());
 }
 
-TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one that is not accepted is told", "[panels]") {
+TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one that is not accepted is told",
+          "[panels]") {
     Bench bench;
     Settings settings;
     PanelRequests requests;
@@ -123,7 +124,7 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
         io.KeysDown[ImGuiKey_Enter] = false;
         bench.frame(draw);
     };
-    type("12.3456");   // beyond the slider, within the setting's range
+    type("12.3456");  // beyond the slider, within the setting's range
     CHECK(settings.stiffness == 12.3456);
     CHECK(requests.refusal.empty());
     type("5000");

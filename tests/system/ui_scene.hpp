@@ -12,8 +12,8 @@ namespace touchstone::test {
 /// A red cube of 10 mm is brought 2 mm into a blue slab within 0.2 s and stays there.
 inline engine::Scene holdScene() {
     engine::Scene scene;
-    const engine::Entity tool = addBox(scene, "cube", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}},
-                                       {.translation = {0, 0.015, 0}});
+    const engine::Entity tool =
+        addBox(scene, "cube", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.015, 0}});
     const engine::Entity slab = addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 512}});
     const auto paint = [&](engine::Entity node, glm::vec4 color) {
         engine::Material material;

@@ -72,7 +72,7 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     const TempFolder folder;
     const HapticScene scene = openScene(holdScene());
     REQUIRE(scene.world);
-    const Pose X_WT = at(15, 10, 0);   // on the slab, beside its middle
+    const Pose X_WT = at(15, 10, 0);  // on the slab, beside its middle
     constexpr int kWidth = 320, kHeight = 200;
     DisplayOptions plain;
     plain.contacts = plain.arrows = plain.grid = false;
@@ -99,7 +99,7 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     const Pixel slab = pixelAt(image, pixelOf({-20, 5, 0}));
     CAPTURE(slab.r, slab.g, slab.b);
     CHECK(slab.b > 2 * slab.r);
-    const Pixel corner = pixelAt(image, {3, 3});   // the parts fill the middle 80 percent
+    const Pixel corner = pixelAt(image, {3, 3});  // the parts fill the middle 80 percent
     CHECK(std::max({corner.r, corner.g, corner.b}) < 100);
     // Where the file has the cube, 15 mm up in the middle, nothing of it is left.
     const Pixel before = pixelAt(image, pixelOf({0, 18, 0}));
@@ -114,5 +114,5 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     DisplayOptions leaves = plain;
     leaves.toolLevel = 0;
     const Pixel leaf = pixelAt(picture(recordAt(X_WT, X_WT), leaves), pixelOf({15, 10, 0}));
-    CHECK(leaf.g > tool.g + 20);   // amber instead of red
+    CHECK(leaf.g > tool.g + 20);  // amber instead of red
 }

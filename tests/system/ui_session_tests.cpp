@@ -14,7 +14,7 @@ namespace {
 SessionOptions uncached() {
     SessionOptions options;
     options.treeCache.clear();
-    options.loop.realTime.raise = false;   // a test takes no priority over others
+    options.loop.realTime.raise = false;  // a test takes no priority over others
     return options;
 }
 
@@ -62,7 +62,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     CHECK(ticks > 0);
     CHECK(session.history().size() > 0);
 
-    settings.trust = 2 * settings.margin;   // the two do not go together
+    settings.trust = 2 * settings.margin;  // the two do not go together
     session.setSettings(settings);
     CHECK(errors(session).find("trust") != std::string::npos);
     CHECK(session.settings().trust <= session.settings().margin);
@@ -99,7 +99,7 @@ TEST_CASE("session: another scene takes the place of the one that runs", "[sessi
     const auto file = holdFile(folder);
     session.open({file, {}});
     REQUIRE(waitUntilRunning(session));
-    session.open({file, {}});   // is not waited for: the next one is wanted
+    session.open({file, {}});  // is not waited for: the next one is wanted
     session.open({file, {}});
     REQUIRE(patiently([&] {
         session.update();
@@ -184,13 +184,14 @@ TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[s
     CHECK(session.scene() == nullptr);
 }
 
-TEST_CASE("session: modes bring the solvers they were published with, and swapping twice changes nothing", "[session]") {
+TEST_CASE("session: modes bring the solvers they were published with, and swapping twice changes nothing",
+          "[session]") {
     const Settings start;
     const Settings paper = withMode(start, Mode::Paper);
     CHECK(solverTable()[paper.solver].name == "pqp");
     CHECK(paper.shadow == -1);
     CHECK(paper.tolerance == 0.01);
-    CHECK(withSolversSwapped(paper).solver == paper.solver);   // no shadow, nothing to swap
+    CHECK(withSolversSwapped(paper).solver == paper.solver);  // no shadow, nothing to swap
     const Settings back = withMode(paper, Mode::Default);
     CHECK(back.solver == kExactSolver);
     CHECK(solverTable()[back.shadow].name == "pqp");

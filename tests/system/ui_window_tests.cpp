@@ -74,7 +74,7 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
         const auto slider = frame.items.find("stiffness");
         ++frames;
         switch (phase) {
-            case Wait:   // until the demonstration has come to rest in the contact
+            case Wait:  // until the demonstration has come to rest in the contact
                 if (!session.running() || !session.snapshot()->finished || slider == frame.items.end()) break;
                 before = felt(*session.record());
                 hand.at = middle(slider->second);
@@ -86,7 +86,7 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
             case Press:
                 if (frames >= 3) phase = Drag;
                 break;
-            case Drag:   // eight steps to the right, towards 80 percent of the slider
+            case Drag:  // eight steps to the right, towards 80 percent of the slider
                 hand.at.x += 0.3f * (slider->second.z - slider->second.x) / 8;
                 if (frames >= 11) phase = Release, frames = 0;
                 break;
@@ -95,11 +95,14 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
                 set = session.settings().stiffness;
                 if (frames >= 3) phase = Settle, frames = 0;
                 break;
-            case Settle:   // the stiffness ramps over 200 ms
-                if (session.snapshot()->settings.stiffness == set && std::abs(felt(*session.record()) - set) < 1e-3 * set)
+            case Settle:  // the stiffness ramps over 200 ms
+                if (session.snapshot()->settings.stiffness == set &&
+                    std::abs(felt(*session.record()) - set) < 1e-3 * set)
                     phase = Done;
                 break;
-            case Done: frame.window.close(); break;
+            case Done:
+                frame.window.close();
+                break;
         }
         hand.act(frame.window);
     };
@@ -131,7 +134,7 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
                 if (!session.running() || !session.snapshot()->finished) break;
                 phase = Aim, frames = 0;
                 break;
-            case Aim:   // the picture shows tool and slab; the cursor goes to the tool
+            case Aim:  // the picture shows tool and slab; the cursor goes to the tool
                 hand.at = frame.toolOnScreen.value_or(hand.at);
                 if (frames >= 5 && frame.toolOnScreen) {
                     start = session.record()->X_WT;
@@ -143,7 +146,7 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
                 if (session.device() == "mouse" && frames >= 3) phase = Drag, frames = 0;
                 break;
             case Drag:
-                hand.at.y -= 10;   // up: away from the slab
+                hand.at.y -= 10;  // up: away from the slab
                 if (frames >= 10) phase = Follow;
                 break;
             case Follow:

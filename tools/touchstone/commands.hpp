@@ -17,7 +17,7 @@ struct UsageError : std::runtime_error {
 };
 
 struct RunOptions {
-    std::string scene;
+    std::string scene = "bunnies";
     bool headless = false;
     std::optional<double> seconds;
     std::string device;  ///< empty: the demonstration; in a window without one, the mouse

@@ -25,7 +25,7 @@ std::string namesOf(const Table& table) {
 void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& command) {
     CLI::App* run = program.add_subcommand("run", "Open a scene and push: in a window, or headless with a report");
     run->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
-        ->default_str("bunnies");
+        ->capture_default_str();
     run->add_flag("--headless", options.headless, "without window and clock, as fast as it goes; repeats to the bit");
     run->add_option("--seconds", options.seconds, "how long (default: headless, until the motion ends)")
         ->check(CLI::PositiveNumber);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "haptics/device/mouse.hpp"
 #include "haptics/system/app_window.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
@@ -30,16 +31,22 @@ std::unique_ptr<TickTable> tableFor(const RunOptions& options) {
     return options.ticks.empty() ? nullptr : std::make_unique<TickTable>(options.ticks);
 }
 
-/// Opens the scene for a run that is bound to work: whatever can be wrong is found before the trees, which take their
-/// time.
-system::HapticScene openChecked(const std::filesystem::path& file, const RunOptions& options,
-                                const std::string& device) {
+/// The scene without its trees, which take their time: enough to find what is wrong with it, the settings or the
+/// device.
+system::HapticScene lookInto(const std::filesystem::path& file, const RunOptions& options, const std::string& device,
+                             std::shared_ptr<MouseTarget> mouse) {
     system::SceneOptions sceneOptions;
     sceneOptions.buildTrees = false;
     system::HapticScene scene = system::openScene(file, sceneOptions);
-    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     chosenSettings(scene.settings, options);
-    system::startDevice(scene, device);
+    if (scene.missing.empty() && !device.empty()) system::startDevice(scene, device, std::move(mouse));
+    return scene;
+}
+
+system::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options,
+                               const std::string& device) {
+    system::HapticScene scene = lookInto(file, options, device, nullptr);
+    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"}})
         if (!path.empty()) requireWritable(path, what);
 
@@ -54,7 +61,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     system::HeadlessOptions headless;
     if (!options.device.empty()) headless.device = options.device;
     headless.seconds = options.seconds;
-    const system::HapticScene scene = openChecked(file, options, headless.device);
+    const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
     if (table)
         headless.onTick = [&](const TickRecord& record, double penetration) {
@@ -70,6 +77,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
+    lookInto(file, options, options.device, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
     system::LiveSession* session = nullptr;  // known from the first frame on
@@ -126,10 +134,9 @@ void printSettings() {
         if (info.max > info.min) std::printf(" (%g to %g)", info.min, info.max);
         std::printf("\n");
     }
-    std::string solvers;
+    std::printf("\nSolvers:\n\n");
     for (const SolverInfo& solver : solverTable())
-        std::printf("%s  %-16s %s\n", solvers.empty() ? "\nSolvers:\n" : "", (solvers = solver.name).c_str(),
-                    std::string(solver.summary).c_str());
+        std::printf("  %-16s %s\n", std::string(solver.name).c_str(), std::string(solver.summary).c_str());
 }
 
 }  // namespace touchstone::app
