@@ -11,11 +11,17 @@ namespace {
 
 using namespace simd;
 
-/// Depth first, nearest children first; a pair of blocks is left out when its lower bound is no less than the best gap so far.
+/// Depth first, nearest children first; a pair of blocks is left out when its lower bound is no less than the best gap
+/// so far.
 class Search {
   public:
     Search(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost)
-        : tool_(tool), obstacle_(obstacle), X_OT_(X_OT), R_(X_OT.R()), guard_(floatGuard(tool, obstacle, X_OT)), best_(atMost) {}
+        : tool_(tool),
+          obstacle_(obstacle),
+          X_OT_(X_OT),
+          R_(X_OT.R()),
+          guard_(floatGuard(tool, obstacle, X_OT)),
+          best_(atMost) {}
 
     double run() {
         const int a = int(tool_.levels.size()) - 1, b = int(obstacle_.levels.size()) - 1;
@@ -30,7 +36,8 @@ class Search {
     void descend(int a, int i, int b, int j) {
         if (a == 0 && b == 0) {
             const Sphere t = tool_.leaf(i), o = obstacle_.leaf(j);
-            best_ = std::min(best_, (X_OT_ * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r)));
+            best_ = std::min(best_,
+                             (X_OT_ * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r)));
             return;
         }
         const bool descendObstacle = a == 0 || (b > 0 && obstacle_.levels[b].r[j] >= tool_.levels[a].r[i]);

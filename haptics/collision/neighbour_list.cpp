@@ -87,7 +87,8 @@ bool NeighbourList::covers(const Pose& X_OT, double margin) const {
     return builtMargin_ >= 0 && margin + travel(builtAt_, X_OT, center_, reach_) <= builtMargin_;
 }
 
-/// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little too much.
+/// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
+/// too much.
 template <class Visit>
 void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
@@ -101,9 +102,11 @@ void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) c
         const Float8 reach = splat(s.r + limit);
         for (int i = group.begin; i < group.end; ++i) {
             const int first = buckets_[i] * SphereTree::kBranching;
-            const Float8 dx = load(&leaves.x[first]) - x, dy = load(&leaves.y[first]) - y, dz = load(&leaves.z[first]) - z;
+            const Float8 dx = load(&leaves.x[first]) - x, dy = load(&leaves.y[first]) - y,
+                         dz = load(&leaves.z[first]) - z;
             const Float8 sum = max(load(&leaves.r[first]) + reach, splat(0.0f));
-            if (const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum)) visit(group.toolLeaf, c, buckets_[i], mask);
+            if (const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum))
+                visit(group.toolLeaf, c, buckets_[i], mask);
         }
     }
 }
@@ -158,7 +161,8 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
             const int i = std::countr_zero(mask);
             if (toolLeaf == best.toolLeaf && l.gap[i] >= best.gap) continue;
             if (toolLeaf != best.toolLeaf) flush();
-            best = {toolLeaf, bucket * SphereTree::kBranching + i, c_O, Vec3(l.dx[i], l.dy[i], l.dz[i]), l.gap[i], l.distance[i]};
+            best = {toolLeaf,     bucket * SphereTree::kBranching + i, c_O, Vec3(l.dx[i], l.dy[i], l.dz[i]), l.gap[i],
+                    l.distance[i]};
         }
     });
     flush();

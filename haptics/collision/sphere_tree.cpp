@@ -19,7 +19,8 @@ float roundedUp(double v) {
     return f >= v ? f : std::nextafter(f, std::numeric_limits<float>::infinity());
 }
 
-/// Half the diagonal of the box of the spheres' centres plus the largest radius: a cheap stand-in for the bounding radius.
+/// Half the diagonal of the box of the spheres' centres plus the largest radius: a cheap stand-in for the bounding
+/// radius.
 double looseRadius(std::span<const Sphere> spheres) {
     Vec3 lo = centre(spheres.front()), hi = lo;
     double r = 0;
@@ -44,7 +45,8 @@ std::span<const Vec3> cutDirections() {
     return directions;
 }
 
-/// Puts the `left` leaves that lie lowest along `direction` in front; ties by all coordinates, so that the cut is unique.
+/// Puts the `left` leaves that lie lowest along `direction` in front; ties by all coordinates, so that the cut is
+/// unique.
 void cutAlong(std::span<Sphere> leaves, std::size_t left, const Vec3& direction) {
     std::nth_element(leaves.begin(), leaves.begin() + std::ptrdiff_t(left), leaves.end(),
                      [&](const Sphere& a, const Sphere& b) {
@@ -54,8 +56,8 @@ void cutAlong(std::span<Sphere> leaves, std::size_t left, const Vec3& direction)
                      });
 }
 
-/// Bisects until blocks of eight are left. Each cut is a multiple of the largest 8^k below the count, so every block but the
-/// last of its level is full, and the halves are as small as the best of the directions makes them.
+/// Bisects until blocks of eight are left. Each cut is a multiple of the largest 8^k below the count, so every block
+/// but the last of its level is full, and the halves are as small as the best of the directions makes them.
 void order(std::span<Sphere> leaves) {
     const std::size_t n = leaves.size();
     if (n <= SphereTree::kBranching) return;
@@ -67,7 +69,8 @@ void order(std::span<Sphere> leaves) {
     double least = std::numeric_limits<double>::infinity();
     for (const Vec3& direction : cutDirections()) {
         cutAlong(leaves, left, direction);
-        const double cost = std::pow(looseRadius(leaves.first(left)), 3) + std::pow(looseRadius(leaves.subspan(left)), 3);
+        const double cost =
+            std::pow(looseRadius(leaves.first(left)), 3) + std::pow(looseRadius(leaves.subspan(left)), 3);
         if (cost < least) {
             least = cost;
             best = &direction;
@@ -78,17 +81,17 @@ void order(std::span<Sphere> leaves) {
     order(leaves.subspan(left));
 }
 
-/// A small sphere around all of the given ones: Badoiu and Clarkson's walk towards the farthest, which comes within 1/steps of
-/// the least radius, then the exact radius about the centre found, rounded up.
+/// A small sphere around all of the given ones: Badoiu and Clarkson's walk towards the farthest, which comes within
+/// 1/steps of the least radius, then the exact radius about the centre found, rounded up.
 Sphere boundingSphere(std::span<const Sphere> spheres) {
     constexpr int kSteps = 64;
     const auto reachFrom = [](const Vec3& c, const Sphere& s) { return (centre(s) - c).norm() + s.r; };
     Vec3 c = Vec3::Zero();
     for (const Sphere& s : spheres) c += centre(s) / double(spheres.size());
     for (int step = 1; step <= kSteps; ++step) {
-        const Sphere& farthest = *std::max_element(spheres.begin(), spheres.end(), [&](const Sphere& a, const Sphere& b) {
-            return reachFrom(c, a) < reachFrom(c, b);
-        });
+        const Sphere& farthest =
+            *std::max_element(spheres.begin(), spheres.end(),
+                              [&](const Sphere& a, const Sphere& b) { return reachFrom(c, a) < reachFrom(c, b); });
         const double distance = (centre(farthest) - c).norm();
         if (distance == 0) break;
         // Towards the sphere's far point, which lies its radius beyond its centre.

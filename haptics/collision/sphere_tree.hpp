@@ -16,25 +16,25 @@ struct Sphere {
 
 /// What the builder proved of the leaves it placed (see tree_builder.hpp).
 struct TreeCertificate {
-    double protrusion = 0;      ///< No leaf reaches further than this out of the surface, mm.
-    double diagonal = 0;        ///< Of the mesh's bounding box, mm.
-    bool covered = false;       ///< Every point of every triangle lies in some leaf (proven by convexity, not sampled).
-    bool closed = false;        ///< The mesh bounds a volume; if not, `protrusion` is measured to the sheet itself.
-    std::string note;           ///< One sentence for the user where one of these fails; empty otherwise.
+    double protrusion = 0;  ///< No leaf reaches further than this out of the surface, mm.
+    double diagonal = 0;    ///< Of the mesh's bounding box, mm.
+    bool covered = false;   ///< Every point of every triangle lies in some leaf (proven by convexity, not sampled).
+    bool closed = false;    ///< The mesh bounds a volume; if not, `protrusion` is measured to the sheet itself.
+    std::string note;       ///< One sentence for the user where one of these fails; empty otherwise.
 };
 
 /// One level of blocks. Block b of level k holds the leaves [b·8^k, (b+1)·8^k). All arrays are padded to a multiple of
 /// eight with blocks that nothing touches (1e15 mm away, radius 0), so that eight are tested at once.
 struct TreeLevel {
-    int count = 0;                       ///< blocks before padding
-    AlignedVector<float> x, y, z, r;     ///< sphere that contains the block's leaf spheres
-    AlignedVector<float> lo[3], hi[3];   ///< box of the block's leaf centres
-    AlignedVector<float> leafRadius;     ///< largest leaf radius in the block
+    int count = 0;                      ///< blocks before padding
+    AlignedVector<float> x, y, z, r;    ///< sphere that contains the block's leaf spheres
+    AlignedVector<float> lo[3], hi[3];  ///< box of the block's leaf centres
+    AlignedVector<float> leafRadius;    ///< largest leaf radius in the block
 };
 
 /// Leaves and the implicit hierarchy above them; branching is 8. Immutable once made.
-/// levels[0] are the leaves themselves, levels[1] their buckets of eight, levels.back() is one block, the root. Every block's sphere contains all leaf
-/// spheres of the block, radii rounded up, so a walk that prunes by it misses no pair.
+/// levels[0] are the leaves themselves, levels[1] their buckets of eight, levels.back() is one block, the root. Every
+/// block's sphere contains all leaf spheres of the block, radii rounded up, so a walk that prunes by it misses no pair.
 struct SphereTree {
     static constexpr int kBranching = 8;
     std::vector<TreeLevel> levels;
@@ -50,8 +50,8 @@ struct SphereTree {
     double reach() const;
 };
 
-/// Orders the leaves by median splits with each cut a multiple of the largest 8^k below the count, and bounds every block.
-/// Pre: at least one leaf, all finite, radii >= 0. Deterministic.
+/// Orders the leaves by median splits with each cut a multiple of the largest 8^k below the count, and bounds every
+/// block. Pre: at least one leaf, all finite, radii >= 0. Deterministic.
 SphereTree makeSphereTree(std::vector<Sphere> leaves, TreeCertificate certificate = {});
 
 }  // namespace touchstone

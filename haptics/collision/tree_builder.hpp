@@ -10,7 +10,7 @@
 namespace touchstone {
 
 struct TreeOptions {
-    int leaves = 4096;         ///< at most this many
+    int leaves = 4096;  ///< at most this many
     std::uint64_t seed = 1;
 };
 
@@ -18,9 +18,10 @@ struct TreeOptions {
 using BuildProgress = std::function<bool(double)>;
 
 /// Covers the surface with at most `leaves` balls of least protrusion and orders them into a tree.
-/// Leaves are medial balls grown by e, so that none sticks out by more than e; coverage is proven piece by piece (a ball is
-/// convex: three corners inside mean the triangle is inside). The result depends on mesh, options and nothing else.
-/// Throws std::invalid_argument with one sentence when the mesh has no usable triangle, and BuildCancelled on cancel.
+/// Leaves are medial balls grown by e, so that none sticks out by more than e; coverage is proven piece by piece (a
+/// ball is convex: three corners inside mean the triangle is inside). The result depends on mesh, options and nothing
+/// else. Throws std::invalid_argument with one sentence when the mesh has no usable triangle, and BuildCancelled on
+/// cancel.
 SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const BuildProgress& progress = {});
 
 struct BuildCancelled {};

@@ -9,7 +9,7 @@ namespace {
 
 using namespace simd;
 
-constexpr int kFrontier = 4096;   // pairs a depth holds at once: three arrays of this size stay in the first cache
+constexpr int kFrontier = 4096;  // pairs a depth holds at once: three arrays of this size stay in the first cache
 
 double meanRadius(const TreeLevel& level) {
     double sum = 0;
@@ -44,8 +44,7 @@ TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&
     int a = int(tool.levels.size()) - 1, b = int(obstacle.levels.size()) - 1;
     levels_.push_back({a, b});
     while (a > 0 || b > 1) {
-        const bool descendObstacle =
-            a == 0 || (b > 1 && meanRadius(obstacle.levels[b]) >= meanRadius(tool.levels[a]));
+        const bool descendObstacle = a == 0 || (b > 1 && meanRadius(obstacle.levels[b]) >= meanRadius(tool.levels[a]));
         (descendObstacle ? b : a) -= 1;
         levels_.push_back({a, b});
     }
@@ -138,7 +137,8 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
         const int block = here.obstacle[i];
         Float8 distance2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 outside = max(max(splat(obstacle.lo[k][block]) - c[k], c[k] - splat(obstacle.hi[k][block])), splat(0.0f));
+            const Float8 outside =
+                max(max(splat(obstacle.lo[k][block]) - c[k], c[k] - splat(obstacle.hi[k][block])), splat(0.0f));
             distance2 += outside * outside;
         }
         const Float8 limit = max(reach + splat(obstacle.leafRadius[block]), splat(0.0f));

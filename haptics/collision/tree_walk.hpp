@@ -1,7 +1,7 @@
 #pragma once
 // Two sphere trees against each other, level by level.
-#include <cstdint>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
@@ -17,19 +17,20 @@ struct LeafBucket {
 /// Bound on the error, in mm, of a distance computed in float at this pose: added wherever a float test must not miss.
 float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT);
 
-/// Finds the leaf buckets within a margin. Breadth first in blocks that fit the cache: one tool block (as a sphere) against
-/// eight obstacle blocks (as boxes of centres), or eight tool blocks against one, whichever side has the larger blocks. The
-/// schedule is fixed per pair of trees and the memory is taken in the constructor.
+/// Finds the leaf buckets within a margin. Breadth first in blocks that fit the cache: one tool block (as a sphere)
+/// against eight obstacle blocks (as boxes of centres), or eight tool blocks against one, whichever side has the larger
+/// blocks. The schedule is fixed per pair of trees and the memory is taken in the constructor.
 class TreeWalk {
   public:
     TreeWalk(const SphereTree& tool, const SphereTree& obstacle);
 
-    /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair with gap <= margin mm.
-    /// Buckets of one tool leaf arrive in ascending order; tool leaves arrive in any. X_OT: tool node in the obstacle's frame.
-    /// Real time: no allocation, lock or throw beyond the sink's own.
+    /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair with gap <= margin
+    /// mm. Buckets of one tool leaf arrive in ascending order; tool leaves arrive in any. X_OT: tool node in the
+    /// obstacle's frame. Real time: no allocation, lock or throw beyond the sink's own.
     template <class Sink>
     void run(const Pose& X_OT, double margin, Sink&& sink) {
-        runErased(X_OT, margin, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
+        runErased(
+            X_OT, margin, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
     }
 
   private:

@@ -13,8 +13,8 @@ namespace touchstone {
 
 /// What the safety stage may let through. Defaults: Phantom Premium 3.0 / 6DOF (docs/devices).
 struct DeviceLimits {
-    double peakForce = 22;        ///< N
-    double peakTorque = 170;      ///< mN·m on each axis
+    double peakForce = 22;    ///< N
+    double peakTorque = 170;  ///< mN·m on each axis
 };
 
 struct DeviceReading {
@@ -39,15 +39,15 @@ class MouseTarget;
 
 /// What a device may need to start; a row takes what it uses.
 struct DeviceContext {
-    Pose X_WT_start;                           ///< tool node at the start of the scene
-    std::shared_ptr<const Motion> demonstration;   ///< the scene's motion; null if it has none
-    std::shared_ptr<MouseTarget> mouse;        ///< fed by the window; null without one
-    std::string file;                          ///< what stood behind ':' in --device NAME:FILE
+    Pose X_WT_start;                              ///< tool node at the start of the scene
+    std::shared_ptr<const Motion> demonstration;  ///< the scene's motion; null if it has none
+    std::shared_ptr<MouseTarget> mouse;           ///< fed by the window; null without one
+    std::string file;                             ///< what stood behind ':' in --device NAME:FILE
 };
 
 struct DeviceInfo {
-    std::string_view name;      ///< as on the command line
-    std::string_view summary;   ///< one sentence for help and panels
+    std::string_view name;     ///< as on the command line
+    std::string_view summary;  ///< one sentence for help and panels
     /// Throws std::runtime_error with one sentence when it cannot start.
     std::unique_ptr<Device> (*make)(const DeviceContext&);
 };

@@ -1,6 +1,7 @@
 #include "haptics/device/safety.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "haptics/loop/step.hpp"
 
@@ -30,7 +31,8 @@ bool clampMagnitude(Vec3& v, double peak) {
     // hypot does not overflow where the sum of squares would; direction first, since peak / magnitude could underflow.
     const double magnitude = std::hypot(v.x(), v.y(), v.z());
     if (magnitude <= peak) return false;
-    v = v / magnitude * peak;
+    constexpr double kInside = 1 - 8 * std::numeric_limits<double>::epsilon();  // so that rounding does not exceed it
+    v = v / magnitude * (peak * kInside);
     return true;
 }
 

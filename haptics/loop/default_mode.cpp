@@ -1,5 +1,6 @@
-// Default mode: every leaf pair within a margin of the graphic tool becomes a half-space, the exact solver finds the wanted
-// increment nearest to the device, a cap keeps it where the linearisation can be trusted, and the gaps are measured again.
+// Default mode: every leaf pair within a margin of the graphic tool becomes a half-space, the exact solver finds the
+// wanted increment nearest to the device, a cap keeps it where the linearisation can be trusted, and the gaps are
+// measured again.
 #include <algorithm>
 #include <cmath>
 
@@ -8,11 +9,11 @@
 namespace touchstone {
 namespace {
 
-constexpr int kFlights = 64;              // linearisations of a tick that carries no force
-constexpr int kHalvings = 24;             // 0.5 mm / 2^24 is nothing
-constexpr double kArrived = 1e-3;         // mm: a step this short ends the tick
-constexpr double kOverlapTolerance = 0.5e-3;   // mm: what a linearisation may enter
-constexpr double kViolation = 1e-6;       // mm: an approximate answer that violates a row by more is projected
+constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
+constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
+constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
+constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
+constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
 
 class DefaultTick {
   public:
@@ -24,8 +25,8 @@ class DefaultTick {
     enum class Found { Failure, Free, Contact };
     struct Step {
         Vec6 x;
-        Vec6 rendered;       ///< x before any projection
-        double length = 0;   ///< as solved, mm
+        Vec6 rendered;      ///< x before any projection
+        double length = 0;  ///< as solved, mm
         bool reachesDevice = false;
         bool elastic = false;
     };
@@ -84,8 +85,9 @@ double DefaultTick::clearanceUpTo(double atMost) const {
     return least;
 }
 
-/// The step towards `wanted` before any cap. Starts with a margin that is likely to be enough and widens it up to the full one:
-/// an answer that moves no further than its margin is that of the full one, since no row left out can be crossed.
+/// The step towards `wanted` before any cap. Starts with a margin that is likely to be enough and widens it up to the
+/// full one: an answer that moves no further than its margin is that of the full one, since no row left out can be
+/// crossed.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     const double need = s_.lengthOf(wanted);
     if (need < s_.freeRadius) {
@@ -128,7 +130,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
 
     const std::uint64_t start = tick_.now();
     SolveResult result = s_.renderers[set_.solver]->solve(problem, solverSettings);
-    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;   // no row is in the way
+    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
     tick_.note(result);
     tick_.addTime(tick_.record.solveUs, start);
     if (result.status == SolveStatus::Invalid) return false;
@@ -157,8 +159,8 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     return true;
 }
 
-/// Rows contradict each other and the softened answer deepens one: with every violated gap taken as zero, standing still is
-/// feasible, and so is every answer.
+/// Rows contradict each other and the softened answer deepens one: with every violated gap taken as zero, standing
+/// still is feasible, and so is every answer.
 Vec6 DefaultTick::solveNotDeeper(const Vec6& wanted) {
     const std::uint64_t start = tick_.now();
     s_.relaxed.clear();
@@ -189,7 +191,8 @@ NeighbourList::Overlap DefaultTick::remeasure(const Pose& after) const {
 void DefaultTick::move(Step step, const Vec6& wanted) {
     const bool contact = s_.rows.size() > 0;
     const auto capped = [&](Vec6 x) {
-        const double length = s_.lengthOf(x), reach = contact ? set_.trust : s_.freeRadius, cap = std::min(reach, budget_);
+        const double length = s_.lengthOf(x), reach = contact ? set_.trust : s_.freeRadius,
+                     cap = std::min(reach, budget_);
         if (length <= cap) return x;
         step.reachesDevice = false;
         if (contact || budget_ < reach) tick_.record.flags |= kCapped;
@@ -234,8 +237,10 @@ bool DefaultTick::run(Wrench& wrench) {
         Step step;
         const Found found = findStep(wanted, step);
         if (found == Found::Failure) return false;
-        if (found == Found::Free) s_.rows.clear();
-        else s_.lastStep[linearisation_ > 0] = step.length;
+        if (found == Found::Free)
+            s_.rows.clear();
+        else
+            s_.lastStep[linearisation_ > 0] = step.length;
         move(step, wanted);
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
     }

@@ -1,5 +1,6 @@
 // The paper's scheme as written: leaf pairs that intersect at the device's pose, constraints (8) linearised at the last
-// graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20), with no safeguard beyond a bound on rows and work.
+// graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20), with no safeguard beyond a bound on rows
+// and work.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,8 +11,8 @@
 namespace touchstone {
 namespace {
 
-/// q = (x, y, z, γ, β, α) of (2): C and the angles of R = Rz(α) Ry(β) Rx(γ), the rotation that matrix (6) holds (its entry
-/// (1,2) lacks a term -sα·cγ in print).
+/// q = (x, y, z, γ, β, α) of (2): C and the angles of R = Rz(α) Ry(β) Rx(γ), the rotation that matrix (6) holds (its
+/// entry (1,2) lacks a term -sα·cγ in print).
 Vec6 configuration(const Pose& pose) {
     const Mat3 R = pose.R();
     Vec6 q;
@@ -23,9 +24,7 @@ Quat rotationZ(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitZ())); }
 Quat rotationY(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitY())); }
 Quat rotationX(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitX())); }
 
-Pose poseOf(const Vec6& q) {
-    return {q.head<3>(), (rotationZ(q[5]) * rotationY(q[4]) * rotationX(q[3])).normalized()};
-}
+Pose poseOf(const Vec6& q) { return {q.head<3>(), (rotationZ(q[5]) * rotationY(q[4]) * rotationX(q[3])).normalized()}; }
 
 /// The deepest pairs that intersect at `device`, in order of identity; returns how many intersect in all.
 int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
@@ -50,12 +49,14 @@ int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
         s.walks[k].run(X_OT, 0, [&](const LeafBucket* entries, int count) {
             for (int i = 0; i < count; ++i) {
                 const Sphere leaf = s.world->tool->leaf(entries[i].toolLeaf);
-                const LeafGaps gaps = leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, entries[i].bucket);
+                const LeafGaps gaps =
+                    leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, entries[i].bucket);
                 simd::Mask mask = ~simd::lessEqual(simd::splat(0.0), gaps.gap) & 0xff;
                 pairs += std::popcount(mask);
                 for (; mask; mask &= mask - 1) {
                     const int lane = std::countr_zero(mask);
-                    keep({gaps.gap[lane], contactId(k, entries[i].toolLeaf, entries[i].bucket * SphereTree::kBranching + lane)});
+                    keep({gaps.gap[lane],
+                          contactId(k, entries[i].toolLeaf, entries[i].bucket * SphereTree::kBranching + lane)});
                 }
             }
         });
@@ -76,10 +77,10 @@ void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
         const Vec3 r = R * (Vec3(t.x, t.y, t.z) - s.p_TC);
         const Vec3 d = q_g.head<3>() + r - s.world->obstacles[k].X_WO * Vec3(o.x, o.y, o.z);
         const double radii = double(t.r) + double(o.r);
-        const double C = d.squaredNorm() - radii * radii;                                   // (8)
-        Vec6 J;                                                                             // (11)
+        const double C = d.squaredNorm() - radii * radii;  // (8)
+        Vec6 J;                                            // (11)
         J << 2 * d, 2 * d.dot(axis[0].cross(r)), 2 * d.dot(axis[1].cross(r)), 2 * d.dot(axis[2].cross(r));
-        const double bound = J.dot(q_g) - C - J.dot(q_h);                                   // (13)
+        const double bound = J.dot(q_g) - C - J.dot(q_h);  // (13)
         s.rows.push(J, -bound, pair.id);
     }
 }
@@ -117,15 +118,17 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
         if (result.status == SolveStatus::Invalid) return false;
         dq = result.x;
         if (set.shadow >= 0) tick.runShadow(problem, result.x);
-        if (solverTable()[set.solver].exact) s.rememberContacts(s.rows, result);
-        else if (tick.audit) s.rememberContacts(s.rows, s.reference->solve(problem, solverSettings));
+        if (solverTable()[set.solver].exact)
+            s.rememberContacts(s.rows, result);
+        else if (tick.audit)
+            s.rememberContacts(s.rows, s.reference->solve(problem, solverSettings));
     }
-    s.graphic = record.rows ? poseOf(q_h + dq) : device;                                    // (20)
+    s.graphic = record.rows ? poseOf(q_h + dq) : device;  // (20)
     s.freeRadius = 0;
     record.hover = s.hoverAt(s.graphic);
     // Measured only on demand: the scheme itself never looks.
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0));
-    wrench.force = set.stiffness * dq.head<3>();                                            // (3)
+    wrench.force = set.stiffness * dq.head<3>();  // (3)
     wrench.torque = set.torsion * dq.tail<3>();
     return true;
 }

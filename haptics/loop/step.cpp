@@ -60,7 +60,8 @@ double StepState::Impl::hoverAt(const Pose& q) const {
     for (const Contact& c : contacts) {
         if (c.force <= std::max(0.02, 0.01 * largest)) continue;
         const int obstacle = int(c.id >> 56);
-        hover = std::max(hover, lists[obstacle].gap(inObstacle(obstacle, q), int(c.id >> 28 & 0xfffffff), int(c.id & 0xfffffff)));
+        hover = std::max(
+            hover, lists[obstacle].gap(inObstacle(obstacle, q), int(c.id >> 28 & 0xfffffff), int(c.id & 0xfffffff)));
     }
     return hover;
 }
@@ -125,8 +126,8 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     record.shadowTorqueError = settings.torsion * error.tail<3>().norm();
 }
 
-TickRecord step(const World&, const Settings& settings, const StepInput& input, StepState& stepState, const StageClock& clock,
-                bool audit) noexcept {
+TickRecord step(const World&, const Settings& settings, const StepInput& input, StepState& stepState,
+                const StageClock& clock, bool audit) noexcept {
     StepState::Impl& state = *stepState.impl;
     TickRecord record;
     record.tick = state.tick++;
@@ -143,7 +144,8 @@ TickRecord step(const World&, const Settings& settings, const StepInput& input, 
             record.flags |= kPaused;
         } else {
             const Pose before = state.graphic;
-            hold = !(settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench));
+            hold =
+                !(settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench));
             if (!hold && !(state.graphic.isFinite() && wrench.isFinite())) {
                 record.flags |= kNonFinite;
                 hold = true;

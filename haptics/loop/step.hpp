@@ -10,63 +10,63 @@ namespace touchstone {
 
 /// Why a tick is not an ordinary one. Bits of TickRecord::flags; more than one may be set.
 enum TickFlag : std::uint32_t {
-    kInfeasible = 1 << 0,        ///< rows contradicted each other; the softened answer was used
-    kNotDeeper = 1 << 1,         ///< ... and was replaced by the one that deepens no overlap
-    kIterationLimit = 1 << 2,    ///< the solver's work limit came first
-    kNonFinite = 1 << 3,         ///< the answer was not finite: tool held, force zero
-    kRowsTruncated = 1 << 4,     ///< more pairs than rows
-    kListOverflow = 1 << 5,      ///< more list entries than memory: tool held, force zero
-    kCapped = 1 << 6,            ///< trust or travel budget shortened a move
-    kHalved = 1 << 7,            ///< the re-measurement shortened a move
-    kUnfinished = 1 << 8,        ///< the tool has not reached where it would go; made up in the next tick
-    kBadInput = 1 << 9,          ///< the device pose was not finite: tool held, force zero
-    kProjected = 1 << 10,        ///< an approximate answer was moved onto the rows
+    kInfeasible = 1 << 0,      ///< rows contradicted each other; the softened answer was used
+    kNotDeeper = 1 << 1,       ///< ... and was replaced by the one that deepens no overlap
+    kIterationLimit = 1 << 2,  ///< the solver's work limit came first
+    kNonFinite = 1 << 3,       ///< the answer was not finite: tool held, force zero
+    kRowsTruncated = 1 << 4,   ///< more pairs than rows
+    kListOverflow = 1 << 5,    ///< more list entries than memory: tool held, force zero
+    kCapped = 1 << 6,          ///< trust or travel budget shortened a move
+    kHalved = 1 << 7,          ///< the re-measurement shortened a move
+    kUnfinished = 1 << 8,      ///< the tool has not reached where it would go; made up in the next tick
+    kBadInput = 1 << 9,        ///< the device pose was not finite: tool held, force zero
+    kProjected = 1 << 10,      ///< an approximate answer was moved onto the rows
     kPaused = 1 << 11,
 };
 
 struct StepInput {
-    Pose X_WT;                   ///< the device's pose of the tool node, scene frame
+    Pose X_WT;  ///< the device's pose of the tool node, scene frame
 };
 
 /// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
 struct StageClock {
     std::uint64_t (*now)() = nullptr;
-    double microseconds = 0;     ///< per count
+    double microseconds = 0;  ///< per count
 };
 
 /// What a tick did. A plain struct that is copied through rings and written to files; every field is finite.
 struct TickRecord {
     std::uint64_t tick = 0;
-    Pose X_WT_device;            ///< tool node where the device wants it
-    Pose X_WT;                   ///< tool node where it is (the graphic tool)
-    Wrench wrench_C;             ///< on the hand, about C of the device pose (the report's)
-    Wrench wrench_o;             ///< the same about the tool node's origin (the device's)
-    Wrench wrench_out;           ///< what the safety stage let through, about o
+    Pose X_WT_device;   ///< tool node where the device wants it
+    Pose X_WT;          ///< tool node where it is (the graphic tool)
+    Wrench wrench_C;    ///< on the hand, about C of the device pose (the report's)
+    Wrench wrench_o;    ///< the same about the tool node's origin (the device's)
+    Wrench wrench_out;  ///< what the safety stage let through, about o
     std::uint32_t flags = 0;
     SolveStatus status = SolveStatus::Solved;
 
-    int pairs = 0, rows = 0;     ///< of the accepted solve of the tick's largest linearisation
+    int pairs = 0, rows = 0;  ///< of the accepted solve of the tick's largest linearisation
     int rowsTruncated = 0;
-    int iterations = 0;          ///< sum over the tick
+    int iterations = 0;  ///< sum over the tick
     int linearisations = 0;
-    double marginUsed = 0;       ///< mm
-    double projection = 0;       ///< greatest correction of an approximate answer, mm
-    double hover = 0;            ///< greatest true gap over loaded contacts after the move, mm
-    double penetration = 0;      ///< deepest overlap of the listed pairs after the move, mm
-    KktResiduals kkt;            ///< worst over the tick's linearisations
+    double marginUsed = 0;   ///< mm
+    double projection = 0;   ///< greatest correction of an approximate answer, mm
+    double hover = 0;        ///< greatest true gap over loaded contacts after the move, mm
+    double penetration = 0;  ///< deepest overlap of the listed pairs after the move, mm
+    KktResiduals kkt;        ///< worst over the tick's linearisations
 
     int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;
     SolveStatus shadowStatus = SolveStatus::Solved;
-    double shadowForceError = 0, shadowTorqueError = 0;   ///< N, mN·m, against the exact answer on the same rows
+    double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
-    double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;   ///< not part of the hash; the caller sets totalUs
+    double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
 };
 
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.
 std::uint64_t hashTick(const TickRecord& record, std::uint64_t previous = 0xcbf29ce484222325ull);
 
-/// All memory of the tick and what it remembers from the last: graphic tool, neighbour lists, warm starts. One thread at a
-/// time. Build it off the loop; it allocates and touches everything in the constructor.
+/// All memory of the tick and what it remembers from the last: graphic tool, neighbour lists, warm starts. One thread
+/// at a time. Build it off the loop; it allocates and touches everything in the constructor.
 class StepState {
   public:
     explicit StepState(const World& world);

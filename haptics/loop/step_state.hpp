@@ -25,12 +25,12 @@ struct StepState::Impl {
 
     // Working memory.
     std::vector<NeighbourList> lists;
-    std::vector<TreeWalk> walks;                       ///< of paper mode, which keeps no list
+    std::vector<TreeWalk> walks;  ///< of paper mode, which keeps no list
     RowSet rows{kRowCapacity};
-    RowSet relaxed{kRowCapacity};                      ///< rows with violated gaps set to zero; the shadow's deepest rows
-    std::vector<std::unique_ptr<Solver>> renderers;    ///< by index into solverTable()
+    RowSet relaxed{kRowCapacity};                    ///< rows with violated gaps set to zero; the shadow's deepest rows
+    std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
     std::vector<std::unique_ptr<Solver>> shadows;
-    std::unique_ptr<Solver> projector, reference;      ///< exact, with warm starts of their own
+    std::unique_ptr<Solver> projector, reference;  ///< exact, with warm starts of their own
     struct DeepPair {
         double gap;
         std::uint64_t id;
@@ -39,16 +39,16 @@ struct StepState::Impl {
     std::vector<int> order;
     struct Contact {
         std::uint64_t id;
-        double force;   ///< N
+        double force;  ///< N
     };
-    std::vector<Contact> contacts;                     ///< loaded contacts of the tick's last exact solve
+    std::vector<Contact> contacts;  ///< loaded contacts of the tick's last exact solve
 
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;        ///< the last tick carried force
-    double freeRadius = 0;      ///< nothing is nearer than this to the graphic tool
-    double lastStep[2] = {};    ///< length of the solver's last first and later steps, mm
+    bool loaded = false;      ///< the last tick carried force
+    double freeRadius = 0;    ///< nothing is nearer than this to the graphic tool
+    double lastStep[2] = {};  ///< length of the solver's last first and later steps, mm
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }

@@ -12,18 +12,18 @@ namespace touchstone {
 struct Obstacle {
     std::string name;
     std::shared_ptr<const SphereTree> tree;
-    Pose X_WO;   ///< obstacle's node in the scene frame
+    Pose X_WO;  ///< obstacle's node in the scene frame
 };
 
-/// The tool's tree lives in the tool node's frame, whose origin is o. C, the tree's centre, is what increments and torques
-/// of the tick refer to.
+/// The tool's tree lives in the tool node's frame, whose origin is o. C, the tree's centre, is what increments and
+/// torques of the tick refer to.
 struct World {
     std::shared_ptr<const SphereTree> tool;
     std::vector<Obstacle> obstacles;
-    Pose X_WT_start;       ///< tool node at the first tick
+    Pose X_WT_start;  ///< tool node at the first tick
 
     Vec3 p_TC() const { return tool->center(); }
-    double reach() const { return tool->reach(); }   ///< ρ, mm
+    double reach() const { return tool->reach(); }  ///< ρ, mm
 };
 
 }  // namespace touchstone

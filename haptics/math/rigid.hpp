@@ -13,7 +13,7 @@ using Quat = Eigen::Quaterniond;
 
 /// Pose X_AB of frame B in frame A: x_A = q x_B + p. `q` is kept at unit length by every function here.
 struct Pose {
-    Vec3 p = Vec3::Zero();           ///< mm
+    Vec3 p = Vec3::Zero();  ///< mm
     Quat q = Quat::Identity();
 
     Mat3 R() const { return q.toRotationMatrix(); }

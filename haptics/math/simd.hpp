@@ -1,6 +1,6 @@
 #pragma once
-// Eight lanes at a time, for processors with AVX2 and FMA (x86-64-v3) or AVX-512. GCC's vector types carry the arithmetic;
-// the few operations they lack are here.
+// Eight lanes at a time, for processors with AVX2 and FMA (x86-64-v3) or AVX-512. GCC's vector types carry the
+// arithmetic; the few operations they lack are here.
 #include <immintrin.h>
 
 #include <array>
@@ -40,8 +40,8 @@ inline Float8 sqrt(Float8 v) { return reinterpret_cast<Float8>(_mm256_sqrt_ps(re
 
 /// Lanes in which a <= b; false for NaN.
 inline Mask lessEqual(Float8 a, Float8 b) {
-    return Mask(_mm256_movemask_ps(
-        _mm256_cmp_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), _CMP_LE_OQ)));
+    return Mask(
+        _mm256_movemask_ps(_mm256_cmp_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), _CMP_LE_OQ)));
 }
 
 inline Mask lessEqual(Double8 a, Double8 b) {
@@ -66,7 +66,8 @@ constexpr std::array<std::array<std::int32_t, 8>, 256> makeCompressTable() {
 alignas(32) inline constexpr auto kCompress = makeCompressTable();
 }  // namespace detail
 
-/// Writes the lanes of the mask one behind the other; eight are written whatever the mask, so out[0..7] must be writable.
+/// Writes the lanes of the mask one behind the other; eight are written whatever the mask, so out[0..7] must be
+/// writable.
 inline void compressStore(std::int32_t* out, Int8 v, Mask mask) {
     const __m256i order = _mm256_load_si256(reinterpret_cast<const __m256i*>(detail::kCompress[mask].data()));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),

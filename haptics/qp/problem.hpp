@@ -10,17 +10,17 @@
 
 namespace touchstone {
 
-/// Contact rows J (m x 6) and gaps g (m), column by column so that eight rows are scanned at once. In default mode a row is
-/// (n, r x n): unit normal, so s = J x + g is a distance in mm. Storage is fixed at construction; rows past size() up to the
-/// next multiple of eight are zero with an infinite gap: they violate nothing. Eight entries may be written from any row up to
-/// capacity(), so that SIMD stores need no tail.
+/// Contact rows J (m x 6) and gaps g (m), column by column so that eight rows are scanned at once. In default mode a
+/// row is (n, r x n): unit normal, so s = J x + g is a distance in mm. Storage is fixed at construction; rows past
+/// size() up to the next multiple of eight are zero with an infinite gap: they violate nothing. Eight entries may be
+/// written from any row up to capacity(), so that SIMD stores need no tail.
 class RowSet {
   public:
     explicit RowSet(int capacity);
 
     int size() const { return size_; }
     int capacity() const { return capacity_; }
-    const double* column(int k) const { return columns_[k].data(); }   ///< k in 0..5: J(:, k); k = 6: g
+    const double* column(int k) const { return columns_[k].data(); }  ///< k in 0..5: J(:, k); k = 6: g
     double* column(int k) { return columns_[k].data(); }
     const double* gap() const { return column(6); }
     double* gap() { return column(6); }
@@ -28,11 +28,12 @@ class RowSet {
     std::uint64_t id(int i) const { return ids_[i]; }
     std::uint64_t* ids() { return ids_.data(); }
     Vec6 row(int i) const;
-    /// The row of a contact, or -1. A binary search: where the ids do not ascend it may miss one, never name a wrong one.
+    /// The row of a contact, or -1. A binary search: where the ids do not ascend it may miss one, never name a wrong
+    /// one.
     int find(std::uint64_t id) const;
 
     void clear() { size_ = 0; }
-    void push(const Vec6& j, double gap, std::uint64_t id);   ///< Pre: size() < capacity().
+    void push(const Vec6& j, double gap, std::uint64_t id);  ///< Pre: size() < capacity().
     /// Declares the first n rows written through column() and ids(), and pads behind them.
     void setSize(int n);
 
@@ -44,25 +45,25 @@ class RowSet {
 };
 
 struct QpProblem {
-    Vec6 stiffness = Vec6::Ones();   ///< diagonal of G: three N/mm, three mN·m/rad; positive
-    Vec6 wanted = Vec6::Zero();      ///< h: mm, rad
+    Vec6 stiffness = Vec6::Ones();  ///< diagonal of G: three N/mm, three mN·m/rad; positive
+    Vec6 wanted = Vec6::Zero();     ///< h: mm, rad
     const RowSet* rows = nullptr;
 };
 
 enum class SolveStatus : std::uint8_t {
     Solved,
-    Elastic,          ///< the rows contradict each other: the answer is that of the softened problem
-    IterationLimit,   ///< the work limit came first: the iterate is returned
-    Invalid,          ///< NaN or infinity in, or none of the above could be had; x = 0
+    Elastic,         ///< the rows contradict each other: the answer is that of the softened problem
+    IterationLimit,  ///< the work limit came first: the iterate is returned
+    Invalid,         ///< NaN or infinity in, or none of the above could be had; x = 0
 };
 const char* name(SolveStatus status);
 
 /// How far (x, y) is from the Karush-Kuhn-Tucker conditions.
 struct KktResiduals {
-    double primal_mm = 0;            ///< max(0, -s_i)
-    double dual_N = 0;               ///< max(0, -y_i)
-    double stationarity_N = 0;       ///< |G(x-h) - J'y| with its torque part divided by the lever sqrt(k_r/k_t)
-    double complementarity_mJ = 0;   ///< max |y_i s_i|
+    double primal_mm = 0;           ///< max(0, -s_i)
+    double dual_N = 0;              ///< max(0, -y_i)
+    double stationarity_N = 0;      ///< |G(x-h) - J'y| with its torque part divided by the lever sqrt(k_r/k_t)
+    double complementarity_mJ = 0;  ///< max |y_i s_i|
 };
 
 /// A row that carries load: index into the problem's rows and its multiplier y, N on unit rows.
@@ -74,6 +75,7 @@ struct Multiplier {
 /// Residuals of x and the multipliers (all other y are zero). O(m), no allocation.
 KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers);
 /// The same where the least J x + g is known already: O(multipliers).
-KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers, double leastGap);
+KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers,
+                          double leastGap);
 
 }  // namespace touchstone

@@ -9,28 +9,28 @@ namespace touchstone {
 
 struct SolverSettings {
     /// Paper form: exactly the paper's algorithm where the solver has one (pqp: equations 16-19, y0 = 0.001, stop at
-    /// |ΔF| < tolerance in N·mm, no safeguard). Otherwise the robust form: stop at max_i |min(y_i, s_i/q_i)| < tolerance in N,
-    /// with s = Jx + g and q_i = J_i G⁻¹ J_i'. Exact solvers ignore the tolerance.
+    /// |ΔF| < tolerance in N·mm, no safeguard). Otherwise the robust form: stop at max_i |min(y_i, s_i/q_i)| <
+    /// tolerance in N, with s = Jx + g and q_i = J_i G⁻¹ J_i'. Exact solvers ignore the tolerance.
     bool paperForm = false;
     double tolerance = 0.01;
     int maxIterations = 1'000'000;
     /// Bound on rows x iterations (paper form of pqp: rows² x iterations). A count, not a time, so that runs repeat.
     std::int64_t workLimit = 100'000'000;
-    double elasticWeight = 1000;   ///< w of ½ w s² when rows contradict each other; rows scaled to unit G-length
+    double elasticWeight = 1000;  ///< w of ½ w s² when rows contradict each other; rows scaled to unit G-length
 };
 
 struct SolveResult {
     SolveStatus status = SolveStatus::Invalid;
     Vec6 x = Vec6::Zero();
     int iterations = 0;
-    double slack = 0;                         ///< elastic slack s, in the scaled rows' unit; 0 when solved
+    double slack = 0;  ///< elastic slack s, in the scaled rows' unit; 0 when solved
     KktResiduals kkt;
     std::span<const Multiplier> multipliers;  ///< rows with y > 0; valid until the next call
 };
 
-/// Solves QpProblem. NaN or infinity in gives Invalid and x = 0. Real time: no allocation, lock, log or throw in solve() and
-/// reset(); all memory is taken in the constructor for the given number of rows.
-/// A solver remembers the identities of the last active contacts and starts from them (warm) until reset().
+/// Solves QpProblem. NaN or infinity in gives Invalid and x = 0. Real time: no allocation, lock, log or throw in
+/// solve() and reset(); all memory is taken in the constructor for the given number of rows. A solver remembers the
+/// identities of the last active contacts and starts from them (warm) until reset().
 class Solver {
   public:
     virtual ~Solver() = default;
@@ -39,9 +39,9 @@ class Solver {
 };
 
 struct SolverInfo {
-    std::string_view name;      ///< as on the command line
-    std::string_view summary;   ///< one sentence for help and tooltips
-    bool exact;                 ///< its answer needs no projection
+    std::string_view name;     ///< as on the command line
+    std::string_view summary;  ///< one sentence for help and tooltips
+    bool exact;                ///< its answer needs no projection
     std::unique_ptr<Solver> (*make)(int capacity);
 };
 

@@ -35,7 +35,8 @@ double pairGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X
     return (X * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - double(t.r) - double(o.r);
 }
 
-std::map<std::uint64_t, double> brutePairs(const SphereTree& tool, const SphereTree& obstacle, const Pose& X, double margin) {
+std::map<std::uint64_t, double> brutePairs(const SphereTree& tool, const SphereTree& obstacle, const Pose& X,
+                                           double margin) {
     std::map<std::uint64_t, double> pairs;
     for (int i = 0; i < tool.leafCount(); ++i)
         for (int j = 0; j < obstacle.leafCount(); ++j)
@@ -72,7 +73,8 @@ TEST_CASE("sphere tree: every block contains its leaves and no leaf is lost", "[
 
 TEST_CASE("sphere tree: 4,096 leaves make 4,681 nodes", "[tree]") { REQUIRE(bumpyBall(4096, 1).nodeCount() == 4681); }
 
-TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identity, whatever the list's age", "[collision]") {
+TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identity, whatever the list's age",
+          "[collision]") {
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u);
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -86,7 +88,8 @@ TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identi
         REQUIRE(list.build(built, 2.0));
         // Asked at the pose of the walk and after the list has aged by up to 1.5 mm of travel.
         for (const double aged : {0.0, 0.7, 1.5}) {
-            const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8), expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
+            const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8),
+                             expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
             Pose now{built.p + nudge.p, nudge.q * built.q};
             now.p += built * tool.center() - Pose{built.p, nudge.q * built.q} * tool.center();
             REQUIRE(list.covers(now, 0.5));
@@ -115,7 +118,8 @@ TEST_CASE("neighbour list: a row predicts how its gap changes under a small incr
     REQUIRE(list.appendRows(X_OT, X_WO.R(), 5, rows));
     REQUIRE(rows.size() > 10);
 
-    // δp of C and δθ about C, on world axes. Second order is |δ|²/2D, with centres D >= 2 mm apart: 1e-10 for |δ| ~ 2e-5.
+    // δp of C and δθ about C, on world axes. Second order is |δ|²/2D, with centres D >= 2 mm apart: 1e-10 for |δ| ~
+    // 2e-5.
     Vec6 x;
     x << 1e-5, -2e-5, 1.5e-5, 3e-7, -2e-7, 4e-7;
     const Pose X_WT = X_WO * X_OT;
@@ -132,7 +136,8 @@ TEST_CASE("neighbour list: a row predicts how its gap changes under a small incr
     }
 }
 
-TEST_CASE("neighbour list: when rows are too many, the least gap of each tool leaf is kept and all pairs are counted", "[collision]") {
+TEST_CASE("neighbour list: when rows are too many, the least gap of each tool leaf is kept and all pairs are counted",
+          "[collision]") {
     const SphereTree tool = bumpyBall(200, 5), obstacle = bumpyBall(200, 6);
     NeighbourList list(tool, obstacle, 0);
     const Pose X{Vec3(20, 0, 0), Quat::Identity()};
@@ -161,10 +166,10 @@ TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerate
     NeighbourList list(one, one, 0);
     const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
     REQUIRE(list.build(at(2), 1));
-    REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper);   // 0.4 µm overlap: tolerated
+    REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper);  // 0.4 µm overlap: tolerated
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper);
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).depth == Approx(0.1));
-    REQUIRE_FALSE(list.remeasure(at(1.8), at(1.9), 0.5e-3).deeper);    // coming out
+    REQUIRE_FALSE(list.remeasure(at(1.8), at(1.9), 0.5e-3).deeper);  // coming out
     REQUIRE(list.remeasure(at(1.9), at(1.8), 0.5e-3).deeper);
 }
 
@@ -172,7 +177,8 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     const unsigned seed = GENERATE(21u, 22u, 23u, 24u);
     CAPTURE(seed);
     std::mt19937 random(seed);
-    const SphereTree tool = bumpyBall(1 + int(random() % 200), seed), obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
+    const SphereTree tool = bumpyBall(1 + int(random() % 200), seed),
+                     obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
     for (int pose = 0; pose < 20; ++pose) {
         const Pose X = randomPose(random, 60);
         double least = 1e30;

@@ -49,22 +49,24 @@ TEST_CASE("step: a ball pressed into a ball stops at the surface and pushes back
 TEST_CASE("step: free flight gives exactly no force and exactly the device's pose", "[step]") {
     const World world = worldOf(blob(200, 20, 1), blob(200, 20, 2), at(0, 100, 0));
     // 5 m/s past the obstacle at a distance, turning.
-    drive(world, exactAlone(), 100, [](int tick) { return at(5.0 * tick - 250, 60, 0, Vec3(0, 0.05 * tick, 0)); },
-          [](const TickRecord& r) {
-              REQUIRE(r.wrench_C.force.isZero(0));
-              REQUIRE(r.wrench_C.torque.isZero(0));
-              REQUIRE(r.flags == 0);
-              REQUIRE((r.X_WT.p - r.X_WT_device.p).norm() < 1e-12);
-          });
+    drive(
+        world, exactAlone(), 100, [](int tick) { return at(5.0 * tick - 250, 60, 0, Vec3(0, 0.05 * tick, 0)); },
+        [](const TickRecord& r) {
+            REQUIRE(r.wrench_C.force.isZero(0));
+            REQUIRE(r.wrench_C.torque.isZero(0));
+            REQUIRE(r.flags == 0);
+            REQUIRE((r.X_WT.p - r.X_WT_device.p).norm() < 1e-12);
+        });
 }
 
 TEST_CASE("step: nothing tunnels through a thin slab at any speed", "[step]") {
-    const double speed = GENERATE(0.2, 1.0, 10.0, 50.0);   // mm per tick: m/s
+    const double speed = GENERATE(0.2, 1.0, 10.0, 50.0);  // mm per tick: m/s
     CAPTURE(speed);
     const World world = worldOf(ball(12), slab(24, 2, 1.2f), at(0, 40, 0));
-    const TickRecord last =
-        drive(world, exactAlone(), int(100 / speed) + 30, [&](int tick) { return at(0.3, std::max(-60.0, 40 - speed * tick), 0.1); },
-              [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
+    const TickRecord last = drive(
+        world, exactAlone(), int(100 / speed) + 30,
+        [&](int tick) { return at(0.3, std::max(-60.0, 40 - speed * tick), 0.1); },
+        [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
     REQUIRE(last.X_WT.p.y() > 12);
     REQUIRE(last.wrench_C.force.y() > 60);
 }
@@ -75,7 +77,8 @@ TEST_CASE("step: turning a rod in contact never enters, and the lever gives torq
     const World world = worldOf(treeOf(rod), ball(10), at(15, 13.5, 0));
     // The rod lies on the ball 15 mm off its middle and is pushed down and turned.
     const TickRecord last = drive(
-        world, exactAlone(), 600, [](int tick) { return at(15, 13.5 - 0.005 * std::min(tick, 400), 0, Vec3(0, 2e-4 * tick, 0)); },
+        world, exactAlone(), 600,
+        [](int tick) { return at(15, 13.5 - 0.005 * std::min(tick, 400), 0, Vec3(0, 2e-4 * tick, 0)); },
         [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
     const Vec3 f = last.wrench_C.force;
     REQUIRE(f.y() > 0.1);
@@ -87,8 +90,8 @@ TEST_CASE("step: turning a rod in contact never enters, and the lever gives torq
 TEST_CASE("step: the wrench about the node's origin is that about C, moved", "[step]") {
     // The tool's tree sits 30 mm off its node, so C and o differ.
     const World world = worldOf(treeOf({{30, 0, 0, 10}}), ball(10), at(-30, 25, 0));
-    const TickRecord last =
-        drive(world, exactAlone(), 300, [](int tick) { return at(-30, std::max(18.0, 25 - 0.05 * tick), 0); }, [](auto&) {});
+    const TickRecord last = drive(
+        world, exactAlone(), 300, [](int tick) { return at(-30, std::max(18.0, 25 - 0.05 * tick), 0); }, [](auto&) {});
     REQUIRE(last.wrench_C.force.y() == Approx(2).margin(2e-3));
     REQUIRE(last.wrench_C.torque.norm() < 1e-6);
     // p_C - p_o = (30, 0, 0); (30,0,0) x (0,2,0) = (0,0,60).
@@ -101,15 +104,18 @@ TEST_CASE("step: a pinched ball gets no deeper than it starts, and says that the
     CAPTURE(overlap);
     // Walls above and below, each `overlap` into a ball of 10 mm.
     const auto wall = slab(13, 2, 2);
-    World world{ball(10), {{"below", wall, at(0, -12 + overlap, 0)}, {"above", wall, at(0, 12 - overlap, 0)}}, at(0, 0, 0)};
+    World world{
+        ball(10), {{"below", wall, at(0, -12 + overlap, 0)}, {"above", wall, at(0, 12 - overlap, 0)}}, at(0, 0, 0)};
     const double given = -trueClearance(world, world.X_WT_start);
-    REQUIRE(given == Approx(overlap).margin(1e-5));   // spheres stand in float
+    REQUIRE(given == Approx(overlap).margin(1e-5));  // spheres stand in float
     bool infeasible = false;
-    drive(world, exactAlone(), 300, [](int tick) { return at(0, 2 * std::sin(0.05 * tick), 0.5 * std::sin(0.02 * tick)); },
-          [&](const TickRecord& r) {
-              REQUIRE(-trueClearance(world, r.X_WT) <= given + 1e-3);
-              infeasible |= (r.flags & kInfeasible) != 0;
-          });
+    drive(
+        world, exactAlone(), 300,
+        [](int tick) { return at(0, 2 * std::sin(0.05 * tick), 0.5 * std::sin(0.02 * tick)); },
+        [&](const TickRecord& r) {
+            REQUIRE(-trueClearance(world, r.X_WT) <= given + 1e-3);
+            infeasible |= (r.flags & kInfeasible) != 0;
+        });
     REQUIRE(infeasible);
 }
 
@@ -120,28 +126,33 @@ TEST_CASE("step: a start in penetration never gets deeper, and comes out where t
                                   : worldOf(blob(400, 20, 3), blob(400, 20, 4), at(0, 30, 0));
     double depth = -trueClearance(world, world.X_WT_start);
     REQUIRE(depth > 0.8);
-    drive(world, exactAlone(), 200, [&](int) { return world.X_WT_start; }, [&](const TickRecord& r) {
-        const double now = -trueClearance(world, r.X_WT);
-        REQUIRE(now <= std::max(depth, 0.0) + 1e-3);
-        depth = now;
-    });
+    drive(
+        world, exactAlone(), 200, [&](int) { return world.X_WT_start; },
+        [&](const TickRecord& r) {
+            const double now = -trueClearance(world, r.X_WT);
+            REQUIRE(now <= std::max(depth, 0.0) + 1e-3);
+            depth = now;
+        });
     if (hasWayOut) REQUIRE(depth <= 1e-3);
 }
 
 TEST_CASE("step: the travel budget bounds how fast a loaded tool may move", "[step]") {
     const World world = worldOf(ball(10), slab(9, 3, 3), at(0, 14, 0));
     const Settings settings = exactAlone();
-    // Pressed down 8 mm near the edge and pulled over it: the tool drops, but by no more than the hand's travel and v·dt.
+    // Pressed down 8 mm near the edge and pulled over it: the tool drops, but by no more than the hand's travel and
+    // v·dt.
     Pose before = world.X_WT_start, deviceBefore = before;
     bool loaded = false;
-    drive(world, settings, 900, [](int tick) { return at(std::max(0.0, 0.05 * (tick - 300)), std::max(5.0, 14 - 0.05 * tick), 0); },
-          [&](const TickRecord& r) {
-              const double travelled = (r.X_WT.p - before.p).norm(), hand = (r.X_WT_device.p - deviceBefore.p).norm();
-              if (loaded) REQUIRE(travelled <= hand + settings.travelBudget + 1e-9);
-              loaded = r.wrench_C.force.norm() > 0;
-              before = r.X_WT;
-              deviceBefore = r.X_WT_device;
-          });
+    drive(
+        world, settings, 900,
+        [](int tick) { return at(std::max(0.0, 0.05 * (tick - 300)), std::max(5.0, 14 - 0.05 * tick), 0); },
+        [&](const TickRecord& r) {
+            const double travelled = (r.X_WT.p - before.p).norm(), hand = (r.X_WT_device.p - deviceBefore.p).norm();
+            if (loaded) REQUIRE(travelled <= hand + settings.travelBudget + 1e-9);
+            loaded = r.wrench_C.force.norm() > 0;
+            before = r.X_WT;
+            deviceBefore = r.X_WT_device;
+        });
 }
 
 TEST_CASE("step: the adaptive margin changes the number of rows, not the answer", "[step]") {
@@ -151,7 +162,8 @@ TEST_CASE("step: the adaptive margin changes the number of rows, not the answer"
     StepState a(world), b(world);
     long rowsAdaptive = 0, rowsFull = 0;
     for (int tick = 0; tick < 600; ++tick) {
-        const Pose device = at(4 * std::sin(0.01 * tick), std::max(30.0, 45 - 0.05 * tick), 0, Vec3(0, 0.2 * std::sin(0.013 * tick), 0));
+        const Pose device = at(4 * std::sin(0.01 * tick), std::max(30.0, 45 - 0.05 * tick), 0,
+                               Vec3(0, 0.2 * std::sin(0.013 * tick), 0));
         const TickRecord r = step(world, adaptive, {device}, a), s = step(world, full, {device}, b);
         rowsAdaptive += r.rows;
         rowsFull += s.rows;
@@ -164,12 +176,14 @@ TEST_CASE("step: the adaptive margin changes the number of rows, not the answer"
 TEST_CASE("step: results depend neither on the shadow, the timer, the audit nor on the age of the lists", "[step]") {
     const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
     const auto device = [](int tick) {
-        return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0, Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
+        return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
+                  Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
     };
     const auto hashOf = [&](const Settings& settings, const StageClock& clock, bool audit) {
         StepState state(world);
         std::uint64_t hash = hashTick({});
-        for (int tick = 0; tick < 500; ++tick) hash = hashTick(step(world, settings, {device(tick)}, state, clock, audit), hash);
+        for (int tick = 0; tick < 500; ++tick)
+            hash = hashTick(step(world, settings, {device(tick)}, state, clock, audit), hash);
         return hash;
     };
     static std::uint64_t counter = 0;
@@ -177,7 +191,7 @@ TEST_CASE("step: results depend neither on the shadow, the timer, the audit nor 
     const Settings plain = exactAlone();
     Settings shadowed = plain, fresh = plain;
     shadowed.shadow = findSolver("pqp");
-    fresh.slack = 0.0;   // a new list for every linearisation
+    fresh.slack = 0.0;  // a new list for every linearisation
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));
@@ -194,7 +208,8 @@ TEST_CASE("step: the tick allocates nothing, in either mode, with every solver",
             settings.solver = solver;
             settings.shadow = solver == kExactSolver ? 1 : kExactSolver;
             AllocationCounter counter;
-            for (int tick = 0; tick < 400; ++tick) step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
+            for (int tick = 0; tick < 400; ++tick)
+                step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
             REQUIRE(counter.count() == 0);
         }
 }
@@ -237,8 +252,10 @@ TEST_CASE("step: an approximate solver's answer enters nothing, at any tolerance
     settings.solver = findSolver(name);
     settings.tolerance = tolerance;
     REQUIRE(settings.solver >= 0);
-    drive(world, settings, 500, [](int tick) { return at(3 * std::sin(0.02 * tick), std::max(30.0, 45 - 0.06 * tick), 0); },
-          [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
+    drive(
+        world, settings, 500,
+        [](int tick) { return at(3 * std::sin(0.02 * tick), std::max(30.0, 45 - 0.06 * tick), 0); },
+        [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
 }
 
 TEST_CASE("step: the shadow's error is against the exact answer to the same rows", "[step]") {
@@ -249,8 +266,9 @@ TEST_CASE("step: the shadow's error is against the exact answer to the same rows
         settings.tolerance = tolerance;
         settings.iterationCap = 1'000'000;
         double error = 0;
-        drive(world, settings, 400, [](int tick) { return at(0, std::max(32.0, 45 - 0.06 * tick), 0); },
-              [&](const TickRecord& r) { error = std::max(error, r.shadowForceError); });
+        drive(
+            world, settings, 400, [](int tick) { return at(0, std::max(32.0, 45 - 0.06 * tick), 0); },
+            [&](const TickRecord& r) { error = std::max(error, r.shadowForceError); });
         return error;
     };
     const double coarse = worst(1), fine = worst(1e-4);
@@ -263,7 +281,8 @@ TEST_CASE("step: paper mode stands in the paper's first-order distance of a ball
     Settings settings = exactAlone();
     settings.mode = Mode::Paper;
     // At rest at depth 1 the linearised quadratic constraint has its fixed point at contact: 20 mm between the centres.
-    const TickRecord last = drive(world, settings, 400, [](int tick) { return at(0, std::max(19.0, 25 - 0.02 * tick), 0); }, [](auto&) {});
+    const TickRecord last = drive(
+        world, settings, 400, [](int tick) { return at(0, std::max(19.0, 25 - 0.02 * tick), 0); }, [](auto&) {});
     REQUIRE(last.pairs == 1);
     REQUIRE(last.X_WT.p.y() == Approx(20).margin(1e-6));
     REQUIRE(last.wrench_C.force.y() == Approx(1).margin(1e-6));

@@ -15,12 +15,14 @@ inline std::shared_ptr<const SphereTree> treeOf(std::vector<Sphere> spheres) {
 /// One sphere at the origin.
 inline std::shared_ptr<const SphereTree> ball(float radius) { return treeOf({{0, 0, 0, radius}}); }
 
-/// A square slab in the xz plane whose top and bottom ripple between y = ±radius: spheres on a grid, n x n, `pitch` apart.
+/// A square slab in the xz plane whose top and bottom ripple between y = ±radius: spheres on a grid, n x n, `pitch`
+/// apart.
 inline std::shared_ptr<const SphereTree> slab(int n, float pitch, float radius) {
     std::vector<Sphere> spheres;
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < n; ++k)
-            spheres.push_back({(float(i) - float(n - 1) / 2) * pitch, 0, (float(k) - float(n - 1) / 2) * pitch, radius});
+            spheres.push_back(
+                {(float(i) - float(n - 1) / 2) * pitch, 0, (float(k) - float(n - 1) / 2) * pitch, radius});
     return treeOf(std::move(spheres));
 }
 
@@ -41,7 +43,8 @@ inline Pose at(double x, double y, double z, const Vec3& rotation = Vec3::Zero()
     return {Vec3(x, y, z), expRotation(rotation)};
 }
 
-inline World worldOf(std::shared_ptr<const SphereTree> tool, std::shared_ptr<const SphereTree> obstacle, const Pose& start) {
+inline World worldOf(std::shared_ptr<const SphereTree> tool, std::shared_ptr<const SphereTree> obstacle,
+                     const Pose& start) {
     return {std::move(tool), {{"obstacle", std::move(obstacle), {}}}, start};
 }
 

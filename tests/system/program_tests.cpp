@@ -243,7 +243,7 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("\"a\" is the tool (64 leaves)") && Contains("\"b\" is an obstacle") &&
                                !Contains("overlap by") && Contains("demonstration: none"));
-    // Micrometre-sized parts are the usual sign of a wrong unit.
+    // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
     CHECK_THAT(answer.out, Contains("warning") && Contains("check the unit"));

@@ -14,7 +14,7 @@ inline engine::Scene holdScene() {
     engine::Scene scene;
     const engine::Entity tool =
         addBox(scene, "cube", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.015, 0}});
-    const engine::Entity slab = addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 512}});
+    const engine::Entity slab = addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 128}});
     const auto paint = [&](engine::Entity node, glm::vec4 color) {
         engine::Material material;
         material.baseColor = color;
@@ -34,9 +34,9 @@ inline std::filesystem::path holdFile(const TempFolder& folder) {
     return file;
 }
 
-/// Calls `step` until it returns true; false after twenty seconds, which only a hang takes.
+/// Calls `step` until it returns true; false after a minute, which only a hang takes.
 inline bool patiently(const std::function<bool()>& step) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end) {
         if (step()) return true;
         std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -112,7 +112,7 @@ TEST_CASE("session: another scene takes the place of the one that runs", "[sessi
 TEST_CASE("session: a scene without roles waits for them, runs with them, and saves them", "[session]") {
     const TempFolder folder;
     engine::Scene unmarked = holdScene();
-    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, {{"touchstone", {{"leaves", 64}}}});
     const auto file = folder.path() / "unmarked.glb";
     writeGltf(unmarked, file);
 
