@@ -85,6 +85,17 @@ void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     }
 }
 
+/// Worst violation in mm: the rows are gradients of squared distances, brought to unit normals here.
+double violation(const RowSet& rows, const Vec6& x) {
+    double worst = 0;
+    for (int i = 0; i < rows.size(); ++i) {
+        const Vec6 J = rows.row(i);
+        const double length = J.head<3>().norm();
+        if (length > 0) worst = std::max(worst, -(J.dot(x) + rows.gap()[i]) / length);
+    }
+    return worst;
+}
+
 }  // namespace
 
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
@@ -112,9 +123,10 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
         solverSettings.workLimit = set.paperWork;
         solverSettings.elasticWeight = set.elasticWeight;
         start = tick.now();
-        const SolveResult result = s.renderers[set.solver]->solve(problem, solverSettings);
-        tick.note(result);
+        SolveResult result = s.renderers[set.solver]->solve(problem, solverSettings);
         tick.addTime(record.solveUs, start);
+        result.kkt.primal_mm = violation(s.rows, result.x);
+        tick.note(result);
         if (result.status == SolveStatus::Invalid) return false;
         dq = result.x;
         if (set.shadow >= 0) tick.runShadow(problem, result.x);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 #include "haptics/loop/step_state.hpp"
@@ -126,9 +127,10 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     record.shadowTorqueError = settings.torsion * error.tail<3>().norm();
 }
 
-TickRecord step(const World&, const Settings& settings, const StepInput& input, StepState& stepState,
-                const StageClock& clock, bool audit) noexcept {
+TickRecord step([[maybe_unused]] const World& world, const Settings& settings, const StepInput& input,
+                StepState& stepState, const StageClock& clock, bool audit) noexcept {
     StepState::Impl& state = *stepState.impl;
+    assert(world.tool == state.world->tool);
     TickRecord record;
     record.tick = state.tick++;
     Tick tick{state, settings, clock, audit, record};

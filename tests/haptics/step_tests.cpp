@@ -288,6 +288,22 @@ TEST_CASE("step: paper mode stands in the paper's first-order distance of a ball
     REQUIRE(last.wrench_C.force.y() == Approx(1).margin(1e-6));
 }
 
+TEST_CASE("step: paper mode's residuals are in mm of the contact, not in its squared distance", "[step]") {
+    // One tick 1 mm deep, one iteration of PQP: part of the 1 mm is left. In squared distance it would be 40 times as
+    // much, the length of the row's gradient 2|d| with 20 mm between the centres.
+    const World world = worldOf(ball(10), ball(10), at(0, 20, 0));
+    Settings settings = exactAlone();
+    settings.mode = Mode::Paper;
+    settings.solver = findSolver("pqp");
+    settings.paperWork = 1;
+    settings.tolerance = 1e9;
+    StepState state(world);
+    const TickRecord r = step(world, settings, {at(0, 19, 0)}, state);
+    REQUIRE(r.rows == 1);
+    REQUIRE(r.kkt.primal_mm > 0.1);
+    REQUIRE(r.kkt.primal_mm <= 1 + 1e-9);
+}
+
 TEST_CASE("step: paper mode keeps the deepest rows and counts the rest", "[step]") {
     const World world = worldOf(blob(300, 20, 15), blob(300, 20, 16), at(0, 45, 0));
     Settings settings = exactAlone();
