@@ -43,7 +43,7 @@ void NeighbourList::placeToolLeaves(const Pose& X_OT, float margin) {
 
 bool NeighbourList::build(const Pose& X_OT, double margin) {
     builtMargin_ = -1;
-    size_ = groupCount_ = 0;
+    groupCount_ = 0;
     placeToolLeaves(X_OT, float(margin) + floatGuard(*tool_, *obstacle_, X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     std::fill(offsets_.begin(), offsets_.end(), 0);
@@ -77,7 +77,6 @@ bool NeighbourList::build(const Pose& X_OT, double margin) {
         sum += count;
     }
     for (int i = 0; i < n; ++i) buckets_[offsets_[found_[i].toolLeaf]++] = found_[i].bucket;
-    size_ = n;
     builtAt_ = X_OT;
     builtMargin_ = margin;
     return true;

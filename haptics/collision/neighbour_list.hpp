@@ -53,8 +53,6 @@ class NeighbourList {
     /// Exact gap of one pair at X_OT, mm.
     double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const;
 
-    int entries() const { return size_; }
-
   private:
     struct Group {
         std::int32_t toolLeaf, begin, end;  ///< buckets_[begin, end)
@@ -73,7 +71,7 @@ class NeighbourList {
 
     Pose builtAt_;
     double builtMargin_ = -1;
-    int size_ = 0, groupCount_ = 0;
+    int groupCount_ = 0;
     AlignedVector<float> placed_[4];  ///< of build(): x, y, z, reach of each tool leaf
     std::vector<LeafBucket> found_;
     std::vector<std::int32_t> buckets_, offsets_;

@@ -316,3 +316,30 @@ TEST_CASE("step: paper mode keeps the deepest rows and counts the rest", "[step]
     REQUIRE(r.rowsTruncated == r.pairs - 50);
     REQUIRE((r.flags & kRowsTruncated) != 0);
 }
+
+TEST_CASE("step: with more pairs than rows the nearest are kept, the rest counted, and no overlap grows", "[step]") {
+    // 300 spheres against 300, all within reach of each other: 90,000 pairs for 32,768 rows.
+    const World world = worldOf(blob(300, 1, 17), blob(300, 1, 18), at(0, 1, 0));
+    const double given = -trueClearance(world, world.X_WT_start);
+    Settings settings = exactAlone();
+    settings.margin = settings.trust = 5;
+    settings.adaptiveMargin = false;
+    StepState state(world);
+    const TickRecord r = step(world, settings, {at(0, 0.5, 0)}, state);
+    REQUIRE((r.flags & kRowsTruncated) != 0);
+    REQUIRE(r.rowsTruncated == 90'000 - 300);
+    REQUIRE(-trueClearance(world, r.X_WT) <= given + 1e-3);
+}
+
+TEST_CASE("step: with more pairs than the list holds the tool is held and feels nothing", "[step]") {
+    // 4,096 leaves against 512 buckets, all within reach: two million entries for 2^18.
+    const World world = worldOf(blob(4096, 1, 19), blob(4096, 1, 20), at(0, 1, 0));
+    Settings settings = exactAlone();
+    settings.margin = settings.trust = 5;
+    settings.adaptiveMargin = false;
+    StepState state(world);
+    const TickRecord r = step(world, settings, {at(0, 0.5, 0)}, state);
+    REQUIRE((r.flags & kListOverflow) != 0);
+    REQUIRE(r.wrench_C.force.isZero(0));
+    REQUIRE((r.X_WT.p - world.X_WT_start.p).norm() < 1e-12);
+}
