@@ -1,5 +1,6 @@
 #include "engine/scene/mesh_file.hpp"
 
+#include <GL/glu.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -10,6 +11,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <unordered_map>
 
 #include "engine/scene/gltf_container.hpp"
@@ -73,6 +75,61 @@ struct PositionHash {
     }
 };
 
+/// Triangulates polygons of any shape, concave ones and ones that cross themselves included. (Assimp's triangles of a
+/// concave polygon reach out of it where a corner lies on a diagonal.)
+class PolygonTessellator {
+  public:
+    explicit PolygonTessellator(MeshData& mesh) : mesh_(mesh), tess_(gluNewTess(), gluDeleteTess) {
+        using Callback = void (*)();
+        const auto edgeFlag = +[](GLboolean) {};  // asked for so that only single triangles come, no fans or strips
+        const auto vertex = +[](void* data, void* self) {
+            static_cast<PolygonTessellator*>(self)->mesh_.indices.push_back(indexOf(data));
+        };
+        const auto combine = +[](const GLdouble at[3], void* const from[4], const GLfloat*, void** out, void* self) {
+            *out = static_cast<PolygonTessellator*>(self)->crossing({at[0], at[1], at[2]}, from);
+        };
+        gluTessCallback(tess_.get(), GLU_TESS_EDGE_FLAG, reinterpret_cast<Callback>(edgeFlag));
+        gluTessCallback(tess_.get(), GLU_TESS_VERTEX_DATA, reinterpret_cast<Callback>(vertex));
+        gluTessCallback(tess_.get(), GLU_TESS_COMBINE_DATA, reinterpret_cast<Callback>(combine));
+        gluTessProperty(tess_.get(), GLU_TESS_WINDING_RULE, GLU_TESS_WINDING_NONZERO);
+    }
+
+    /// Appends the triangles of a polygon, wound as it is, to the mesh's indices.
+    void add(const std::vector<std::uint32_t>& corners) {
+        glm::dvec3 normal(0);  // Newell's: that of the area which the polygon encloses
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+            normal += glm::cross(at(corners[i]) - at(corners[0]), at(corners[i + 1]) - at(corners[0]));
+        gluTessNormal(tess_.get(), normal.x, normal.y, normal.z);
+        gluTessBeginPolygon(tess_.get(), this);
+        gluTessBeginContour(tess_.get());
+        for (const std::uint32_t corner : corners) {
+            glm::dvec3 position = at(corner);
+            gluTessVertex(tess_.get(), &position.x, dataOf(corner));
+        }
+        gluTessEndContour(tess_.get());
+        gluTessEndPolygon(tess_.get());
+    }
+
+  private:
+    // A vertex as the library carries it: its index plus one, since null has a meaning.
+    static void* dataOf(std::uint32_t index) { return reinterpret_cast<void*>(std::uintptr_t(index) + 1); }
+    static std::uint32_t indexOf(void* data) {
+        return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(data) - 1);
+    }
+    glm::dvec3 at(std::uint32_t index) const { return mesh_.positions[index]; }
+
+    /// The vertex where edges cross or corners coincide.
+    void* crossing(const glm::vec3& place, void* const from[4]) {
+        for (int i = 0; i < 4; ++i)
+            if (from[i] && mesh_.positions[indexOf(from[i])] == place) return from[i];
+        mesh_.positions.push_back(place);
+        return dataOf(static_cast<std::uint32_t>(mesh_.positions.size() - 1));
+    }
+
+    MeshData& mesh_;
+    std::unique_ptr<GLUtesselator, void (*)(GLUtesselator*)> tess_;
+};
+
 }  // namespace
 
 MeshData readMeshFile(const fs::path& file, double metresPerUnit) {
@@ -87,11 +144,12 @@ MeshData readMeshFile(const fs::path& file, double metresPerUnit) {
     Assimp::Importer importer;
     importer.SetIOHandler(new SingleFile(name, bytes));  // owned by the importer
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const aiScene* scene = importer.ReadFile(name, aiProcess_Triangulate | aiProcess_SortByPType);
+    const aiScene* scene = importer.ReadFile(name, aiProcess_SortByPType);
     if (!scene)
         failIn(file, "", "cannot be read (" + printable(importer.GetErrorString()) + "); export the part again");
 
     MeshData mesh;
+    PolygonTessellator polygons(mesh);
     std::unordered_map<glm::vec3, std::uint32_t, PositionHash> places;
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
         const aiMesh& part = *scene->mMeshes[m];
@@ -110,10 +168,16 @@ MeshData readMeshFile(const fs::path& file, double metresPerUnit) {
         }
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
-            if (face.mNumIndices != 3) continue;
-            const std::uint32_t a = corners.at(face.mIndices[0]), b = corners.at(face.mIndices[1]),
-                                c = corners.at(face.mIndices[2]);
-            if (a != b && b != c && c != a) mesh.indices.insert(mesh.indices.end(), {a, b, c});
+            std::vector<std::uint32_t> polygon;  // without the corners that repeat their forerunner
+            for (unsigned i = 0; i < face.mNumIndices; ++i) {
+                const std::uint32_t corner = corners.at(face.mIndices[i]);
+                if (polygon.empty() || polygon.back() != corner) polygon.push_back(corner);
+            }
+            while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
+            if (polygon.size() == 3)
+                mesh.indices.insert(mesh.indices.end(), polygon.begin(), polygon.end());
+            else if (polygon.size() > 3)
+                polygons.add(polygon);
         }
     }
     if (mesh.indices.empty()) failIn(file, "", "holds no triangle; export the part as a surface of triangles");

@@ -43,32 +43,58 @@ class Search {
         const bool descendObstacle = a == 0 || (b > 0 && obstacle_.levels[b].r[j] >= tool_.levels[a].r[i]);
         const int children = (descendObstacle ? j : i) * SphereTree::kBranching;
         const Float8 bound = descendObstacle ? boundsToObstacle(tool_.block(a, i), obstacle_.levels[b - 1], children)
-                                             : boundsToTool(tool_.levels[a - 1], children, obstacle_.block(b, j));
-        std::array<int, 8> order{0, 1, 2, 3, 4, 5, 6, 7};
-        std::sort(order.begin(), order.end(), [&](int u, int v) { return bound[u] < bound[v]; });
-        for (const int k : order) {
-            if (double(bound[k]) >= best_) break;
-            if (descendObstacle)
-                descend(a, i, b - 1, children + k);
-            else
-                descend(a - 1, children + k, b, j);
+                                             : boundsToTool(tool_.levels[a - 1], children, obstacle_.levels[b], j);
+        // The lanes that may hold less, the least first.
+        std::array<int, 8> order;
+        int count = 0;
+        for (Mask open = lessEqual(bound, splat(float(best_))); open; open &= open - 1) {
+            const int lane = std::countr_zero(open);
+            int at = count++;
+            for (; at > 0 && bound[order[at - 1]] > bound[lane]; --at) order[at] = order[at - 1];
+            order[at] = lane;
         }
+        for (int n = 0; n < count && double(bound[order[n]]) < best_; ++n)
+            if (descendObstacle)
+                descend(a, i, b - 1, children + order[n]);
+            else
+                descend(a - 1, children + order[n], b, j);
     }
 
-    /// Gap of the bounding spheres: no leaf gap below is smaller.
+    /// A box bounds how far leaves are apart, not how deep they overlap.
+    static Float8 tighter(Float8 sphere, Float8 box) { return box > 0.0f ? max(sphere, box) : sphere; }
+
+    /// Lower bounds of the leaf gaps: to the spheres of the obstacle's blocks and to their rounded boxes.
     Float8 boundsToObstacle(const Sphere& tool, const TreeLevel& level, int first) const {
         const Vec3 c = place(tool);
-        const Float8 dx = load(&level.x[first]) - splat(float(c.x())), dy = load(&level.y[first]) - splat(float(c.y())),
-                     dz = load(&level.z[first]) - splat(float(c.z()));
-        return simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&level.r[first]) + splat(tool.r + guard_));
+        Float8 apart2 = splat(0.0f), outside2 = splat(0.0f);
+        const float* centers[3] = {&level.x[first], &level.y[first], &level.z[first]};
+        for (int k = 0; k < 3; ++k) {
+            const Float8 x = splat(float(c[k])), apart = load(centers[k]) - x;
+            const Float8 outside = max(max(load(&level.lo[k][first]) - x, x - load(&level.hi[k][first])), splat(0.0f));
+            apart2 += apart * apart;
+            outside2 += outside * outside;
+        }
+        return tighter(simd::sqrt(apart2) - load(&level.r[first]) - splat(tool.r),
+                       simd::sqrt(outside2) - load(&level.round[first]) - splat(tool.r)) -
+               splat(guard_);
     }
 
-    Float8 boundsToTool(const TreeLevel& level, int first, const Sphere& obstacle) const {
-        // The other way round: the obstacle's centre in the tool's frame.
-        const Vec3 c = R_.transpose() * (Vec3(obstacle.x, obstacle.y, obstacle.z) - X_OT_.p);
-        const Float8 dx = load(&level.x[first]) - splat(float(c.x())), dy = load(&level.y[first]) - splat(float(c.y())),
-                     dz = load(&level.z[first]) - splat(float(c.z()));
-        return simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&level.r[first]) + splat(obstacle.r + guard_));
+    Float8 boundsToTool(const TreeLevel& level, int first, const TreeLevel& obstacle, int block) const {
+        const Float8 x = load(&level.x[first]), y = load(&level.y[first]), z = load(&level.z[first]);
+        Float8 apart2 = splat(0.0f), outside2 = splat(0.0f);
+        const float center[3] = {obstacle.x[block], obstacle.y[block], obstacle.z[block]};
+        for (int k = 0; k < 3; ++k) {
+            const Float8 c = float(R_(k, 0)) * x + float(R_(k, 1)) * y + float(R_(k, 2)) * z + float(X_OT_.p[k]);
+            const Float8 apart = c - splat(center[k]);
+            const Float8 outside =
+                max(max(splat(obstacle.lo[k][block]) - c, c - splat(obstacle.hi[k][block])), splat(0.0f));
+            apart2 += apart * apart;
+            outside2 += outside * outside;
+        }
+        const Float8 r = load(&level.r[first]);
+        return tighter(simd::sqrt(apart2) - splat(obstacle.r[block]) - r,
+                       simd::sqrt(outside2) - splat(obstacle.round[block]) - r) -
+               splat(guard_);
     }
 
     const SphereTree& tool_;

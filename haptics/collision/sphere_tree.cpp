@@ -3,33 +3,31 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <tuple>
+
+#include "haptics/math/single.hpp"
 
 namespace touchstone {
 namespace {
 
 constexpr float kFarAway = 1e15f;
 
-Vec3 centre(const Sphere& s) { return {s.x, s.y, s.z}; }
+/// A box that, grown by the spheres' least radius, contains them.
+struct RoundedBox {
+    Vec3 lo, hi;
+    float round;
+};
 
-float roundedUp(double v) {
-    const float f = float(v);
-    return f >= v ? f : std::nextafter(f, std::numeric_limits<float>::infinity());
-}
-
-/// Half the diagonal of the box of the spheres' centres plus the largest radius: a cheap stand-in for the bounding
-/// radius.
-double looseRadius(std::span<const Sphere> spheres) {
-    Vec3 lo = centre(spheres.front()), hi = lo;
-    double r = 0;
+RoundedBox roundedBox(std::span<const Sphere> spheres) {
+    RoundedBox box{Vec3::Constant(HUGE_VAL), Vec3::Constant(-HUGE_VAL), HUGE_VALF};
+    for (const Sphere& s : spheres) box.round = std::min(box.round, s.r);
     for (const Sphere& s : spheres) {
-        lo = lo.cwiseMin(centre(s));
-        hi = hi.cwiseMax(centre(s));
-        r = std::max(r, double(s.r));
+        const double rest = double(s.r) - double(box.round);
+        box.lo = box.lo.cwiseMin(s.center() - Vec3::Constant(rest));
+        box.hi = box.hi.cwiseMax(s.center() + Vec3::Constant(rest));
     }
-    return (hi - lo).norm() / 2 + r;
+    return box;
 }
 
 /// The directions a cut may take: axes, face diagonals and space diagonals of the cube.
@@ -45,20 +43,40 @@ std::span<const Vec3> cutDirections() {
     return directions;
 }
 
+/// A leaf with its place along the direction of a cut: computed once, since g++ fuses multiplications here and not
+/// there, and a comparison must not change its mind.
+struct Placed {
+    Sphere leaf;
+    double place = 0;
+};
+
+/// What a group of leaves costs a walk, roughly: the cube of its extent. The mean of the radii stands for all, since
+/// the largest would hide how well the others are grouped.
+double costOf(std::span<const Placed> leaves) {
+    Vec3 lo = Vec3::Constant(HUGE_VAL), hi = -lo;
+    double r = 0;
+    for (const auto& [leaf, place] : leaves) {
+        lo = lo.cwiseMin(leaf.center());
+        hi = hi.cwiseMax(leaf.center());
+        r += leaf.r;
+    }
+    return std::pow((hi - lo).norm() / 2 + r / double(2 * leaves.size()), 3);
+}
+
 /// Puts the `left` leaves that lie lowest along `direction` in front; ties by all coordinates, so that the cut is
 /// unique.
-void cutAlong(std::span<Sphere> leaves, std::size_t left, const Vec3& direction) {
+void cutAlong(std::span<Placed> leaves, std::size_t left, const Vec3& direction) {
+    for (Placed& p : leaves) p.place = direction.dot(p.leaf.center());
     std::nth_element(leaves.begin(), leaves.begin() + std::ptrdiff_t(left), leaves.end(),
-                     [&](const Sphere& a, const Sphere& b) {
-                         const double u = direction.dot(centre(a)), v = direction.dot(centre(b));
-                         if (u != v) return u < v;
-                         return std::tie(a.x, a.y, a.z, a.r) < std::tie(b.x, b.y, b.z, b.r);
+                     [](const Placed& a, const Placed& b) {
+                         return std::tie(a.place, a.leaf.x, a.leaf.y, a.leaf.z, a.leaf.r) <
+                                std::tie(b.place, b.leaf.x, b.leaf.y, b.leaf.z, b.leaf.r);
                      });
 }
 
 /// Bisects until blocks of eight are left. Each cut is a multiple of the largest 8^k below the count, so every block
 /// but the last of its level is full, and the halves are as small as the best of the directions makes them.
-void order(std::span<Sphere> leaves) {
+void order(std::span<Placed> leaves) {
     const std::size_t n = leaves.size();
     if (n <= SphereTree::kBranching) return;
     std::size_t block = SphereTree::kBranching;
@@ -69,8 +87,7 @@ void order(std::span<Sphere> leaves) {
     double least = std::numeric_limits<double>::infinity();
     for (const Vec3& direction : cutDirections()) {
         cutAlong(leaves, left, direction);
-        const double cost =
-            std::pow(looseRadius(leaves.first(left)), 3) + std::pow(looseRadius(leaves.subspan(left)), 3);
+        const double cost = costOf(leaves.first(left)) + costOf(leaves.subspan(left));
         if (cost < least) {
             least = cost;
             best = &direction;
@@ -85,22 +102,22 @@ void order(std::span<Sphere> leaves) {
 /// 1/steps of the least radius, then the exact radius about the centre found, rounded up.
 Sphere boundingSphere(std::span<const Sphere> spheres) {
     constexpr int kSteps = 64;
-    const auto reachFrom = [](const Vec3& c, const Sphere& s) { return (centre(s) - c).norm() + s.r; };
+    const auto reachFrom = [](const Vec3& c, const Sphere& s) { return (s.center() - c).norm() + s.r; };
     Vec3 c = Vec3::Zero();
-    for (const Sphere& s : spheres) c += centre(s) / double(spheres.size());
+    for (const Sphere& s : spheres) c += s.center() / double(spheres.size());
     for (int step = 1; step <= kSteps; ++step) {
         const Sphere& farthest =
             *std::max_element(spheres.begin(), spheres.end(),
                               [&](const Sphere& a, const Sphere& b) { return reachFrom(c, a) < reachFrom(c, b); });
-        const double distance = (centre(farthest) - c).norm();
+        const double distance = (farthest.center() - c).norm();
         if (distance == 0) break;
         // Towards the sphere's far point, which lies its radius beyond its centre.
-        c += (centre(farthest) - c) * ((distance + farthest.r) / distance / (step + 1));
+        c += (farthest.center() - c) * ((distance + farthest.r) / distance / (step + 1));
     }
-    Sphere bound{float(c.x()), float(c.y()), float(c.z()), 0};
+    Sphere bound{toSingle(c.x()), toSingle(c.y()), toSingle(c.z()), 0};
     double r = 0;
-    for (const Sphere& s : spheres) r = std::max(r, reachFrom(centre(bound), s));
-    bound.r = roundedUp(r);
+    for (const Sphere& s : spheres) r = std::max(r, reachFrom(bound.center(), s));
+    bound.r = toSingleUp(r);
     return bound;
 }
 
@@ -112,7 +129,7 @@ TreeLevel makeLevel(std::span<const Sphere> leaves, std::size_t blockSize) {
                     &level.hi[2]})
         v->assign(padded, kFarAway);
     level.r.assign(padded, 0);
-    level.leafRadius.assign(padded, 0);
+    level.round.assign(padded, 0);
 
     for (std::size_t b = 0; b < std::size_t(level.count); ++b) {
         const auto block = leaves.subspan(b * blockSize, std::min(blockSize, leaves.size() - b * blockSize));
@@ -121,13 +138,11 @@ TreeLevel makeLevel(std::span<const Sphere> leaves, std::size_t blockSize) {
         level.y[b] = bound.y;
         level.z[b] = bound.z;
         level.r[b] = bound.r;
-        for (std::size_t i = 0; i < block.size(); ++i) {
-            const float c[3] = {block[i].x, block[i].y, block[i].z};
-            for (int k = 0; k < 3; ++k) {
-                level.lo[k][b] = i ? std::min(level.lo[k][b], c[k]) : c[k];
-                level.hi[k][b] = i ? std::max(level.hi[k][b], c[k]) : c[k];
-            }
-            level.leafRadius[b] = std::max(level.leafRadius[b], block[i].r);
+        const RoundedBox box = roundedBox(block);
+        level.round[b] = box.round;
+        for (int k = 0; k < 3; ++k) {
+            level.lo[k][b] = -toSingleUp(-box.lo[k]);
+            level.hi[k][b] = toSingleUp(box.hi[k]);
         }
     }
     return level;
@@ -135,9 +150,14 @@ TreeLevel makeLevel(std::span<const Sphere> leaves, std::size_t blockSize) {
 
 }  // namespace
 
-SphereTree makeSphereTree(std::vector<Sphere> leaves, TreeCertificate certificate) {
+SphereTree makeSphereTree(std::vector<Sphere> leaves, TreeCertificate certificate, LeafOrder given) {
     assert(!leaves.empty());
-    order(leaves);
+    if (given == LeafOrder::Compact) {
+        std::vector<Placed> placed;
+        for (const Sphere& leaf : leaves) placed.push_back({leaf});
+        order(placed);
+        for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = placed[i].leaf;
+    }
     SphereTree tree;
     tree.certificate = std::move(certificate);
     std::size_t blockSize = 1;
@@ -162,11 +182,11 @@ int SphereTree::nodeCount() const {
     return n;
 }
 
-Vec3 SphereTree::center() const { return centre(block(int(levels.size()) - 1, 0)); }
+Vec3 SphereTree::center() const { return block(int(levels.size()) - 1, 0).center(); }
 
 double SphereTree::reach() const {
     double reach = 0;
-    for (int i = 0; i < leafCount(); ++i) reach = std::max(reach, (centre(leaf(i)) - center()).norm());
+    for (int i = 0; i < leafCount(); ++i) reach = std::max(reach, (leaf(i).center() - center()).norm());
     return reach;
 }
 

@@ -12,12 +12,15 @@ namespace touchstone {
 /// A sphere in the body's own frame, mm.
 struct Sphere {
     float x = 0, y = 0, z = 0, r = 0;
+
+    Vec3 center() const { return {x, y, z}; }
 };
 
 /// What the builder proved of the leaves it placed (see tree_builder.hpp).
 struct TreeCertificate {
     double protrusion = 0;  ///< No leaf reaches further than this out of the surface, mm.
     double diagonal = 0;    ///< Of the mesh's bounding box, mm.
+    double hollow = -1;     ///< No larger ball fits into the body clear of all leaves, mm; negative: not measured.
     bool covered = false;   ///< Every point of every triangle lies in some leaf (proven by convexity, not sampled).
     bool closed = false;    ///< The mesh bounds a volume; if not, `protrusion` is measured to the sheet itself.
     std::string note;       ///< One sentence for the user where one of these fails; empty otherwise.
@@ -26,10 +29,10 @@ struct TreeCertificate {
 /// One level of blocks. Block b of level k holds the leaves [b·8^k, (b+1)·8^k). All arrays are padded to a multiple of
 /// eight with blocks that nothing touches (1e15 mm away, radius 0), so that eight are tested at once.
 struct TreeLevel {
-    int count = 0;                      ///< blocks before padding
-    AlignedVector<float> x, y, z, r;    ///< sphere that contains the block's leaf spheres
-    AlignedVector<float> lo[3], hi[3];  ///< box of the block's leaf centres
-    AlignedVector<float> leafRadius;    ///< largest leaf radius in the block
+    int count = 0;                    ///< blocks before padding
+    AlignedVector<float> x, y, z, r;  ///< sphere that contains the block's leaf spheres
+    /// A rounded box that contains them, too: lo to hi, grown by `round`, the least radius of the block's leaves.
+    AlignedVector<float> lo[3], hi[3], round;
 };
 
 /// Leaves and the implicit hierarchy above them; branching is 8. Immutable once made.
@@ -50,8 +53,14 @@ struct SphereTree {
     double reach() const;
 };
 
+enum class LeafOrder : std::uint8_t {
+    Compact,  ///< to be found
+    Given,    ///< as they stand, compact from an earlier tree
+};
+
 /// Orders the leaves by median splits with each cut a multiple of the largest 8^k below the count, and bounds every
 /// block. Pre: at least one leaf, all finite, radii >= 0. Deterministic.
-SphereTree makeSphereTree(std::vector<Sphere> leaves, TreeCertificate certificate = {});
+SphereTree makeSphereTree(std::vector<Sphere> leaves, TreeCertificate certificate = {},
+                          LeafOrder order = LeafOrder::Compact);
 
 }  // namespace touchstone

@@ -110,8 +110,11 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
                 max(max(load(&obstacle.lo[k][children]) - x, x - load(&obstacle.hi[k][children])), splat(0.0f));
             distance2 += outside * outside;
         }
-        const Float8 limit = max(load(&obstacle.leafRadius[children]) + splat(reach), splat(0.0f));
-        const Mask hits = lessEqual(distance2, limit * limit);
+        const Float8 limit = max(load(&obstacle.round[children]) + splat(reach), splat(0.0f));
+        const Float8 dx = load(&obstacle.x[children]) - splat(c[0]), dy = load(&obstacle.y[children]) - splat(c[1]),
+                     dz = load(&obstacle.z[children]) - splat(c[2]);
+        const Float8 apart = max(load(&obstacle.r[children]) + splat(reach), splat(0.0f));
+        const Mask hits = lessEqual(distance2, limit * limit) & lessEqual(dx * dx + dy * dy + dz * dz, apart * apart);
         compressStore(&next.obstacle[found], splat(children) + lanes(), hits);
         compressStore(&next.tool[found], splat(block), hits);
         found += std::popcount(hits);
@@ -141,8 +144,11 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
                 max(max(splat(obstacle.lo[k][block]) - c[k], c[k] - splat(obstacle.hi[k][block])), splat(0.0f));
             distance2 += outside * outside;
         }
-        const Float8 limit = max(reach + splat(obstacle.leafRadius[block]), splat(0.0f));
-        const Mask hits = lessEqual(distance2, limit * limit);
+        const Float8 limit = max(reach + splat(obstacle.round[block]), splat(0.0f));
+        const Float8 dx = c[0] - splat(obstacle.x[block]), dy = c[1] - splat(obstacle.y[block]),
+                     dz = c[2] - splat(obstacle.z[block]);
+        const Float8 apart = max(reach + splat(obstacle.r[block]), splat(0.0f));
+        const Mask hits = lessEqual(distance2, limit * limit) & lessEqual(dx * dx + dy * dy + dz * dz, apart * apart);
         compressStore(&next.tool[found], splat(children) + lanes(), hits);
         compressStore(&next.obstacle[found], splat(block), hits);
         found += std::popcount(hits);

@@ -18,15 +18,15 @@ struct LeafBucket {
 float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT);
 
 /// Finds the leaf buckets within a margin. Breadth first in blocks that fit the cache: one tool block (as a sphere)
-/// against eight obstacle blocks (as boxes of centres), or eight tool blocks against one, whichever side has the larger
-/// blocks. The schedule is fixed per pair of trees and the memory is taken in the constructor.
+/// against eight obstacle blocks (as rounded boxes and spheres), or eight tool blocks against one, whichever side has
+/// the larger blocks. The schedule is fixed per pair of trees and the memory is taken in the constructor.
 class TreeWalk {
   public:
     TreeWalk(const SphereTree& tool, const SphereTree& obstacle);
 
     /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair with gap <= margin
-    /// mm. Buckets of one tool leaf arrive in ascending order; tool leaves arrive in any. X_OT: tool node in the
-    /// obstacle's frame. Real time: no allocation, lock or throw beyond the sink's own.
+    /// mm, margin >= 0. Buckets of one tool leaf arrive in ascending order; tool leaves arrive in any. X_OT: tool node
+    /// in the obstacle's frame. Real time: no allocation, lock or throw beyond the sink's own.
     template <class Sink>
     void run(const Pose& X_OT, double margin, Sink&& sink) {
         runErased(

@@ -91,6 +91,8 @@ template <class... F>
 struct Overload : F... {
     using F::operator()...;
 };
+template <class... F>
+Overload(F...) -> Overload<F...>;
 
 const Row* findRow(std::string_view key) {
     const auto row = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& r) { return r.info.key == key; });

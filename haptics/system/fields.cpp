@@ -1,9 +1,11 @@
 #include "haptics/system/fields.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "engine/scene/gltf_container.hpp"
+#include "haptics/system/tree_words.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -64,6 +66,14 @@ std::optional<std::string> Fields::text(const std::string& key) {
     if (!value) return {};
     if (!value->is_string()) fail(key, "a text");
     return value->get<std::string>();
+}
+
+std::optional<int> Fields::choice(const std::string& key, std::span<const char* const> names) {
+    const auto given = text(key);
+    if (!given) return {};
+    const auto known = std::find(names.begin(), names.end(), *given);
+    if (known == names.end()) fail(key, anyOf(names));
+    return static_cast<int>(known - names.begin());
 }
 
 std::optional<std::vector<double>> Fields::numbers(const std::string& key, std::size_t count, const std::string& must) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ class Fields {
     std::optional<int> whole(const std::string& key, int min, int max);
     std::optional<bool> flag(const std::string& key);
     std::optional<std::string> text(const std::string& key);
+    std::optional<int> choice(const std::string& key, std::span<const char* const> names);  ///< index of the name
     std::optional<glm::dvec3> vector(const std::string& key);
     std::optional<glm::dquat> quaternion(const std::string& key);  ///< xyzw, normalised
     std::optional<Fields> object(const std::string& key);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "haptics/system/panels.hpp"
+#include "haptics/system/tree_words.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -172,7 +173,9 @@ void drawOpening(const OpeningProgress& progress, PanelRequests& requests, ItemR
     const std::string what = progress.fraction >= 1  ? "starting"
                              : progress.part.empty() ? "reading the file"
                                                      : "sphere tree of " + progress.part;
-    ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0});
+    std::string bar = std::to_string(static_cast<int>(100 * progress.fraction)) + " %";
+    if (const std::string left = timeLeft(progress.secondsLeft); !left.empty()) bar += ", " + left;
+    ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0}, bar.c_str());
     ImGui::TextDisabled("%s", what.c_str());
     ImGui::SameLine(ImGui::GetContentRegionMax().x - 5 * em);
     if (ImGui::Button("Cancel", {5 * em, 0})) requests.cancelOpening = true;

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "haptics/system/panels.hpp"
+#include "haptics/system/tree_words.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -42,7 +43,27 @@ std::size_t triangleCount(const engine::Registry& registry, engine::Entity node)
     return count;
 }
 
-void drawNode(engine::Scene& scene, engine::Entity node, ScenePanelState& state, ItemRects* items) {
+/// Lines below a part that has a sphere tree: how good it is, and on hover all that is known of it.
+void drawTree(const SphereTree& tree, const std::string& part, ItemRects* items) {
+    const TreeCertificate& certificate = tree.certificate;
+    std::array<char, 48> hollow{};
+    if (certificate.hollow >= 0) std::snprintf(hollow.data(), hollow.size(), ", hollow %.3g mm", certificate.hollow);
+    ImGui::PushStyleColor(ImGuiCol_Text,
+                          needsAttention(certificate) ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    ImGui::Indent(ImGui::GetFontSize());
+    ImGui::BeginGroup();
+    ImGui::Text("%d leaves, %s", tree.leafCount(), protrusionWords(certificate).c_str());
+    ImGui::Text("%s, %s%s", certificate.covered ? "covered" : "not covered", certificate.closed ? "closed" : "open",
+                hollow.data());
+    ImGui::EndGroup();
+    ImGui::Unindent(ImGui::GetFontSize());
+    ImGui::PopStyleColor();
+    noteItem(items, "tree " + part);
+    tooltip(part + ": " + words(tree) + (certificate.note.empty() ? "." : ". " + certificate.note));
+}
+
+void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, ItemRects* items) {
+    engine::Scene& scene = whole.scene;
     engine::Registry& registry = scene.registry;
     const auto& children = registry.get<engine::Hierarchy>(node).children;
     const std::string text = label(scene, node);
@@ -67,8 +88,13 @@ void drawNode(engine::Scene& scene, engine::Entity node, ScenePanelState& state,
         ImGui::SameLine();
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
     }
+    if (const SphereTree* tree = treeOf(whole, node)) {
+        if (open) ImGui::Unindent();  // the lines are narrow enough as they are
+        drawTree(*tree, text, items);
+        if (open) ImGui::Indent();
+    }
     if (open) {
-        for (const engine::Entity child : children) drawNode(scene, child, state, items);
+        for (const engine::Entity child : children) drawNode(whole, child, state, items);
         ImGui::TreePop();
     }
     ImGui::PopID();
@@ -170,9 +196,9 @@ void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, Sc
         ImGui::PopTextWrapPos();
     }
     const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = (edited ? 7.4f : 6.4f) * line;
+    const float below = (edited ? 6.9f : 5.9f) * line;
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
-    for (const engine::Entity root : scene.scene.roots) drawNode(scene.scene, root, state, items);
+    for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
     ImGui::EndChild();
 
     if (scene.scene.registry.alive(state.selected) && engine::nodeIndex(scene.scene, state.selected) >= 0) {

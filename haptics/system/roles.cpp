@@ -10,6 +10,7 @@
 #include "haptics/system/fields.hpp"
 #include "haptics/system/rigid_bodies.hpp"
 #include "haptics/system/scene_world.hpp"
+#include "haptics/system/tree_words.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::system {
@@ -85,14 +86,17 @@ class RoleReader {
 };
 
 void RoleReader::readMark(Entity node, Fields& fields, std::optional<Role>& role) {
-    if (const auto text = fields.text("role")) {
-        const auto known = std::find(kRoleNames.begin(), kRoleNames.end(), *text);
-        if (known == kRoleNames.end()) fields.fail("role", "tool, obstacle, goal or visual");
-        role = static_cast<Role>(known - kRoleNames.begin());
-    }
+    if (const auto known = fields.choice("role", kRoleNames)) role = static_cast<Role>(*known);
     BodyMarking body;
-    const auto leaves = fields.whole("leaves", kMinLeaves, kMaxLeaves);
-    body.leaves = leaves.value_or(kDefaultLeaves);
+    const auto leaves = fields.whole("leaves", kMinLeaves, TreeOptions::kMostLeaves);
+    const auto error = fields.number("max_error_mm", kMinError, kMaxError);
+    if (leaves && error) fields.fail("max_error_mm", "given without leaves, since their number follows from it");
+    body.tree.leaves = leaves.value_or(body.tree.leaves);
+    body.tree.maxError = error.value_or(body.tree.maxError);
+    if (const auto known = fields.choice("quality", kQualityNames))
+        body.tree.quality = static_cast<TreeQuality>(*known);
+    if (const auto known = fields.choice("interior", kInteriorNames))
+        body.tree.interior = static_cast<Interior>(*known);
     // N/m to N/mm, and N·m/rad to mN·m/rad; the ranges are those of the settings.
     if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
@@ -222,7 +226,7 @@ void RoleReader::sayWhatWasTaken() {
         std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
         if (candidate.role == Role::Goal) article = "a ";
         found_.taken.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
-                               (body ? " (" + std::to_string(body->leaves) + " leaves)" : "") + ": " + candidate.why);
+                               (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
         if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
             warn(label(candidate.node), ": stiffness is the tool's alone: the obstacle's has no effect");
     }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/math/rigid.hpp"
 
@@ -21,12 +22,13 @@ enum class Role : std::uint8_t {
 };
 const char* name(Role role);
 
-inline constexpr int kDefaultLeaves = 4096;
-inline constexpr int kMinLeaves = 8, kMaxLeaves = 1 << 18;
+/// What a scene may ask of a sphere tree: least leaves, and the range of its protrusion in mm.
+inline constexpr int kMinLeaves = 8;
+inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
 
 /// Component of the tool and of obstacles.
 struct BodyMarking {
-    int leaves = kDefaultLeaves;               ///< budget of the sphere tree
+    TreeOptions tree;
     std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
 };
 

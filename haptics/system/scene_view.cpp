@@ -37,7 +37,8 @@ bool isBelow(const engine::Registry& registry, engine::Entity node, engine::Enti
     return bool(node);
 }
 
-/// Neighbouring spheres of the overlay differ a little in hue and brightness, so that each can be seen.
+}  // namespace
+
 glm::vec4 sphereColor(bool tool, int level, int index) {
     const float a = std::fmod(0.618034f * static_cast<float>(index), 1.f),
                 b = std::fmod(0.754878f * static_cast<float>(index), 1.f);
@@ -46,11 +47,34 @@ glm::vec4 sphereColor(bool tool, int level, int index) {
     return {glm::mix(low, high, a) * (0.8f + 0.2f * b), level == 0 ? 1.f : 0.22f};
 }
 
-}  // namespace
-
 double arrowLength(double newtons) {
     constexpr double kLongest = 1.8, kHalfwayNewtons = 10;
     return kLongest * newtons / (newtons + kHalfwayNewtons);
+}
+
+void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect) {
+    constexpr float kShare = 0.8f;  // of the picture, for the parts
+    if (points.empty()) return;
+    const auto [low, high] = boxOf(points);
+    camera.target = 0.5f * (low + high);
+    const float tanY = kShare * std::tan(camera.fovY / 2), tanX = aspect * tanY;
+    // How far the eye must stand back for every corner to lie inside the four planes through it; then centred once
+    // more.
+    for (int pass = 0; pass < 2; ++pass) {
+        float left = 0, right = 0, down = 0, up = 0;
+        for (const glm::vec3& p : points) {
+            const glm::vec3 d = p - camera.target;
+            const float depth = glm::dot(d, camera.forward()), x = glm::dot(d, camera.right()),
+                        y = glm::dot(d, camera.up());
+            right = std::max(right, x / tanX - depth);
+            left = std::max(left, -x / tanX - depth);
+            up = std::max(up, y / tanY - depth);
+            down = std::max(down, -y / tanY - depth);
+        }
+        camera.distance = std::max({left, right, up, down, 1e-3f});
+        if (pass == 0)
+            camera.target += 0.5f * (tanX * (right - left) * camera.right() + tanY * (up - down) * camera.up());
+    }
 }
 
 SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : scene_(scene) {
@@ -124,29 +148,7 @@ std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fi
 }
 
 void SceneView::fit(engine::OrbitCamera& camera, const Pose* X_WT, float aspect) const {
-    constexpr float kShare = 0.8f;  // of the picture, for the parts
-    const std::vector<glm::vec3> points = corners(X_WT, true, true);
-    if (points.empty()) return;
-    const auto [low, high] = boxOf(points);
-    camera.target = 0.5f * (low + high);
-    const float tanY = kShare * std::tan(camera.fovY / 2), tanX = aspect * tanY;
-    // How far the eye must stand back for every corner to lie inside the four planes through it; then centred once
-    // more.
-    for (int pass = 0; pass < 2; ++pass) {
-        float left = 0, right = 0, down = 0, up = 0;
-        for (const glm::vec3& p : points) {
-            const glm::vec3 d = p - camera.target;
-            const float depth = glm::dot(d, camera.forward()), x = glm::dot(d, camera.right()),
-                        y = glm::dot(d, camera.up());
-            right = std::max(right, x / tanX - depth);
-            left = std::max(left, -x / tanX - depth);
-            up = std::max(up, y / tanY - depth);
-            down = std::max(down, -y / tanY - depth);
-        }
-        camera.distance = std::max({left, right, up, down, 1e-3f});
-        if (pass == 0)
-            camera.target += 0.5f * (tanX * (right - left) * camera.right() + tanY * (up - down) * camera.up());
-    }
+    fitPoints(camera, corners(X_WT, true, true), aspect);
 }
 
 engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {

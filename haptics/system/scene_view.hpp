@@ -31,6 +31,12 @@ inline constexpr float kHiddenOpacity = 0.65f;
 /// never longer than 1.8, so that it stays in the picture. A torque is shown as the force that makes it at the reach.
 double arrowLength(double newtons);
 
+/// Colour of a sphere of a tree: neighbours differ a little in hue and brightness, so that each can be seen.
+glm::vec4 sphereColor(bool tool, int level, int index);
+
+/// Brings the points into the middle of the picture, seen from the camera's direction. Without points it stays.
+void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect);
+
 /// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility and nothing else may change meanwhile.
 class SceneView {
   public:

@@ -1,5 +1,6 @@
 #include "haptics/system/scene_world.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <sstream>
@@ -7,7 +8,7 @@
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/transforms.hpp"
-#include "haptics/collision/tree_builder.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/system/scene_motion.hpp"
 #include "haptics/system/units.hpp"
 
@@ -88,7 +89,7 @@ class TreeShop {
             engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
         warnAboutSize(label, surface);
         if (!options_.buildTrees) return nullptr;
-        const TreeOptions treeOptions{.leaves = scene_.registry.get<BodyMarking>(node).leaves};
+        const TreeOptions& treeOptions = scene_.registry.get<BodyMarking>(node).tree;
         auto& tree = trees_[treeKey(surface, treeOptions)];
         if (!tree) tree = build(surface, treeOptions, node);
         ++done_;
@@ -99,18 +100,25 @@ class TreeShop {
   private:
     std::shared_ptr<const SphereTree> build(const TriangleMesh& surface, const TreeOptions& treeOptions, Entity node) {
         const std::string part = nameOf(scene_, node);
-        const BuildProgress progress = [&](double fraction) { return report(part, fraction); };
+        const BuildProgress progress = [&](const BuildStatus& status) {
+            return !options_.progress ||
+                   options_.progress({.part = part,
+                                      .number = done_ + 1,
+                                      .of = parts_,
+                                      .fraction = (double(done_) + status.fraction) / double(parts_),
+                                      .secondsLeft = status.secondsLeft});
+        };
         try {
-            return std::make_shared<const SphereTree>(
-                options_.treeCache.empty() ? buildSphereTree(surface, treeOptions, progress)
-                                           : cachedSphereTree(surface, treeOptions, options_.treeCache, progress));
+            if (options_.treeCache.empty())
+                return std::make_shared<const SphereTree>(buildSphereTree(surface, treeOptions, progress));
+            CacheReport cache;
+            auto tree = std::make_shared<const SphereTree>(
+                cachedSphereTree(surface, treeOptions, options_.treeCache, progress, &cache));
+            if (!cache.remark.empty()) warnings_.push_back(nodeLabel(scene_, node) + ": " + cache.remark);
+            return tree;
         } catch (const std::invalid_argument& error) {
             engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
         }
-    }
-
-    bool report(const std::string& part, double fraction) const {
-        return !options_.progress || options_.progress(part, (double(done_) + fraction) / double(parts_));
     }
 
     void warnAboutSize(const std::string& label, const TriangleMesh& surface) {
@@ -170,6 +178,22 @@ TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
     return colliders ? collided : drawn;
 }
 
+TriangleMesh bakedTriangles(const Scene& scene) {
+    TriangleMesh all;
+    for (const Entity node : scene.nodes)
+        if (const auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr)
+            appendInstance(*instance, worldMatrix(scene.registry, node), all);
+    return all;
+}
+
+TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit) {
+    TriangleMesh surface;
+    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(mmPerUnit * Vec3(p.x, p.y, p.z));
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+        surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
+    return surface;
+}
+
 SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
     if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
     if (roles.obstacles.size() > kMaxObstacles)
@@ -191,6 +215,16 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
 }
 
 Pose startPose(const HapticScene& scene) { return startOf(scene.scene, scene.roles.tool, scene.demonstration.get()); }
+
+const SphereTree* treeOf(const HapticScene& scene, Entity node) {
+    if (!scene.world || !node) return nullptr;
+    if (node == scene.roles.tool) return scene.world->tool.get();
+    const auto& obstacles = scene.roles.obstacles;
+    const auto found = std::find(obstacles.begin(), obstacles.end(), node);
+    return found == obstacles.end()
+               ? nullptr
+               : scene.world->obstacles[static_cast<std::size_t>(found - obstacles.begin())].tree.get();
+}
 
 std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "haptics/collision/triangle_mesh.hpp"
+#include "haptics/builder/triangle_mesh.hpp"
 #include "haptics/device/motion.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
@@ -16,9 +16,16 @@
 
 namespace touchstone::system {
 
-/// Called while trees are built with the part's name and the fraction of all parts done, 0 to 1; false cancels, and
-/// BuildCancelled comes out.
-using SceneProgress = std::function<bool(const std::string& part, double fraction)>;
+/// How far the trees of a scene are.
+struct SceneStatus {
+    std::string part;                ///< name of the part whose tree is being built
+    std::size_t number = 1, of = 1;  ///< it is this one of so many
+    double fraction = 0;             ///< of all parts, 0 to 1
+    double secondsLeft = -1;         ///< for this part, an estimate; negative while there is none
+};
+
+/// Called while trees are built; false cancels, and BuildCancelled comes out.
+using SceneProgress = std::function<bool(const SceneStatus&)>;
 
 struct SceneOptions {
     std::filesystem::path treeCache;  ///< folder for sphere trees; empty for none
@@ -32,6 +39,12 @@ std::filesystem::path treeCacheFolder();
 /// All meshes that belong to a role node as one mesh in the node's rigid frame, mm, scale and mirroring baked in. Where
 /// there are colliders below the node, their geometry is taken instead of what is drawn.
 TriangleMesh bakedTriangles(const engine::Scene& scene, engine::Entity roleNode);
+
+/// The whole scene as one mesh in the scene's frame, mm.
+TriangleMesh bakedTriangles(const engine::Scene& scene);
+
+/// A mesh whose unit is `mmPerUnit` long, in mm.
+TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit);
 
 struct SceneWorld {
     std::shared_ptr<const World> world;
@@ -58,6 +71,9 @@ struct HapticScene {
 
 /// Where the tool begins: the first pose of the demonstration, else where its node stands. Pre: there is a tool.
 Pose startPose(const HapticScene& scene);
+
+/// The tree of the tool or of an obstacle; null for other nodes and without a world.
+const SphereTree* treeOf(const HapticScene& scene, engine::Entity node);
 
 /// Name of the scene for reports: its file's without folder and extension, else that of the glTF scene.
 std::string sceneName(const HapticScene& scene);

@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "engine/scene/gltf_read.hpp"
-#include "haptics/collision/tree_builder.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/system/device_choice.hpp"
 
 namespace touchstone::system {
@@ -64,10 +64,11 @@ class LiveSession::Opening {
             const std::lock_guard lock(mutex_);
             progress_.file = request.file.filename().string();
         }
-        SceneOptions options{.treeCache = treeCache, .progress = [&](const std::string& part, double fraction) {
+        SceneOptions options{.treeCache = treeCache, .progress = [&](const SceneStatus& status) {
                                  const std::lock_guard lock(mutex_);
-                                 progress_.part = part;
-                                 progress_.fraction = fraction;
+                                 progress_.part = status.part;
+                                 progress_.fraction = status.fraction;
+                                 progress_.secondsLeft = status.secondsLeft;
                                  return !stop.stop_requested();
                              }};
         try {

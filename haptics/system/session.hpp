@@ -42,8 +42,9 @@ struct Message {
 /// The scene that is being opened, until it is shown.
 struct OpeningProgress {
     std::string file;
-    std::string part;     ///< what is being built; empty while the file is read, and at the end
-    double fraction = 0;  ///< of all parts, 0 to 1
+    std::string part;         ///< what is being built; empty while the file is read, and at the end
+    double fraction = 0;      ///< of all parts, 0 to 1
+    double secondsLeft = -1;  ///< for this part, an estimate; negative while there is none
 };
 
 /// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,

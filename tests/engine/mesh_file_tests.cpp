@@ -106,6 +106,25 @@ TEST_CASE("mesh file: OBJ polygons become triangles and its material library is 
     CHECK(mesh.positions.size() == 5);  // vertex 5 repeats vertex 1
 }
 
+TEST_CASE("mesh file: the triangles of a polygon cover it and nothing else", "[mesh]") {
+    const TemporaryFolder folder;
+    // An L with a corner on the diagonal between two others, and a bow tie that crosses itself.
+    const auto [corners, area] = GENERATE(table<std::string, float>({
+        {"v 0 0 0\nv 20 0 0\nv 20 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\nf 1 2 3 4 5 6\n", 300.f},
+        {"v 0 0 0\nv 2 0 0\nv 0 2 0\nv 2 2 0\nf 1 2 3 4\n", 2.f},
+    }));
+    writeFile(folder / "part.obj", corners);
+    const MeshData mesh = readMeshFile(folder / "part.obj", 1);
+    float covered = 0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+        const glm::vec3 a = mesh.positions[mesh.indices[i]];
+        covered +=
+            glm::length(glm::cross(mesh.positions[mesh.indices[i + 1]] - a, mesh.positions[mesh.indices[i + 2]] - a)) /
+            2;
+    }
+    CHECK(covered == Approx(area));
+}
+
 TEST_CASE("mesh file: triangles without three distinct corners are dropped", "[mesh]") {
     const TemporaryFolder folder;
     writeFile(folder / "part.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 1, 0, 0, 0, 1, 0}}));

@@ -1,4 +1,4 @@
-#include "haptics/collision/cover_certificate.hpp"
+#include "haptics/builder/cover_certificate.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -7,7 +7,7 @@
 namespace touchstone {
 namespace {
 
-const Heartbeat kQuiet = [] {};
+const Workers kQuiet;
 
 /// A square of n x n cells with a ball of radius r about the middle of each. It is covered if r >= sqrt(1/2).
 struct Quilt {
@@ -63,9 +63,10 @@ TEST_CASE("cover certificate: a proof finds the growth that is needed, and piece
     CHECK(proof.growth >= least);
     CHECK(proof.growth < least + 0.03);  // the resolution, and a little for pieces cut across
     double area = 0;
-    for (const auto& [ball, piece] : proof.pieces) {
+    for (const auto& [ball, need, piece] : proof.pieces) {
         area += 0.5 * (piece[1] - piece[0]).cross(piece[2] - piece[0]).norm();
-        for (const Vec3& v : piece) CHECK((v - quilt.balls[ball].center).norm() <= 0.3 + proof.need[ball] + 1e-12);
+        for (const Vec3& v : piece) CHECK((v - quilt.balls[ball].center).norm() <= 0.3 + need + 1e-12);
+        CHECK(need <= proof.need[ball]);
         CHECK(proof.need[ball] <= proof.growth);
     }
     CHECK(area == Approx(16));

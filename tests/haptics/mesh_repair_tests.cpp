@@ -1,9 +1,10 @@
-#include "haptics/collision/mesh_repair.hpp"
+#include "haptics/builder/mesh_repair.hpp"
 
 #include <catch2/catch.hpp>
+#include <limits>
 #include <stdexcept>
 
-#include "haptics/collision/solid_depth.hpp"
+#include "haptics/builder/solid_depth.hpp"
 #include "tests/haptics/test_meshes.hpp"
 
 namespace touchstone {
@@ -125,6 +126,94 @@ TEST_CASE("mesh repair: a seam of triangles without area closes the mesh it belo
     CHECK(depthAt(mesh, kCenter) == Approx(5));
 }
 
+TEST_CASE("mesh repair: T-junctions are closed, and no face moves further than is said", "[tree]") {
+    TriangleMesh cube = test::patchedCube(10, {1, 2, 3, 4, 5, 7});
+    const RepairedMesh body = repairMesh(cube);
+    CHECK(body.closed());
+    CHECK(body.holes == 0);
+    CHECK(count(body, FaceRole::Sheet) == 0);
+    CHECK(depthAt(cube, kCenter) == Approx(5));
+    // The bottom is one square; the walls' feet have vertices on its edges, one of them now off by less than the
+    // tolerance, 1e-6 * 17 mm.
+    for (Vec3& v : cube.vertices)
+        if (v.z() == 0 && v.x() == 5 && v.y() == 10) v.y() = 10 - 1e-5;
+    const RepairedMesh near = repairMesh(cube);
+    CHECK(near.closed());
+    CHECK(near.weld / near.scale == Approx(1e-5).epsilon(1e-3));
+    // By more than that: a crack, closed by caps and counted.
+    for (Vec3& v : cube.vertices)
+        if (v.y() == 10 - 1e-5) v.y() = 10 - 1e-4;
+    CHECK_FALSE(repairMesh(cube).closed());
+    CHECK(repairMesh(cube).holes == 1);
+}
+
+TEST_CASE("mesh repair: a wall between two chambers is a sheet inside; one that sticks out opens the body", "[tree]") {
+    TriangleMesh right = test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0));
+    right.triangles.erase(right.triangles.begin() + 8, right.triangles.begin() + 10);  // its side x = 10
+    TriangleMesh chambers = test::joined(kBox, right);
+    const RepairedMesh body = repairMesh(chambers);
+    CHECK(body.closed());
+    CHECK(count(body, FaceRole::Wall) == 20);
+    CHECK(count(body, FaceRole::Sheet) == 2);
+    CHECK(depthAt(chambers, Vec3(10, 5, 5)) == Approx(5));
+
+    TriangleMesh finned = kBox;  // its middle is inside, one corner is not
+    finned.vertices.insert(finned.vertices.end(), {Vec3(1, 1, 5), Vec3(9, 1, 5), Vec3(1, 12, 5)});
+    finned.triangles.push_back({8, 9, 10});
+    CHECK_FALSE(repairMesh(finned).closed());
+    finned.vertices.back().y() = 9;
+    CHECK(repairMesh(finned).closed());
+}
+
+TEST_CASE("mesh repair: a finely meshed shell inside another is buried, flats and all", "[tree]") {
+    const TriangleMesh inner = test::moved(test::patchedCube(6, {4, 4, 4, 4, 4, 4}), 1, Vec3(2, 2, 2));
+    CHECK(count(repairMesh(test::joined(kBox, inner)), FaceRole::Buried) == 6 * 32);
+    CHECK(depthAt(test::joined(kBox, inner), kCenter) == Approx(5));
+}
+
+TEST_CASE("mesh repair: where a shell goes through itself, what it winds around twice is inside", "[tree]") {
+    // Two arms of radius 2 cross at a right angle at the origin. The arm that ends the depth of this point if it is
+    // alone, 2 - 1.5 sqrt(1/2) = 0.94 away, is inside the other there; together they end it where both do, 1.33 away.
+    const TriangleMesh eight = test::eightMesh(10, 2, 240, 48);
+    const RepairedMesh body = repairMesh(eight);
+    CHECK(body.closed());
+    CHECK(count(body, FaceRole::Buried) > 200);
+    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) > 1.1);  // faces that cross stay walls, and are 0.3 long
+    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) < 1.34);
+}
+
+TEST_CASE("mesh repair: vertices of no triangle are not looked at", "[tree]") {
+    TriangleMesh mesh = kBox;
+    mesh.vertices.insert(mesh.vertices.end(), 100000, Vec3::Constant(1e200));
+    mesh.vertices.push_back(Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    CHECK(repairMesh(mesh).closed());
+    CHECK(repairMesh(mesh).diagonal == repairMesh(kBox).diagonal);
+}
+
+TEST_CASE("mesh repair: a sliver too thin to weld is open if it is all there is, and spoils nothing beside a body",
+          "[tree]") {
+    TriangleMesh sliver;
+    sliver.vertices = {Vec3(0, 0, 5), Vec3(10, 0, 5), Vec3(5, 1e-8, 5)};
+    sliver.triangles = {{0, 1, 2}};
+    CHECK_FALSE(repairMesh(sliver).closed());
+    CHECK(repairMesh(test::joined(kBox, sliver)).closed());
+}
+
+TEST_CASE("mesh repair: the heartbeat ends it at any beat", "[tree]") {
+    const TriangleMesh mesh = test::joined(test::blobMesh(10, 100, 50), test::soupMesh(3000, 2, 4));
+    int beats = 0;
+    repairMesh(mesh, [&] { ++beats; });
+    CHECK(beats > 20);
+    struct Stop {};
+    for (int allowed = 0; allowed < beats; allowed += 1 + beats / 20) {
+        int left = allowed;
+        const Heartbeat stop = [&] {
+            if (left-- == 0) throw Stop{};
+        };
+        CHECK_THROWS_AS(repairMesh(mesh, stop), Stop);
+    }
+}
+
 TEST_CASE("mesh repair: what has no area or does not fit a float is refused in one sentence", "[tree]") {
     TriangleMesh line;
     line.vertices = {Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(2, 2, 2)};
@@ -133,6 +222,11 @@ TEST_CASE("mesh repair: what has no area or does not fit a float is refused in o
     CHECK_THROWS_AS(repairMesh(TriangleMesh{}), std::invalid_argument);
     CHECK_THROWS_AS(repairMesh(test::moved(kBox, 1e36, Vec3::Zero())), std::invalid_argument);
     CHECK_THROWS_AS(repairMesh(test::moved(kBox, 1e-40, Vec3::Zero())), std::invalid_argument);
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        TriangleMesh broken = kBox;
+        broken.vertices[3].y() = bad;
+        CHECK_THROWS_AS(repairMesh(broken), std::invalid_argument);
+    }
     CHECK(repairMesh(test::moved(kBox, 1e30, Vec3::Zero())).closed());
     CHECK(repairMesh(test::moved(kBox, 1e-25, Vec3::Zero())).closed());
 }

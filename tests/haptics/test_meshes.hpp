@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "haptics/collision/triangle_bvh.hpp"
-#include "haptics/collision/triangle_mesh.hpp"
+#include "haptics/builder/triangle_bvh.hpp"
+#include "haptics/builder/triangle_mesh.hpp"
 
 namespace touchstone::test {
 
@@ -47,6 +47,16 @@ inline TriangleMesh torusMesh(double R, double r, std::uint32_t nu = 32, std::ui
     });
 }
 
+/// A tube along a flat figure of eight, 2 size long, that goes through itself at a right angle.
+inline TriangleMesh eightMesh(double size, double radius, std::uint32_t nu, std::uint32_t nv) {
+    return closedGrid(nu, nv, [=](double u, double v) {
+        const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v;
+        const Vec3 along = Vec3(std::cos(a), std::cos(2 * a), 0).normalized(), aside(along.y(), -along.x(), 0);
+        return Vec3(size * Vec3(std::sin(a), 0.5 * std::sin(2 * a), 0) + radius * std::cos(b) * aside +
+                    Vec3(0, 0, radius * std::sin(b)));
+    });
+}
+
 /// A solid of revolution about z, closed by a point at either end: profile(t), t in (0, 1), gives radius and height.
 inline TriangleMesh lathe(std::uint32_t around, std::uint32_t along, double bottom, double top,
                           const std::function<Vec3(double, double)>& point) {
@@ -81,6 +91,27 @@ inline TriangleMesh blobMesh(double radius, std::uint32_t around = 36, std::uint
     });
 }
 
+inline TriangleMesh sphereMesh(double radius, std::uint32_t around = 24, std::uint32_t along = 11) {
+    return lathe(around, along, -radius, radius, [=](double a, double t) {
+        const double b = std::numbers::pi * (t * (along - 1) + 1) / (along + 1);
+        return Vec3(radius * Vec3(std::sin(b) * std::cos(a), std::sin(b) * std::sin(a), -std::cos(b)));
+    });
+}
+
+/// A flat square [0, size]^2 in z = 0 of n x n cells, front up.
+inline TriangleMesh squareMesh(double size, std::uint32_t n) {
+    TriangleMesh m;
+    for (std::uint32_t i = 0; i <= n; ++i)
+        for (std::uint32_t j = 0; j <= n; ++j) m.vertices.push_back(Vec3(i * size / n, j * size / n, 0));
+    const auto at = [&](std::uint32_t i, std::uint32_t j) { return i * (n + 1) + j; };
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < n; ++j) {
+            m.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            m.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    return m;
+}
+
 inline TriangleMesh flipped(TriangleMesh m) {
     for (auto& t : m.triangles) std::swap(t[1], t[2]);
     return m;
@@ -107,6 +138,31 @@ inline TriangleMesh unwelded(const TriangleMesh& m) {
         out.triangles.push_back({n, n + 1, n + 2});
     }
     return out;
+}
+
+/// A cube [0, size]^3 whose side k has cells[k]^2 cells. Sides share no vertex, and unlike ones meet in T-junctions.
+inline TriangleMesh patchedCube(double size, const std::array<std::uint32_t, 6>& cells) {
+    TriangleMesh m;
+    for (std::size_t k = 0; k < 6; ++k) {
+        TriangleMesh side = squareMesh(size, cells[k]);
+        for (Vec3& v : side.vertices) {
+            if (k % 2 == 1) v.z() = size;
+            v = Vec3(v[k / 2 % 3], v[(k / 2 + 1) % 3], v[(k / 2 + 2) % 3]);
+        }
+        m = joined(std::move(m), k % 2 == 1 ? side : flipped(side));
+    }
+    return m;
+}
+
+/// Small closed bodies thrown on a heap: n^3 of them, some through others.
+inline TriangleMesh heapMesh(int n, double pitch) {
+    TriangleMesh m;
+    const TriangleMesh bolt = lathe(6, 2, 0, 1, [](double a, double t) { return Vec3(std::cos(a), std::sin(a), t); });
+    for (int i = 0; i < n * n * n; ++i) {
+        const Vec3 at(i % n, i / n % n + 0.05 * (i % 7), i / (n * n) + 0.03 * (i % 5));
+        m = joined(std::move(m), moved(bolt, 1, pitch * at));
+    }
+    return m;
 }
 
 inline TriangleMesh soupMesh(std::uint32_t count, double size, unsigned seed) {

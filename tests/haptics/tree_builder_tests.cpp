@@ -1,4 +1,4 @@
-#include "haptics/collision/tree_builder.hpp"
+#include "haptics/builder/tree_builder.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -83,7 +83,7 @@ TEST_CASE("tree builder: the surface lies in the leaves and the leaves near the 
                                   {"plate 0.4 mm", test::boxMesh(Vec3(60, 60, 0.4)), 600, 2.9}};
     for (const Case& c : cases) {
         INFO(c.name);
-        const SphereTree tree = buildSphereTree(c.mesh, {c.leaves, 1});
+        const SphereTree tree = buildSphereTree(c.mesh, {.leaves = c.leaves});
         const TreeCertificate& certificate = tree.certificate;
         CHECK(tree.leafCount() <= c.leaves);
         CHECK(tree.leafCount() > 0.8 * c.leaves);
@@ -100,21 +100,21 @@ TEST_CASE("tree builder: more leaves reach out less", "[tree]") {
     const TriangleMesh mesh = test::cylinderMesh(10, 30);
     double before = HUGE_VAL;
     for (int leaves : {4, 32, 256}) {
-        const double protrusion = buildSphereTree(mesh, {leaves, 1}).certificate.protrusion;
+        const double protrusion = buildSphereTree(mesh, {.leaves = leaves}).certificate.protrusion;
         CHECK(protrusion < 0.6 * before);
         before = protrusion;
     }
 }
 
 TEST_CASE("tree builder: thin parts ask for more leaves", "[tree]") {
-    CHECK(buildSphereTree(test::boxMesh(Vec3(10, 10, 10)), {64, 1}).certificate.note.empty());
-    CHECK_FALSE(buildSphereTree(test::boxMesh(Vec3(60, 60, 0.4)), {300, 1}).certificate.note.empty());
+    CHECK(buildSphereTree(test::boxMesh(Vec3(10, 10, 10)), {.leaves = 64}).certificate.note.empty());
+    CHECK_FALSE(buildSphereTree(test::boxMesh(Vec3(60, 60, 0.4)), {.leaves = 300}).certificate.note.empty());
 }
 
 TEST_CASE("tree builder: any number of leaves will do", "[tree]") {
     const TriangleMesh mesh = test::boxMesh(Vec3(10, 10, 10));
     for (int leaves : {-1, 0, 1, 2, 3, 7, 8, 9, 33}) {
-        const SphereTree tree = buildSphereTree(mesh, {leaves, 1});
+        const SphereTree tree = buildSphereTree(mesh, {.leaves = leaves});
         CHECK(tree.leafCount() >= 1);
         CHECK(tree.leafCount() <= std::max(1, leaves));
         CHECK(tree.certificate.covered);
@@ -166,7 +166,7 @@ TEST_CASE("tree builder: hard meshes end covered, open ones say so", "[tree]") {
     };
     for (const Case& c : cases) {
         INFO(c.name);
-        const SphereTree tree = buildSphereTree(c.mesh, {100, 1});
+        const SphereTree tree = buildSphereTree(c.mesh, {.leaves = 100});
         CHECK(tree.leafCount() <= 100);
         CHECK(tree.certificate.covered);
         CHECK(tree.certificate.closed == c.closed);
@@ -178,12 +178,12 @@ TEST_CASE("tree builder: hard meshes end covered, open ones say so", "[tree]") {
 TEST_CASE("tree builder: the inside of a solid takes no leaves from its outside", "[tree]") {
     const TriangleMesh box = test::boxMesh(Vec3(10, 10, 10));
     const TriangleMesh nested = test::joined(box, test::boxMesh(Vec3(6, 6, 6), Vec3(2, 2, 2)));
-    const double plain = buildSphereTree(box, {256, 1}).certificate.protrusion;
-    CHECK(buildSphereTree(nested, {256, 1}).certificate.protrusion < 1.3 * plain);
+    const double plain = buildSphereTree(box, {.leaves = 256}).certificate.protrusion;
+    CHECK(buildSphereTree(nested, {.leaves = 256}).certificate.protrusion < 1.3 * plain);
 }
 
 TEST_CASE("tree builder: large balls carry the flats", "[tree]") {
-    const SphereTree tree = buildSphereTree(test::boxMesh(Vec3(60, 60, 20)), {512, 1});
+    const SphereTree tree = buildSphereTree(test::boxMesh(Vec3(60, 60, 20)), {.leaves = 512});
     int large = 0;
     for (const Sphere& s : leavesOf(tree)) large += s.r > 9;
     CHECK(large > 30);
@@ -191,16 +191,16 @@ TEST_CASE("tree builder: large balls carry the flats", "[tree]") {
 
 TEST_CASE("tree builder: the same mesh gives the same bits", "[tree]") {
     const TriangleMesh mesh = test::cylinderMesh(10, 30);
-    CHECK(sameBits(buildSphereTree(mesh, {100, 1}), buildSphereTree(mesh, {100, 1})));
+    CHECK(sameBits(buildSphereTree(mesh, {.leaves = 100}), buildSphereTree(mesh, {.leaves = 100})));
 }
 
 TEST_CASE("tree builder: progress rises to one", "[tree]") {
     double before = 0;
     int calls = 0;
     bool rising = true;
-    buildSphereTree(test::cylinderMesh(10, 30), {64, 1}, [&](double fraction) {
-        rising = rising && fraction >= before && fraction <= 1;
-        before = fraction;
+    buildSphereTree(test::cylinderMesh(10, 30), {.leaves = 64}, [&](const BuildStatus& status) {
+        rising = rising && status.fraction >= before && status.fraction <= 1;
+        before = status.fraction;
         ++calls;
         return true;
     });
@@ -213,7 +213,8 @@ TEST_CASE("tree builder: cancelling ends the build at any call", "[tree]") {
     const TriangleMesh mesh = test::cylinderMesh(10, 30);
     for (int allowed = 0; allowed < 5; ++allowed) {
         int calls = 0;
-        CHECK_THROWS_AS(buildSphereTree(mesh, {64, 1}, [&](double) { return calls++ < allowed; }), BuildCancelled);
+        CHECK_THROWS_AS(buildSphereTree(mesh, {.leaves = 64}, [&](const BuildStatus&) { return calls++ < allowed; }),
+                        BuildCancelled);
         CHECK(calls == allowed + 1);
     }
 }
@@ -222,8 +223,8 @@ TEST_CASE("tree builder: a mesh without area is refused", "[tree]") {
     TriangleMesh line;
     line.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};
     line.triangles = {{0, 1, 2}};
-    CHECK_THROWS_AS(buildSphereTree(line, {8, 1}), std::invalid_argument);
-    CHECK_THROWS_AS(buildSphereTree(TriangleMesh{}, {8, 1}), std::invalid_argument);
+    CHECK_THROWS_AS(buildSphereTree(line, {.leaves = 8}), std::invalid_argument);
+    CHECK_THROWS_AS(buildSphereTree(TriangleMesh{}, {.leaves = 8}), std::invalid_argument);
 }
 
 }  // namespace

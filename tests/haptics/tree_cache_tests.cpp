@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "haptics/collision/tree_builder.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "tests/haptics/test_meshes.hpp"
 
 namespace touchstone {
@@ -54,12 +54,12 @@ bool same(const SphereTree& a, const SphereTree& b) {
 }
 
 const TriangleMesh kMesh = test::boxMesh(Vec3(10, 20, 30));
-const TreeOptions kOptions{16, 1};
+const TreeOptions kOptions{.leaves = 16};
 
 /// Whether the tree had to be built: a build reports progress many times, a kept entry once.
 std::pair<SphereTree, bool> get(const fs::path& folder) {
     int calls = 0;
-    SphereTree tree = cachedSphereTree(kMesh, kOptions, folder, [&](double) { return ++calls > 0; });
+    SphereTree tree = cachedSphereTree(kMesh, kOptions, folder, [&](const BuildStatus&) { return ++calls > 0; });
     return {std::move(tree), calls > 1};
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("tree cache: a cut, lengthened, empty or foreign entry is rebuilt", "[
     CHECK(get(folder.path).second);
 
     // Sound in itself, but of another tree.
-    cachedSphereTree(kMesh, {8, 1}, folder.path);
+    cachedSphereTree(kMesh, {.leaves = 8}, folder.path);
     for (const fs::path& other : folder.files())
         if (other != file) fs::copy_file(other, file, fs::copy_options::overwrite_existing);
     const auto [tree, built] = get(folder.path);
@@ -162,18 +162,20 @@ TEST_CASE("tree cache: the key follows mesh and options", "[tree]") {
     std::swap(turned.triangles[0][0], turned.triangles[0][1]);
     fewer.triangles.pop_back();
     for (const TriangleMesh& m : {nudged, turned, fewer}) keys.insert(treeKey(m, kOptions));
-    keys.insert(treeKey(kMesh, {17, 1}));
-    keys.insert(treeKey(kMesh, {16, 2}));
+    keys.insert(treeKey(kMesh, {.leaves = 17, .seed = 1}));
+    keys.insert(treeKey(kMesh, {.leaves = 16, .seed = 2}));
     CHECK(keys.size() == 6);
-    CHECK(treeKey(kMesh, kOptions) == *keys.find(treeKey(test::boxMesh(Vec3(10, 20, 30)), {16, 1})));
+    CHECK(treeKey(kMesh, kOptions) == *keys.find(treeKey(test::boxMesh(Vec3(10, 20, 30)), {.leaves = 16})));
 }
 
 TEST_CASE("tree cache: cancelling leaves no entry", "[tree]") {
     const Folder folder;
-    CHECK_THROWS_AS(cachedSphereTree(kMesh, kOptions, folder.path, [](double) { return false; }), BuildCancelled);
+    CHECK_THROWS_AS(cachedSphereTree(kMesh, kOptions, folder.path, [](const BuildStatus&) { return false; }),
+                    BuildCancelled);
     CHECK(folder.files().empty());
     get(folder.path);
-    CHECK_THROWS_AS(cachedSphereTree(kMesh, kOptions, folder.path, [](double) { return false; }), BuildCancelled);
+    CHECK_THROWS_AS(cachedSphereTree(kMesh, kOptions, folder.path, [](const BuildStatus&) { return false; }),
+                    BuildCancelled);
 }
 
 }  // namespace

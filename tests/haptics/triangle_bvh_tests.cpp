@@ -1,4 +1,4 @@
-#include "haptics/collision/triangle_bvh.hpp"
+#include "haptics/builder/triangle_bvh.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>

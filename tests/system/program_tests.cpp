@@ -1,14 +1,10 @@
-// The program from outside, as a user calls it.
-#include <sys/wait.h>
-
-#include <catch2/catch.hpp>
-#include <cstdio>
-#include <fstream>
+// The commands run, validate, new and doctor; `tree` has a file of its own.
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/scene/gltf_write.hpp"
-#include "tests/system/scene_maker.hpp"
+#include "tests/system/program.hpp"
 
 using namespace touchstone;
 using namespace touchstone::test;
@@ -17,64 +13,23 @@ using nlohmann::json;
 
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Answer {
-    int code = -1;
-    std::string out, err;
-};
-
-std::string textOf(const fs::path& file) {
-    std::ifstream in(file);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// Runs `touchstone ARGS` without a display and with a tree cache of its own.
-class Program {
-  public:
-    Answer operator()(const std::string& args) const {
-        const fs::path err = folder_.path() / "stderr";
-        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" +
-                                    (folder_.path() / "cache").string() + "' '" TOUCHSTONE_BINARY_DIR "/touchstone' " +
-                                    args + " 2>'" + err.string() + "'";
-        Answer answer;
-        FILE* pipe = popen(command.c_str(), "r");
-        REQUIRE(pipe);
-        char buffer[4096];
-        for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) answer.out.append(buffer, n);
-        const int status = pclose(pipe);
-        answer.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-        answer.err = textOf(err);
-        return answer;
+/// The press scene, with another outcome if one is given.
+std::string pressFile(const Program& program, const json& outcome = nullptr) {
+    engine::Scene made = pressScene();
+    if (!outcome.is_null()) {
+        json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
+        extras["touchstone"]["outcome"] = outcome;
+        setExtras(made, made.nodes[0], extras);
     }
-    std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
-
-    /// The press scene, with another outcome if one is given.
-    std::string scene(const json& outcome = nullptr) const {
-        engine::Scene made = pressScene();
-        if (!outcome.is_null()) {
-            json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
-            extras["touchstone"]["outcome"] = outcome;
-            setExtras(made, made.nodes[0], extras);
-        }
-        engine::writeGltf(made, folder_.path() / "press.glb");
-        return file("press.glb");
-    }
-
-  private:
-    TempFolder folder_;
-};
-
-/// One line, ended.
-bool isOneSentence(const std::string& text) {
-    return text.size() > 12 && text.rfind("touchstone: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
+    engine::writeGltf(made, program.file("press.glb"));
+    return program.file("press.glb");
 }
 
 }  // namespace
 
 TEST_CASE("program: a headless run writes a whole report, and the same hash again", "[system]") {
     const Program touchstone;
-    const std::string scene = touchstone.scene();
+    const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
     Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
     INFO(answer.err);
@@ -109,7 +64,7 @@ TEST_CASE("program: a headless run writes a whole report, and the same hash agai
 
 TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[system]") {
     const Program touchstone;
-    const Answer answer = touchstone("run " + touchstone.scene({{"min_peak_force_N", 100}}) + " --headless");
+    const Answer answer = touchstone("run " + pressFile(touchstone, {{"min_peak_force_N", 100}}) + " --headless");
     CHECK(answer.code == 3);
     CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
 }
@@ -147,11 +102,13 @@ TEST_CASE("program: the command line wins over the scene, --set over all, and th
 
 TEST_CASE("program: validate says what was taken for what, and warns", "[system]") {
     const Program touchstone;
-    Answer answer = touchstone("validate " + touchstone.scene());
+    Answer answer = touchstone("validate " + pressFile(touchstone));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
                                Contains("demonstration: 0.80 s") && Contains("valid"));
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("out by at most") &&
+                               Contains("surface proven covered, closed"));
     engine::Scene lone;
     addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
     engine::writeGltf(lone, touchstone.file("lone.glb"));
@@ -164,15 +121,29 @@ TEST_CASE("program: validate says what was taken for what, and warns", "[system]
 
 TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
     const Program touchstone;
-    const std::string scene = touchstone.scene();
-    for (const std::string& args : std::vector<std::string>{
-             "", "dance", "run " + scene + " --headless --frobnicate", "run " + scene + " --headless --seconds -1",
-             "run " + scene + " --headless --mode papery", "run " + scene + " --headless --solver magic",
-             "run " + scene + " --headless --shadow magic", "run " + scene + " --headless --set margin",
-             "run " + scene + " --headless --set magin=1", "run " + scene + " --headless --set margin=wide",
-             "run " + scene + " --headless --set trust=5", "run " + scene + " --headless --rate fast", "validate",
-             "new --tool a.stl", "new --tool a.stl --obstacle b.stl --unit furlong -o c.glb",
-             "new --tool a.stl --obstacle b.stl -o c.txt"}) {
+    const std::string scene = pressFile(touchstone);
+    for (const std::string& args :
+         std::vector<std::string>{"",
+                                  "dance",
+                                  "run " + scene + " --headless --frobnicate",
+                                  "run " + scene + " --headless --seconds -1",
+                                  "run " + scene + " --headless --mode papery",
+                                  "run " + scene + " --headless --solver magic",
+                                  "run " + scene + " --headless --shadow magic",
+                                  "run " + scene + " --headless --set margin",
+                                  "run " + scene + " --headless --set magin=1",
+                                  "run " + scene + " --headless --set margin=wide",
+                                  "run " + scene + " --headless --set trust=5",
+                                  "run " + scene + " --headless --rate fast",
+                                  "validate",
+                                  "new --tool a.stl",
+                                  "new --tool a.stl --obstacle b.stl --unit furlong -o c.glb",
+                                  "new --tool a.stl --obstacle b.stl -o c.txt",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --leaves 7",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --leaves 64 --max-error 1mm",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --max-error wide",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --quality finest",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --interior hollow"}) {
         INFO(args);
         const Answer answer = touchstone(args);
         INFO(answer.err);
@@ -183,7 +154,7 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
 
 TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[system]") {
     const Program touchstone;
-    const std::string scene = touchstone.scene();
+    const std::string scene = pressFile(touchstone);
     std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
     for (const std::string& args : std::vector<std::string>{
              "run /no/such/scene.glb --headless", "run nosuchscene --headless",
@@ -241,8 +212,29 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
     answer = touchstone("validate " + touchstone.file("ab.glb"));
     INFO(answer.err);
     CHECK(answer.code == 0);
-    CHECK_THAT(answer.out, Contains("\"a\" is the tool (64 leaves)") && Contains("\"b\" is an obstacle") &&
+    CHECK_THAT(answer.out, Contains("\"a\" is the tool (64 leaves, fast, shell)") && Contains("\"b\" is an obstacle") &&
                                !Contains("overlap by") && Contains("demonstration: none"));
+    // 1 % of the diagonals of 20 and 40 mm cubes.
+    const std::string asked = "new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                              " --quality best --interior solid -o " + touchstone.file("ab.gltf");
+    answer = touchstone(asked + " --max-error 1%");
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    const json nodes = json::parse(textOf(touchstone.file("ab.gltf"))).at("nodes");
+    for (const auto& [node, edge] : {std::pair{0, 20}, std::pair{1, 40}}) {
+        const json mark = nodes[node].at("extras").at("touchstone");
+        CHECK(mark.at("max_error_mm").get<double>() == Approx(0.01 * edge * std::sqrt(3.)));
+        CHECK(mark.at("quality") == "best");
+        CHECK(mark.at("interior") == "solid");
+        CHECK_FALSE(mark.contains("leaves"));
+    }
+    answer = touchstone(asked + " --max-error 0.5mm");
+    CHECK(answer.code == 0);
+    answer = touchstone("validate " + touchstone.file("ab.gltf"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out,
+               Contains("is the tool (at most 0.5 mm out, best, solid)") && Contains("surface proven covered, closed"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
@@ -251,8 +243,8 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
 
 TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {
     const Program touchstone;
-    const Answer answer =
-        touchstone("run " + touchstone.scene() + " --headless --seconds 0.4 --screenshot " + touchstone.file("p.png"));
+    const Answer answer = touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.4 --screenshot " +
+                                     touchstone.file("p.png"));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);

@@ -40,8 +40,8 @@ TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", 
     CHECK(roles.obstacles == std::vector<Entity>{hole});
     CHECK(roleOf(scene, decoration) == Role::Visual);
     CHECK_FALSE(scene.registry.has<Role>(plain));
-    CHECK(scene.registry.get<system::BodyMarking>(tool).leaves == 100);
-    CHECK(scene.registry.get<system::BodyMarking>(hole).leaves == 4096);
+    CHECK(scene.registry.get<system::BodyMarking>(tool).tree.leaves == 100);
+    CHECK(scene.registry.get<system::BodyMarking>(hole).tree.leaves == 4096);
     CHECK_FALSE(scene.registry.has<system::BodyMarking>(decoration));
     // 500 N/m is 0.5 N/mm, and 0.3 N·m/rad is 300 mN·m/rad.
     const Settings settings = system::sceneSettings(scene, roles);
@@ -49,7 +49,7 @@ TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", 
     CHECK(settings.torsion == Approx(300));
     CHECK(roles.warnings.empty());
     REQUIRE(roles.taken.size() == 3);
-    CHECK_THAT(roles.taken[0], Contains("node 0 \"peg\" is the tool (100 leaves)"));
+    CHECK_THAT(roles.taken[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
 TEST_CASE("roles: of two tools the first in the file is taken, and the other is named", "[system]") {
@@ -95,7 +95,7 @@ TEST_CASE("roles: the physics extension comes before extras, which still give th
     addPhysics(scene, node, {{"collider", {{"geometry", {{"node", 0}}}}}});
     const system::SceneRoles roles = system::assignRoles(scene);
     CHECK(roleOf(scene, node) == Role::Obstacle);
-    CHECK(scene.registry.get<system::BodyMarking>(node).leaves == 200);
+    CHECK(scene.registry.get<system::BodyMarking>(node).tree.leaves == 200);
     CHECK(anyContains(roles.warnings, "extras.touchstone.role says tool"));
     CHECK_THROWS_WITH(system::setRole(scene, node, Role::Tool), Contains("KHR_physics_rigid_bodies"));
 }
@@ -132,6 +132,12 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
         {{{"role", "tool"}, {"leaves", "many"}}, "extras.touchstone.leaves must be a whole number"},
         {{{"role", "tool"}, {"leaves", 0}}, "extras.touchstone.leaves"},
         {{{"role", "tool"}, {"leaves", 100.5}}, "extras.touchstone.leaves"},
+        {{{"role", "tool"}, {"max_error_mm", 0}}, "extras.touchstone.max_error_mm must be a number from 1e-06 to 1000"},
+        {{{"role", "tool"}, {"max_error_mm", "0.1mm"}}, "extras.touchstone.max_error_mm must be a number"},
+        {{{"role", "tool"}, {"max_error_mm", 0.1}, {"leaves", 64}}, "max_error_mm must be given without leaves"},
+        {{{"role", "tool"}, {"quality", "finest"}}, "extras.touchstone.quality must be fast or best"},
+        {{{"role", "tool"}, {"quality", 2}}, "extras.touchstone.quality must be a text"},
+        {{{"role", "tool"}, {"interior", "hollow"}}, "extras.touchstone.interior must be shell or solid"},
         {{{"role", "tool"}, {"stiffness_N_per_m", -1}}, "extras.touchstone.stiffness_N_per_m"},
         {{{"role", "tool"}, {"torsion_Nm_per_rad", json::array()}}, "extras.touchstone.torsion_Nm_per_rad"},
         {{{"role", "tool"}, {"goal", 1}}, "extras.touchstone.goal must be an object"},
@@ -238,7 +244,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     roles = system::assignRoles(again);
     CHECK(roles.tool == again.nodes[2]);
     CHECK(roles.obstacles.empty());
-    CHECK(again.registry.get<system::BodyMarking>(again.nodes[2]).leaves == 50);
+    CHECK(again.registry.get<system::BodyMarking>(again.nodes[2]).tree.leaves == 50);
     // What else stood in the marks is still there.
     CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
     CHECK_THROWS_AS(system::saveRoles(made, folder.path() / "c.glb"), engine::SceneError);

@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "engine/scene/gltf_write.hpp"
-#include "haptics/collision/tree_builder.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/scene_world.hpp"
 #include "haptics/system/units.hpp"
@@ -116,9 +116,14 @@ TEST_CASE("scene world: a collider's geometry replaces what is drawn, in the col
 TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their poses", "[system]") {
     std::vector<double> fractions;
     std::vector<std::string> parts;
-    const auto progress = [&](const std::string& part, double fraction) {
-        parts.push_back(part);
-        fractions.push_back(fraction);
+    std::size_t highest = 0;
+    bool estimated = false;
+    const auto progress = [&](const system::SceneStatus& status) {
+        parts.push_back(status.part);
+        fractions.push_back(status.fraction);
+        highest = std::max(highest, status.number);
+        estimated = estimated || status.secondsLeft >= 0;
+        CHECK(status.of == 2);
         return true;
     };
     const system::HapticScene scene = system::openScene(pressScene(), {.treeCache = {}, .progress = progress});
@@ -141,6 +146,8 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
     CHECK(fractions.back() <= 1);
     CHECK(anyContains(parts, "cube"));
     CHECK(anyContains(parts, "slab"));
+    CHECK(highest == 2);
+    CHECK(estimated);
 }
 
 TEST_CASE("scene world: bodies of one shape share one tree", "[system]") {
@@ -161,14 +168,57 @@ TEST_CASE("scene world: trees come from the cache the second time", "[system]") 
     const system::HapticScene first = system::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
     CHECK_FALSE(std::filesystem::is_empty(folder.path()));
     int calls = 0;
-    const auto never = [&](const std::string&, double) { return ++calls, true; };
+    const auto never = [&](const system::SceneStatus&) { return ++calls, true; };
     const system::HapticScene second = system::openScene(pressScene(), {.treeCache = folder.path(), .progress = never});
     CHECK(first.world->tool->leafCount() == second.world->tool->leafCount());
     CHECK(calls <= 2);  // at most a last call for each part
 }
 
+TEST_CASE("scene world: a damaged cache entry is built again, and said so", "[system]") {
+    const TempFolder folder;
+    const system::HapticScene first = system::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        std::filesystem::resize_file(entry.path(), std::filesystem::file_size(entry.path()) - 1);
+    const system::HapticScene second = system::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
+    CHECK(second.world->tool->leafCount() == first.world->tool->leafCount());
+    CHECK(anyContains(second.warnings, "node 0 \"cube\""));
+    CHECK(anyContains(second.warnings, "built again"));
+}
+
+TEST_CASE("scene world: each node with a role finds its tree", "[system]") {
+    system::HapticScene scene = system::openScene(pressScene());
+    CHECK(system::treeOf(scene, scene.roles.tool) == scene.world->tool.get());
+    CHECK(system::treeOf(scene, scene.roles.obstacles[0]) == scene.world->obstacles[0].tree.get());
+    CHECK(system::treeOf(scene, Entity{}) == nullptr);
+    scene.world = nullptr;
+    CHECK(system::treeOf(scene, scene.roles.tool) == nullptr);
+}
+
+TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[system]") {
+    Scene scene;
+    const Entity top = addNode(scene, "group", {}, {.translation = {0.1, 0, 0}});
+    addBox(scene, "a", glm::vec3(0.01f), nullptr, {.translation = {0, 0.02, 0}}, top);
+    addBox(scene, "b", glm::vec3(0.01f), nullptr, {.scale = {1, 2, -1}}, top);
+    updateWorldTransforms(scene);
+    const TriangleMesh mesh = system::bakedTriangles(scene);
+    CHECK(mesh.triangles.size() == 24);
+    // x: 100 ± 5 mm. y: from -10 mm (b, twice as high) to 25 mm (a).
+    CHECK(boxOf(mesh).min().isApprox(Vec3(95, -10, -5), 1e-6));
+    CHECK(boxOf(mesh).max().isApprox(Vec3(105, 25, 5), 1e-6));
+    CHECK(signedVolume(mesh) == Approx(1000 + 2000));
+}
+
+TEST_CASE("scene world: a part is built to the error it asks for", "[system]") {
+    Scene scene = pressScene();
+    setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}, {"max_error_mm", 0.5}}}});
+    const system::HapticScene opened = system::openScene(std::move(scene));
+    REQUIRE(opened.world);
+    CHECK(opened.world->tool->certificate.protrusion <= 0.5);
+    CHECK(opened.world->tool->leafCount() < 4096);  // as few as do, not the default budget
+}
+
 TEST_CASE("scene world: cancelling stops the build", "[system]") {
-    const auto cancel = [](const std::string&, double) { return false; };
+    const auto cancel = [](const system::SceneStatus&) { return false; };
     CHECK_THROWS_AS(system::openScene(pressScene(), {.treeCache = {}, .progress = cancel}), BuildCancelled);
 }
 

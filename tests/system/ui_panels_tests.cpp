@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/system/panels.hpp"
+#include "haptics/system/tree_words.hpp"
 #include "tests/system/ui_scene.hpp"
 
 using namespace touchstone;
@@ -158,6 +159,62 @@ TEST_CASE("scene panel: hides nodes, chooses levels and asks for roles", "[panel
     CHECK(requests.role->second == Role::Goal);
 }
 
+TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    SphereTree flawed = *scene.world->obstacles[0].tree;
+    flawed.certificate.covered = false;
+    flawed.certificate.note = "A note for the user.";
+    auto world = std::make_shared<World>(*scene.world);
+    world->obstacles[0].tree = std::make_shared<const SphereTree>(std::move(flawed));
+    scene.world = world;
+    DisplayOptions display;
+    ScenePanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawScenePanel(scene, false, display, state, requests, &bench.items); };
+    bench.frame(draw);
+    REQUIRE(bench.items.count("tree cube") == 1);
+    REQUIRE(bench.items.count("tree slab") == 1);
+    CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
+    CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
+
+    // On hover a tooltip comes, a window of its own with text; nothing is drawn of it before.
+    const auto vertices = [&](const std::string& item) {
+        const glm::vec4 r = item.empty() ? glm::vec4(-100) : bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        return ImGui::GetDrawData()->TotalVtxCount;
+    };
+    const int without = vertices(""), good = vertices("tree cube"), bad = vertices("tree slab");
+    CHECK(good > without);
+    CHECK(bad > good);  // its note comes on top
+
+    scene.world = nullptr;
+    bench.frame(draw);
+    CHECK(bench.items.count("tree cube") == 0);
+}
+
+TEST_CASE("tree words: certificate, options and time left read as sentences do", "[panels]") {
+    TreeCertificate certificate{.protrusion = 0.123, .diagonal = 82, .covered = true, .closed = true, .note = {}};
+    CHECK(protrusionWords(certificate) == "0.123 mm (0.15 %)");
+    CHECK(surfaceWords(certificate) == "surface proven covered, closed");
+    CHECK_FALSE(needsAttention(certificate));
+    certificate.hollow = 2.5;
+    certificate.closed = false;
+    CHECK(surfaceWords(certificate) == "surface proven covered, open, hollow for balls up to 2.5 mm");
+    CHECK(needsAttention(certificate));
+    certificate = {.covered = true, .closed = true, .note = "Thin."};
+    CHECK(needsAttention(certificate));
+    CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
+    CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
+          "at most 0.02 mm out, best, solid");
+    CHECK(timeLeft(-1).empty());
+    CHECK(timeLeft(NAN).empty());
+    CHECK(timeLeft(0.4) == "almost done");
+    CHECK(timeLeft(12.3) == "12 s left");
+    CHECK(timeLeft(150) == "3 min left");
+}
+
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
     Bench bench;
     PlotsPanelState plots;
@@ -171,7 +228,7 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
         bench.frame([&] {
             drawPlotsPanel(history, {}, plots, &bench.items);
             drawStatusPanel({shown, &realTime, device, messages});
-            drawOpening({"bunnies.glb", "gold bunny", 0.4}, requests, &bench.items);
+            drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
         });
     };
     draw(nullptr);

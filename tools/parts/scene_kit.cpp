@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "engine/scene/mesh_file.hpp"
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/collision/clearance.hpp"
-#include "haptics/collision/tree_builder.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::app {

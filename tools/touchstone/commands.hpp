@@ -1,5 +1,7 @@
 #pragma once
-// The commands of the program: plain options in, exit code out. Each throws std::exception with one sentence.
+// The commands of the program: plain options in, exit code out. Each throws std::exception with one sentence, and
+// BuildCancelled on Ctrl-C.
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +12,7 @@ namespace touchstone::app {
 
 /// Exit codes of the program.
 inline constexpr int kOk = 0, kFailed = 1, kUsage = 2, kOutcomeUnmet = 3;
+inline constexpr int kInterrupted = 130;  ///< 128 + SIGINT, as shells have it
 
 /// The command line asks for something that does not exist: exit code kUsage.
 struct UsageError : std::runtime_error {
@@ -33,10 +36,43 @@ int validate(const std::string& scene);
 
 int doctor();
 
+/// The sphere tree that is asked for; what is not given stays as the scene or the default has it.
+struct TreeChoice {
+    std::optional<int> leaves, levels;  ///< at most one of these two and maxError
+    std::string maxError;               ///< as text: 0.02mm, 0.02 or 0.1%
+    std::optional<std::string> quality, interior;
+    std::optional<std::uint64_t> seed;
+    std::optional<int> threads;
+};
+
+/// Where triangles come from.
+struct PartChoice {
+    std::string file;                 ///< .obj, .stl, .glb or .gltf, or the name of a scene
+    std::optional<std::string> unit;  ///< of .obj and .stl: mm, cm, m or in
+    std::string part;                 ///< name of a node; empty: all parts
+};
+
+struct TreeCommand {
+    PartChoice from;
+    TreeChoice tree;
+    std::filesystem::path output, exported, imported, picture;  ///< empty: none
+    bool json = false, noCache = false;
+};
+int makeTrees(const TreeCommand& command);
+
+struct TreeCheckCommand {
+    std::filesystem::path tree;
+    PartChoice of;
+    int samples = 200000, poses = 64;
+    std::uint64_t seed = 1;
+    bool json = false;
+};
+int checkTree(const TreeCheckCommand& command);
+
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
     std::string unit = "mm";  ///< mm, cm, m or in
-    int leaves = 0;           ///< 0: the default
+    TreeChoice tree;          ///< of both parts
 };
 int makeScene(const NewOptions& options);
 

@@ -5,31 +5,64 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
 
+#include "haptics/system/tree_words.hpp"
+
 namespace touchstone::app {
 namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// While it lives, the first Ctrl-C is noted; the next one acts as ever.
+class Interrupt {
+  public:
+    Interrupt() {
+        interrupted = 0;
+        struct sigaction noting {};
+        noting.sa_handler = [](int) { interrupted = 1; };
+        noting.sa_flags = static_cast<int>(SA_RESETHAND);
+        sigaction(SIGINT, &noting, &before_);
+        // Whoever started the program with Ctrl-C ignored, as scripts do in the background, wants it so.
+        if (before_.sa_handler == SIG_IGN) sigaction(SIGINT, &before_, nullptr);
+    }
+    ~Interrupt() { sigaction(SIGINT, &before_, nullptr); }
+    Interrupt(const Interrupt&) = delete;
+    Interrupt& operator=(const Interrupt&) = delete;
+
+  private:
+    struct sigaction before_ {};
+};
 
 /// Draws over its own line; whatever is printed next begins on a clean one.
 class Bar {
   public:
+    explicit Bar(std::string doing) : doing_(std::move(doing)) {}
     ~Bar() { clear(); }
+    Bar(const Bar&) = delete;
+    Bar& operator=(const Bar&) = delete;
 
-    void show(const std::string& part, double fraction) {
+    void show(const system::SceneStatus& status) {
         if (std::chrono::steady_clock::now() - start_ < std::chrono::milliseconds(500)) return;
-        const int percent = static_cast<int>(100 * std::clamp(fraction, 0.0, 1.0));
+        const int percent = static_cast<int>(100 * std::clamp(status.fraction, 0.0, 1.0));
+        std::string text = doing_ + " " + status.part;
+        if (status.of > 1) text += " (" + std::to_string(status.number) + " of " + std::to_string(status.of) + ")";
         if (!terminal_) {
-            if (part != part_) spdlog::info("building the sphere tree of {}", part);
-        } else if (part != part_ || percent != percent_) {
-            constexpr int kWidth = 30;
-            const int filled = kWidth * percent / 100;
-            std::fprintf(stderr, "\r\033[Ksphere trees [%s%s] %3d %%  %s", std::string(filled, '#').c_str(),
-                         std::string(kWidth - filled, '.').c_str(), percent, part.c_str());
+            if (text != text_) spdlog::info("{}", text);
+            text_ = text;
+            return;
         }
-        part_ = part;
+        if (const std::string left = system::timeLeft(status.secondsLeft); !left.empty()) text += ", " + left;
+        if (text == text_ && percent == percent_) return;
+        constexpr int kWidth = 30;
+        const int filled = kWidth * percent / 100;
+        std::fprintf(stderr, "\r\033[K[%s%s] %3d %%  %s", std::string(filled, '#').c_str(),
+                     std::string(kWidth - filled, '.').c_str(), percent, text.c_str());
+        text_ = text;
         percent_ = percent;
     }
 
@@ -38,18 +71,20 @@ class Bar {
         if (terminal_ && percent_ >= 0) std::fputs("\r\033[K", stderr);
     }
 
+    const std::string doing_;
+    const Interrupt interrupt_;
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     const bool terminal_ = isatty(STDERR_FILENO) != 0;
-    std::string part_;
+    std::string text_;
     int percent_ = -1;
 };
 
 }  // namespace
 
-system::SceneProgress progressBar() {
-    return [bar = std::make_shared<Bar>()](const std::string& part, double fraction) {
-        bar->show(part, fraction);
-        return true;
+system::SceneProgress progressBar(const std::string& doing) {
+    return [bar = std::make_shared<Bar>(doing)](const system::SceneStatus& status) {
+        bar->show(status);
+        return interrupted == 0;
     };
 }
 

@@ -7,9 +7,10 @@
 
 namespace touchstone::app {
 
-/// A progress bar on the error stream while sphere trees are built; on anything but a terminal one line a part. What
-/// takes less than a moment shows nothing.
-system::SceneProgress progressBar();
+/// A progress bar with the time left on the error stream, one line drawn over; on anything but a terminal one line a
+/// part. What takes less than a moment shows nothing. `doing` is what happens to each part: "building the sphere tree
+/// of". While it lives the first Ctrl-C cancels, the second ends the program.
+system::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
 
 /// Throws std::runtime_error when a file to be called `what` could not be written there.
 void requireWritable(const std::filesystem::path& file, const std::string& what);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <functional>
 
+#include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
 #include "haptics/qp/solver.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -66,13 +67,77 @@ void addValidate(CLI::App& program, std::string& scene, std::function<int()>& co
     validate->callback([&] { command = [&] { return app::validate(scene); }; });
 }
 
+/// What `tree` and `new` both ask of a sphere tree.
+void addTreeChoice(CLI::App& command, app::TreeChoice& choice) {
+    command.add_option("--leaves", choice.leaves, "most leaves of a sphere tree (default: 4096)");
+    command.add_option("--max-error", choice.maxError,
+                       "as few leaves as reach no further out of the part: 0.02mm, or 0.1% of its diagonal");
+    command.add_option("--quality", choice.quality, "fast, or best: tighter, takes several times longer");
+    command.add_option("--interior", choice.interior, "shell, or solid: filled, so that nothing hides inside");
+}
+
+void addPart(CLI::App& command, app::PartChoice& part) {
+    command.add_option("--unit", part.unit, "of .obj and .stl coordinates: mm (default), cm, m or in");
+    command.add_option("--part", part.part, "node of a scene, by name");
+}
+
+void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand& checkOptions,
+             std::function<int()>& command) {
+    CLI::App* tree = program.add_subcommand("tree", "Build the sphere tree of a mesh, or of each part of a scene");
+    tree->add_option("MESH", options.from.file, "an .obj, .stl, .glb or .gltf file, or the name of a scene");
+    tree->add_option("-o,--output", options.output, "write the tree to a file");
+    addTreeChoice(*tree, options.tree);
+    tree->add_option("--levels", options.tree.levels,
+                     "levels counting the root, in place of --leaves: 5 are 4096 leaves");
+    tree->add_option("--seed", options.tree.seed, "another tree, equally good")->check(CLI::NonNegativeNumber);
+    tree->add_option("--threads", options.tree.threads, "to build with; the tree is the same (default: 2)");
+    addPart(*tree, options.from);
+    tree->add_option("--export", options.exported, "write a .sph file, in frame and unit of the mesh (scenes: metres)");
+    tree->add_option("--import", options.imported, "take the leaves of a .sph file in place of building");
+    tree->add_option("--picture", options.picture, "draw the leaves over the mesh, 800 x 800, to a PNG file");
+    tree->add_flag("--json", options.json, "print a JSON object a line, with units in the names");
+    tree->add_flag("--no-cache", options.noCache, "build anew, and keep nothing");
+    tree->footer(
+        "A scene's parts are built as it says; the options win over it. Without roles it is one mesh.\n\n"
+        "Examples:\n"
+        "  touchstone tree bunny.obj --leaves 4096 --quality best -o bunny.spheres\n"
+        "  touchstone tree shaft.stl --unit mm --max-error 0.02mm --json\n"
+        "  touchstone tree bunny.obj --max-error 0.1% --export bunny.sph\n"
+        "  touchstone tree spline --part shaft --picture shaft.png\n"
+        "  touchstone tree bunny.obj --import other.sph -o other.spheres\n"
+        "  touchstone tree check bunny.spheres bunny.obj\n");
+
+    CLI::App* check = tree->add_subcommand("check", "Measure how well a tree, ours or another's, follows a mesh");
+    check->add_option("FILE", checkOptions.tree, "a .sph file, or what -o wrote")->required();
+    check->add_option("MESH", checkOptions.of.file, "an .obj, .stl, .glb or .gltf file, or the name of a scene")
+        ->required();
+    addPart(*check, checkOptions.of);
+    check->add_option("--samples", checkOptions.samples, "of the surface, and of the leaves' outside")
+        ->check(CLI::Range(100, 100000000))
+        ->capture_default_str();
+    check->add_option("--poses", checkOptions.poses, "touching poses of the tree against itself")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    check->add_option("--seed", checkOptions.seed, "of samples and poses")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    check->add_flag("--json", checkOptions.json, "print a JSON object, with units in the names");
+    check->footer(
+        "Lengths of a .sph file are in the unit of the mesh.\n\n"
+        "Example:\n"
+        "  touchstone tree check other.sph bunny.obj --json\n");
+    check->callback([&] { command = [&] { return app::checkTree(checkOptions); }; });
+    tree->callback([&, check] {
+        if (!check->parsed()) command = [&] { return app::makeTrees(options); };
+    });
+}
+
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
     CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
     make->add_option("--obstacle", options.obstacle, "the part that is fixed")->required();
     make->add_option("--unit", options.unit, "of the parts' coordinates: mm, cm, m or in")->capture_default_str();
-    make->add_option("--leaves", options.leaves, "leaves of each sphere tree (default: 4096)")
-        ->check(CLI::Range(8, 262144));
+    addTreeChoice(*make, options.tree);
     make->add_option("-o,--output", options.output, "the scene to write, .glb or .gltf")->required();
     make->footer("Example:\n  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n");
     make->callback([&] { command = [&] { return app::makeScene(options); }; });
@@ -98,12 +163,16 @@ int main(int argc, char** argv) {
         "Examples:\n"
         "  touchstone run bunnies                 push one bunny against another\n"
         "  touchstone run spline --headless       measure the splined shaft's demonstration\n"
+        "  touchstone tree part.stl --max-error 0.02mm   its sphere tree, as coarse as may be\n"
         "  touchstone doctor                      what works here, what does not, what to do\n\n"
-        "Exit codes: 0 all is well, 1 it failed, 2 wrong usage, 3 the scene's expected outcome was not met.\n");
+        "Exit codes: 0 all is well, 1 it failed, 2 wrong usage, 3 the scene's expected outcome was not met, 130 "
+        "Ctrl-C.\n");
 
     std::function<int()> command;
     app::RunOptions runOptions;
     app::NewOptions newOptions;
+    app::TreeCommand treeCommand;
+    app::TreeCheckCommand treeCheckCommand;
     std::string scene;
     addRun(program, runOptions, command);
     addValidate(program, scene, command);
@@ -111,6 +180,7 @@ int main(int argc, char** argv) {
         command = app::doctor;
     });
     addNew(program, newOptions, command);
+    addTree(program, treeCommand, treeCheckCommand, command);
 
     try {
         program.parse(argc, argv);
@@ -121,6 +191,8 @@ int main(int argc, char** argv) {
         return fail(std::string(error.what()) + " (see touchstone --help)", app::kUsage);
     } catch (const app::UsageError& error) {
         return fail(error.what(), app::kUsage);
+    } catch (const BuildCancelled&) {
+        return fail("cancelled", app::kInterrupted);
     } catch (const std::exception& error) {
         return fail(error.what(), app::kFailed);
     }

@@ -1,6 +1,4 @@
-#include <array>
 #include <cstdio>
-#include <string_view>
 
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
@@ -8,23 +6,13 @@
 #include "haptics/system/scene_world.hpp"
 #include "haptics/system/units.hpp"
 #include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/tree_choice.hpp"
+#include "tools/touchstone/tree_parts.hpp"
 
 namespace touchstone::app {
 namespace {
 
 using engine::Scene;
-
-struct Unit {
-    std::string_view name;
-    double metres;
-};
-constexpr std::array kUnits{Unit{"mm", 1e-3}, Unit{"cm", 1e-2}, Unit{"m", 1.0}, Unit{"in", 0.0254}};
-
-double metresPer(const std::string& name) {
-    for (const Unit& unit : kUnits)
-        if (unit.name == name) return unit.metres;
-    throw UsageError("--unit is mm, cm, m or in, not '" + name + "'");
-}
 
 struct Box {
     glm::dvec3 low{1e30}, high{-1e30};
@@ -40,12 +28,25 @@ Box boxOf(const engine::MeshData& mesh) {
     return box;
 }
 
+/// Writes down what was chosen, and leaves the rest to the defaults.
+void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
+    const TreeOptions options = withChoice({}, choice, diagonal);
+    if (options.maxError > 0) {
+        if (options.maxError < system::kMinError || options.maxError > system::kMaxError)
+            throw UsageError("--max-error is out of the range that a scene may ask for");
+        mark["max_error_mm"] = options.maxError;
+    }
+    if (choice.leaves) mark["leaves"] = options.leaves;
+    if (choice.quality) mark["quality"] = *choice.quality;
+    if (choice.interior) mark["interior"] = *choice.interior;
+}
+
 void addBody(Scene& scene, const std::filesystem::path& file, const glm::dvec3& at, engine::MeshData mesh,
-             const engine::Material& material, system::Role role, int leaves) {
+             const engine::Material& material, system::Role role, const TreeChoice& tree) {
+    nlohmann::json mark{{"role", system::name(role)}};
+    markTree(mark, tree, glm::length(boxOf(mesh).size()) * system::kMmPerMetre);
     const engine::Entity node = addNode(scene, file.stem().string(), {}, {.translation = at});
     addMesh(scene, node, std::make_shared<const engine::MeshData>(std::move(mesh)), addMaterial(scene, material));
-    nlohmann::json mark{{"role", system::name(role)}};
-    if (leaves > 0) mark["leaves"] = leaves;
     setExtras(scene, node, {{"touchstone", std::move(mark)}});
 }
 
@@ -58,6 +59,9 @@ void print(const char* role, const std::filesystem::path& file, const Box& box) 
 
 int makeScene(const NewOptions& options) {
     const double metres = metresPer(options.unit);
+    checkChoice(options.tree);
+    if (options.tree.leaves.value_or(system::kMinLeaves) < system::kMinLeaves)
+        throw UsageError("--leaves is at least " + std::to_string(system::kMinLeaves) + " in a scene");
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
     engine::MeshData tool = engine::readMeshFile(options.tool, metres);
@@ -72,9 +76,9 @@ int makeScene(const NewOptions& options) {
     Scene scene;
     scene.name = options.output.stem().string();
     addBody(scene, options.tool, start, std::move(tool), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
-            system::Role::Tool, options.leaves);
+            system::Role::Tool, options.tree);
     addBody(scene, options.obstacle, {}, std::move(obstacle), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
-            system::Role::Obstacle, options.leaves);
+            system::Role::Obstacle, options.tree);
     engine::writeGltf(scene, options.output);
 
     std::printf("%s\n", options.output.string().c_str());

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "haptics/system/tree_words.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
@@ -15,9 +16,8 @@ int validate(const std::string& pathOrName) {
     for (const std::string& sentence : scene.roles.taken) std::printf("  %s\n", sentence.c_str());
     if (scene.world) {
         const auto describe = [](const std::string& name, const SphereTree& tree) {
-            std::printf("  %s: %.1f mm across, %d spheres in %d leaves, none standing out by more than %.3f mm\n",
-                        name.c_str(), tree.certificate.diagonal, tree.nodeCount(), tree.leafCount(),
-                        tree.certificate.protrusion);
+            std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree.certificate.diagonal,
+                        system::words(tree).c_str());
         };
         describe("tool", *scene.world->tool);
         for (const Obstacle& obstacle : scene.world->obstacles) describe(obstacle.name, *obstacle.tree);

@@ -1,0 +1,35 @@
+#pragma once
+// FNV-1a over 64-bit words where there are eight bytes at a time: checksums and keys, not secrets.
+#include <cstdint>
+#include <cstring>
+
+namespace touchstone {
+
+class Hash {
+  public:
+    Hash& add(const void* data, std::size_t size) {
+        const auto* bytes = static_cast<const unsigned char*>(data);
+        for (; size >= sizeof(std::uint64_t); size -= sizeof(std::uint64_t), bytes += sizeof(std::uint64_t)) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, bytes, sizeof word);
+            mix(word);
+        }
+        for (; size > 0; --size) mix(*bytes++);
+        return *this;
+    }
+    template <class T>
+    Hash& add(const T& value) {
+        return add(&value, sizeof value);
+    }
+    std::uint64_t value() const { return value_; }
+
+  private:
+    void mix(std::uint64_t word) {
+        value_ = (value_ ^ word) * 0x100000001b3u;
+        value_ ^= value_ >> 32;  // the high bits of a word reach the low ones too
+    }
+
+    std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace touchstone

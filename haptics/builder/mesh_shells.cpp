@@ -1,0 +1,466 @@
+#include "haptics/builder/mesh_shells.hpp"
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "haptics/builder/box_search.hpp"
+#include "haptics/builder/wall_crossings.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kThinnest = 1e-6;    // mean thickness 2V/A, of the diagonal, below which a shell bounds nothing
+constexpr double kSmallHoles = 0.01;  // caps over surface: a tube counts as open up to 50 diameters of length
+constexpr int kFlapRounds = 100;
+constexpr int kAskedPlainly = 8;  // winding numbers summed up, before a tree for them pays
+
+/// Groups that grow together. The smallest member names the group.
+class DisjointSets {
+  public:
+    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+    int find(int i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(int a, int b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<int> parent_;
+};
+
+/// The uses of an edge summed up: +1 for each that rises, -1 for each that falls.
+struct Net {
+    int group, patch, sum;
+};
+
+/// Sums up by group and patch. `each(use)` gives a Net of one use.
+template <class Each>
+void sumUp(const EdgeTable::Edge& edge, std::vector<Net>& nets, Each&& each) {
+    nets.clear();
+    for (const int use : edge.uses) nets.push_back(each(use));
+    std::sort(nets.begin(), nets.end(),
+              [](const Net& a, const Net& b) { return std::tie(a.group, a.patch) < std::tie(b.group, b.patch); });
+    std::size_t kept = 0;
+    for (const Net& n : nets) {
+        if (kept > 0 && nets[kept - 1].group == n.group && nets[kept - 1].patch == n.patch)
+            nets[kept - 1].sum += n.sum;
+        else
+            nets[kept++] = n;
+    }
+    nets.resize(kept);
+}
+
+/// Calls visit(first, last, sum) for each group in what sumUp() left.
+template <class Visit>
+void forEachGroup(const std::vector<Net>& nets, Visit&& visit) {
+    for (std::size_t i = 0, j = 0; i < nets.size(); i = j) {
+        int sum = 0;
+        for (; j < nets.size() && nets[j].group == nets[i].group; ++j) sum += nets[j].sum;
+        visit(nets.data() + i, nets.data() + j, sum);
+    }
+}
+
+}  // namespace
+
+Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
+    : pulse_(pulse),
+      vertices_(std::move(mesh.vertices)),
+      faces_(std::move(mesh.faces)),
+      edges_(faces_, vertices_.size(), pulse),
+      turned_(faces_.size(), 0),
+      buried_(faces_.size(), 0) {
+    orient();
+    group();
+    makeShells();
+    nest();
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        if (!shells_[s].closed) continue;
+        for (const int f : facesOf_[s]) {
+            walls_.push_back(cornersOf(f));
+            wallFace_.push_back(f);
+        }
+        for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c) {
+            walls_.push_back(caps_[c]);
+            wallFace_.push_back(-1);
+        }
+    }
+    bury();
+}
+
+Corners Shells::cornersOf(int face) const {
+    Corners c = faces_[face];
+    if (turned_[face]) std::swap(c[1], c[2]);
+    return c;
+}
+
+bool Shells::rises(const EdgeTable::Edge& e, int use) const {
+    return (edges_.from(use) == e.low) != (turned_[use / 3] != 0);
+}
+
+// Spreads the sense of the first face over edges with exactly two faces; then turns the patch to the sense of most.
+void Shells::orient() {
+    struct Neighbour {
+        int face = -1;
+        bool opposed = false;
+    };
+    std::vector<std::array<Neighbour, 3>> neighbours(faces_.size());
+    edges_.forEach([&](const EdgeTable::Edge& e) {
+        if (e.uses.size() != 2) return;
+        const int a = e.uses[0], b = e.uses[1];
+        const bool opposed = rises(e, a) == rises(e, b);
+        neighbours[a / 3][a % 3] = {b / 3, opposed};
+        neighbours[b / 3][b % 3] = {a / 3, opposed};
+    });
+    shellOf_.assign(faces_.size(), -1);
+    std::vector<int> members;
+    for (int seed = 0; seed < static_cast<int>(faces_.size()); ++seed) {
+        if (shellOf_[seed] >= 0) continue;
+        const int patch = static_cast<int>(groupOf_.size());
+        groupOf_.push_back(patch);
+        members.assign(1, seed);
+        shellOf_[seed] = patch;
+        for (std::size_t i = 0; i < members.size(); ++i) {
+            pulse_();
+            for (const auto& [other, opposed] : neighbours[members[i]])
+                if (other >= 0 && shellOf_[other] < 0) {
+                    shellOf_[other] = patch;
+                    turned_[other] = static_cast<char>((turned_[members[i]] != 0) != opposed);
+                    members.push_back(other);
+                }
+        }
+        const auto minority = std::count_if(members.begin(), members.end(), [&](int f) { return turned_[f] != 0; });
+        if (2 * minority <= static_cast<std::ptrdiff_t>(members.size())) continue;
+        for (const int f : members) turned_[f] = static_cast<char>(turned_[f] == 0);
+    }
+}
+
+// A patch is a shell if the uses of each of its edges cancel. Those that do not get another chance together with the
+// open ones that they share an edge with, and once more without the flaps on them.
+void Shells::group() {
+    edges_.forEach([&](const EdgeTable::Edge& e) {
+        const bool cancels = e.uses.size() == 2 && shellOf_[e.uses[0] / 3] == shellOf_[e.uses[1] / 3] &&
+                             rises(e, e.uses[0]) != rises(e, e.uses[1]);
+        if (!cancels) odd_.push_back(e);
+    });
+    const std::vector<char> open = openGroups();
+    DisjointSets sets(groupOf_.size());
+    for (const EdgeTable::Edge& e : odd_) {
+        int before = -1;
+        for (const int use : e.uses) {
+            const int patch = shellOf_[use / 3];
+            if (!open[patch]) continue;
+            if (before >= 0) sets.join(before, patch);
+            before = patch;
+        }
+    }
+    for (int& g : groupOf_) g = sets.find(g);
+    patchArea_.assign(groupOf_.size(), 0);
+    for (std::size_t f = 0; f < faces_.size(); ++f) patchArea_[shellOf_[f]] += areaOf(triangle(faces_[f]));
+    for (int round = 0; round < kFlapRounds && dropFlaps(); ++round) {
+    }
+}
+
+/// By name of the group.
+std::vector<char> Shells::openGroups() const {
+    std::vector<char> open(2 * groupOf_.size(), 0);
+    std::vector<Net> nets;
+    for (const EdgeTable::Edge& e : odd_) {
+        pulse_();
+        sumUp(e, nets, [&](int use) { return Net{groupOf_[shellOf_[use / 3]], 0, rises(e, use) ? 1 : -1}; });
+        for (const Net& n : nets)
+            if (n.sum != 0) open[n.group] = 1;
+    }
+    return open;
+}
+
+// A flap is a patch of an open group without which all its edges would cancel, such as a partition that shares its rim
+// with the walls around it. Of two flaps that share an edge the smaller one goes: a wall is larger than a partition
+// across it. Each becomes a group of its own. Returns whether there was one.
+bool Shells::dropFlaps() {
+    const std::size_t patches = groupOf_.size();
+    const std::vector<char> open = openGroups();
+    std::vector<int> members(2 * patches, 0);
+    for (const int g : groupOf_) ++members[g];
+    std::vector<char> held(patches, 0);
+    bool any = false;
+    for (std::size_t p = 0; p < patches; ++p) {
+        held[p] = static_cast<char>(!open[groupOf_[p]] || members[groupOf_[p]] < 2);
+        any = any || !held[p];
+    }
+    if (!any) return false;
+    std::vector<Net> nets;
+    const auto forEachOpen = [&](auto&& visit) {
+        for (const EdgeTable::Edge& e : odd_) {
+            pulse_();
+            sumUp(e, nets, [&](int use) {
+                const int patch = shellOf_[use / 3];
+                return Net{groupOf_[patch], patch, rises(e, use) ? 1 : -1};
+            });
+            forEachGroup(nets, visit);
+        }
+    };
+    forEachOpen([&](const Net* first, const Net* last, int sum) {
+        for (const Net* n = first; n != last; ++n)
+            if (n->sum != 0 && n->sum != sum) held[n->patch] = 1;
+    });
+    std::vector<char> waits(patches, 0);
+    forEachOpen([&](const Net* first, const Net* last, int) {
+        int least = -1;
+        const auto smaller = [&](int a, int b) { return std::tie(patchArea_[a], a) < std::tie(patchArea_[b], b); };
+        for (const Net* n = first; n != last; ++n)
+            if (!held[n->patch] && (least < 0 || smaller(n->patch, least))) least = n->patch;
+        for (const Net* n = first; n != last; ++n)
+            if (n->patch != least) waits[n->patch] = 1;
+    });
+    bool dropped = false;
+    for (std::size_t p = 0; p < patches; ++p)
+        if (!held[p] && !waits[p]) {
+            groupOf_[p] = static_cast<int>(patches + p);
+            dropped = true;
+        }
+    return dropped;
+}
+
+void Shells::makeShells() {
+    const std::vector<char> open = openGroups();
+    std::vector<int> place(2 * groupOf_.size(), -1);
+    for (int& s : shellOf_) {
+        const int g = groupOf_[s];
+        if (place[g] < 0) {
+            place[g] = static_cast<int>(shells_.size());
+            shells_.emplace_back();
+            shells_.back().closed = !open[g];
+        }
+        s = place[g];
+    }
+    facesOf_ = Grouped(faces_.size(), shells_.size(), [&](int f) { return shellOf_[f]; });
+    std::vector<Gap> gaps;
+    std::vector<Net> nets;
+    for (const EdgeTable::Edge& e : odd_) {
+        sumUp(e, nets, [&](int use) { return Net{shellOf_[use / 3], 0, rises(e, use) ? 1 : -1}; });
+        for (const Net& n : nets)
+            for (int k = 0; k < std::abs(n.sum); ++k) gaps.push_back({n.group, e.low, e.high, n.sum > 0});
+    }
+    std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) {
+        return std::tie(a.shell, a.low, a.high) < std::tie(b.shell, b.low, b.high);
+    });
+    std::size_t next = 0;
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        const std::size_t first = next;
+        while (next < gaps.size() && gaps[next].shell == s) ++next;
+        measure(s, {gaps.data() + first, next - first});
+    }
+}
+
+// Volume and box; small holes are closed by a cone over each piece of rim.
+void Shells::measure(int s, std::span<const Gap> gaps) {
+    Shell& shell = shells_[s];
+    double area = 0;
+    for (const int f : facesOf_[s]) {
+        pulse_();
+        const Triangle t = triangle(cornersOf(f));
+        area += areaOf(t);
+        for (const Vec3& v : t) shell.box.add(v);
+    }
+    const std::size_t vertices = vertices_.size(), caps = caps_.size();
+    const auto dropCaps = [&] {
+        vertices_.resize(vertices);
+        caps_.resize(caps);
+    };
+    const int rims = cone(gaps);
+    double capArea = 0;
+    for (std::size_t c = caps; c < caps_.size(); ++c) capArea += areaOf(triangle(caps_[c]));
+    if (capArea > kSmallHoles * area) dropCaps();
+
+    const Vec3 base = shell.box.center();  // any point will do; a near one keeps the digits
+    const auto addTetrahedron = [&](const Triangle& t) {
+        shell.volume += (t[0] - base).dot((t[1] - base).cross(t[2] - base)) / 6;
+    };
+    for (const int f : facesOf_[s]) addTetrahedron(triangle(cornersOf(f)));
+    for (std::size_t c = caps; c < caps_.size(); ++c) addTetrahedron(triangle(caps_[c]));
+    const bool bounds = shell.closed || caps_.size() > caps;
+    const bool thick = 2 * std::abs(shell.volume) > kThinnest * area;
+    if (bounds && thick && !shell.closed) holes_ += rims;
+    shell.closed = bounds && thick;
+    if (!shell.closed) dropCaps();
+    shell.firstCap = static_cast<int>(caps);
+    shell.lastCap = static_cast<int>(caps_.size());
+}
+
+// One cone per connected piece of rim, from its centroid. It runs against the gaps, so that all edges cancel.
+int Shells::cone(std::span<const Gap> gaps) {
+    std::vector<int> rim;
+    for (const Gap& g : gaps) rim.insert(rim.end(), {g.low, g.high});
+    std::sort(rim.begin(), rim.end());
+    rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
+    const auto local = [&](int v) {
+        return static_cast<int>(std::lower_bound(rim.begin(), rim.end(), v) - rim.begin());
+    };
+    DisjointSets pieces(rim.size());
+    for (const Gap& g : gaps) pieces.join(local(g.low), local(g.high));
+    std::vector<Vec3> sum(rim.size(), Vec3::Zero());
+    std::vector<int> count(rim.size(), 0), apex(rim.size(), -1);
+    for (std::size_t l = 0; l < rim.size(); ++l) {
+        const int piece = pieces.find(static_cast<int>(l));
+        sum[piece] += vertices_[rim[l]];
+        ++count[piece];
+    }
+    int rims = 0;
+    for (std::size_t l = 0; l < rim.size(); ++l) {
+        if (count[l] == 0) continue;
+        apex[l] = static_cast<int>(vertices_.size());
+        vertices_.push_back(sum[l] / count[l]);
+        ++rims;
+    }
+    for (const Gap& g : gaps) {
+        const int top = apex[pieces.find(local(g.low))];
+        caps_.push_back(g.rises ? Corners{g.high, g.low, top} : Corners{g.low, g.high, top});
+    }
+    return rims;
+}
+
+void Shells::turn(int s) {
+    for (const int f : facesOf_[s]) turned_[f] = static_cast<char>(turned_[f] == 0);
+    for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c) std::swap(caps_[c][1], caps_[c][2]);
+}
+
+// All closed shells are turned outward; those wholly inside another that came with the opposite sense, inward again.
+void Shells::nest() {
+    std::vector<int> closed;  // the largest first
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        if (!shells_[s].closed) continue;
+        closed.push_back(s);
+        if (shells_[s].volume < 0) turn(s);
+    }
+    const auto turnedIn = [&](int s) { return shells_[s].volume < 0; };
+    if (std::all_of(closed.begin(), closed.end(), turnedIn) || std::none_of(closed.begin(), closed.end(), turnedIn))
+        return;
+    std::sort(closed.begin(), closed.end(), [&](int a, int b) {
+        const double va = std::abs(shells_[a].volume), vb = std::abs(shells_[b].volume);
+        return va > vb || (va == vb && a < b);
+    });
+    std::vector<Box> boxes;
+    for (const int s : closed) boxes.push_back(shells_[s].box);
+    const BoxTree tree(boxes);
+    const std::vector<Box> ordered = inOrder(tree.order(), boxes);
+    std::map<int, TriangleBvh> fields;
+    const auto contains = [&](int outer, int inner) {
+        auto it = fields.find(outer);
+        if (it == fields.end()) {
+            std::vector<Triangle> all;
+            for (int c = shells_[outer].firstCap; c < shells_[outer].lastCap; ++c) all.push_back(triangle(caps_[c]));
+            for (const int f : facesOf_[outer]) all.push_back(triangle(cornersOf(f)));
+            it = fields.emplace(outer, TriangleBvh(std::move(all))).first;
+        }
+        const auto faces = facesOf_[inner];
+        return std::all_of(faces.begin(), faces.end(), [&](int f) {
+            pulse_();
+            return it->second.windingNumber(vertices_[cornersOf(f)[0]]) >= 0.5;
+        });
+    };
+    std::vector<int> cavities, around;
+    for (int i = 1; i < static_cast<int>(closed.size()); ++i) {
+        around.clear();
+        anyMeeting(tree, ordered, boxes[i], [&](int place) {
+            const int j = tree.order()[place];
+            const bool larger = j < i && (boxes[i].lo.array() > boxes[j].lo.array()).all() &&
+                                (boxes[i].hi.array() < boxes[j].hi.array()).all();
+            if (larger) around.push_back(j);
+            return false;
+        });
+        // The largest container decides.
+        std::sort(around.begin(), around.end());
+        const auto outer =
+            std::find_if(around.begin(), around.end(), [&](int j) { return contains(closed[j], closed[i]); });
+        if (outer != around.end() && turnedIn(closed[i]) != turnedIn(closed[*outer])) cavities.push_back(closed[i]);
+    }
+    for (const int s : cavities) turn(s);
+}
+
+// Marks what lies inside. The winding number is constant over each side of walls that meet at edges of two and that no
+// other crosses, so one probe a hair off either side of the largest of them decides.
+void Shells::bury() {
+    if (walls_.empty()) return;
+    const std::vector<char> crossed = crossedFaces(vertices_, walls_, pulse_);
+    std::vector<int> wallOf(faces_.size(), -1);
+    for (int w = 0; w < static_cast<int>(walls_.size()); ++w)
+        if (wallFace_[w] >= 0 && !crossed[w]) wallOf[wallFace_[w]] = w;
+    DisjointSets pieces(walls_.size());
+    edges_.forEach([&](const EdgeTable::Edge& e) {
+        if (e.uses.size() != 2) return;
+        const int a = wallOf[e.uses[0] / 3], b = wallOf[e.uses[1] / 3];
+        if (a >= 0 && b >= 0) pieces.join(a, b);
+    });
+    std::vector<int> largest(walls_.size(), -1);
+    int count = 0;
+    bool anyCrossed = false;
+    for (int w = 0; w < static_cast<int>(walls_.size()); ++w) {
+        anyCrossed = anyCrossed || crossed[w];
+        if (crossed[w] || wallFace_[w] < 0) continue;
+        int& best = largest[pieces.find(w)];
+        count += best < 0;
+        if (best < 0 || areaOf(triangle(walls_[w])) > areaOf(triangle(walls_[best]))) best = w;
+    }
+    if (count == 1 && !anyCrossed) return;  // one shell
+    std::vector<char> hidden(walls_.size(), 0);
+    for (std::size_t p = 0; p < largest.size(); ++p) {
+        if (largest[p] < 0) continue;
+        pulse_();
+        const Triangle t = triangle(walls_[largest[p]]);
+        hidden[p] = static_cast<char>(isUsable(t) && insideBothSides((t[0] + t[1] + t[2]) / 3, t));
+    }
+    for (int w = 0; w < static_cast<int>(walls_.size()); ++w)
+        if (wallFace_[w] >= 0 && !crossed[w]) buried_[wallFace_[w]] = hidden[pieces.find(w)];
+}
+
+bool Shells::inside(const Vec3& p) {
+    if (++asked_ <= kAskedPlainly) {
+        double winding = 0;
+        for (const Corners& w : walls_) winding += solidAngleShare(p, triangle(w));
+        return winding >= 0.5;
+    }
+    if (!field_) {
+        std::vector<Triangle> all;
+        all.reserve(walls_.size());
+        for (const Corners& w : walls_) all.push_back(triangle(w));
+        field_.emplace(std::move(all));
+    }
+    return field_->windingNumber(p) >= 0.5;
+}
+
+bool Shells::insideBothSides(const Vec3& p, const Triangle& t) {
+    const Vec3 hair = kTouching * (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+    return inside(p + hair) && inside(p - hair);
+}
+
+bool Shells::enclose(const Triangle& sheet) {
+    if (walls_.empty()) return false;
+    pulse_();
+    const Vec3 middle = (sheet[0] + sheet[1] + sheet[2]) / 3;
+    // Corners may lie on a wall; next to it tells.
+    return insideBothSides(middle, sheet) && std::all_of(sheet.begin(), sheet.end(), [&](const Vec3& corner) {
+               return insideBothSides(corner + 1e-3 * (middle - corner), sheet);
+           });
+}
+
+void Shells::append(std::vector<Face>& out) {
+    out.reserve(out.size() + faces_.size() + caps_.size());
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        for (const int f : facesOf_[s]) {
+            const Triangle t = triangle(cornersOf(f));
+            if (shells_[s].closed)
+                out.push_back({t, buried_[f] ? FaceRole::Buried : FaceRole::Wall, false});
+            else if (isUsable(t))  // a line that bounds nothing is no surface
+                out.push_back({t, FaceRole::Sheet, !enclose(t)});
+        }
+        for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c)
+            out.push_back({triangle(caps_[c]), FaceRole::Cap, false});
+    }
+}
+
+}  // namespace touchstone

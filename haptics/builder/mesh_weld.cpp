@@ -1,0 +1,276 @@
+#include "haptics/builder/mesh_weld.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <tuple>
+
+namespace touchstone {
+namespace {
+
+constexpr int kBucket = 8;  // points that a search looks at one by one
+
+Triangle triangleOf(const std::vector<Vec3>& vertices, const Corners& c) {
+    return {vertices[c[0]], vertices[c[1]], vertices[c[2]]};
+}
+
+bool collapsed(const Corners& c) { return c[0] == c[1] || c[1] == c[2] || c[2] == c[0]; }
+
+/// Places that points are drawn to: each point to the first place within the tolerance, else it is one itself.
+class Places {
+  public:
+    Places(std::size_t most, const Vec3& origin, double tolerance)
+        : newest_(std::bit_ceil(most + 1), -1), origin_(origin), tolerance_(tolerance) {}
+
+    int add(const Vec3& p) {
+        // Cells are four tolerances wide, so that most points look into one only.
+        std::array<std::int64_t, 3> from, to;
+        for (int a = 0; a < 3; ++a) {
+            from[a] = cellOf(p[a] - origin_[a] - tolerance_);
+            to[a] = cellOf(p[a] - origin_[a] + tolerance_);
+        }
+        const int fresh = static_cast<int>(points.size());
+        int found = fresh;
+        for (auto x = from[0]; x <= to[0]; ++x)
+            for (auto y = from[1]; y <= to[1]; ++y)
+                for (auto z = from[2]; z <= to[2]; ++z)
+                    for (int j = newest_[slotOf(x, y, z)]; j >= 0; j = previous_[j])
+                        if ((points[j] - p).squaredNorm() <= tolerance_ * tolerance_) found = std::min(found, j);
+        if (found == fresh) {
+            int& newest =
+                newest_[slotOf(cellOf(p[0] - origin_[0]), cellOf(p[1] - origin_[1]), cellOf(p[2] - origin_[2]))];
+            points.push_back(p);
+            previous_.push_back(newest);
+            newest = fresh;
+        }
+        return found;
+    }
+
+    std::vector<Vec3> points;
+
+  private:
+    std::int64_t cellOf(double x) const { return static_cast<std::int64_t>(std::floor(x / (4 * tolerance_))); }
+    // Cells may share a slot: the distance decides.
+    std::size_t slotOf(std::int64_t x, std::int64_t y, std::int64_t z) const {
+        std::uint64_t hash = 0;
+        for (const std::int64_t c : {x, y, z}) {
+            hash = (hash ^ static_cast<std::uint64_t>(c)) * 0x9E3779B97F4A7C15u;
+            hash ^= hash >> 32;
+        }
+        return hash & (newest_.size() - 1);
+    }
+
+    std::vector<int> newest_, previous_;
+    Vec3 origin_;
+    double tolerance_;
+};
+
+/// One copy of each face: same-sense copies collapse; equally many of both senses bound nothing and are set apart.
+void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::vector<Corners>& membranes,
+                      Pulse& pulse) {
+    struct Sides {
+        int second, third;  // rising
+        bool even;
+    };
+    const auto sidesOf = [&](int f) {
+        const Corners& c = faces[f];
+        const auto least = std::min_element(c.begin(), c.end()) - c.begin();
+        const int x = c[(least + 1) % 3], y = c[(least + 2) % 3];
+        return Sides{std::min(x, y), std::max(x, y), x < y};
+    };
+    Grouped byLeast(faces.size(), vertices, [&](int f) { return *std::min_element(faces[f].begin(), faces[f].end()); });
+    std::vector<char> keep(faces.size(), 0);
+    for (int v = 0; v < byLeast.groups(); ++v) {
+        pulse();
+        const std::span<int> group = byLeast[v];
+        std::sort(group.begin(), group.end(), [&](int f, int g) {
+            const Sides a = sidesOf(f), b = sidesOf(g);
+            return std::tie(a.second, a.third, f) < std::tie(b.second, b.third, g);
+        });
+        for (std::size_t i = 0, j = 0; i < group.size(); i = j) {
+            const Sides first = sidesOf(group[i]);
+            int net = 0;
+            for (; j < group.size(); ++j) {
+                const Sides s = sidesOf(group[j]);
+                if (s.second != first.second || s.third != first.third) break;
+                net += s.even ? 1 : -1;
+            }
+            if (net == 0) membranes.push_back(faces[group[i]]);
+            for (std::size_t k = i; k < j && net != 0; ++k)
+                if (sidesOf(group[k]).even == (net > 0)) {
+                    keep[group[k]] = 1;
+                    break;
+                }
+        }
+    }
+    std::size_t kept = 0;
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        if (keep[f]) faces[kept++] = faces[f];
+    faces.resize(kept);
+}
+
+/// Points that lie near a segment: a k-d tree that is nothing but an order of the points.
+class PointsNearSegment {
+  public:
+    PointsNearSegment(const std::vector<Vec3>& all, const std::vector<char>& chosen, Pulse& pulse) {
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (chosen[i]) points_.push_back({all[i], static_cast<int>(i)});
+        sort(0, points_.size(), 0, pulse);
+    }
+    bool empty() const { return points_.empty(); }
+
+    /// Calls visit(index, point) for all within `reach` of a + t d, t in [0, 1], and for some others.
+    template <class Visit>
+    void visit(const Vec3& a, const Vec3& d, double reach, Visit&& visit) const {
+        descend(0, points_.size(), 0, a, d, reach, 0, 1, visit);
+    }
+
+  private:
+    struct Point {
+        Vec3 at;
+        int index;
+    };
+
+    void sort(std::size_t first, std::size_t last, int axis, Pulse& pulse) {
+        if (last - first <= kBucket) return;
+        pulse();
+        const std::size_t middle = first + (last - first) / 2;
+        const auto at = [&](std::size_t i) { return points_.begin() + static_cast<std::ptrdiff_t>(i); };
+        std::nth_element(at(first), at(middle), at(last), [&](const Point& a, const Point& b) {
+            return a.at[axis] < b.at[axis] || (a.at[axis] == b.at[axis] && a.index < b.index);
+        });
+        sort(first, middle, (axis + 1) % 3, pulse);
+        sort(middle + 1, last, (axis + 1) % 3, pulse);
+    }
+
+    // Keeps the part [from, to] of the segment that comes within reach of each side of the cut.
+    template <class Visit>
+    void descend(std::size_t first, std::size_t last, int axis, const Vec3& a, const Vec3& d, double reach, double from,
+                 double to, Visit&& visit) const {
+        if (last - first <= kBucket) {
+            for (std::size_t i = first; i < last; ++i) visit(points_[i].index, points_[i].at);
+            return;
+        }
+        const std::size_t middle = first + (last - first) / 2;
+        const double cut = points_[middle].at[axis] - a[axis], along = d[axis];
+        const int next = (axis + 1) % 3;
+        // Where a + t d is below the cut by no less than -reach, and above likewise.
+        double below[2] = {from, to}, above[2] = {from, to};
+        if (along > 0) {
+            below[1] = std::min(to, (cut + reach) / along);
+            above[0] = std::max(from, (cut - reach) / along);
+        } else if (along < 0) {
+            below[0] = std::max(from, (cut + reach) / along);
+            above[1] = std::min(to, (cut - reach) / along);
+        } else {
+            if (cut + reach < 0) below[1] = -1;
+            if (cut - reach > 0) above[1] = -1;
+        }
+        visit(points_[middle].index, points_[middle].at);
+        if (below[0] <= below[1]) descend(first, middle, next, a, d, reach, below[0], below[1], visit);
+        if (above[0] <= above[1]) descend(middle + 1, last, next, a, d, reach, above[0], above[1], visit);
+    }
+
+    std::vector<Point> points_;
+};
+
+/// Cuts a face into triangles that have the given vertices on its sides, each list in the sense of its side.
+void split(const Corners& face, const std::array<std::span<const int>, 3>& on, std::vector<Corners>& out) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (on[k].empty()) continue;
+        const int a = face[k], b = face[(k + 1) % 3], c = face[(k + 2) % 3];
+        split({a, on[k].front(), c}, {{{}, {}, on[(k + 2) % 3]}}, out);
+        for (std::size_t i = 0; i + 1 < on[k].size(); ++i) split({on[k][i], on[k][i + 1], c}, {}, out);
+        split({on[k].back(), b, c}, {{{}, on[(k + 1) % 3], {}}}, out);
+        return;
+    }
+    if (!collapsed(face)) out.push_back(face);
+}
+
+/// Splits faces at vertices on their open edges. Returns whether there were any; raises `moved` by how far off one was.
+bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
+    struct Junction {
+        int use;
+        double along;
+        int vertex;
+    };
+    std::vector<Junction> junctions;
+    double farthest = 0;
+    {
+        const EdgeTable edges(mesh.faces, mesh.vertices.size(), pulse);
+        std::vector<char> onRim(mesh.vertices.size(), 0);
+        edges.forEach([&](const EdgeTable::Edge& e) {
+            if (e.uses.size() == 1) onRim[e.low] = onRim[e.high] = 1;
+        });
+        const PointsNearSegment points(mesh.vertices, onRim, pulse);
+        if (points.empty()) return false;
+        edges.forEach([&](const EdgeTable::Edge& e) {
+            if (e.uses.size() != 1) return;
+            pulse();
+            const int use = e.uses[0], from = edges.from(use), to = edges.to(use);
+            const Vec3 a = mesh.vertices[from], d = mesh.vertices[to] - a;
+            const Corners& face = mesh.faces[use / 3];
+            points.visit(a, d, tolerance, [&](int v, const Vec3& point) {
+                const Vec3 p = point - a;
+                const double t = p.dot(d) / d.squaredNorm(), off = (p - t * d).norm();
+                if (!(t > 0 && t < 1 && off <= tolerance) || v == face[0] || v == face[1] || v == face[2]) return;
+                junctions.push_back({use, t, v});
+                farthest = std::max(farthest, off);
+            });
+        });
+    }
+    if (junctions.empty()) return false;
+    mesh.moved += farthest;
+    std::sort(junctions.begin(), junctions.end(), [](const Junction& a, const Junction& b) {
+        return std::tie(a.use, a.along, a.vertex) < std::tie(b.use, b.along, b.vertex);
+    });
+    std::vector<int> vertices;
+    for (const Junction& j : junctions) vertices.push_back(j.vertex);
+    std::vector<Corners> faces;
+    std::size_t next = 0;
+    for (int f = 0; f < static_cast<int>(mesh.faces.size()); ++f) {
+        std::array<std::span<const int>, 3> on;
+        for (int k = 0; k < 3; ++k) {
+            const std::size_t first = next;
+            while (next < junctions.size() && junctions[next].use == 3 * f + k) ++next;
+            on[k] = {vertices.data() + first, next - first};
+        }
+        split(mesh.faces[f], on, faces);
+    }
+    mesh.faces = std::move(faces);
+    return true;
+}
+
+}  // namespace
+
+WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, double tolerance, Pulse& pulse) {
+    WeldedMesh out;
+    std::vector<int> placeOf(mesh.vertices.size(), -1);
+    for (const auto& t : mesh.triangles)
+        for (const std::uint32_t i : t) placeOf[i] = 0;
+    const auto used = static_cast<std::size_t>(std::count(placeOf.begin(), placeOf.end(), 0));
+    Places places(used, box.lo, tolerance);
+    for (std::size_t i = 0; i < placeOf.size(); ++i) {
+        pulse();
+        if (placeOf[i] == 0) placeOf[i] = places.add(mesh.vertices[i] * scale);
+    }
+    out.vertices = std::move(places.points);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        pulse();
+        const auto& t = mesh.triangles[i];
+        const Triangle drawn{mesh.vertices[t[0]] * scale, mesh.vertices[t[1]] * scale, mesh.vertices[t[2]] * scale};
+        const Corners corners{placeOf[t[0]], placeOf[t[1]], placeOf[t[2]]};
+        const Triangle welded = triangleOf(out.vertices, corners);
+        if (collapsed(corners) || !isUsable(welded)) {
+            if (isUsable(drawn)) out.crumbs.push_back(static_cast<int>(i));
+            continue;
+        }
+        out.faces.push_back(corners);
+        for (int k = 0; k < 3; ++k) out.moved = std::max(out.moved, (drawn[k] - welded[k]).norm());
+    }
+    removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);
+    if (splitAtSeams(out, tolerance, pulse)) removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);
+    return out;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,75 @@
+#include <optional>
+#include <string>
+
+#include "haptics/builder/hash.hpp"
+#include "haptics/builder/tree_builder.hpp"
+#include "haptics/builder/tree_check.hpp"
+#include "haptics/builder/tree_file.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr std::uint32_t kBuilder = 3;  // raise it when the same mesh and options make another tree
+
+std::string hex(std::uint64_t value) {
+    std::string out(16, '0');
+    for (std::size_t i = 16; i-- > 0; value >>= 4) out[i] = "0123456789abcdef"[value & 15];
+    return out;
+}
+
+/// The entry, or nothing and why, if there was one.
+std::optional<SphereTree> load(const std::filesystem::path& file, std::uint64_t key, std::string& remark) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) return {};
+    try {
+        TreeFile entry = readTree(file);
+        if (entry.key == key) return std::move(entry.tree);
+        remark = file.string() + " holds another tree than its name says, so it is built again";
+    } catch (const std::invalid_argument& damage) {
+        const std::string sentence = damage.what();
+        remark = sentence.substr(0, sentence.find(';')) + ", so it is built again";
+    }
+    return {};
+}
+
+}  // namespace
+
+std::uint64_t treeKey(const TriangleMesh& mesh, const TreeOptions& options) {
+    Hash hash;
+    hash.add(kBuilder).add(mesh.vertices.size());
+    for (const Vec3& v : mesh.vertices) hash.add(v.data(), 3 * sizeof(double));
+    for (const auto& t : mesh.triangles) hash.add(t);
+    return hash.add(options.maxError > 0 ? 0 : options.leaves)
+        .add(options.maxError)
+        .add(options.quality)
+        .add(options.interior)
+        .add(options.seed)
+        .value();
+}
+
+SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const std::filesystem::path& folder,
+                            const BuildProgress& progress, CacheReport* report) {
+    CacheReport ignored;
+    CacheReport& out = report ? *report : ignored;
+    out = {};
+    const std::uint64_t key = treeKey(mesh, options);
+    const std::filesystem::path file = folder / (hex(key) + ".spheres");
+    if (std::optional<SphereTree> kept = load(file, key, out.remark)) {
+        if (progress && !progress({1, 0})) throw BuildCancelled{};
+        return std::move(*kept);
+    }
+    out.built = true;
+    SphereTree tree = buildSphereTree(mesh, options, progress);
+    if (const std::string fault = refuteCertificate(tree, mesh); !fault.empty()) {
+        out.remark = fault + " It is not kept; please report the part.";
+        return tree;
+    }
+    try {
+        saveTree(tree, file, key);
+    } catch (const std::runtime_error& error) {
+        if (out.remark.empty()) out.remark = error.what();
+    }
+    return tree;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,136 @@
+#include "haptics/builder/tree_file.hpp"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include "haptics/builder/hash.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr char kMagic[8] = {'T', 'S', 'S', 'P', 'H', 'E', 'R', 'E'};
+constexpr std::uint32_t kVersion = 3;  // of this form
+
+template <class T>
+void append(std::string& out, const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Reads values one after the other; `ok` falls at the first that is not there.
+struct Reader {
+    const std::string& bytes;
+    std::size_t at = 0;
+    bool ok = true;
+
+    template <class T>
+    T take() {
+        T value{};
+        ok = ok && bytes.size() - at >= sizeof value;
+        if (ok) {
+            std::memcpy(&value, bytes.data() + at, sizeof value);
+            at += sizeof value;
+        }
+        return value;
+    }
+};
+
+std::string encoded(const SphereTree& tree, std::uint64_t key) {
+    const TreeCertificate& c = tree.certificate;
+    std::string out;
+    append(out, kMagic);
+    append(out, kVersion);
+    append(out, key);
+    append(out, c.protrusion);
+    append(out, c.diagonal);
+    append(out, c.hollow);
+    append(out, static_cast<std::uint8_t>(c.covered));
+    append(out, static_cast<std::uint8_t>(c.closed));
+    append(out, static_cast<std::uint32_t>(c.note.size()));
+    out += c.note;
+    append(out, static_cast<std::uint32_t>(tree.leafCount()));
+    for (int i = 0; i < tree.leafCount(); ++i) append(out, tree.leaf(i));
+    append(out, Hash().add(out.data(), out.size()).value());
+    return out;
+}
+
+bool isSound(const Sphere& s) {
+    return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.r) && s.r >= 0;
+}
+
+/// Whole and of this version, or a sentence that says what is wrong.
+TreeFile decoded(const std::string& bytes, const std::string& name) {
+    const auto fail = [&](const char* what) { throw std::invalid_argument(name + " " + what); };
+    const std::string damaged = "is cut or damaged; build the tree again";
+    if (bytes.size() < sizeof kMagic || std::memcmp(bytes.data(), kMagic, sizeof kMagic) != 0)
+        fail("is not a sphere tree of Touchstone");
+    Reader in{bytes, sizeof kMagic};
+    if (in.take<std::uint32_t>() != kVersion && in.ok)
+        fail("was written by another version of Touchstone; build the tree again");
+    if (bytes.size() < sizeof kMagic + sizeof(std::uint64_t)) fail(damaged.c_str());
+    const std::size_t body = bytes.size() - sizeof(std::uint64_t);
+    if (Reader{bytes, body}.take<std::uint64_t>() != Hash().add(bytes.data(), body).value()) fail(damaged.c_str());
+
+    TreeFile out;
+    TreeCertificate certificate;
+    out.key = in.take<std::uint64_t>();
+    certificate.protrusion = in.take<double>();
+    certificate.diagonal = in.take<double>();
+    certificate.hollow = in.take<double>();
+    certificate.covered = in.take<std::uint8_t>() != 0;
+    certificate.closed = in.take<std::uint8_t>() != 0;
+    const auto noteSize = in.take<std::uint32_t>();
+    if (!in.ok || in.at > body || noteSize > body - in.at) fail(damaged.c_str());
+    certificate.note = bytes.substr(in.at, noteSize);
+    in.at += noteSize;
+    const auto count = in.take<std::uint32_t>();
+    if (!in.ok || count == 0 || in.at > body || body - in.at != count * sizeof(Sphere)) fail(damaged.c_str());
+    std::vector<Sphere> leaves;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        leaves.push_back(in.take<Sphere>());
+        if (!isSound(leaves.back())) fail(damaged.c_str());
+    }
+    out.tree = makeSphereTree(std::move(leaves), std::move(certificate), LeafOrder::Given);
+    return out;
+}
+
+}  // namespace
+
+void saveTree(const SphereTree& tree, const std::filesystem::path& file, std::uint64_t key) {
+    static std::atomic<unsigned> serial{0};
+    std::error_code error;
+    if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+    std::filesystem::path aside = file;
+    aside += "." + std::to_string(::getpid()) + "." + std::to_string(serial++) + ".part";
+    bool written = false;
+    {
+        const std::string bytes = encoded(tree, key);
+        std::ofstream out(aside, std::ios::binary);
+        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        out.flush();
+        written = out.good();
+    }
+    if (written) std::filesystem::rename(aside, file, error);
+    if (written && !error) return;
+    std::error_code ignored;
+    std::filesystem::remove(aside, ignored);
+    throw std::runtime_error(file.string() + " cannot be written; choose a folder that exists and is yours");
+}
+
+TreeFile readTree(const std::filesystem::path& file) {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error))
+        throw std::invalid_argument(file.string() + " is not a file; check the path");
+    std::ifstream in(file, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    return decoded(bytes, file.string());
+}
+
+}  // namespace touchstone

@@ -1,0 +1,93 @@
+#pragma once
+// Exact distance to triangles and the generalised winding number, by one tree.
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "haptics/builder/box_tree.hpp"
+
+namespace touchstone {
+
+using Triangle = std::array<Vec3, 3>;
+
+/// The point of a triangle nearest to p. Needle triangles are taken as their three sides.
+/// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.5 (the Voronoi regions).
+Vec3 closestPoint(const Vec3& p, const Triangle& triangle, bool needle);
+
+/// Signed solid angle of the triangle seen from p, over 4π: positive if its front looks away from p.
+/// Source: van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983).
+double solidAngleShare(const Vec3& p, const Triangle& triangle);
+
+class TriangleBvh {
+  public:
+    struct Hit {
+        double distance = HUGE_VAL;
+        Vec3 point = Vec3::Zero();
+        bool front = false;  ///< p lies on the side from which the nearest triangle is seen counter-clockwise
+        int triangle = -1;   ///< index in the constructor's list; -1 if there is none nearer than the bound
+    };
+
+    explicit TriangleBvh(std::vector<Triangle> triangles);
+
+    bool empty() const { return triangles_.empty(); }
+
+    /// The nearest point among those nearer than `bound`. Exact up to rounding; among equals any, always the same.
+    /// Where many points are about as near, two reliefs: the first found that is nearer than `enough` will do, and so
+    /// will one that is not farther than the nearest by `tolerance`.
+    Hit closest(const Vec3& p, double bound = HUGE_VAL, double enough = 0, double tolerance = 0) const;
+
+    /// The largest radius up to the given one with which a ball through p, its centre p + radius·direction, holds no
+    /// point of the triangles deeper than `slack`. Smaller balls through p lie in larger ones, so one descent with a
+    /// shrinking ball finds it. Pre: |direction| = 1.
+    double tangentRadius(const Vec3& p, const Vec3& direction, double radius, double slack) const;
+
+    /// How often the surface winds around p: an integer off a closed surface. Far groups count as dipoles, with an
+    /// error well below the 1/2 that decides between inside and outside. Source: Barill, Dickson, Schmidt, Levin,
+    /// Jacobson, Fast Winding Numbers, ACM TOG 37 (2018).
+    double windingNumber(const Vec3& p) const;
+
+    /// Calls visit(triangle index) for the triangles whose boxes meet the box.
+    template <class Visit>
+    void overlapping(const Box& box, Visit&& visit) const;
+
+  private:
+    struct Dipoles {
+        std::array<Eigen::Array4d, 3> area, center;  ///< vector area; its centroid
+        Eigen::Array4d farSquared;                   ///< squared distance beyond which the dipole is good
+    };
+
+    /// A bucket's triangles side by side: distances to four take little longer than to one.
+    struct Pack {
+        std::array<Eigen::Array4d, 3> a, ab, ac;
+        Eigen::Array4d perAb2, perAc2, perBc2;  ///< one over the squared sides; 0 for a side of no length
+        Eigen::Array4d perNormal2;              ///< one over |ab x ac|^2; 0 for needles
+
+        Eigen::Array4d squaredDistance(const Vec3& p) const;
+    };
+
+    std::vector<Triangle> triangles_;  ///< in the tree's order
+    std::vector<char> needle_;
+    BoxTree tree_;
+    std::vector<Pack> packs_;
+    std::vector<std::array<int, 4>> packOf_;  ///< of each node's buckets
+    std::vector<Dipoles> dipoles_;
+};
+
+template <class Visit>
+void TriangleBvh::overlapping(const Box& box, Visit&& visit) const {
+    std::array<int, BoxTree::kStack> stack;
+    int top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+        const BoxTree::Node& node = tree_.nodes()[stack[--top]];
+        for (int k = 0; k < 4; ++k) {
+            bool meets = node.count[k] >= 0;
+            for (int a = 0; a < 3; ++a) meets = meets && node.lo[a][k] <= box.hi[a] && node.hi[a][k] >= box.lo[a];
+            if (!meets) continue;
+            if (node.count[k] == 0) stack[top++] = node.first[k];
+            for (int i = 0; i < node.count[k]; ++i) visit(tree_.order()[node.first[k] + i]);
+        }
+    }
+}
+
+}  // namespace touchstone

@@ -1,0 +1,123 @@
+#include "haptics/builder/wall_crossings.hpp"
+
+#include "haptics/builder/box_search.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr int kCrowd = 100;  // faces near one that are looked at
+
+/// Squared distance of the segments p + s d and q + t e, s and t in [0, 1].
+/// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
+double squaredDistance(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e) {
+    const Vec3 r = p - q;
+    const double dd = d.squaredNorm(), ee = e.squaredNorm(), de = d.dot(e), dr = d.dot(r), er = e.dot(r);
+    const auto clamped = [](double numerator, double denominator) {
+        return denominator > 0 ? std::clamp(numerator / denominator, 0.0, 1.0) : 0.0;
+    };
+    double s = clamped(de * er - dr * ee, dd * ee - de * de);
+    const double t = clamped(de * s + er, ee);
+    s = clamped(de * t - dr, dd);
+    return (r + s * d - t * e).squaredNorm();
+}
+
+/// Whether the segment comes within kTouching of the triangle: it goes through, or an end or a side lies near.
+bool touches(const Vec3& p, const Vec3& q, const Triangle& t) {
+    const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
+    const double slack = kTouching * n.norm();
+    const double sp = n.dot(p - t[0]), sq = n.dot(q - t[0]);
+    if ((sp > slack && sq > slack) || (sp < -slack && sq < -slack)) return false;
+    const Vec3 lo = t[0].cwiseMin(t[1]).cwiseMin(t[2]), hi = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+    if ((p.cwiseMin(q).array() > hi.array() + kTouching).any() ||
+        (p.cwiseMax(q).array() < lo.array() - kTouching).any())
+        return false;
+    const auto near = [&](const Vec3& x) { return (closestPoint(x, t, !isUsable(t)) - x).norm() <= kTouching; };
+    if ((sp < 0) != (sq < 0) && near(p + sp / (sp - sq) * (q - p))) return true;
+    for (int k = 0; k < 3; ++k)
+        if (squaredDistance(p, q - p, t[k], t[(k + 1) % 3] - t[k]) <= kTouching * kTouching) return true;
+    return near(p) || near(q);
+}
+
+/// What a face saw of the others: nothing yet, that none crosses it, that one may, or too many to tell.
+enum class Sight : char { None, Clear, Crossed, Crowded };
+
+class Crossings {
+  public:
+    Crossings(const std::vector<Vec3>& vertices, const std::vector<Corners>& faces, Pulse& pulse)
+        : vertices_(vertices), faces_(faces), pulse_(pulse), sights_(faces.size(), Sight::None) {
+        std::vector<int> some(faces.size());
+        std::iota(some.begin(), some.end(), 0);
+        // Those with many others about, such as fans around one vertex, are left to the others; then to each other.
+        for (std::size_t before = 2 * some.size() + 1; 2 * some.size() < before;) {
+            before = some.size();
+            seek(some);
+            std::erase_if(some, [&](int f) { return sights_[f] != Sight::Crowded; });
+        }
+    }
+
+    bool clear(std::size_t face) const { return sights_[face] == Sight::Clear; }
+
+  private:
+    Triangle triangle(const Corners& c) const { return {vertices_[c[0]], vertices_[c[1]], vertices_[c[2]]}; }
+
+    // Looks at each of some faces among them, at a bounded cost.
+    void seek(const std::vector<int>& some) {
+        std::vector<Box> boxes(some.size());
+        for (std::size_t i = 0; i < some.size(); ++i)
+            for (const Vec3& v : triangle(faces_[some[i]])) boxes[i].add(v);
+        const BoxTree tree(boxes);
+        boxes = inOrder(tree.order(), boxes);
+        std::vector<Corners> faces;
+        faces.reserve(some.size());
+        for (const int i : tree.order()) faces.push_back(faces_[some[i]]);
+        std::vector<Sight> seen(some.size(), Sight::None);
+        for (int f = 0; f < static_cast<int>(faces.size()); ++f) {
+            pulse_();
+            if (seen[f] == Sight::Crossed) continue;
+            Box around = boxes[f];
+            around.lo.array() -= kTouching;
+            around.hi.array() += kTouching;
+            int tests = 0;
+            seen[f] = Sight::Clear;
+            anyMeeting(tree, boxes, around, [&](int other) {
+                if (other == f || seen[other] == Sight::Clear) return false;
+                if (++tests > kCrowd) {
+                    seen[f] = Sight::Crowded;
+                    return true;
+                }
+                if (!mayCross(faces[f], faces[other])) return false;
+                seen[f] = seen[other] = Sight::Crossed;
+                return true;
+            });
+        }
+        for (std::size_t i = 0; i < some.size(); ++i) sights_[some[tree.order()[i]]] = seen[i];
+    }
+
+    bool mayCross(const Corners& a, const Corners& b) const {
+        const auto has = [](const Corners& c, int v) { return v == c[0] || v == c[1] || v == c[2]; };
+        const auto pierces = [&](const Corners& s, const Corners& t) {
+            for (int k = 0; k < 3; ++k) {
+                const int p = s[k], q = s[(k + 1) % 3];
+                if (!has(t, p) && !has(t, q) && touches(vertices_[p], vertices_[q], triangle(t))) return true;
+            }
+            return false;
+        };
+        return pierces(a, b) || pierces(b, a);
+    }
+
+    const std::vector<Vec3>& vertices_;
+    const std::vector<Corners>& faces_;
+    Pulse& pulse_;
+    std::vector<Sight> sights_;
+};
+
+}  // namespace
+
+std::vector<char> crossedFaces(const std::vector<Vec3>& vertices, const std::vector<Corners>& faces, Pulse& pulse) {
+    const Crossings crossings(vertices, faces, pulse);
+    std::vector<char> out(faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f) out[f] = !crossings.clear(f);
+    return out;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,124 @@
+// Any bytes as a mesh, repaired and, if the first byte asks for it, covered by a tree.
+//   1 byte   kind of coordinates (low 2 bits), a tree too if both of the next 2 are set, leaves - 1 (high 4 bits)
+//   1 byte   count of vertices - 1 (low 6 bits)
+//   the vertices: three bytes each, or three floats
+//   the triangles: three bytes each
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "haptics/builder/mesh_repair.hpp"
+#include "haptics/builder/tree_builder.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace touchstone;
+using fuzz::require;
+
+namespace {
+
+constexpr std::size_t kMostTriangles = 80, kMostUnderTree = 24;  // trees of more take too long
+
+struct Input {
+    TriangleMesh mesh;
+    bool tree = false;
+    int leaves = 8;
+};
+
+Input decode(fuzz::Bytes bytes) {
+    Input in;
+    const auto kind = bytes.take<std::uint8_t>();
+    in.tree = (kind & 12) == 12;
+    in.leaves = 1 + (kind >> 4);
+    const int vertices = 1 + bytes.take<std::uint8_t>() % 64;
+    for (int i = 0; i < vertices; ++i) {
+        Vec3 v;
+        for (int k = 0; k < 3; ++k) {
+            // Small whole numbers meet in points, lines and planes; a few thousandths off they nearly do.
+            const auto whole = [&] { return static_cast<double>(bytes.take<std::int8_t>()); };
+            switch (kind & 3) {
+                case 0:
+                    v[k] = std::floor(whole() / 16);
+                    break;
+                case 1:
+                    v[k] = whole();
+                    break;
+                case 2:
+                    v[k] = 1000 + whole() / 16 + (i % 3) * 1e-6;
+                    break;
+                default:
+                    v[k] = static_cast<double>(bytes.take<float>());
+            }
+        }
+        in.mesh.vertices.push_back(v);
+    }
+    const std::size_t most = in.tree ? kMostUnderTree : kMostTriangles;
+    while (bytes.left() > 0 && in.mesh.triangles.size() < most) {
+        const auto corner = [&] { return static_cast<std::uint32_t>(bytes.take<std::uint8_t>() % vertices); };
+        const std::uint32_t a = corner(), b = corner(), c = corner();
+        in.mesh.triangles.push_back({a, b, c});
+    }
+    return in;
+}
+
+bool allFinite(const TriangleMesh& mesh) {
+    return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+        return std::all_of(t.begin(), t.end(), [&](std::uint32_t i) { return mesh.vertices[i].allFinite(); });
+    });
+}
+
+void checkRepair(const RepairedMesh& body, std::size_t triangles) {
+    require(body.diagonal >= 1 && body.diagonal < 2 + 1e-9, "the diagonal lies in [1, 2)");
+    require(!body.cover.empty() && body.cover.size() <= triangles, "what is to be covered is what came in");
+    require(body.weld >= 0 && body.weld < 1e-5 * body.diagonal, "welding moves little");
+    bool walls = false, caps = false, exposed = false;
+    for (const Face& f : body.faces) {
+        for (const Vec3& v : f.corners) require(v.allFinite(), "corners are finite");
+        require(f.role == FaceRole::Sheet || !f.exposed, "only sheets are exposed");
+        walls = walls || f.role == FaceRole::Wall;
+        caps = caps || f.role == FaceRole::Cap;
+        exposed = exposed || f.exposed;
+    }
+    require(!body.faces.empty(), "some face is left");
+    require(caps == (body.holes > 0), "holes have caps");
+    require(walls || exposed, "without walls the surface is open");
+    require(body.closed() == (body.holes == 0 && !exposed), "closed is what has neither holes nor sheets in the open");
+}
+
+void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
+    const TreeCertificate& c = tree.certificate;
+    require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "no more leaves than asked");
+    require(c.covered || !c.note.empty(), "covered, or says why not");
+    require(std::isfinite(c.protrusion) && c.protrusion >= 0 && c.protrusion <= 20 * c.diagonal, "a sane protrusion");
+    if (!c.covered) return;
+    for (const auto& t : mesh.triangles) {
+        const Vec3 &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]], &r = mesh.vertices[t[2]];
+        const Vec3 n = (q - p).cross(r - p);
+        // Triangles without an area need no cover; rounding may call it either way.
+        if (!(n.norm() > 1e-9 * std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()})))
+            continue;
+        for (const Vec3& x : {p, q, r, Vec3((p + q + r) / 3)}) {
+            bool covered = false;
+            for (int i = 0; i < tree.leafCount() && !covered; ++i) {
+                const Sphere s = tree.leaf(i);
+                covered = (x - Vec3(s.x, s.y, s.z)).norm() <= s.r * (1 + 1e-12) + 1e-14 * x.norm();
+            }
+            require(covered, "the surface lies in the leaves");
+        }
+    }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const Input in = decode({data, size});
+    try {
+        const RepairedMesh body = repairMesh(in.mesh);
+        require(allFinite(in.mesh), "what is no number is refused");
+        checkRepair(body, in.mesh.triangles.size());
+    } catch (const std::invalid_argument& error) {
+        fuzz::requireSentence(error.what());
+        return 0;
+    }
+    if (in.tree) checkTree(buildSphereTree(in.mesh, {.leaves = in.leaves, .threads = 1}), in.mesh, in.leaves);
+    return 0;
+}

@@ -1,0 +1,206 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "haptics/builder/mesh_repair.hpp"
+#include "haptics/builder/sphere_hierarchy.hpp"
+#include "haptics/builder/tree_check.hpp"
+#include "haptics/builder/tree_file.hpp"
+#include "haptics/system/scene_world.hpp"
+#include "haptics/system/tree_picture.hpp"
+#include "haptics/system/tree_words.hpp"
+#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/tree_choice.hpp"
+#include "tools/touchstone/tree_parts.hpp"
+
+namespace touchstone::app {
+namespace {
+
+constexpr int kPictureSize = 800;
+
+/// By the clock, and of all threads of the program.
+class Stopwatch {
+  public:
+    double wall() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - wallStart_).count(); }
+    double cpu() const { return cpuNow() - cpuStart_; }
+
+  private:
+    static double cpuNow() {
+        timespec now{};
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    }
+    std::chrono::steady_clock::time_point wallStart_ = std::chrono::steady_clock::now();
+    double cpuStart_ = cpuNow();
+};
+
+struct MadeTree {
+    SphereTree tree;
+    const char* source = "built";  ///< or "cache", "import"
+    double wall = 0, cpu = 0;      ///< s
+};
+
+/// The leaves of another program's tree, with a certificate that is measured here.
+SphereTree importTree(const std::filesystem::path& file, const TreePart& part, const BuildProgress& progress) {
+    SphereTree tree = makeSphereTree(readSph(file, part.mmPerUnit).leaves());
+    const TreeMetrics measured = measureTree(tree, part.mesh, {.samples = 20000, .poses = 0}, progress);
+    TreeCertificate& certificate = tree.certificate;
+    double extent = 0;
+    for (const Vec3& v : part.mesh.vertices) extent = std::max(extent, v.cwiseAbs().maxCoeff());
+    const double rounding = 16 * std::numeric_limits<double>::epsilon() * extent;  // of a corner and its distance
+    certificate.protrusion = measured.protrusionCertified + rounding;
+    certificate.diagonal = measured.diagonal;
+    certificate.covered = measured.coverageProven;
+    certificate.closed = repairMesh(part.mesh).closed();
+    if (!certificate.covered) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      "The leaves leave about %.2g %% of the surface bare, by up to %.3g mm; whatever meets it there "
+                      "is not felt.",
+                      100 * measured.uncoveredShare, measured.largestGap);
+        certificate.note = text;
+    } else if (!certificate.closed) {
+        certificate.note = "The surface is open or does not bound a volume, so where it is open it is felt as a sheet.";
+    }
+    return tree;
+}
+
+MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCommand& command,
+                  const BuildProgress& progress) {
+    const Stopwatch watch;
+    MadeTree made;
+    const std::filesystem::path cache = command.noCache ? "" : system::treeCacheFolder();
+    if (!command.imported.empty()) {
+        made.source = "import";
+        made.tree = importTree(command.imported, part, progress);
+    } else if (cache.empty()) {
+        made.tree = buildSphereTree(part.mesh, options, progress);
+    } else {
+        CacheReport report;
+        made.tree = cachedSphereTree(part.mesh, options, cache, progress, &report);
+        if (!report.built) made.source = "cache";
+        if (!report.remark.empty()) spdlog::warn("{}", report.remark);
+    }
+    made.wall = watch.wall();
+    made.cpu = watch.cpu();
+    return made;
+}
+
+void print(const TreePart& part, const MadeTree& made) {
+    const TreeCertificate& certificate = made.tree.certificate;
+    const std::string how = made.source == std::string("built")   ? "built"
+                            : made.source == std::string("cache") ? "from the cache"
+                                                                  : "imported";
+    std::printf("%s%s%s: %s; %s in %.2f s, CPU %.2f s\n", part.name.c_str(), part.role.empty() ? "" : ", ",
+                part.role.c_str(), system::words(made.tree).c_str(), how.c_str(), made.wall, made.cpu);
+    if (!certificate.note.empty()) std::printf("  note: %s\n", certificate.note.c_str());
+}
+
+void printJson(const TreePart& part, const TreeOptions& options, const MadeTree& made) {
+    const TreeCertificate& certificate = made.tree.certificate;
+    nlohmann::ordered_json json{{"part", part.name}};
+    json["role"] = part.role.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(part.role);
+    json["triangles"] = part.mesh.triangles.size();
+    json["diagonal_mm"] = certificate.diagonal;
+    json["leaves"] = made.tree.leafCount();
+    json["nodes"] = made.tree.nodeCount();
+    json["levels"] = made.tree.levels.size();
+    json["protrusion_mm"] = certificate.protrusion;
+    json["protrusion_percent"] = certificate.diagonal > 0 ? 100 * certificate.protrusion / certificate.diagonal : 0;
+    json["covered"] = certificate.covered;
+    json["closed"] = certificate.closed;
+    json["hollow_mm"] = certificate.hollow >= 0 ? nlohmann::ordered_json(certificate.hollow) : nlohmann::ordered_json();
+    json["note"] = certificate.note;
+    json["source"] = made.source;
+    if (made.source != std::string("import")) {
+        json["quality"] = system::name(options.quality);
+        json["interior"] = system::name(options.interior);
+        json["seed"] = options.seed;
+    }
+    json["wall_s"] = made.wall;
+    json["cpu_s"] = made.cpu;
+    std::printf("%s\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+}
+
+/// What the command line alone shows to be wrong.
+void check(const TreeCommand& command) {
+    if (command.from.file.empty())
+        throw UsageError("tree needs a mesh (.obj, .stl) or a scene (.glb, .gltf, or the name of one)");
+    checkChoice(command.tree);
+    const TreeChoice& choice = command.tree;
+    if (!command.imported.empty() && (choice.leaves || choice.levels || !choice.maxError.empty() || choice.quality ||
+                                      choice.interior || choice.seed))
+        throw UsageError("--import takes the leaves as they are: it goes with no option that says how to build them");
+    for (const auto& [path, what] : {std::pair{command.output, "tree"}, std::pair{command.exported, "exported tree"},
+                                     std::pair{command.picture, "picture"}})
+        if (!path.empty()) requireWritable(path, what);
+}
+
+std::vector<TreePart> partsFor(const TreeCommand& command) {
+    std::vector<TreePart> parts = readParts(command.from);
+    const char* why = !command.output.empty()     ? "-o writes one tree"
+                      : !command.exported.empty() ? "--export writes one tree"
+                      : !command.imported.empty() ? "--import brings one tree"
+                      : !command.picture.empty()  ? "--picture shows one tree"
+                                                  : nullptr;
+    if (!why) return parts;
+    TreePart part = onlyPart(std::move(parts), command.from.file, why);
+    parts.clear();
+    parts.push_back(std::move(part));
+    return parts;
+}
+
+void write(const TreeCommand& command, const TreePart& part, const TreeOptions& options, const MadeTree& made) {
+    if (!command.output.empty()) {
+        // What is given to others is proven once more, by other code than built it.
+        if (const std::string wrong = refuteCertificate(made.tree, part.mesh); !wrong.empty())
+            throw std::runtime_error(part.name +
+                                     ": the tree is not what its certificate says, so it is not saved: " + wrong);
+        saveTree(made.tree, command.output, command.imported.empty() ? treeKey(part.mesh, options) : 0);
+    }
+    if (!command.exported.empty()) writeSph(hierarchyOf(made.tree), command.exported, part.mmPerUnit);
+    if (!command.picture.empty()) system::renderTree(made.tree, part.mesh, command.picture, kPictureSize, kPictureSize);
+}
+
+}  // namespace
+
+int makeTrees(const TreeCommand& command) {
+    check(command);
+    const std::vector<TreePart> parts = partsFor(command);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const TreePart& part = parts[i];
+        const TreeOptions options = withChoice(part.options, command.tree, part.diagonal());
+        MadeTree made;
+        try {
+            const system::SceneProgress bar =
+                progressBar(command.imported.empty() ? "building the sphere tree of" : "measuring the sphere tree of");
+            const BuildProgress progress = [&](const BuildStatus& status) {
+                const auto whole = static_cast<double>(parts.size());
+                return bar({.part = part.name,
+                            .number = i + 1,
+                            .of = parts.size(),
+                            .fraction = (static_cast<double>(i) + status.fraction) / whole,
+                            .secondsLeft = status.secondsLeft});
+            };
+            made = makeTree(part, options, command, progress);
+            if (!progress({1, 0})) throw BuildCancelled{};
+        } catch (const std::invalid_argument& error) {
+            throw std::runtime_error(part.name + ": " + error.what());
+        }
+        write(command, part, options, made);
+        if (command.json)
+            printJson(part, options, made);
+        else
+            print(part, made);
+        std::fflush(stdout);
+    }
+    return kOk;
+}
+
+}  // namespace touchstone::app

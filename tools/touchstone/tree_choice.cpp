@@ -1,0 +1,69 @@
+#include "tools/touchstone/tree_choice.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "haptics/system/tree_words.hpp"
+
+namespace touchstone::app {
+namespace {
+
+constexpr int kMostLevels = 7;  // 8^6 leaves are TreeOptions::kMostLeaves
+constexpr int kMostThreads = 256;
+
+/// "0.02mm", "0.02" or "0.1%" as mm.
+double errorInMm(std::string_view text, double diagonal) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+    while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
+    if (error != std::errc{} || !std::isfinite(value) || value <= 0 || !(unit.empty() || unit == "mm" || unit == "%"))
+        throw UsageError(
+            "--max-error takes a length like 0.02mm, or a share of the diagonal like 0.1%, above zero, not '" +
+            std::string(text) + "'");
+    return unit == "%" ? value / 100 * diagonal : value;
+}
+
+template <class Enum>
+void set(Enum& value, const std::optional<std::string>& given, std::span<const char* const> names,
+         const std::string& option) {
+    if (!given) return;
+    const auto known = std::find(names.begin(), names.end(), *given);
+    if (known == names.end()) throw UsageError(option + " is " + system::anyOf(names) + ", not '" + *given + "'");
+    value = static_cast<Enum>(known - names.begin());
+}
+
+void requireRange(const std::string& option, int value, int most) {
+    if (value < 1 || value > most)
+        throw UsageError(option + " is from 1 to " + std::to_string(most) + ", not " + std::to_string(value));
+}
+
+}  // namespace
+
+TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double diagonal) {
+    if (choice.leaves.has_value() + choice.levels.has_value() + !choice.maxError.empty() > 1)
+        throw UsageError("give one of --leaves, --levels and --max-error: each alone says how many leaves there are");
+    if (choice.leaves || choice.levels) options.maxError = 0;
+    if (choice.leaves) {
+        requireRange("--leaves", *choice.leaves, TreeOptions::kMostLeaves);
+        options.leaves = *choice.leaves;
+    }
+    if (choice.levels) {
+        requireRange("--levels", *choice.levels, kMostLevels);
+        options.leaves = 1 << 3 * (*choice.levels - 1);  // the root is a level of its own
+    }
+    if (!choice.maxError.empty()) options.maxError = errorInMm(choice.maxError, diagonal);
+    set(options.quality, choice.quality, system::kQualityNames, "--quality");
+    set(options.interior, choice.interior, system::kInteriorNames, "--interior");
+    options.seed = choice.seed.value_or(options.seed);
+    if (choice.threads) {
+        requireRange("--threads", *choice.threads, kMostThreads);
+        options.threads = *choice.threads;
+    }
+    return options;
+}
+
+void checkChoice(const TreeChoice& choice) { withChoice({}, choice, 1); }
+
+}  // namespace touchstone::app
