@@ -1,5 +1,5 @@
 // Any bytes as a mesh, repaired and, if the first byte asks for it, covered by a tree.
-//   1 byte   kind of coordinates (low 2 bits), a tree too if both of the next 2 are set, leaves - 1 (high 4 bits)
+//   1 byte   kind of coordinates (low 2 bits), a tree too if the next 3 are set, leaves - 1 (high 3 bits)
 //   1 byte   count of vertices - 1 (low 6 bits)
 //   the vertices: three bytes each, or three floats
 //   the triangles: three bytes each
@@ -27,8 +27,8 @@ struct Input {
 Input decode(fuzz::Bytes bytes) {
     Input in;
     const auto kind = bytes.take<std::uint8_t>();
-    in.tree = (kind & 12) == 12;
-    in.leaves = 1 + (kind >> 4);
+    in.tree = (kind & 28) == 28;  // one in eight, since it takes a hundred times as long
+    in.leaves = 1 + (kind >> 5);
     const int vertices = 1 + bytes.take<std::uint8_t>() % 64;
     for (int i = 0; i < vertices; ++i) {
         Vec3 v;
