@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/parts/hard_cases.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -51,6 +52,7 @@ Scene makeBunnies(const SceneOptions& options) {
     const Entity tool = addBody(scene, "gold bunny", at(-8), mesh, gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, mesh, silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    addBunnyCases(scene, tool, tree, contact);
     return scene;
 }
 
@@ -93,6 +95,9 @@ Scene makeSpline(const SceneOptions& options) {
             {{"role", "goal"},
              {"goal", {{"tolerance_m", fit.clearance / 1000}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}});
     scene.animations.push_back(motion.animation(tool));
+    json hard = outcome;
+    hard["max_penetration_mm"] = kTouch;
+    scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
     return scene;
 }
 
@@ -123,6 +128,7 @@ Scene makePlate(const SceneOptions& options) {
         addBody(scene, "ball", {{0, above, 0}}, shared(sphere(radius)), gold(), toolMarking(ballLeaves, outcome));
     addBody(scene, "plate", {}, shared(box({60, thickness, 60}, 2)), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    addPlateCases(scene, tool, {.above = above, .past = past, .side = side * 1000, .pressed = thickness / 2 + radius});
     return scene;
 }
 
@@ -153,6 +159,9 @@ Scene makeWedge(const SceneOptions& options) {
         addBody(scene, "rod", at(0, 0), shared(cylinder(radius, length, 1)), gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, stanfordBunny(options.bunny), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    json hard = slides();
+    hard.update(outcome);
+    scene.animations.push_back(motion.animation(tool, "hard-09-wedge", hard));
     return scene;
 }
 
@@ -161,6 +170,7 @@ constexpr SceneInfo kScenes[] = {
     {"spline", "a splined shaft is turned until it drops into its hole and is pushed home", makeSpline},
     {"plate", "a ball is driven at a 1 mm plate at 0.2, 1, 3 and 10 m/s", makePlate},
     {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
+    {"pinch", "a ball between walls that leave it too little room, or hardly enough", makePinch},
 };
 
 }  // namespace
