@@ -21,16 +21,18 @@ DeviceReading HeldMotion::read(double t, double dt) noexcept {
         hand_.reset(motion_->at(0));
         queue_.fill({});
         tick_ = 0;
-        translational_ = rotational_ = 0;
+        work_ = gain_ = 0;
         return {.X_WT = hand_.pose(), .finished = finished};
     }
     const Pose before = hand_.pose();
     // write() has counted the tick before; with no delay its wrench is the one.
     const int size = static_cast<int>(queue_.size());
     const Wrench& felt = queue_[static_cast<std::size_t>((tick_ - 1 - delay_ + 2 * size) % size)];
-    const Pose& after = hand_.advance(motion_->at(t), felt, dt);
-    translational_ += felt.force.dot(after.p - before.p);
-    rotational_ += felt.torque.dot(logRotation(after.q * before.q.conjugate()));
+    const Pose target = motion_->at(t);
+    gain_ -= hand_.energy(target);
+    const Pose& after = hand_.advance(target, felt, dt);
+    gain_ += hand_.energy(target);
+    work_ += felt.force.dot(after.p - before.p) + felt.torque.dot(logRotation(after.q * before.q.conjugate()));
     return {.X_WT = after, .finished = finished};
 }
 

@@ -19,10 +19,12 @@ class HeldMotion final : public Device {
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override;
 
-    /// Work that the wrench has done on the hand since time 0, ∫(F·v + T·ω)dt, mJ: what the device put in.
-    double workOnHand() const { return translational_ + rotational_; }
-    double translationalWork() const { return translational_; }
-    double rotationalWork() const { return rotational_; }
+    /// Work of the wrench on the hand since time 0, ∫(F·v + T·ω)dt, mJ.
+    double work() const { return work_; }
+    /// The same with the damping's: what mass and spring have gained, mJ, moving the hand's target not counted. A
+    /// wrench that is sampled and held always does a little work where the hand moves in contact; the tool feels
+    /// passive as long as damping takes it away again and this stays at or below zero.
+    double gain() const { return gain_; }
 
   private:
     std::shared_ptr<const Motion> motion_;
@@ -30,7 +32,7 @@ class HeldMotion final : public Device {
     int delay_;
     std::array<Wrench, kMaxDelay + 1> queue_{};  // of the last ticks, at tick modulo its size
     int tick_ = 0;
-    double translational_ = 0, rotational_ = 0;
+    double work_ = 0, gain_ = 0;
 };
 
 /// Row of the device table: hand[:MASS,SPRING,DAMPING,DELAY[,MOTION]] in kg, N/m, N·s/m and ticks, rotation like

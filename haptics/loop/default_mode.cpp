@@ -43,7 +43,7 @@ class DefaultTick {
     StepState::Impl& s_;
     const Settings& set_;
     const Pose device_;
-    double budget_ = INFINITY;
+    double budget_ = INFINITY, shiftBudget_ = INFINITY;  ///< travel left this tick, and that of C alone, mm
     int linearisation_ = 0;
     int pairs_ = 0;
     bool shadowed_ = false;
@@ -191,12 +191,11 @@ NeighbourList::Overlap DefaultTick::remeasure(const Pose& after) const {
 void DefaultTick::move(Step step, const Vec6& wanted) {
     const bool contact = s_.rows.size() > 0;
     const auto capped = [&](Vec6 x) {
-        const double length = s_.lengthOf(x), reach = contact ? set_.trust : s_.freeRadius,
-                     cap = std::min(reach, budget_);
-        if (length <= cap) return x;
+        const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : s_.freeRadius;
+        if (length <= std::min(reach, budget_) && shift <= shiftBudget_) return x;
         step.reachesDevice = false;
-        if (contact || budget_ < reach) tick_.record.flags |= kCapped;
-        return Vec6(x * (cap / length));
+        if (contact || budget_ < reach || shift > shiftBudget_) tick_.record.flags |= kCapped;
+        return Vec6(x * std::min({1.0, reach / length, budget_ / length, shiftBudget_ / std::max(shift, 1e-300)}));
     };
     Vec6 x = capped(step.x);
     Pose after = moved(s_.graphic, x);
@@ -221,6 +220,7 @@ void DefaultTick::move(Step step, const Vec6& wanted) {
     const double length = s_.lengthOf(x);
     s_.freeRadius = std::max(0.0, s_.freeRadius - length);
     budget_ -= length;
+    shiftBudget_ -= x.head<3>().norm();
     // Exactly the device's pose where nothing holds the tool, so that free flight gives exactly no force.
     s_.graphic = step.reachesDevice ? device_ : after;
 }
@@ -228,7 +228,10 @@ void DefaultTick::move(Step step, const Vec6& wanted) {
 bool DefaultTick::run(Wrench& wrench) {
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
-        budget_ = s_.lengthOf(incrementBetween(s_.device, device_)) + set_.travelBudget * dt;
+        const Vec6 deviceStep = incrementBetween(s_.device, device_);
+        budget_ = s_.lengthOf(deviceStep) + set_.travelBudget * dt;
+        // Force is the stiffness times the way from C to C: a device that spins must not let the tool leap.
+        shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
     bool arrived = false;

@@ -35,7 +35,8 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.penetration; }},
     {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"},
      [](const Seen& s) { return s.hover; }},
-    {{"max_hover_ms", "ms", "longest time that a contact which carries force stood off by more than 0.01 mm"},
+    {{"max_hover_ms", "ms",
+      "longest time that a contact with force stood off by over 0.01 mm while no cap slowed the tool"},
      [](const Seen& s) { return s.longestHoverMs; }},
     {{"max_penetration_growth_mm", "mm", "rise of the overlap above the least that was reached before"},
      [](const Seen& s) { return s.penetrationGrowth; }},
@@ -139,7 +140,7 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     seen_.penetrationGrowth = std::max(seen_.penetrationGrowth, penetration - seen_.leastPenetration);
     seen_.leastPenetration = std::min(seen_.leastPenetration, penetration);
     seen_.hover = std::max(seen_.hover, record.hover);
-    seen_.hoverMs = record.hover > kHover ? seen_.hoverMs + dt : 0;
+    seen_.hoverMs = record.hover > kHover && !(record.flags & kCapped) ? seen_.hoverMs + dt : 0;
     seen_.longestHoverMs = std::max(seen_.longestHoverMs, seen_.hoverMs);
     seen_.force = std::max(seen_.force, force);
     seen_.torque = std::max(seen_.torque, record.wrench_C.torque.norm());

@@ -58,9 +58,16 @@ Scene makeBunnies(const SceneOptions& options) {
 
 /// A splined shaft finds its hole: press, turn until the keys drop in, insert, wiggle, rest.
 Scene makeSpline(const SceneOptions& options) {
-    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance.
-    const int leaves = options.leaves ? options.leaves : 8192;
     const SplineFit& fit = options.fit;
+    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance: a
+    // tenth of it is left for the shaft to move in.
+    const auto marked = [&](json marking) {
+        if (options.leaves) return marking;
+        marking.erase("leaves");
+        marking["max_error_mm"] = 0.45 * fit.clearance;
+        marking["quality"] = "best";
+        return marking;
+    };
     const glm::dvec3 y(0, 1, 0);
     const double misaligned = std::numbers::pi / fit.keys;
     // The tool's origin is the middle of the shaft.
@@ -88,15 +95,15 @@ Scene makeSpline(const SceneOptions& options) {
         {"touchstone",
          {{"settings", {{"margin", 0.75 * fit.clearance}, {"trust", 0.75 * fit.clearance}, {"slack", 0.1}}}}}};
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
-    const Entity tool =
-        addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(), toolMarking(leaves, outcome));
-    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), obstacleMarking(leaves));
+    const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
+                                marked(toolMarking(options.leaves, outcome)));
+    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addBody(scene, "seated", at(fit.depth, 0), nullptr, {},
             {{"role", "goal"},
              {"goal", {{"tolerance_m", fit.clearance / 1000}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}});
     scene.animations.push_back(motion.animation(tool));
-    json hard = outcome;
-    hard["max_penetration_mm"] = kTouch;
+    json hard = snaps();
+    hard.update(outcome);
     scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
     return scene;
 }
@@ -159,7 +166,7 @@ Scene makeWedge(const SceneOptions& options) {
         addBody(scene, "rod", at(0, 0), shared(cylinder(radius, length, 1)), gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, stanfordBunny(options.bunny), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
-    json hard = slides();
+    json hard = snaps();
     hard.update(outcome);
     scene.animations.push_back(motion.animation(tool, "hard-09-wedge", hard));
     return scene;
