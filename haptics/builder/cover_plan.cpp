@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "haptics/builder/mesh_faces.hpp"
 
 namespace touchstone {
 namespace {
@@ -23,10 +26,15 @@ struct Effort {
     int rounds;    ///< of relaxing
     int patience;  ///< rounds without gain before it ends
 };
-constexpr Effort kTightenFast{6, 6}, kTightenBest{40, 12};
-constexpr Effort kSaveFast{3, 3}, kSaveBest{20, 3};  // the rounds of a fixed growth save 6, 3, 2, 1 %
+constexpr Effort kTightenBest{40, 12};
+constexpr Effort kSaveFast{2, 2}, kSaveBest{20, 3};  // the rounds of a fixed growth save 6, 3, 2, 1 %
 
-double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
+/// Rounds cost as the leaves they move: a coarse tree can afford more.
+Effort tightenFast(std::size_t leaves) {
+    const double ratio = 4096 / static_cast<double>(std::max<std::size_t>(leaves, 1));
+    const int rounds = static_cast<int>(std::lround(6 * std::clamp(std::sqrt(ratio), 1.0, 6.0)));
+    return {rounds, std::max(6, rounds / 2)};
+}
 
 /// The growth at which about `count` balls will do: a ball of depth d covers patches of squared radius 2 e d + e^2.
 double estimateGrowth(const CoverTask& task, double count) {
@@ -79,30 +87,43 @@ double estimateGrowth(const CoverTask& task, double count) {
 }
 
 SurfaceSamples samplesFor(const CoverTask& task, double growth, std::size_t balls) {
-    // Few leaves can afford many candidates.
-    const double spacing = kSpacing * std::clamp(std::sqrt(static_cast<double>(balls) / 512.0), 0.7, 1.0);
+    // Few leaves can afford many candidates, and very many leaves need not.
+    const auto n = static_cast<double>(balls);
+    const double spacing =
+        kSpacing * std::clamp(std::sqrt(n / 512), 0.7, 1.0) * std::clamp(std::pow(n / 8192, 0.2), 1.0, 1.35);
     return sampleSurface(task.mesh, task.solid, growth, spacing, 40 * balls + 4000, task.certificate.law(), task.seed,
                          task.workers);
 }
 
-/// Rounds of settling, dropping what the others make idle and patching what falls bare. `next` takes the cover that a
-/// round made, gives it the growth of the next round, which may be the last, and says whether it is the best so far.
-template <class Next>
+struct Verdict {
+    bool better;   ///< than every cover before
+    bool restart;  ///< from the best cover
+    double growth;
+};
+
+/// Rounds of settling, dropping what the others make idle and patching what falls bare. `judge` is told the cover that
+/// a round made, the best one before (or null) and whether the next round is the last, and says how to go on.
+template <class Judge>
 Cover relax(const CoverTask& task, const Effort& effort, const CoverSearch& search, Cover cover, std::size_t most,
-            Next&& next) {
+            Judge&& judge) {
     std::optional<Cover> best;
     int idle = 0;
+    const auto share = [&] { return dropIdle(cover, task.certificate, proofResolution(cover.growth), task.workers); };
+    CoverCertificate::Proof shares = share();
     // Without any success the growth rises from round to round, so this ends.
     for (int round = 0; round < effort.rounds ? idle < effort.patience : !best && round < effort.rounds + 20; ++round) {
         task.progress.enter(kFirstRound +
                             (kSearched - kFirstRound) * std::min(1.0, double(round + 1) / double(effort.rounds)));
-        settleBalls(cover, task.solid, task.certificate, proofResolution(cover.growth), task.workers);
+        settleBalls(cover, shares, task.solid, task.certificate.law(), task.workers);
         search.dropSpare(cover);
         search.patch(cover, most);
-        const Cover made = cover;
-        const bool better = next(cover, round + 2 == effort.rounds);
-        idle = better ? 0 : idle + 1;
-        if (better) best = made;
+        shares = share();
+        const Verdict verdict = judge(std::as_const(cover), best ? &*best : nullptr, round + 2 == effort.rounds);
+        idle = verdict.better ? 0 : idle + 1;
+        if (verdict.better) best = cover;
+        if (verdict.restart) cover = *best;
+        cover.growth = verdict.growth;
+        if (verdict.restart) shares = share();
     }
     return best ? std::move(*best) : std::move(cover);
 }
@@ -153,24 +174,17 @@ Cover tightestCover(const CoverTask& task, std::size_t most) {
         }
     }
 
-    Cover best{{}, HUGE_VAL, false};
-    return relax(task, task.quality == TreeQuality::Fast ? kTightenFast : kTightenBest, *search, std::move(greedy),
-                 room, [&](Cover& c, bool lastNext) {
-                     const double fill = static_cast<double>(c.balls.size()) / static_cast<double>(most);
-                     if (c.proven && fill <= 1) {
-                         const bool better = c.growth < best.growth;
-                         if (better) best = c;
-                         c.growth *= std::pow(0.975 * fill, kFallOff);
-                         return better;
-                     }
-                     // A round more frees more balls: one that does not fit grows only a little.
-                     growth = c.growth *
-                              (c.proven ? std::max(1.003, std::pow((lastNext ? 1 : 0.985) * fill, kFallOff)) : 1.1);
-                     if (!(growth < best.growth)) growth = std::sqrt(c.growth * best.growth);
-                     if (best.proven && (!c.proven || fill > kBloated)) c = best;
-                     c.growth = growth;
-                     return false;
-                 });
+    const auto judge = [&](const Cover& c, const Cover* best, bool lastNext) -> Verdict {
+        const double fill = static_cast<double>(c.balls.size()) / static_cast<double>(most);
+        if (c.proven && fill <= 1)
+            return {!best || c.growth < best->growth, false, c.growth * std::pow(0.975 * fill, kFallOff)};
+        // A round more frees more balls: one that does not fit grows only a little.
+        double next = c.growth * (c.proven ? std::max(1.003, std::pow((lastNext ? 1 : 0.985) * fill, kFallOff)) : 1.1);
+        if (best && !(next < best->growth)) next = std::sqrt(c.growth * best->growth);
+        return {false, best && (!c.proven || fill > kBloated), next};
+    };
+    return relax(task, task.quality == TreeQuality::Fast ? tightenFast(most) : kTightenBest, *search, std::move(greedy),
+                 room, judge);
 }
 
 Cover smallestCover(const CoverTask& task, double growth, std::size_t most) {
@@ -179,13 +193,11 @@ Cover smallestCover(const CoverTask& task, double growth, std::size_t most) {
     task.progress.enter(kFirstRound);
     Cover cover = search.cover(growth, most + most / 4);
     if (!cover.proven) return cover;
-    std::size_t fewest = most + 1;
+    const auto judge = [&](const Cover& c, const Cover* best, bool) -> Verdict {
+        return {c.proven && c.balls.size() < (best ? best->balls.size() : most + 1), false, c.growth};
+    };
     return relax(task, task.quality == TreeQuality::Fast ? kSaveFast : kSaveBest, search, std::move(cover),
-                 most + most / 4, [&](Cover& c, bool) {
-                     if (!c.proven || c.balls.size() >= fewest) return false;
-                     fewest = c.balls.size();
-                     return true;
-                 });
+                 most + most / 4, judge);
 }
 
 }  // namespace touchstone

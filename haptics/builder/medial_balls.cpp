@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kThinSlack = 0.2;  // of the radius: a thin part must not be lost in the slack
 constexpr double kSlack = 0.15;     // of the growth
-constexpr std::uint64_t kCutsASample = 64;
+constexpr std::uint64_t kCutsASample = 16;
 constexpr double kGrow = 3;
 constexpr double kDepthSlack = 0.004;  // of the slack: around a sphere's centre all of its facets are about as near
 constexpr double kLargestRadius = 4;   // the body's diagonal is below 2

@@ -1,5 +1,6 @@
 #pragma once
 // Points spread over a surface, each with the largest ball that touches the surface there from inside.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -17,13 +18,14 @@ struct Ball {
 
 /// How far balls grow where the smallest grow by `growth`. If all grow alike, the protrusion is least; but then a flat
 /// takes few large balls, and a finger that slides over it feels each one. So those deeper than `flat` growths can be
-/// told to grow less, by the square.
+/// told to grow less, by the square; but as far as `smooth` they may, which is too little to be felt.
 struct GrowthLaw {
     double flat = HUGE_VAL;
+    double smooth = 0;
 
     double operator()(double depth, double growth) const {
         const double thick = growth > 0 ? depth / (flat * growth) : 0;
-        return thick > 1 ? growth / (thick * thick) : growth;
+        return thick > 1 ? std::max(growth / (thick * thick), std::min(growth, smooth)) : growth;
     }
 };
 

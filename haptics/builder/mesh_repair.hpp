@@ -1,10 +1,10 @@
 #pragma once
 // From triangles as files bring them to surfaces that bound a volume, as far as they do.
-#include <functional>
 #include <vector>
 
 #include "haptics/builder/triangle_bvh.hpp"
 #include "haptics/builder/triangle_mesh.hpp"
+#include "haptics/builder/workers.hpp"
 
 namespace touchstone {
 
@@ -32,9 +32,6 @@ struct RepairedMesh {
     int holes = 0;                ///< small holes closed by caps
     bool closed() const;          ///< no hole and no sheet in the open
 };
-
-/// Called now and then by long loops; throws to end them.
-using Heartbeat = std::function<void()>;
 
 /// Welds vertices (1e-6 of the diagonal) and T-junctions (a vertex on another face's open edge), drops collapsed and
 /// duplicate faces, makes every shell (faces joined across edges that two of them share) consistent, and turns it by

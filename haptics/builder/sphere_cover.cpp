@@ -199,9 +199,25 @@ void CoverSearch::dropSpare(Cover& cover) const {
     cover.proven = false;
 }
 
-void settleBalls(Cover& cover, const SolidDepth& solid, const CoverCertificate& certificate, double resolution,
+CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                 const Workers& workers) {
+    CoverCertificate::Proof proof = certificate.prove(cover.balls, cover.growth, resolution, workers);
+    std::vector<int> place(cover.balls.size());
+    int kept = 0;
+    for (std::size_t b = 0; b < cover.balls.size(); ++b) {
+        place[b] = kept;
+        if (proof.need[b] == -HUGE_VAL) continue;
+        cover.balls[kept] = cover.balls[b];
+        proof.need[kept++] = proof.need[b];
+    }
+    cover.balls.resize(kept);
+    proof.need.resize(kept);
+    for (auto& piece : proof.pieces) piece.ball = place[piece.ball];
+    return proof;
+}
+
+void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
                  const Workers& workers) {
-    const CoverCertificate::Proof proof = certificate.prove(cover.balls, cover.growth, resolution, workers);
     // The pieces of each ball, side by side.
     std::vector<std::uint32_t> start(cover.balls.size() + 1, 0), order(proof.pieces.size());
     for (const auto& piece : proof.pieces) ++start[piece.ball + 1];
@@ -216,13 +232,9 @@ void settleBalls(Cover& cover, const SolidDepth& solid, const CoverCertificate& 
             for (std::uint32_t i = start[b]; i < start[b + 1]; ++i)
                 share.insert(share.end(), proof.pieces[order[i]].corners.begin(), proof.pieces[order[i]].corners.end());
             if (!share.empty() && cover.balls[b].depth > 0)
-                settle(cover.balls[b], share, solid, certificate.law()(cover.balls[b].depth, cover.growth) / 2);
+                settle(cover.balls[b], share, solid, law(cover.balls[b].depth, cover.growth) / 2);
         }
     });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < cover.balls.size(); ++i)
-        if (start[i] < start[i + 1]) cover.balls[kept++] = cover.balls[i];
-    cover.balls.resize(kept);
 }
 
 }  // namespace touchstone

@@ -78,9 +78,13 @@ class CoverSearch {
     double reachGrowth_ = 0;
 };
 
-/// Moves each ball to where the pieces that it has to cover ask for least growth, and drops those without any. A proven
-/// cover stays so.
-void settleBalls(Cover& cover, const SolidDepth& solid, const CoverCertificate& certificate, double resolution,
+/// Gives each piece of the surface to the ball that covers it with the least growth, and drops the balls without any. A
+/// proven cover stays so.
+CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                 const Workers& workers);
+
+/// Moves each ball to where the pieces that `proof` gives it ask for least growth. A proven cover stays so.
+void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
                  const Workers& workers);
 
 template <class Visit>

@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFilling = 1.0 / 64;  // of the leaves, for the inside of a solid: medial balls leave little
 constexpr double kFlat = 28;           // growths of depth, from which on flats are kept smooth: a ripple of 1 %
+constexpr double kSmooth = 2.5e-4;     // of the diagonal, what no finger feels on a flat
 constexpr double kFinished = 0.98;     // of the progress, when the cover is found
 
 Sphere sphereAt(const Vec3& c) { return {toSingle(c.x()), toSingle(c.y()), toSingle(c.z()), 0}; }
@@ -129,13 +130,15 @@ void certify(SphereTree& tree, const CoverTask& task, double growth, double roun
 
 SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const BuildProgress& report) {
     Progress progress(report);
-    const Workers workers(options.threads, [&] { progress.beat(); });
+    const Heartbeat heartbeat = [&] { progress.beat(); };
+    const Workers workers(options.threads, heartbeat);
 
     progress.enter(0.05);
-    const RepairedMesh body = repairMesh(mesh);
+    const RepairedMesh body = repairMesh(mesh, heartbeat);
     workers.beat();
     const SolidDepth solid(body);
-    const CoverCertificate certificate(body.cover, {options.quality == TreeQuality::Fast ? kFlat : HUGE_VAL});
+    const CoverCertificate certificate(
+        body.cover, {options.quality == TreeQuality::Fast ? kFlat : HUGE_VAL, kSmooth * body.diagonal});
     const CoverTask task{body, solid, certificate, options.quality, options.seed, workers, progress};
     double extent = 0;
     for (const Triangle& t : body.cover)
@@ -145,7 +148,10 @@ SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options,
 
     Cover cover = coverFor(options, task, singles);
     progress.enter(kFinished);
-    if (cover.proven) settleBalls(cover, solid, certificate, proofResolution(cover.growth), workers);
+    if (cover.proven) {
+        const double resolution = proofResolution(cover.growth);
+        settleBalls(cover, dropIdle(cover, certificate, resolution, workers), solid, certificate.law(), workers);
+    }
     std::vector<Sphere> leaves = leavesOf(cover, task, rounding);
     const double hollow = options.interior == Interior::Solid && body.closed() ? fill(leaves, options, task) : -1;
     SphereTree tree = makeSphereTree(std::move(leaves));

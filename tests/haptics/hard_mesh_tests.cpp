@@ -201,7 +201,7 @@ std::vector<HardMesh> hardMeshes() {
         {"inner shell", "buried: it takes no leaves", joined(box, inner), true, "", 4.8},
         {"fine inner shell", "buried: it takes no leaves", joined(box, fineInner), true, "", 4.9},
         {"cavity", "kept hollow", joined(box, flipped(inner)), true, "", 6.2},
-        {"onion", "all but the outermost buried", onion(false), true, "", 0.95},
+        {"onion", "all but the outermost buried", onion(false), true, "", 1.2},
         {"onion of hollows", "the largest container decides: hollows stay", onion(true), true, kThin, 10.3},
         {"overlap", "one body", joined(box, boxMesh(Vec3(10, 10, 10), Vec3(5, 5, 5))), true, "", 4.9},
         {"touching", "one body; what both share is a sheet inside",

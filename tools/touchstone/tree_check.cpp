@@ -50,6 +50,7 @@ void print(const TreeCheckCommand& command, const TreePart& part, const TreeMetr
     table.length("protrusion, largest sampled", m.protrusionMax);
     table.length("protrusion, RMS", m.protrusionRms);
     table.length("protrusion, certified bound", m.protrusionCertified);
+    table.length("largest hollow inside", m.hollow);
     table.row("volume of leaves to body", m.volumeRatio);
     table.length("Hausdorff, surface to leaves", m.hausdorffToTree);
     table.length("Hausdorff, leaves to surface", m.hausdorffToSurface);
@@ -79,6 +80,7 @@ void printJson(const TreeCheckCommand& command, const TreePart& part, const Tree
     json["protrusion_max_mm"] = number(m.protrusionMax);
     json["protrusion_rms_mm"] = number(m.protrusionRms);
     json["protrusion_certified_mm"] = number(m.protrusionCertified);
+    json["hollow_mm"] = number(m.hollow);
     json["volume_ratio"] = number(m.volumeRatio);
     json["hausdorff_to_leaves_mm"] = number(m.hausdorffToTree);
     json["hausdorff_to_surface_mm"] = number(m.hausdorffToSurface);
