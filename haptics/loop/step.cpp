@@ -39,7 +39,7 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.graphic = s.device = s.referencePose(X_WT);
     s.loaded = false;
     s.freeRadius = 0;
-    s.lastStep[0] = s.lastStep[1] = 0;
+    s.lastStep = 0;
     s.contacts.clear();
     for (NeighbourList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})

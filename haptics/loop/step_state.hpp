@@ -47,8 +47,8 @@ struct StepState::Impl {
     std::uint64_t tick = 0;
     Pose graphic, device;
     bool loaded = false;      ///< the last tick carried force
+    double lastStep = 0;      ///< length of the solver's last step, mm
     double freeRadius = 0;    ///< nothing is nearer than this to the graphic tool
-    double lastStep[2] = {};  ///< length of the solver's last first and later steps, mm
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }

@@ -38,6 +38,14 @@ inline Double8 sqrt(Double8 v) {
 
 inline Float8 sqrt(Float8 v) { return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v))); }
 
+/// The least lane.
+inline float least(Float8 v) {
+    const __m256 all = reinterpret_cast<__m256>(v);
+    __m128 four = _mm_min_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+    four = _mm_min_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
+}
+
 /// Lanes in which a <= b; false for NaN.
 inline Mask lessEqual(Float8 a, Float8 b) {
     return Mask(

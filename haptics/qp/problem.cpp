@@ -38,6 +38,18 @@ void RowSet::setSize(int n) {
     }
 }
 
+void RowSet::merge(const RowSet& other) {
+    int a = size_, b = other.size_;
+    setSize(a + b);
+    for (int to = size_ - 1; b > 0; --to) {  // from the end, so that no row is written over before it has moved
+        const bool own = a > 0 && ids_[a - 1] > other.ids_[b - 1];
+        const RowSet& from = own ? *this : other;
+        const int i = own ? --a : --b;
+        for (int k = 0; k < 7; ++k) columns_[k][to] = from.columns_[k][i];
+        ids_[to] = from.ids_[i];
+    }
+}
+
 int RowSet::find(std::uint64_t id) const {
     if (size_ == 0) return -1;
     const std::uint64_t* first = ids_.data();
