@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "haptics/qp/simd.hpp"
+#include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
@@ -21,15 +21,15 @@ void PaperPqp::form(const QpProblem& problem) {
     for (int i = 0; i < m_; ++i) {
         const Vec6 j = rows.row(i);
         const Vec6 a = j.cwiseQuotient(problem.stiffness);
-        Vec8 negative{};
+        simd::Double8 negative{};
         for (int k = 0; k < m_; k += 8) {
-            Vec8 q{};
-            for (int c = 0; c < 6; ++c) q += a[c] * load8(rows.column(c) + k);
-            store8(&q_[std::size_t(i) * stride_ + k], q);
-            negative += max8(-q, Vec8{});
+            simd::Double8 q{};
+            for (int c = 0; c < 6; ++c) q += a[c] * simd::load(rows.column(c) + k);
+            simd::store(&q_[std::size_t(i) * stride_ + k], q);
+            negative += simd::max(-q, simd::Double8{});
         }
         d_[i] = -(rows.gap()[i] + j.dot(problem.wanted));
-        r_[i] = std::max(q_[std::size_t(i) * stride_ + i], sum8(negative));
+        r_[i] = std::max(q_[std::size_t(i) * stride_ + i], simd::sum(negative));
     }
     for (auto* entries : {&y_, &next_}) std::fill_n(entries->begin(), paddedToEight(m_), 0.0);  // padding stays zero
     std::fill_n(y_.begin(), m_, kStart);
@@ -39,13 +39,13 @@ void PaperPqp::form(const QpProblem& problem) {
 double PaperPqp::update() {
     double F = 0;
     for (int i = 0; i < m_; ++i) {
-        Vec8 plus{}, minus{};
+        simd::Double8 plus{}, minus{};
         for (int k = 0; k < m_; k += 8) {
-            const Vec8 q = load8(&q_[std::size_t(i) * stride_ + k]), y = load8(&y_[k]);
-            plus += max8(q, Vec8{}) * y;
-            minus += max8(-q, Vec8{}) * y;
+            const simd::Double8 q = simd::load(&q_[std::size_t(i) * stride_ + k]), y = simd::load(&y_[k]);
+            plus += simd::max(q, simd::Double8{}) * y;
+            minus += simd::max(-q, simd::Double8{}) * y;
         }
-        const double qPlus = sum8(plus), qMinus = sum8(minus), r = r_[i] * y_[i];
+        const double qPlus = simd::sum(plus), qMinus = simd::sum(minus), r = r_[i] * y_[i];
         F += y_[i] * ((qPlus - qMinus) / 2 - d_[i]);
         next_[i] = y_[i] * ((std::max(d_[i], 0.0) + (qMinus + r)) / (std::max(-d_[i], 0.0) + (qPlus + r)));
     }
