@@ -69,6 +69,8 @@ TOUCHSTONE_INLINE double least(const Double8& a) {
     return two[0] < two[1] ? two[0] : two[1];
 }
 
+TOUCHSTONE_INLINE double largest(const Double8& a) { return -least(-a); }
+
 /// matrix * x, column by column: sum over k < columns of x[k] matrix[k].
 template <int columns>
 TOUCHSTONE_INLINE Double8 times(const Double8 (&matrix)[columns], const Double8& x) {

@@ -64,12 +64,14 @@ class ActiveBasis {
     simd::Double8 multipliers() const { return -simd::times(inverse_, heights_); }
     simd::Double8 normal(int j) const { return normals_[j]; }
 
-    /// How many times the last bit nearest() and multipliers() may be off, about.
-    double amplification() const {
+    /// Greatest entry of R⁻¹: how many times a last bit of the rows counts in multipliers and weights.
+    double largestInverse() const {
         simd::Double8 largest{};
         for (const simd::Double8& column : inverse_) largest = simd::max(simd::abs(column), largest);
-        return -simd::least(-largest) * (1 - simd::least(-simd::abs(heights_)));
+        return simd::largest(largest);
     }
+    /// Likewise of the planes' distances.
+    double largestHeight() const { return simd::largest(simd::abs(heights_)); }
 
     /// For z + dz = N (u + du) on the planes: du and dz from the planes' residuals n_j·z + d_j and from z - N u.
     void correct(const simd::Double8& residuals, const simd::Double8& imbalance, simd::Double8& du,

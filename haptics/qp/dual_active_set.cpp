@@ -11,15 +11,21 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kPivotCap = 400;              // 58 is the most seen in 100,000 random contacts
-constexpr double kFeasible = 1e-12;         // accepted violation, times 1 + depth of h
+constexpr double kFeasible = 1e-14;         // accepted violation, times 1 + depth of h
+constexpr double kFeasibleAtLast = 1e-12;   // the same after kPatience pivots: planes may differ by less than rounding
+constexpr int kPatience = 100;
 constexpr double kNearlyFeasible = 1e-10;   // the same before rows are said to contradict each other
 constexpr double kDependent = 1e-26;        // |across|² below this is rounding: the row lies in the active rows' span
+constexpr double kLastBits = 4e-16;
 constexpr double kWarmIndependent = 1e-12;  // a start takes no row nearer to dependence; a pivot may
 constexpr double kSmallestWeight = 1e-12;   // relative; below it a weight is rounding and its row does not block
+constexpr int kRefinements = 2;
+constexpr double kSettled = 1e-10;         // residual after them, times 1 + depth and a millionth of the forces
 constexpr double kAmplified = 1e4;         // last bits: what is worth a refinement
+constexpr double kAbsurd = 1e4;            // times the forces: no step is this long
 constexpr double kShortest2 = 1e-30;        // squared length of a row without direction
 
-enum class Outcome { Optimal, Contradiction, PivotCap, Invalid };
+enum class Outcome { Optimal, Contradiction, PivotCap, Unsettled, Invalid };
 
 class DualActiveSet final : public Solver {
   public:
@@ -47,6 +53,7 @@ class DualActiveSet final : public Solver {
     void start();
     void place();
     void drop(int j);
+    bool holds(int row) const { return std::find(rows_, rows_ + basis_.size(), row) != rows_ + basis_.size(); }
     Outcome pivot(int limit);
     Outcome run(double slackPerRow, int limit);
     bool refine();
@@ -70,6 +77,7 @@ class DualActiveSet final : public Solver {
     simd::Double8 z_{}, forces_{};  // forces_: the active rows' multipliers, on unit rows
     double leastGap_ = 0;           // least J x + g at z_
     int pivots_ = 0;
+    bool refined_ = false;
     Multiplier entering_;  // a row taken as met that stays out of the basis: see pivot()
 
     int remembered_ = 0;
@@ -198,7 +206,8 @@ Outcome DualActiveSet::pivot(int limit) {
         const Scan worst = measured_ ? scan<false>() : scan<true>();
         leastGap_ = worst.gap;
         if (std::isnan(worst.least)) return Outcome::Invalid;
-        if (worst.least >= -kFeasible * (1 + depth_)) return Outcome::Optimal;
+        const double accepted = pivots_ < kPatience ? kFeasible : kFeasibleAtLast;
+        if (worst.least >= -accepted * (1 + depth_) || holds(worst.row)) return Outcome::Optimal;
         if (pivots_ >= limit) return Outcome::PivotCap;
 
         const Plane p = plane(worst.row);
@@ -206,11 +215,15 @@ Outcome DualActiveSet::pivot(int limit) {
         for (bool entered = false; !entered;) {  // steps towards its plane, each but the last losing an active row
             ++pivots_;
             const ActiveBasis::Split split = basis_.split(p.n);
-            const bool dependent = split.across2 < kDependent || basis_.size() == ActiveBasis::kMax;
+            // What is left of a row is known to the last bits of what was taken from it.
+            const double blur = kLastBits * simd::sum(simd::abs(split.weights));
+            const bool dependent =
+                split.across2 < std::max(kDependent, blur * blur) || basis_.size() == ActiveBasis::kMax;
             const double violation = -simd::sum(p.n * z_) - p.d;
             const double full = dependent ? kInfinity : violation / split.across2;
 
-            const double rounding = kSmallestWeight * std::max(1.0, -simd::least(-simd::abs(split.weights)));
+            const double largest = simd::largest(simd::abs(split.weights));
+            const double rounding = kSmallestWeight * std::max(1.0, largest);
             double partial = kInfinity;  // until an active row would have to pull
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
@@ -221,7 +234,9 @@ Outcome DualActiveSet::pivot(int limit) {
                     blocking = j;
                 }
             }
-            if (dependent && blocking < 0) {  // the active rows leave no way to meet this one
+            // The active rows leave no way to meet this one, or only rounding seems to.
+            const bool stuck = dependent && (blocking < 0 || partial > kAbsurd * (1 + simd::largest(forces_)));
+            if (stuck) {
                 if (violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
                 entering_ = {worst.row, force * p.inverse};
                 return Outcome::Optimal;
@@ -245,20 +260,22 @@ Outcome DualActiveSet::run(double slackPerRow, int limit) {
     slackPerRow_ = slackPerRow;
     entering_ = {-1, 0};
     start();
-    return pivot(limit);
+    const Outcome outcome = pivot(limit);
+    return refine() || outcome != Outcome::Optimal ? outcome : Outcome::Unsettled;
 }
 
-/// Brings z and the forces to the last bit where rounding was amplified: planes that nearly coincide, or forces far
-/// above what moves the tool. Residuals in extended precision from the rows as given (iterative refinement).
+/// Brings z and the forces to the last bit where rounding was amplified, by planes that nearly coincide or forces far
+/// above what moves the tool: residuals in extended precision from the rows as given. False when they stay.
 bool DualActiveSet::refine() {
-    if (basis_.amplification() < kAmplified) return false;
-    for (int round = 0; round < 2; ++round) {
+    refined_ = basis_.largestInverse() * (1 + basis_.largestHeight()) > kAmplified;
+    for (int round = 0; refined_; ++round) {
         long double step[6], imbalance[6];  // x - h; G (x-h) - J'y
         for (int k = 0; k < 6; ++k) {
             step[k] = (long double)inverseRoot_[k] * z_[k];
             imbalance[k] = problem_->stiffness[k] * step[k];
         }
         long double forces = 0;
+        double pull = 0;
         simd::Double8 residuals{}, rest{};
         for (int j = 0; j < basis_.size(); ++j) {
             const int row = rows_[j];
@@ -270,10 +287,16 @@ bool DualActiveSet::refine() {
                 imbalance[k] -= entry * y;
             }
             residuals[j] = double(s * inverse + (long double)slackPerRow_ * z_[6]);
-            forces += forces_[j];
+            forces += std::abs(forces_[j]);
+            pull = std::max(pull, -forces_[j]);
         }
         for (int k = 0; k < 6; ++k) rest[k] = double(imbalance[k] * inverseRoot_[k]);
         rest[6] = double(z_[6] - forces * slackPerRow_);
+        if (round == kRefinements) {
+            const double scale = 1 + depth_ + 1e-6 * (double(forces) + basis_.largestHeight());
+            return std::max({simd::largest(simd::abs(residuals)), simd::largest(simd::abs(rest)), pull}) <
+                   kSettled * scale;
+        }
         simd::Double8 du, dz;
         basis_.correct(residuals, rest, du, dz);
         forces_ += du;
@@ -283,7 +306,7 @@ bool DualActiveSet::refine() {
 }
 
 void DualActiveSet::fill(SolveResult& result) {
-    const bool scanned = !refine() && entering_.row < 0;  // else z moved after the last scan
+    const bool scanned = !refined_ && entering_.row < 0;  // else z moved after the last scan
     for (int k = 0; k < 6; ++k) result.x[k] = wanted_[k] + inverseRoot_[k] * z_[k];
     result.iterations = pivots_;
     result.slack = slackPerRow_ * z_[6];
@@ -324,7 +347,7 @@ SolveResult DualActiveSet::solve(const QpProblem& problem, const SolverSettings&
         int(std::min<std::int64_t>({kPivotCap, settings.maxIterations, settings.workLimit / std::max(1, m_)}));
     Outcome outcome = run(0, limit);
     if (outcome == Outcome::Invalid) return result;
-    if (outcome == Outcome::Contradiction || (outcome == Outcome::PivotCap && limit == kPivotCap)) {
+    if (outcome == Outcome::Contradiction || outcome == Outcome::Unsettled || (outcome == Outcome::PivotCap && limit == kPivotCap)) {
         outcome = run(1 / std::sqrt(settings.elasticWeight), pivots_ + limit);
     }
     result.status = outcome != Outcome::Optimal     ? SolveStatus::IterationLimit

@@ -12,6 +12,8 @@ __extension__ using Quad = __float128;
 
 constexpr int kMost = 7;  // rows that can be active at once, the slack's dimension included
 constexpr int kMaxPivots = 5000;
+/// Answers are doubles: their last bits are no fault.
+constexpr double kLastBits = 2 * std::numeric_limits<double>::epsilon();
 
 Quad squareRoot(Quad a) {
     if (a <= 0) return 0;
@@ -273,23 +275,23 @@ double certificateOf(const QpProblem& problem, const SolveResult& result, double
     const std::vector<Plane> planes = planesOf(problem, hopeless);
     Point z{};
     for (int k = 0; k < 6; ++k) z[k] = squareRoot(problem.stiffness[k]) * (Quad(result.x[k]) - problem.wanted[k]);
+    const Quad length = squareRoot(dot(z, z));
     Point rest = z;
     Quad worst = 0, sum = 0;
     for (const Plane& plane : planes) {
         const Quad s = dot(plane.n, z) + plane.d + result.slack;
-        worst = std::max(worst, -s);
+        const Quad rounding = kLastBits * (size(plane.d) + length + result.slack);
+        worst = std::max(worst, -s - rounding);
         for (const Multiplier& multiplier : result.multipliers) {
             if (multiplier.row != plane.row) continue;
             const Quad force = multiplier.value * plane.length;
-            worst = std::max({worst, -force, size(force * s) / (1 + force)});
+            worst = std::max({worst, -force, (size(s) - rounding) * force / (1 + force)});
             for (int k = 0; k < 6; ++k) rest[k] -= force * plane.n[k];
             sum += force;
         }
     }
     if (result.slack > 0) rest[6] = (elasticWeight * Quad(result.slack) - sum) / squareRoot(elasticWeight);
-    // A force is a double: its last bit is no fault of the answer.
-    const Quad rounding = 2 * std::numeric_limits<double>::epsilon() * sum;
-    return double(std::max(worst, squareRoot(dot(rest, rest)) - rounding));
+    return double(std::max(worst, squareRoot(dot(rest, rest)) - kLastBits * sum));
 }
 
 Residuals residualsOf(const QpProblem& problem, const SolveResult& result) {
