@@ -10,20 +10,21 @@ namespace touchstone {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPivotCap = 400;              // 58 is the most seen in 100,000 random contacts
-constexpr double kFeasible = 1e-14;         // accepted violation, times 1 + depth of h
-constexpr double kFeasibleAtLast = 1e-12;   // the same after kPatience pivots: planes may differ by less than rounding
+constexpr int kPivotCap = 400;             // 58 is the most seen in 100,000 random contacts
+constexpr double kFeasible = 1e-14;        // accepted violation, times 1 + depth of h
+constexpr double kFeasibleAtLast = 1e-12;  // the same after kPatience pivots: planes may differ by less than rounding
 constexpr int kPatience = 100;
-constexpr double kNearlyFeasible = 1e-10;   // the same before rows are said to contradict each other
-constexpr double kDependent = 1e-26;        // |across|² below this is rounding: the row lies in the active rows' span
+constexpr double kNearlyFeasible = 1e-10;  // the same before rows are said to contradict each other
+constexpr double kDependent = 1e-26;       // |across|² below this is rounding: the row lies in the active rows' span
 constexpr double kLastBits = 4e-16;
 constexpr double kWarmIndependent = 1e-12;  // a start takes no row nearer to dependence; a pivot may
 constexpr double kSmallestWeight = 1e-12;   // relative; below it a weight is rounding and its row does not block
+constexpr double kLargestForce = 1e10;      // times 1 + depth: rows that need more of it contradict each other
 constexpr int kRefinements = 2;
-constexpr double kSettled = 1e-10;         // residual after them, times 1 + depth and a millionth of the forces
-constexpr double kAmplified = 1e4;         // last bits: what is worth a refinement
-constexpr double kAbsurd = 1e4;            // times the forces: no step is this long
-constexpr double kShortest2 = 1e-30;        // squared length of a row without direction
+constexpr double kSettled = 1e-10;    // residual after them, times 1 + depth and a millionth of the forces
+constexpr double kAmplified = 1e4;    // last bits: what is worth a refinement
+constexpr double kAbsurd = 100;       // times the forces: a step that long is rounding
+constexpr double kShortest2 = 1e-30;  // squared length of a row without direction
 
 enum class Outcome { Optimal, Contradiction, PivotCap, Unsettled, Invalid };
 
@@ -223,23 +224,25 @@ Outcome DualActiveSet::pivot(int limit) {
             const double full = dependent ? kInfinity : violation / split.across2;
 
             const double largest = simd::largest(simd::abs(split.weights));
-            const double rounding = kSmallestWeight * std::max(1.0, largest);
+            const double noise = kSmallestWeight * std::max(1.0, largest);
             double partial = kInfinity;  // until an active row would have to pull
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
-                if (split.weights[j] <= rounding) continue;
+                if (split.weights[j] <= noise) continue;
                 const double step = std::max(0.0, forces_[j]) / split.weights[j];
                 if (step < partial) {
                     partial = step;
                     blocking = j;
                 }
             }
-            // The active rows leave no way to meet this one, or only rounding seems to.
-            const bool stuck = dependent && (blocking < 0 || partial > kAbsurd * (1 + simd::largest(forces_)));
-            if (stuck) {
-                if (violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
-                entering_ = {worst.row, force * p.inverse};
-                return Outcome::Optimal;
+            if (dependent) {
+                if (blocking < 0 && violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
+                const bool rounding =
+                    violation < kFeasibleAtLast * (1 + depth_) && partial > kAbsurd * (1 + simd::largest(forces_));
+                if (blocking < 0 || rounding) {
+                    entering_ = {worst.row, force * p.inverse};
+                    return Outcome::Optimal;
+                }
             }
             if (full <= partial) {
                 rows_[basis_.size()] = worst.row;
@@ -267,6 +270,7 @@ Outcome DualActiveSet::run(double slackPerRow, int limit) {
 /// Brings z and the forces to the last bit where rounding was amplified, by planes that nearly coincide or forces far
 /// above what moves the tool: residuals in extended precision from the rows as given. False when they stay.
 bool DualActiveSet::refine() {
+    if (slackPerRow_ == 0 && simd::largest(forces_) > kLargestForce * (1 + depth_)) return false;
     refined_ = basis_.largestInverse() * (1 + basis_.largestHeight()) > kAmplified;
     for (int round = 0; refined_; ++round) {
         long double step[6], imbalance[6];  // x - h; G (x-h) - J'y
@@ -289,6 +293,11 @@ bool DualActiveSet::refine() {
             residuals[j] = double(s * inverse + (long double)slackPerRow_ * z_[6]);
             forces += std::abs(forces_[j]);
             pull = std::max(pull, -forces_[j]);
+        }
+        if (entering_.row >= 0) {
+            for (int k = 0; k < 6; ++k)
+                imbalance[k] -= (long double)entering_.value * problem_->rows->column(k)[entering_.row];
+            if (inverseLengths_[entering_.row] > 0) forces += entering_.value / inverseLengths_[entering_.row];
         }
         for (int k = 0; k < 6; ++k) rest[k] = double(imbalance[k] * inverseRoot_[k]);
         rest[6] = double(z_[6] - forces * slackPerRow_);
@@ -347,7 +356,8 @@ SolveResult DualActiveSet::solve(const QpProblem& problem, const SolverSettings&
         int(std::min<std::int64_t>({kPivotCap, settings.maxIterations, settings.workLimit / std::max(1, m_)}));
     Outcome outcome = run(0, limit);
     if (outcome == Outcome::Invalid) return result;
-    if (outcome == Outcome::Contradiction || outcome == Outcome::Unsettled || (outcome == Outcome::PivotCap && limit == kPivotCap)) {
+    if (outcome == Outcome::Contradiction || outcome == Outcome::Unsettled ||
+        (outcome == Outcome::PivotCap && limit == kPivotCap)) {
         outcome = run(1 / std::sqrt(settings.elasticWeight), pivots_ + limit);
     }
     result.status = outcome != Outcome::Optimal     ? SolveStatus::IterationLimit

@@ -1,5 +1,6 @@
 #include "qp_hard_problems.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -24,10 +25,17 @@ class Hardener {
         if (has(kStiffnessScale)) {
             const double scale = power(-6, 6);
             contacts().stiffness *= scale;
-            problem_.N *= scale;
+            problem_.N = std::max(1.0, scale);
         }
-        if (has(kMetres)) lengths(1e-3);
-        if (has(kLengthScale)) lengths(power(-6, 6));
+        if (has(kMetres)) {
+            lengths(1e-3);
+            problem_.mm = 1e-3;
+        }
+        if (has(kLengthScale)) {
+            const double scale = power(-6, 6);
+            lengths(scale);
+            problem_.mm *= std::max(1.0, scale);
+        }
         if (has(kRowScales))
             for (int i = 0; i < rows(); ++i) times(i, power(-6, 6));
         if (has(kNotFinite)) notFinite();
@@ -102,7 +110,6 @@ class Hardener {
             c.rows.gap()[i] *= scale;
             for (int k = 3; k < 6; ++k) c.rows.column(k)[i] *= scale;
         }
-        problem_.mm *= scale;
     }
     void notFinite() {
         constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),

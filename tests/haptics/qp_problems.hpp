@@ -25,16 +25,16 @@ struct Reference {
     bool certified = false;  ///< the KKT conditions hold to 1e-20, recomputed from scratch
     Vec6 x = Vec6::Zero();
     double slack = 0;
-    double force = 0;  ///< sum of the multipliers, on rows of unit length in the metric of G
+    double force = 0;      ///< sum of the multipliers, on rows of unit length in the metric of G
     double condition = 1;  ///< of the rows that push, likewise
 };
 /// From nothing, or from the rows of `start`, whose answer then only has to be proven: the path is shorter, the answer
 /// and its certificate are the same.
 Reference referenceAnswer(const QpProblem& problem, double elasticWeight, std::span<const Multiplier> start = {});
 
-/// The greatest KKT residual in 113-bit arithmetic, in the metric of G with rows of unit length: a violation, a negative
-/// force, the imbalance of forces, a force times its gap over 1 + that force; with result.slack those of the elastic
-/// problem.
+/// The greatest KKT residual in 113-bit arithmetic, in the metric of G with rows of unit length: a violation, a
+/// negative force, the imbalance of forces, a force times its gap over 1 + that force; with result.slack those of the
+/// elastic problem.
 double certificateOf(const QpProblem& problem, const SolveResult& result, double elasticWeight);
 
 /// Residuals recomputed here, in long double, from the result alone.

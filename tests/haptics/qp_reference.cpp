@@ -13,7 +13,7 @@ __extension__ using Quad = __float128;
 constexpr int kMost = 7;  // rows that can be active at once, the slack's dimension included
 constexpr int kMaxPivots = 5000;
 /// Answers are doubles: their last bits are no fault.
-constexpr double kLastBits = 2 * std::numeric_limits<double>::epsilon();
+constexpr double kLastBits = 4 * std::numeric_limits<double>::epsilon();
 
 Quad squareRoot(Quad a) {
     if (a <= 0) return 0;
@@ -191,7 +191,7 @@ bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& f
     }
     const Quad scale = 1 + force;
     holds &= dot(rest, rest) < 1e-40 * scale * scale;
-    for (const Plane& plane : planes) holds &= dot(plane.n, nearest.z) + plane.d > -1e-20 * scale;
+    for (const Plane& plane : planes) holds &= dot(plane.n, nearest.z) + plane.d > -1e-21 - 1e-28 * scale;
     return holds;
 }
 
@@ -265,13 +265,15 @@ Reference referenceAnswer(const QpProblem& problem, double elasticWeight, std::s
     answer.certified = certified(planes, nearest, force);
     answer.force = double(force);
     answer.condition = conditionOf(planes, nearest);
-    for (int k = 0; k < 6; ++k) answer.x[k] = double(problem.wanted[k] + nearest.z[k] / squareRoot(problem.stiffness[k]));
+    for (int k = 0; k < 6; ++k)
+        answer.x[k] = double(problem.wanted[k] + nearest.z[k] / squareRoot(problem.stiffness[k]));
     answer.slack = nearest.feasible ? double(nearest.z[6]) / std::sqrt(elasticWeight) : 0;
     return answer;
 }
 
 double certificateOf(const QpProblem& problem, const SolveResult& result, double elasticWeight) {
     bool hopeless = false;
+    const RowSet& rows = *problem.rows;
     const std::vector<Plane> planes = planesOf(problem, hopeless);
     Point z{};
     for (int k = 0; k < 6; ++k) z[k] = squareRoot(problem.stiffness[k]) * (Quad(result.x[k]) - problem.wanted[k]);
@@ -280,7 +282,9 @@ double certificateOf(const QpProblem& problem, const SolveResult& result, double
     Quad worst = 0, sum = 0;
     for (const Plane& plane : planes) {
         const Quad s = dot(plane.n, z) + plane.d + result.slack;
-        const Quad rounding = kLastBits * (size(plane.d) + length + result.slack);
+        Quad rounding = kLastBits * (size(plane.d) + length + result.slack);
+        for (int k = 0; k < 6; ++k)
+            rounding += kLastBits * size(rows.column(k)[plane.row] * Quad(result.x[k])) / plane.length;
         worst = std::max(worst, -s - rounding);
         for (const Multiplier& multiplier : result.multipliers) {
             if (multiplier.row != plane.row) continue;
