@@ -229,3 +229,24 @@ TEST_CASE("qp: wrong usage is one sentence", "[system]") {
         CHECK(isOneSentence(answer.err));
     }
 }
+
+TEST_CASE("bench qp: a table of every solver against rows, and the exact ones without error", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone("bench qp --quick --csv " + touchstone.file("qp.csv"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    std::istringstream lines(textOf(touchstone.file("qp.csv")));
+    std::string line;
+    std::getline(lines, line);
+    CHECK(line == "rows,solver,form,tolerance,start,median_us,p99_us,iterations,median_error_N,worst_error_N,unsolved");
+    int count = 0;
+    while (std::getline(lines, line)) {
+        ++count;
+        std::vector<std::string> fields;
+        std::istringstream parts(line);
+        for (std::string field; std::getline(parts, field, ',');) fields.push_back(field);
+        REQUIRE(fields.size() == 11);
+        if (fields[1] == "dual-active-set") CHECK(std::stod(fields[9]) <= 1e-9);
+    }
+    CHECK(count == 6 * 9 + 2 * 7);  // the paper's form ends at 1,024 rows
+}

@@ -77,6 +77,12 @@ struct QpCommand {
 /// Exit code kFailed when a line is broken; the others are answered.
 int solveQps(const QpCommand& command);
 
+struct BenchQpCommand {
+    std::filesystem::path csv;  ///< empty: none
+    bool quick = false;
+};
+int benchQp(const BenchQpCommand& command);
+
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
     std::string unit = "mm";  ///< mm, cm, m or in
