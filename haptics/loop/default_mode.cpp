@@ -46,6 +46,7 @@ class DefaultTick {
     double budget_ = INFINITY;
     int linearisation_ = 0;
     int pairs_ = 0;
+    int solvedRows_ = 0;
     bool shadowed_ = false;
 };
 
@@ -107,6 +108,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = pairs_;
         tick_.record.rows = s_.rows.size();
+        tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
         tick_.record.marginUsed = std::max(tick_.record.marginUsed, margin);
     }
     if (s_.rows.size()) {
@@ -129,8 +131,16 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     const bool exact = solverTable()[set_.solver].exact;
 
     const std::uint64_t start = tick_.now();
-    SolveResult result = s_.renderers[set_.solver]->solve(problem, solverSettings);
-    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+    const QpProblem few{problem.stiffness, wanted, exact ? problem.rows : &tick_.screened(s_.rows)};
+    SolveResult result = s_.renderers[set_.solver]->solve(few, solverSettings);
+    if (!exact) {
+        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+        if (few.rows != problem.rows) {
+            result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
+            tick_.record.screenInexact += !RowScreen::isExact(set_.screening, result.x, s_.reach, set_.trust);
+        }
+    }
+    solvedRows_ = few.rows->size();
     tick_.note(result);
     tick_.addTime(tick_.record.solveUs, start);
     if (result.status == SolveStatus::Invalid) return false;
