@@ -135,7 +135,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     SolveResult result = s_.renderers[set_.solver]->solve(few, solverSettings);
     if (!exact) {
         if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
-        if (few.rows != problem.rows) {
+        if (few.rows->size() < problem.rows->size()) {
             result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
             tick_.record.screenInexact += !RowScreen::isExact(set_.screening, result.x, s_.reach, set_.trust);
         }
