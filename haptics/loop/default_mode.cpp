@@ -49,6 +49,7 @@ class DefaultTick {
     double budget_ = INFINITY, shiftBudget_ = INFINITY;  ///< travel left this tick, and that of C alone, mm
     int linearisation_ = 0;
     int pairs_ = 0;
+    int solvedRows_ = 0;
     bool near_ = false;  ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
@@ -138,6 +139,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = std::max(pairs_, s_.rows.size());
         tick_.record.rows = s_.rows.size();
+        tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
         tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked);
     }
     if (near_) {
@@ -164,8 +166,16 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     const bool exact = solverTable()[set_.solver].exact;
 
     const std::uint64_t start = tick_.now();
-    SolveResult result = s_.renderers[set_.solver]->solve(problem, solverSettings);
-    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+    const QpProblem few{problem.stiffness, wanted, exact ? problem.rows : &tick_.screened(s_.rows)};
+    SolveResult result = s_.renderers[set_.solver]->solve(few, solverSettings);
+    if (!exact) {
+        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+        if (few.rows->size() < problem.rows->size()) {
+            result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
+            tick_.record.screenInexact += !RowScreen::isExact(set_.screening, result.x, s_.reach, set_.trust);
+        }
+    }
+    solvedRows_ = few.rows->size();
     tick_.note(result);
     tick_.addTime(tick_.record.solveUs, start);
     if (result.status == SolveStatus::Invalid) return false;

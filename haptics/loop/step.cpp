@@ -89,11 +89,12 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     const std::uint64_t start = now();
     const bool paper = settings.mode == Mode::Paper;
     QpProblem shared = problem;
+    if (!solverTable()[settings.shadow].exact) shared.rows = &screened(*problem.rows);
     const int most = std::min(settings.shadowRows, paper ? kPaperRowCapacity : kShadowRowCapacity);
-    record.shadowRowsCut = std::max(0, problem.rows->size() - most);
-    if (record.shadowRowsCut) {
+    record.shadowRowsCut = std::max(0, problem.rows->size() - std::min(most, shared.rows->size()));
+    if (shared.rows->size() > most) {
         // The deepest, ties by identity, in the order they had.
-        const RowSet& rows = *problem.rows;
+        const RowSet& rows = *shared.rows;
         const auto first = state.order.begin(), middle = first + most, last = first + rows.size();
         for (int i = 0; i < rows.size(); ++i) state.order[i] = i;
         std::nth_element(first, middle, last, [&](int a, int b) {

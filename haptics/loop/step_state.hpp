@@ -27,6 +27,7 @@ struct StepState::Impl {
     std::vector<NeighbourList> lists;
     std::vector<TreeWalk> walks;  ///< of paper mode, which keeps no list
     RowSet rows{kRowCapacity};
+    RowScreen screen{kRowCapacity};
     RowSet relaxed{kRowCapacity};                    ///< rows with violated gaps set to zero; the shadow's deepest rows
     std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
     std::vector<std::unique_ptr<Solver>> shadows;
@@ -72,6 +73,11 @@ struct Tick {
     std::uint64_t now() const { return clock.now ? clock.now() : 0; }
     void addTime(double& stage, std::uint64_t since) const { stage += double(now() - since) * clock.microseconds; }
     Vec6 stiffness() const;
+    /// The problem's rows as an approximate solver takes them.
+    const RowSet& screened(const RowSet& rows) const {
+        const bool off = settings.mode == Mode::Paper || rows.size() == 0;
+        return state.screen.run(rows, off ? Screening::None : settings.screening, state.reach, settings.trust);
+    }
     /// Takes over status, iterations and residuals of a solve of this tick.
     void note(const SolveResult& result);
     /// Runs the shadow on the problem; `rendered` is the answer of the rendering solver to it.

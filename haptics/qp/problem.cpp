@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "haptics/qp/simd.hpp"
+#include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
@@ -94,13 +94,13 @@ KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<con
 }
 
 KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers) {
-    Vec8 least{};
+    simd::Double8 least{};
     for (int i = 0, m = problem.rows ? problem.rows->size() : 0; i < m; i += 8) {
-        Vec8 s = load8(problem.rows->gap() + i);
-        for (int k = 0; k < 6; ++k) s += x[k] * load8(problem.rows->column(k) + i);
-        least = min8(s, least);
+        simd::Double8 s = simd::load(problem.rows->gap() + i);
+        for (int k = 0; k < 6; ++k) s += x[k] * simd::load(problem.rows->column(k) + i);
+        least = simd::min(s, least);
     }
-    return kktResiduals(problem, x, multipliers, least8(least));
+    return kktResiduals(problem, x, multipliers, simd::least(least));
 }
 
 }  // namespace touchstone
