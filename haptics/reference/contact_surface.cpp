@@ -17,6 +17,11 @@ Triangle ContactSurface::triangle(int face) const {
     return {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
 }
 
+Vec3 ContactSurface::normal(int face) const {
+    const auto [a, b, c] = triangle(face);
+    return (b - a).cross(c - a).normalized();
+}
+
 Box ContactSurface::box(int face) const {
     Box box;
     for (const int v : faces[face].vertices) box.add(vertices[v]);
@@ -90,15 +95,13 @@ bool standsOut(const ContactSurface& surface, const Feature& feature, const Vec3
     });
 }
 
-bool crossing(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, Vec3& onA, Vec3& onB) {
+bool crossing(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, double& s, double& t) {
     const Vec3 u = a1 - a0, v = b1 - b0, w = a0 - b0;
     const double uu = u.squaredNorm(), uv = u.dot(v), vv = v.squaredNorm(), uw = u.dot(w), vw = v.dot(w);
     const double det = uu * vv - uv * uv;
     if (det <= 1e-12 * uu * vv) return false;
-    const double s = (uv * vw - vv * uw) / det, t = (uu * vw - uv * uw) / det;
-    if (!(s > 0 && s < 1 && t > 0 && t < 1)) return false;
-    onA = a0 + s * u;
-    onB = b0 + t * v;
+    s = (uv * vw - vv * uw) / det;
+    t = (uu * vw - uv * uw) / det;
     return true;
 }
 

@@ -22,6 +22,7 @@ struct ContactSurface {
     std::vector<std::vector<int>> neighbours;  ///< of each vertex, across edges
 
     Triangle triangle(int face) const;
+    Vec3 normal(int face) const;  ///< of unit length, outward
     Box box(int face) const;
 };
 
@@ -42,8 +43,8 @@ Vec3 closestPoint(const ContactSurface& surface, int face, const Vec3& p, Featur
 /// a contact that holds, false where another place of the surface stands out further. `at` lies on the feature.
 bool standsOut(const ContactSurface& surface, const Feature& feature, const Vec3& at, const Vec3& normal);
 
-/// Nearest points of the lines through two segments, if both lie inside the segments; false else and for parallels.
-bool crossing(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, Vec3& onA, Vec3& onB);
+/// Nearest points a0 + s (a1 - a0) and b0 + t (b1 - b0) of two lines; false for parallels.
+bool crossing(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, double& s, double& t);
 
 /// Whether the segment goes through the triangle.
 bool pierces(const Vec3& a, const Vec3& b, const Triangle& triangle);

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kRows = 1 << 14;
 constexpr int kHalvings = 40;
+constexpr double kValley = 50;  // shells: how near to an edge both its faces count
 
 TriangleBvh bvhOf(const ContactSurface& surface) {
     std::vector<Triangle> triangles;
@@ -158,37 +159,76 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
     for (std::size_t v = 0; v < placed_.vertices.size(); ++v) placed_.vertices[v] = X_OT * impl_.tool.vertices[v];
 
     double least = margin_;
+    const auto add = [&](const Vec3& onTool, const Feature& toolFeature, const Feature& otherFeature,
+                         const Vec3& normal, double distance) {
+        Vec6 row;
+        row << obstacle.R_WO * normal, obstacle.R_WO * (onTool - p_OC).cross(normal);
+        found->push_back({identity(index, toolFeature, otherFeature), row, distance});
+    };
     const auto meet = [&](const Vec3& onTool, const Feature& toolFeature, const Vec3& onOther,
                           const Feature& otherFeature) {
         const double distance = (onTool - onOther).norm();
         least = std::min(least, distance);
         if (!found || distance > margin_ || distance == 0) return;
         const Vec3 normal = (onTool - onOther) / distance;
-        if (!standsOut(placed_, toolFeature, onTool, -normal) || !standsOut(other, otherFeature, onOther, normal))
-            return;
-        Vec6 row;
-        row << obstacle.R_WO * normal, obstacle.R_WO * (onTool - p_OC).cross(normal);
-        found->push_back({identity(index, toolFeature, otherFeature), row, distance});
+        if (standsOut(placed_, toolFeature, onTool, -normal) && standsOut(other, otherFeature, onOther, normal))
+            add(onTool, toolFeature, otherFeature, normal, distance);
+    };
+    // Beside a valley only one of its faces is below a vertex, and a vertex that is pulled into the valley would go to
+    // and fro: both planes hold there. Beside a ridge nothing rises over the plane of a face, and it is no row.
+    const double zone = kValley * impl_.options.shell;
+    const auto valley = [&](const ContactSurface& surface, int face, const Feature& on, const Vec3& at,
+                            const Vec3& vertex) {
+        return found && on.kind != Feature::Kind::Face && (vertex - at).norm() < zone &&
+               surface.normal(face).dot(vertex - at) > 0 && !standsOut(surface, on, at, surface.normal(face));
     };
 
     const Pairs& pairs = pairs_[index];
     for (const auto& [v, g] : pairs.vertexFace) {
         Feature on;
         const Vec3 nearest = closestPoint(other, g, placed_.vertices[v], on);
-        meet(placed_.vertices[v], {Feature::Kind::Vertex, v}, nearest, on);
+        const Vec3& vertex = placed_.vertices[v];
+        meet(vertex, {Feature::Kind::Vertex, v}, nearest, on);
+        if (!valley(other, g, on, nearest, vertex)) continue;
+        const Vec3 normal = other.normal(g);
+        if (standsOut(placed_, {Feature::Kind::Vertex, v}, vertex, -normal))
+            add(vertex, {Feature::Kind::Vertex, v}, {Feature::Kind::Face, g}, normal, normal.dot(vertex - nearest));
     }
     for (const auto& [f, v] : pairs.faceVertex) {
         Feature on;
         const Vec3 nearest = closestPoint(placed_, f, other.vertices[v], on);
-        meet(nearest, on, other.vertices[v], {Feature::Kind::Vertex, v});
+        const Vec3& vertex = other.vertices[v];
+        meet(nearest, on, vertex, {Feature::Kind::Vertex, v});
+        if (!valley(placed_, f, on, nearest, vertex)) continue;
+        const Vec3 normal = -placed_.normal(f);
+        if (standsOut(other, {Feature::Kind::Vertex, v}, vertex, normal))
+            add(nearest, {Feature::Kind::Face, f}, {Feature::Kind::Vertex, v}, normal, normal.dot(nearest - vertex));
     }
     for (const auto& [e, d] : pairs.edgeEdge) {
         const auto& a = placed_.edges[e].vertices;
         const auto& b = other.edges[d].vertices;
-        Vec3 onTool, onOther;
-        if (crossing(placed_.vertices[a[0]], placed_.vertices[a[1]], other.vertices[b[0]], other.vertices[b[1]], onTool,
-                     onOther))
+        const Vec3 &a0 = placed_.vertices[a[0]], &a1 = placed_.vertices[a[1]], &b0 = other.vertices[b[0]],
+                   &b1 = other.vertices[b[1]];
+        double s, t;
+        if (!crossing(a0, a1, b0, b1, s, t)) continue;
+        const Vec3 onTool = a0 + s * (a1 - a0), onOther = b0 + t * (b1 - b0);
+        const double beyondTool = std::max({0.0, -s, s - 1}) * (a1 - a0).norm(),
+                     beyondOther = std::max({0.0, -t, t - 1}) * (b1 - b0).norm();
+        if (beyondTool == 0 && beyondOther == 0) {
             meet(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
+            continue;
+        }
+        // Where edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them: a valley, too.
+        const double distance = (onTool - onOther).norm();
+        if (!found || std::max({beyondTool, beyondOther, distance}) > zone || distance == 0) continue;
+        const Vec3 normal = (onTool - onOther) / distance;
+        const int endTool = a[s > 0.5], endOther = b[t > 0.5];
+        const Vec3 &toolEnd = placed_.vertices[endTool], &otherEnd = other.vertices[endOther];
+        if (standsOut(placed_, {Feature::Kind::Edge, e}, toolEnd, -normal) &&
+            standsOut(other, {Feature::Kind::Edge, d}, otherEnd, normal) &&
+            !(beyondTool > 0 && standsOut(placed_, {Feature::Kind::Vertex, endTool}, toolEnd, -normal)) &&
+            !(beyondOther > 0 && standsOut(other, {Feature::Kind::Vertex, endOther}, otherEnd, normal)))
+            add(onTool, {Feature::Kind::Edge, e}, {Feature::Kind::Edge, d}, normal, distance);
     }
     if (least == 0) return 0;
     for (const auto& [f, g] : pairs.faces) {
@@ -225,6 +265,7 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
     RowSet rows(kRows);
     Near near(*impl_, options.margin);
     std::vector<Contact> contacts;
+    double margin = options.margin;  // smaller where there is no room for so many contacts
 
     MeshReferenceAnswer answer;
     answer.clearance = near.measure(q);
@@ -232,9 +273,10 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
         throw std::invalid_argument("the meshes meet at the start: begin where the tool is clear of the obstacles");
     for (; answer.iterations < options.iterations && !answer.converged; ++answer.iterations) {
         near.contacts(q, contacts);
-        if (int(contacts.size()) > kRows)
-            throw std::invalid_argument("more than " + std::to_string(kRows) +
-                                        " contacts at once: choose a smaller margin for the reference");
+        while (int(contacts.size()) > kRows) {
+            margin /= 2;
+            std::erase_if(contacts, [&](const Contact& c) { return c.distance > margin; });
+        }
         rows.clear();
         for (const Contact& c : contacts) rows.push(c.row, c.distance - options.shell, c.id);
         const Vec6 wanted = incrementBetween(q, device);
@@ -247,7 +289,7 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
         // No further than the margin, so that nothing is met which is not listed; and no nearer than half the shell,
         // which curvature and places that come to stand out only on the way can do.
         const double floor = std::min(answer.clearance, options.shell / 2);
-        Vec6 x = result.x * std::min(1.0, 0.9 * options.margin / std::max(answer.residual, 1e-300));
+        Vec6 x = result.x * std::min(1.0, 0.9 * margin / std::max(answer.residual, 1e-300));
         Pose after = moved(q, x);
         double clearance = near.measure(after);
         int halvings = 0;
