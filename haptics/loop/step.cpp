@@ -48,6 +48,13 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.reference->reset();
 }
 
+void StepState::resume(const TickRecord& record) noexcept {
+    reset(record.X_WT);
+    impl->tick = record.tick + 1;
+    impl->device = impl->referencePose(record.X_WT_device);
+    impl->loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
+}
+
 void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
     contacts.clear();
     // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.

@@ -79,6 +79,10 @@ class StepState {
     /// Puts graphic tool and device at X_WT and forgets everything else.
     void reset(const Pose& X_WT) noexcept;
 
+    /// Puts both where a tick left them, as far as its record tells: the next tick answers as it would have, to
+    /// rounding.
+    void resume(const TickRecord& record) noexcept;
+
     struct Impl;
     std::unique_ptr<Impl> impl;
 };

@@ -88,15 +88,4 @@ struct Tick {
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
 
-/// World translation of C and rotation vector about C from one pose to another; exactly zero where they are equal.
-inline Vec6 incrementBetween(const Pose& from, const Pose& to) {
-    Vec6 x = Vec6::Zero();
-    x.head<3>() = to.p - from.p;
-    if (to.q.coeffs() != from.q.coeffs()) x.tail<3>() = logRotation(to.q * from.q.conjugate());
-    return x;
-}
-inline Pose moved(const Pose& q, const Vec6& x) {
-    return {q.p + x.head<3>(), (expRotation(x.tail<3>()) * q.q).normalized()};
-}
-
 }  // namespace touchstone
