@@ -37,8 +37,10 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
     writeMotion(file, keys);
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(keys);
-    context.file = file.string();
-    for (const char* name : {"demo", "replay"}) {
+    const std::vector<NamedMotion> motions{{"", context.demonstration}, {"again", context.demonstration}};
+    context.motions = motions;
+    for (const auto& [name, after] : {std::pair{"demo", std::string()}, {"demo", "again"}, {"replay", file.string()}}) {
+        context.file = after;
         const auto device = findDevice(name)->make(context);
         for (int tick = 0; tick < 8; ++tick) {
             const DeviceReading reading = device->read(tick, 1);
