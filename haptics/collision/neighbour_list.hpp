@@ -17,8 +17,8 @@ constexpr std::uint64_t contactId(int obstacle, int toolLeaf, int obstacleLeaf) 
     return std::uint64_t(obstacle) << 56 | std::uint64_t(toolLeaf) << 28 | std::uint64_t(obstacleLeaf);
 }
 
-/// The pairs of a tool and one obstacle, as entries of a tool leaf and a bucket of obstacle leaves. Entries found at one
-/// pose for margin M hold every pair with gap <= m at any pose within travel M - m of it, since a gap changes by no
+/// The pairs of a tool and one obstacle, as entries of a tool leaf and a bucket of obstacle leaves. Entries found at
+/// one pose for margin M hold every pair with gap <= m at any pose within travel M - m of it, since a gap changes by no
 /// more than the travel. There are two such sets: all entries of a wide margin, from a walk of the trees, and those of
 /// a narrow one, taken from the first in one pass, which is what the queries look at. What they return depends on the
 /// pose and margin asked for, never on the age of either. Poses X_OT: tool node in the obstacle's frame, mm. Real time:

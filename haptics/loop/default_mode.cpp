@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
-constexpr double kBaseMargin = 0.02;           // mm: pairs this near have rows from the start
+constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
@@ -93,8 +93,8 @@ bool DefaultTick::addCrossed(double from, double upTo, const Vec6& x, bool& adde
     const bool complete = completeLists(upTo);
     bool fits = complete;
     for (int k = 0; k < int(s_.lists.size()) && fits; ++k) {
-        const int pairs = s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], from, upTo, x, s_.rows,
-                                                    crossed);
+        const int pairs =
+            s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], from, upTo, x, s_.rows, crossed);
         near_ = near_ || pairs != 0;
         fits = pairs >= 0;
     }

@@ -66,6 +66,7 @@ TEST_CASE("error split: a coarse solver's error is its own share", "[reference]"
     coarse.shadow = -1;
     coarse.solver = findSolver("pqp");
     coarse.tolerance = 1;
+    coarse.adaptiveMargin = false;  // else it gets the one or two rows that matter, and they are no work
     const auto [before, now] = slideTo(scene, coarse, 0.5);
     const system::ErrorSplit split = system::splitError(*scene.world, coarse, reference, before, now);
     CHECK(split.converged);
