@@ -421,6 +421,8 @@ class SceneReader {
         };
         scene_.extensions = extensionsOf(document, "");
         scene_.extras = document["scenes"][static_cast<std::size_t>(scene_.index)].value("extras", json());
+        for (std::size_t i = 0; i < scene_.animations.size(); ++i)
+            scene_.animations[i].extras = document["animations"][i].value("extras", json());
         scene_.extensionsRequired = document.value("extensionsRequired", std::vector<std::string>());
         for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
             if (!scene_.nodes[i]) continue;

@@ -294,6 +294,7 @@ class SceneWriter {
                     {{"sampler", item["samplers"].size() - 1},
                      {"target", {{"node", indices_.at(channel.target.index)}, {"path", pathName(channel.path)}}}});
             }
+            if (!animation.extras.is_null()) item["extras"] = animation.extras;
             if (item.contains("channels")) add("animations", std::move(item));
         }
     }

@@ -2,15 +2,23 @@
 
 #include <stdexcept>
 
-#include "haptics/device/motion.hpp"
-
 namespace touchstone {
 
-std::unique_ptr<Device> makeDemo(const DeviceContext& context) {
+std::shared_ptr<const Motion> chosenMotion(const DeviceContext& context, const std::string& name) {
     if (!context.demonstration)
         throw std::runtime_error(
             "this scene has no demonstration: animate its tool node, or choose --device mouse or replay:FILE");
-    return std::make_unique<MotionDevice>(context.demonstration);
+    if (name.empty()) return context.demonstration;
+    std::string names;
+    for (const NamedMotion& motion : context.motions) {
+        if (motion.name == name) return motion.motion;
+        names += (names.empty() ? "" : ", ") + motion.name;
+    }
+    throw std::runtime_error("this scene has no motion '" + name + "': choose one of " + names);
+}
+
+std::unique_ptr<Device> makeDemo(const DeviceContext& context) {
+    return std::make_unique<MotionDevice>(chosenMotion(context, context.file));
 }
 
 }  // namespace touchstone

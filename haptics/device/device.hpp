@@ -35,12 +35,14 @@ class Device {
 };
 
 class Motion;
+struct NamedMotion;
 class MouseTarget;
 
 /// What a device may need to start; a row takes what it uses.
 struct DeviceContext {
     Pose X_WT_start;                              ///< tool node at the start of the scene
     std::shared_ptr<const Motion> demonstration;  ///< the scene's motion; null if it has none
+    std::span<const NamedMotion> motions;         ///< all of the scene's motions, the demonstration first
     std::shared_ptr<MouseTarget> mouse;           ///< fed by the window; null without one
     std::string file;                             ///< what stood behind ':' in --device NAME:FILE
 };
@@ -52,7 +54,7 @@ struct DeviceInfo {
     std::unique_ptr<Device> (*make)(const DeviceContext&);
 };
 
-/// demo, mouse, replay. Adding one is adding a row.
+/// demo, hand, mouse, replay. Adding one is adding a row.
 std::span<const DeviceInfo> deviceTable();
 const DeviceInfo* findDevice(std::string_view name);
 

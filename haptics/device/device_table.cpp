@@ -3,6 +3,7 @@
 
 #include "haptics/device/demo.hpp"
 #include "haptics/device/device.hpp"
+#include "haptics/device/held_motion.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/device/replay.hpp"
 
@@ -10,7 +11,13 @@ namespace touchstone {
 namespace {
 
 constexpr std::array kDevices{
-    DeviceInfo{"demo", "follows the demonstration that the scene carries", makeDemo},
+    DeviceInfo{"demo", "follows the demonstration that the scene carries, or as demo:NAME another of its motions",
+               makeDemo},
+    DeviceInfo{
+        "hand",
+        "a simulated hand that follows the demonstration, as hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, N/m, "
+        "N·s/m and ticks",
+        makeHand},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
     DeviceInfo{"replay", "follows a recorded motion from a CSV file, as replay:FILE", makeReplay},
 };

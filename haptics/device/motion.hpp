@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "haptics/device/device.hpp"
@@ -17,6 +18,12 @@ class Motion {
     /// Real time: no allocation, lock or throw.
     virtual Pose at(double t) const noexcept = 0;
     virtual double duration() const noexcept = 0;  ///< ms
+};
+
+/// One of a scene's motions.
+struct NamedMotion {
+    std::string name;
+    std::shared_ptr<const Motion> motion;
 };
 
 struct MotionKey {

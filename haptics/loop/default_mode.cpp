@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
+constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
@@ -33,35 +34,43 @@ class DefaultTick {
 
     Found findStep(const Vec6& wanted, Step& step);
     bool collect(double margin);
+    bool completeLists(double margin);
+    bool addCrossed(double from, double upTo, const Vec6& x, bool& added);
     double clearanceUpTo(double atMost) const;
     bool solve(const Vec6& wanted, Step& step);
     Vec6 solveNotDeeper(const Vec6& wanted);
-    NeighbourList::Overlap remeasure(const Pose& after) const;
+    NeighbourList::Overlap remeasure(const Vec6& x);
     void move(Step step, const Vec6& wanted);
 
     Tick& tick_;
     StepState::Impl& s_;
     const Settings& set_;
     const Pose device_;
-    double budget_ = INFINITY;
+    double budget_ = INFINITY, shiftBudget_ = INFINITY;  ///< travel left this tick, and that of C alone, mm
     int linearisation_ = 0;
     int pairs_ = 0;
+    int solvedRows_ = 0;
+    bool near_ = false;  ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
+
+bool DefaultTick::completeLists(double margin) {
+    bool complete = true;
+    for (int k = 0; k < int(s_.lists.size()) && complete; ++k)
+        complete = s_.lists[k].complete(s_.inObstacle(k, s_.graphic), margin, set_.slack);
+    if (!complete) tick_.record.flags |= kListOverflow;
+    return complete;
+}
 
 /// Rows of all pairs within the margin. False if the lists have no room.
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    bool fits = true, complete = true;
+    const bool complete = completeLists(std::max(margin, std::min(set_.margin, 1.2 * s_.lastStep)));
+    bool fits = true;
     const int n = int(s_.lists.size());
-    for (int k = 0; k < n && complete; ++k) {
-        NeighbourList& list = s_.lists[k];
-        const Pose X_OT = s_.inObstacle(k, s_.graphic);
-        // Deep overlaps can fill the list: then it is built without slack, for this linearisation alone.
-        complete = list.covers(X_OT, margin) || list.build(X_OT, margin + set_.slack) || list.build(X_OT, margin);
-        if (complete) fits = fits && list.appendRows(X_OT, s_.R_WO[k], margin, s_.rows);
-    }
+    for (int k = 0; k < n && complete && fits; ++k)
+        fits = s_.lists[k].appendRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows);
     pairs_ = s_.rows.size();
     if (complete && !fits) {
         s_.rows.clear();
@@ -71,7 +80,27 @@ bool DefaultTick::collect(double margin) {
         tick_.record.flags |= kRowsTruncated;
         tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, pairs_ - s_.rows.size());
     }
-    if (!complete) tick_.record.flags |= kListOverflow;
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+/// Adds the rows of pairs with from < gap <= upTo that x would cross. False if the lists have no room; if the rows have
+/// none, nothing is added, and it is for the re-measured gaps to shorten the step.
+bool DefaultTick::addCrossed(double from, double upTo, const Vec6& x, bool& added) {
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = s_.relaxed;
+    crossed.clear();
+    const bool complete = completeLists(upTo);
+    bool fits = complete;
+    for (int k = 0; k < int(s_.lists.size()) && fits; ++k) {
+        const int pairs =
+            s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], from, upTo, x, s_.rows, crossed);
+        near_ = near_ || pairs != 0;
+        fits = pairs >= 0;
+    }
+    added = fits && crossed.size() > 0;
+    if (added) s_.rows.merge(crossed);
+    if (complete && !fits) tick_.record.flags |= kRowsTruncated;
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
 }
@@ -85,9 +114,9 @@ double DefaultTick::clearanceUpTo(double atMost) const {
     return least;
 }
 
-/// The step towards `wanted` before any cap. Starts with a margin that is likely to be enough and widens it up to the
-/// full one: an answer that moves no further than its margin is that of the full one, since no row left out can be
-/// crossed.
+/// The step towards `wanted` before any cap: that of the rows of all pairs within the margin. Few of them are needed:
+/// it starts with those of the nearest and adds what the answer crosses, until it crosses nothing. Pairs further than
+/// the answer is long cannot be crossed.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     const double need = s_.lengthOf(wanted);
     if (need < s_.freeRadius) {
@@ -95,26 +124,34 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         return Found::Free;
     }
 
-    const double likely = std::max(0.02, 1.5 * s_.lastStep[linearisation_ > 0] + 0.01);
-    double margin = set_.adaptiveMargin ? std::min(set_.margin, likely) : set_.margin;
-    for (;; margin = std::min(set_.margin, std::max(2 * margin, 1.2 * step.length))) {
-        if (!collect(margin)) return Found::Failure;
-        step = {wanted, wanted, need, true, false};
-        s_.freeRadius = s_.rows.size() ? 0 : margin;
+    const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
+    if (!collect(base)) return Found::Failure;
+    near_ = s_.rows.size() > 0;
+    step = {wanted, wanted, need, true, false};
+    double looked = base;
+    for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        if (margin == set_.margin || step.length <= margin) break;
+        looked = std::max(looked, std::min(set_.margin, step.length));
+        added = false;
+        if (looked > base && !addCrossed(base, looked, step.x, added)) return Found::Failure;
     }
+    s_.lastStep = step.length;
     if (s_.rows.size() >= tick_.record.rows) {
-        tick_.record.pairs = pairs_;
+        tick_.record.pairs = std::max(pairs_, s_.rows.size());
         tick_.record.rows = s_.rows.size();
-        tick_.record.marginUsed = std::max(tick_.record.marginUsed, margin);
+        tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
+        tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked);
     }
-    if (s_.rows.size()) {
-        if (set_.shadow >= 0 && !shadowed_) tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
-        shadowed_ = true;
+    if (near_) {
+        s_.freeRadius = 0;
+        if (set_.shadow >= 0 && !shadowed_ && s_.rows.size()) {
+            tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
+            shadowed_ = true;
+        }
         return Found::Contact;
     }
     // Nothing near: fly as far as the true clearance allows; the trust cap would drag the tool here.
+    s_.freeRadius = looked;
     if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
     return Found::Free;
 }
@@ -129,8 +166,16 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     const bool exact = solverTable()[set_.solver].exact;
 
     const std::uint64_t start = tick_.now();
-    SolveResult result = s_.renderers[set_.solver]->solve(problem, solverSettings);
-    if (!exact && kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+    const QpProblem few{problem.stiffness, wanted, exact ? problem.rows : &tick_.screened(s_.rows)};
+    SolveResult result = s_.renderers[set_.solver]->solve(few, solverSettings);
+    if (!exact) {
+        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
+        if (few.rows->size() < problem.rows->size()) {
+            result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
+            tick_.record.screenInexact += !RowScreen::isExact(set_.screening, result.x, s_.reach, set_.trust);
+        }
+    }
+    solvedRows_ = few.rows->size();
     tick_.note(result);
     tick_.addTime(tick_.record.solveUs, start);
     if (result.status == SolveStatus::Invalid) return false;
@@ -175,9 +220,12 @@ Vec6 DefaultTick::solveNotDeeper(const Vec6& wanted) {
     return result.x;
 }
 
-NeighbourList::Overlap DefaultTick::remeasure(const Pose& after) const {
+/// The listed pairs after the increment x. Where the lists have no room it counts as deeper.
+NeighbourList::Overlap DefaultTick::remeasure(const Vec6& x) {
     const std::uint64_t start = tick_.now();
+    const Pose after = moved(s_.graphic, x);
     NeighbourList::Overlap overlap;
+    if (!completeLists(s_.lengthOf(x))) overlap.deeper = !x.isZero(0);
     for (int k = 0; k < int(s_.lists.size()); ++k) {
         const auto o = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
         overlap.deeper |= o.deeper;
@@ -189,29 +237,28 @@ NeighbourList::Overlap DefaultTick::remeasure(const Pose& after) const {
 
 /// Caps the step by trust (or clearance) and travel budget, and shortens it until no listed gap got worse.
 void DefaultTick::move(Step step, const Vec6& wanted) {
-    const bool contact = s_.rows.size() > 0;
+    const bool contact = near_;
     const auto capped = [&](Vec6 x) {
-        const double length = s_.lengthOf(x), reach = contact ? set_.trust : s_.freeRadius,
-                     cap = std::min(reach, budget_);
-        if (length <= cap) return x;
+        const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : s_.freeRadius;
+        if (length <= std::min(reach, budget_) && shift <= shiftBudget_) return x;
         step.reachesDevice = false;
-        if (contact || budget_ < reach) tick_.record.flags |= kCapped;
-        return Vec6(x * (cap / length));
+        if (contact || budget_ < reach || shift > shiftBudget_) tick_.record.flags |= kCapped;
+        return Vec6(x * std::min({1.0, reach / length, budget_ / length, shiftBudget_ / std::max(shift, 1e-300)}));
     };
     Vec6 x = capped(step.x);
-    Pose after = moved(s_.graphic, x);
     if (contact) {
-        auto overlap = remeasure(after);
+        if (s_.rows.size() == 0) s_.contacts.clear();
+        auto overlap = remeasure(x);
         if (overlap.deeper && step.elastic) {
             x = capped(solveNotDeeper(wanted));
             step.reachesDevice = false;
-            overlap = remeasure(after = moved(s_.graphic, x));
+            overlap = remeasure(x);
         }
         for (int i = 0; overlap.deeper && i <= kHalvings; ++i) {
             x = i < kHalvings ? Vec6(x / 2) : Vec6(Vec6::Zero());
             step.reachesDevice = false;
             tick_.record.flags |= kHalved;
-            overlap = remeasure(after = moved(s_.graphic, x));
+            overlap = remeasure(x);
         }
         tick_.record.penetration = overlap.depth;
     } else {
@@ -221,14 +268,18 @@ void DefaultTick::move(Step step, const Vec6& wanted) {
     const double length = s_.lengthOf(x);
     s_.freeRadius = std::max(0.0, s_.freeRadius - length);
     budget_ -= length;
+    shiftBudget_ -= x.head<3>().norm();
     // Exactly the device's pose where nothing holds the tool, so that free flight gives exactly no force.
-    s_.graphic = step.reachesDevice ? device_ : after;
+    s_.graphic = step.reachesDevice ? device_ : moved(s_.graphic, x);
 }
 
 bool DefaultTick::run(Wrench& wrench) {
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
-        budget_ = s_.lengthOf(incrementBetween(s_.device, device_)) + set_.travelBudget * dt;
+        const Vec6 deviceStep = incrementBetween(s_.device, device_);
+        budget_ = s_.lengthOf(deviceStep) + set_.travelBudget * dt;
+        // Force is the stiffness times the way from C to C: a device that spins must not let the tool leap.
+        shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
     bool arrived = false;
@@ -237,10 +288,10 @@ bool DefaultTick::run(Wrench& wrench) {
         Step step;
         const Found found = findStep(wanted, step);
         if (found == Found::Failure) return false;
-        if (found == Found::Free)
+        if (found == Found::Free) {
             s_.rows.clear();
-        else
-            s_.lastStep[linearisation_ > 0] = step.length;
+            near_ = false;
+        }
         move(step, wanted);
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
     }

@@ -19,7 +19,7 @@ struct SolverName {
 };
 
 using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
-                           Mode Settings::*, SolverName>;
+                           Mode Settings::*, Screening Settings::*, SolverName>;
 
 struct Row {
     SettingInfo info;
@@ -46,6 +46,11 @@ constexpr Row kRows[] = {
     {{"tolerance", "N", "where an approximate solver stops (N·mm in paper mode); larger is faster and less true", 1e-9,
       100},
      &Settings::tolerance},
+    {{"screening", "",
+      "rows removed before an approximate solver in default mode: none, screen (exact within trust), cluster (fewer, "
+      "less true)",
+      0, 0},
+     &Settings::screening},
     {{"iteration_cap", "", "iterations an approximate solver may take in default mode; too few leave the tool behind",
       1, 1e6},
      &Settings::iterationCap},
@@ -86,6 +91,7 @@ constexpr auto kInfos = [] {
 }();
 
 constexpr std::string_view kModeNames[] = {"default", "paper"};
+constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
 
 template <class... F>
 struct Overload : F... {
@@ -192,6 +198,14 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
                               settings.*member = static_cast<Mode>(found - std::begin(kModeNames));
                               return {};
                           },
+                          [&](Screening Settings::*member) -> std::string {
+                              const auto found =
+                                  std::find(std::begin(kScreeningNames), std::end(kScreeningNames), value);
+                              if (found == std::end(kScreeningNames))
+                                  return refuse(info, value, "none, screen or cluster");
+                              settings.*member = static_cast<Screening>(found - std::begin(kScreeningNames));
+                              return {};
+                          },
                           [&](SolverName solver) -> std::string {
                               const bool none = solver.mayBeNone && value == "none";
                               const int index = none ? -1 : findSolver(value);
@@ -211,6 +225,9 @@ std::string getSetting(const Settings& settings, std::string_view key) {
         Overload{
             [&](bool Settings::*member) -> std::string { return settings.*member ? "on" : "off"; },
             [&](Mode Settings::*member) { return std::string(kModeNames[static_cast<int>(settings.*member)]); },
+            [&](Screening Settings::*member) {
+                return std::string(kScreeningNames[static_cast<int>(settings.*member)]);
+            },
             [&](SolverName solver) -> std::string {
                 const int index = settings.*solver.index;
                 return index < 0 ? "none" : std::string(solverTable()[index].name);

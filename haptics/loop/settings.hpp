@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "haptics/qp/row_screen.hpp"
 #include "haptics/qp/solver.hpp"
 
 namespace touchstone {
@@ -22,11 +23,12 @@ struct Settings {
     double stiffness = 1;       ///< k_t, N/mm
     double torsion = 1000;      ///< k_r, mN·m/rad
     double tolerance = 0.01;    ///< of the rendering or shadowing approximate solver: N; N·mm in paper mode
-    int iterationCap = 1000;    ///< of the approximate solvers in default mode
-    double margin = 0.5;        ///< m, mm: pairs this near become rows
-    double trust = 0.5;         ///< t, mm: greatest travel of any leaf per linearisation
-    double slack = 0.75;        ///< mm of travel before the neighbour list is built anew
-    double travelBudget = 0.5;  ///< v, mm/ms: travel beyond the device's own while in contact
+    Screening screening = Screening::None;  ///< before an approximate solver, in default mode
+    int iterationCap = 1000;                ///< of the approximate solvers in default mode
+    double margin = 0.5;                    ///< m, mm: pairs this near become rows
+    double trust = 0.5;                     ///< t, mm: greatest travel of any leaf per linearisation
+    double slack = 0.75;                    ///< mm of travel before the neighbour list is built anew
+    double travelBudget = 0.5;              ///< v, mm/ms: travel beyond the device's own while in contact
     int linearisations = 2;
     bool adaptiveMargin = true;  ///< solve at the smallest margin that is exact
     double elasticWeight = 1000;

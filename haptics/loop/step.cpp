@@ -39,13 +39,20 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.graphic = s.device = s.referencePose(X_WT);
     s.loaded = false;
     s.freeRadius = 0;
-    s.lastStep[0] = s.lastStep[1] = 0;
+    s.lastStep = 0;
     s.contacts.clear();
     for (NeighbourList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();
     s.projector->reset();
     s.reference->reset();
+}
+
+void StepState::resume(const TickRecord& record) noexcept {
+    reset(record.X_WT);
+    impl->tick = record.tick + 1;
+    impl->device = impl->referencePose(record.X_WT_device);
+    impl->loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
 }
 
 void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
@@ -89,11 +96,12 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     const std::uint64_t start = now();
     const bool paper = settings.mode == Mode::Paper;
     QpProblem shared = problem;
+    if (!solverTable()[settings.shadow].exact) shared.rows = &screened(*problem.rows);
     const int most = std::min(settings.shadowRows, paper ? kPaperRowCapacity : kShadowRowCapacity);
-    record.shadowRowsCut = std::max(0, problem.rows->size() - most);
-    if (record.shadowRowsCut) {
+    record.shadowRowsCut = std::max(0, problem.rows->size() - std::min(most, shared.rows->size()));
+    if (shared.rows->size() > most) {
         // The deepest, ties by identity, in the order they had.
-        const RowSet& rows = *problem.rows;
+        const RowSet& rows = *shared.rows;
         const auto first = state.order.begin(), middle = first + most, last = first + rows.size();
         for (int i = 0; i < rows.size(); ++i) state.order[i] = i;
         std::nth_element(first, middle, last, [&](int a, int b) {

@@ -47,7 +47,9 @@ struct TickRecord {
 
     int pairs = 0, rows = 0;  ///< of the accepted solve of the tick's largest linearisation
     int rowsTruncated = 0;
-    int iterations = 0;  ///< sum over the tick
+    int rowsScreened = 0;   ///< what screening left of `rows` for an approximate solver; `rows` without it
+    int screenInexact = 0;  ///< linearisations whose answer left the ball in which screening is exact
+    int iterations = 0;     ///< sum over the tick
     int linearisations = 0;
     double marginUsed = 0;   ///< mm
     double projection = 0;   ///< greatest correction of an approximate answer, mm
@@ -55,7 +57,7 @@ struct TickRecord {
     double penetration = 0;  ///< deepest overlap of the listed pairs after the move, mm
     KktResiduals kkt;        ///< worst over the tick's linearisations
 
-    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;
+    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;  ///< cut: by screening or to shadow_rows
     SolveStatus shadowStatus = SolveStatus::Solved;
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
@@ -76,6 +78,10 @@ class StepState {
 
     /// Puts graphic tool and device at X_WT and forgets everything else.
     void reset(const Pose& X_WT) noexcept;
+
+    /// Puts both where a tick left them, as far as its record tells: the next tick answers as it would have, to
+    /// rounding.
+    void resume(const TickRecord& record) noexcept;
 
     struct Impl;
     std::unique_ptr<Impl> impl;

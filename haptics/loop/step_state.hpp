@@ -27,6 +27,7 @@ struct StepState::Impl {
     std::vector<NeighbourList> lists;
     std::vector<TreeWalk> walks;  ///< of paper mode, which keeps no list
     RowSet rows{kRowCapacity};
+    RowScreen screen{kRowCapacity};
     RowSet relaxed{kRowCapacity};                    ///< rows with violated gaps set to zero; the shadow's deepest rows
     std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
     std::vector<std::unique_ptr<Solver>> shadows;
@@ -46,9 +47,9 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;      ///< the last tick carried force
-    double freeRadius = 0;    ///< nothing is nearer than this to the graphic tool
-    double lastStep[2] = {};  ///< length of the solver's last first and later steps, mm
+    bool loaded = false;    ///< the last tick carried force
+    double lastStep = 0;    ///< length of the solver's last step, mm
+    double freeRadius = 0;  ///< nothing is nearer than this to the graphic tool
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
@@ -72,6 +73,11 @@ struct Tick {
     std::uint64_t now() const { return clock.now ? clock.now() : 0; }
     void addTime(double& stage, std::uint64_t since) const { stage += double(now() - since) * clock.microseconds; }
     Vec6 stiffness() const;
+    /// The problem's rows as an approximate solver takes them.
+    const RowSet& screened(const RowSet& rows) const {
+        const bool off = settings.mode == Mode::Paper || rows.size() == 0;
+        return state.screen.run(rows, off ? Screening::None : settings.screening, state.reach, settings.trust);
+    }
     /// Takes over status, iterations and residuals of a solve of this tick.
     void note(const SolveResult& result);
     /// Runs the shadow on the problem; `rendered` is the answer of the rendering solver to it.
@@ -81,16 +87,5 @@ struct Tick {
 /// Both move `state.graphic` towards `device` and return the wrench about C; false: hold the tool, no force.
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
-
-/// World translation of C and rotation vector about C from one pose to another; exactly zero where they are equal.
-inline Vec6 incrementBetween(const Pose& from, const Pose& to) {
-    Vec6 x = Vec6::Zero();
-    x.head<3>() = to.p - from.p;
-    if (to.q.coeffs() != from.q.coeffs()) x.tail<3>() = logRotation(to.q * from.q.conjugate());
-    return x;
-}
-inline Pose moved(const Pose& q, const Vec6& x) {
-    return {q.p + x.head<3>(), (expRotation(x.tail<3>()) * q.q).normalized()};
-}
 
 }  // namespace touchstone

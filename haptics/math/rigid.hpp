@@ -48,4 +48,16 @@ inline Vec3 logRotation(const Quat& q) {
     return sign * k * q.vec();
 }
 
+/// Translation in world axes and rotation vector on them from one pose to another; exactly zero where they are equal.
+inline Vec6 incrementBetween(const Pose& from, const Pose& to) {
+    Vec6 x = Vec6::Zero();
+    x.head<3>() = to.p - from.p;
+    if (to.q.coeffs() != from.q.coeffs()) x.tail<3>() = logRotation(to.q * from.q.conjugate());
+    return x;
+}
+/// The pose that lies such an increment away.
+inline Pose moved(const Pose& q, const Vec6& x) {
+    return {q.p + x.head<3>(), (expRotation(x.tail<3>()) * q.q).normalized()};
+}
+
 }  // namespace touchstone

@@ -7,6 +7,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+
+// Without AVX-512 a 64-byte result has no settled ABI; what returns one is inlined, so none crosses one. Arguments go
+// by reference for the same reason.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#define TOUCHSTONE_INLINE inline __attribute__((always_inline))
 
 namespace touchstone::simd {
 
@@ -20,23 +27,65 @@ using Mask = std::uint32_t;
 
 inline Float8 load(const float* p) { return reinterpret_cast<Float8>(_mm256_loadu_ps(p)); }
 inline void store(float* p, Float8 v) { _mm256_storeu_ps(p, reinterpret_cast<__m256>(v)); }
+TOUCHSTONE_INLINE Double8 load(const double* p) {
+    Double8 v;
+    std::memcpy(&v, p, sizeof v);
+    return v;
+}
+TOUCHSTONE_INLINE void store(double* p, const Double8& v) { std::memcpy(p, &v, sizeof v); }
 inline Float8 splat(float v) { return reinterpret_cast<Float8>(_mm256_set1_ps(v)); }
-inline Double8 splat(double v) { return Double8{v, v, v, v, v, v, v, v}; }
+TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
 inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_epi32(v)); }
 inline Int8 lanes() { return Int8{0, 1, 2, 3, 4, 5, 6, 7}; }
 inline Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
-inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
 
-inline Double8 sqrt(Double8 v) {
+/// Lane by lane; a lane of `a` that is NaN gives b's.
+inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
+TOUCHSTONE_INLINE Double8 min(const Double8& a, const Double8& b) { return a < b ? a : b; }
+TOUCHSTONE_INLINE Double8 max(const Double8& a, const Double8& b) { return a > b ? a : b; }
+TOUCHSTONE_INLINE Double8 abs(const Double8& a) { return max(a, -a); }
+
+TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
 #ifdef __AVX512F__
     return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xff, reinterpret_cast<__m512d>(v)));
 #else
-    for (int i = 0; i < 8; ++i) v[i] = std::sqrt(v[i]);
-    return v;
+    Double8 root{};
+    for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
+    return root;
 #endif
 }
 
 inline Float8 sqrt(Float8 v) { return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v))); }
+
+TOUCHSTONE_INLINE float least(Float8 v) {
+    const __m256 all = reinterpret_cast<__m256>(v);
+    __m128 four = _mm_min_ps(_mm256_castps256_ps128(all), _mm256_extractf128_ps(all, 1));
+    four = _mm_min_ps(four, _mm_movehl_ps(four, four));
+    return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
+}
+
+TOUCHSTONE_INLINE double sum(const Double8& a) {
+    const auto four = __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
+    const auto two = __builtin_shufflevector(four, four, 0, 1) + __builtin_shufflevector(four, four, 2, 3);
+    return two[0] + two[1];
+}
+TOUCHSTONE_INLINE double least(const Double8& a) {
+    const auto pick = [](auto x, auto y) { return x < y ? x : y; };
+    const auto four = pick(__builtin_shufflevector(a, a, 0, 1, 2, 3), __builtin_shufflevector(a, a, 4, 5, 6, 7));
+    const auto two = pick(__builtin_shufflevector(four, four, 0, 1), __builtin_shufflevector(four, four, 2, 3));
+    return two[0] < two[1] ? two[0] : two[1];
+}
+
+TOUCHSTONE_INLINE double largest(const Double8& a) { return -least(-a); }
+
+/// matrix * x, column by column: sum over k < columns of x[k] matrix[k].
+template <int columns>
+TOUCHSTONE_INLINE Double8 times(const Double8 (&matrix)[columns], const Double8& x) {
+    Double8 even{}, odd{};  // two chains halve the latency of the additions
+#pragma GCC unroll 8
+    for (int k = 0; k < columns; ++k) (k % 2 ? odd : even) += x[k] * matrix[k];
+    return even + odd;
+}
 
 /// Lanes in which a <= b; false for NaN.
 inline Mask lessEqual(Float8 a, Float8 b) {

@@ -39,9 +39,9 @@ class ActiveSet final : public Solver {
     bool hold(int row, double independent2);
     void release(int j);
     void holdRemembered(const RowSet& rows);
-    Vec8 heldOptimum();
-    Block firstBlock(const Vec8& step) const;
-    double leastGap(const Vec8& z) const;
+    simd::Double8 heldOptimum();
+    Block firstBlock(const simd::Double8& step) const;
+    double leastGap(const simd::Double8& z) const;
     void perturb(double sign);
     bool walk();
     bool makeFeasible();
@@ -49,24 +49,24 @@ class ActiveSet final : public Solver {
 
     UnitRows rows_;
     double slack_ = 0, cost_ = 0;
-    Vec8 z_{};
+    simd::Double8 z_{};
     int steps_ = 0, limit_ = 0;
     bool perturbed_ = false;
 
     ActiveBasis held_;                     // the working set: rows held as equations
     int working_[ActiveBasis::kMax] = {};  // which; rows_.size is the bound z6 >= 0
-    Vec8 forces_{};                        // their multipliers at heldOptimum()
+    simd::Double8 forces_{};               // their multipliers at heldOptimum()
 
     int remembered_ = 0;
     std::uint64_t ids_[ActiveBasis::kMax] = {};
     Multiplier answer_[ActiveBasis::kMax];
 };
 
-double norm8(const Vec8& a) { return std::sqrt(sum8(a * a)); }
+double norm(const simd::Double8& a) { return std::sqrt(simd::sum(a * a)); }
 
 bool ActiveSet::hold(int row, double independent2) {
     const bool bound = row == rows_.size;
-    Vec8 n{};
+    simd::Double8 n{};
     for (int k = 0; k < 6; ++k) n[k] = bound ? 0 : rows_.column[k][row];
     n[6] = bound ? 1 : slack_;
     const ActiveBasis::Split split = held_.split(n);
@@ -94,8 +94,8 @@ void ActiveSet::holdRemembered(const RowSet& rows) {
 
 /// The optimum with the working set as equations, and its multipliers: the part of z in the held rows' span is fixed by
 /// their planes, the rest is that of the free optimum (0, ..., 0, -cost).
-Vec8 ActiveSet::heldOptimum() {
-    Vec8 free{};
+simd::Double8 ActiveSet::heldOptimum() {
+    simd::Double8 free{};
     free[6] = -cost_;
     const ActiveBasis::Split split = held_.split(free);
     forces_ = held_.multipliers() - split.weights;
@@ -103,20 +103,20 @@ Vec8 ActiveSet::heldOptimum() {
 }
 
 /// How far the step may go before it leaves the feasible set, and the row that it meets there; the lowest of several.
-ActiveSet::Block ActiveSet::firstBlock(const Vec8& step) const {
-    const double parallel = -kParallel * norm8(step) - kRounding * (1 + norm8(z_));
-    Vec8 least = all8(1), where = all8(-1);
+ActiveSet::Block ActiveSet::firstBlock(const simd::Double8& step) const {
+    const double parallel = -kParallel * norm(step) - kRounding * (1 + norm(z_));
+    simd::Double8 least = simd::splat(1.0), where = simd::splat(-1.0);
     for (int i = 0; i < rows_.size; i += 8) {
-        Vec8 approach = all8(slack_ * step[6]), gap = load8(&rows_.offset[i]) + slack_ * z_[6];
+        simd::Double8 approach = simd::splat(slack_ * step[6]), gap = simd::load(&rows_.offset[i]) + slack_ * z_[6];
         for (int k = 0; k < 6; ++k) {
-            const Vec8 b = load8(&rows_.column[k][i]);
+            const simd::Double8 b = simd::load(&rows_.column[k][i]);
             approach += step[k] * b;
             gap += z_[k] * b;
         }
-        const Vec8 fraction = max8(gap, Vec8{}) / -approach;
-        const Mask8 nearer = (approach < parallel) & (fraction < least);
+        const simd::Double8 fraction = simd::max(gap, simd::Double8{}) / -approach;
+        const simd::Long8 nearer = (approach < parallel) & (fraction < least);
         least = nearer ? fraction : least;
-        where = nearer ? all8(i) : where;
+        where = nearer ? simd::splat(double(i)) : where;
     }
     Block block;
     for (int lane = 0; lane < 8; ++lane) {
@@ -131,14 +131,14 @@ ActiveSet::Block ActiveSet::firstBlock(const Vec8& step) const {
     return block;
 }
 
-double ActiveSet::leastGap(const Vec8& z) const {
-    Vec8 least{};
+double ActiveSet::leastGap(const simd::Double8& z) const {
+    simd::Double8 least{};
     for (int i = 0; i < rows_.size; i += 8) {
-        Vec8 gap = load8(&rows_.offset[i]) + slack_ * z[6];
-        for (int k = 0; k < 6; ++k) gap += z[k] * load8(&rows_.column[k][i]);
-        least = min8(gap, least);
+        simd::Double8 gap = simd::load(&rows_.offset[i]) + slack_ * z[6];
+        for (int k = 0; k < 6; ++k) gap += z[k] * simd::load(&rows_.column[k][i]);
+        least = simd::min(gap, least);
     }
-    return least8(least);
+    return simd::least(least);
 }
 
 /// Moves all planes back a little, each by its own amount, or forth again. Breaks the ties of degenerate vertices, at
@@ -158,11 +158,11 @@ bool ActiveSet::walk() {
             perturb(1);
             held_.clear();
         }
-        const Vec8 optimum = heldOptimum();
-        const Vec8 step = optimum - z_;
-        if (norm8(step) <= kStill * (1 + norm8(z_) + cost_)) {
+        const simd::Double8 optimum = heldOptimum();
+        const simd::Double8 step = optimum - z_;
+        if (norm(step) <= kStill * (1 + norm(z_) + cost_)) {
             z_ = optimum;
-            const double pull = -kPull * (1 + norm8(z_) + cost_);
+            const double pull = -kPull * (1 + norm(z_) + cost_);
             int weakest = -1;
             for (int j = 0; j < held_.size(); ++j) {
                 if (forces_[j] < pull && (weakest < 0 || forces_[j] < forces_[weakest])) weakest = j;
@@ -173,7 +173,7 @@ bool ActiveSet::walk() {
         }
         const Block block = firstBlock(step);
         z_ += block.fraction * step;
-        stalled = block.fraction * norm8(step) > kStill ? 0 : stalled + 1;
+        stalled = block.fraction * norm(step) > kStill ? 0 : stalled + 1;
         if (block.row >= 0) hold(block.row, kDependent2);
     }
     return false;
@@ -206,7 +206,7 @@ bool ActiveSet::makeFeasible() {
 
 void ActiveSet::fill(const QpProblem& problem, SolveResult& result) {
     alignas(64) double z[8];
-    store8(z, z_);
+    simd::store(z, z_);
     result.x = rows_.increment(z);
     result.iterations = steps_;
     result.slack = slack_ * z_[6];
@@ -236,7 +236,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
     perturbed_ = false;
     held_.clear();
     slack_ = cost_ = 0;
-    z_ = Vec8{};
+    z_ = simd::Double8{};
     for (int k = 0; k < 6; ++k) z_[k] = -rows_.root[k] * rows_.wanted[k];  // x = 0
     holdRemembered(*problem.rows);
 
@@ -262,7 +262,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
         z_ = heldOptimum();
         for (int j = 0; j < count; ++j) done &= forces_[j] >= 0;
     }
-    const double depth = -leastGap(Vec8{});  // of h
+    const double depth = -leastGap(simd::Double8{});  // of h
     const bool met = leastGap(z_) >= -(tied ? kMet : kTouching) * (1 + depth);
     result.status = !done || !met                     ? SolveStatus::IterationLimit
                     : contradiction || rows_.hopeless ? SolveStatus::Elastic

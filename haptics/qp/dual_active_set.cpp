@@ -10,15 +10,23 @@ namespace touchstone {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPivotCap = 400;              // 58 is the most seen in 100,000 random contacts
-constexpr double kFeasible = 1e-12;         // accepted violation, times 1 + depth of h
-constexpr double kNearlyFeasible = 1e-6;    // the same before rows are said to contradict each other
-constexpr double kDependent = 1e-26;        // |across|² below this is rounding: the row lies in the active rows' span
+constexpr int kPivotCap = 400;             // 58 is the most seen in 100,000 random contacts
+constexpr double kFeasible = 1e-14;        // accepted violation, times 1 + depth of h
+constexpr double kFeasibleAtLast = 1e-12;  // the same after kPatience pivots: planes may differ by less than rounding
+constexpr int kPatience = 100;
+constexpr double kNearlyFeasible = 1e-10;  // the same before rows are said to contradict each other
+constexpr double kDependent = 1e-26;       // |across|² below this is rounding: the row lies in the active rows' span
+constexpr double kLastBits = 4e-16;
 constexpr double kWarmIndependent = 1e-12;  // a start takes no row nearer to dependence; a pivot may
 constexpr double kSmallestWeight = 1e-12;   // relative; below it a weight is rounding and its row does not block
-constexpr double kShortest2 = 1e-30;        // squared length of a row without direction
+constexpr double kLargestForce = 1e10;      // times 1 + depth: rows that need more of it contradict each other
+constexpr int kRefinements = 2;
+constexpr double kSettled = 1e-10;    // residual after them, times 1 + depth and a millionth of the forces
+constexpr double kAmplified = 1e4;    // last bits: what is worth a refinement
+constexpr double kAbsurd = 100;       // times the forces: a step that long is rounding
+constexpr double kShortest2 = 1e-30;  // squared length of a row without direction
 
-enum class Outcome { Optimal, Contradiction, PivotCap, Invalid };
+enum class Outcome { Optimal, Contradiction, PivotCap, Unsettled, Invalid };
 
 class DualActiveSet final : public Solver {
   public:
@@ -29,9 +37,9 @@ class DualActiveSet final : public Solver {
 
   private:
     struct Plane {
-        Vec8 n;          // unit in the metric of G; lane 6 is what the elastic slack adds
-        double d;        // n·z + d >= 0
-        double inverse;  // 1 / length of the row; 0 without direction
+        simd::Double8 n;  // unit in the metric of G; lane 6 is what the elastic slack adds
+        double d;         // n·z + d >= 0
+        double inverse;   // 1 / length of the row; 0 without direction
     };
     /// What one look at all rows tells.
     struct Scan {
@@ -46,8 +54,10 @@ class DualActiveSet final : public Solver {
     void start();
     void place();
     void drop(int j);
+    bool holds(int row) const { return std::find(rows_, rows_ + basis_.size(), row) != rows_ + basis_.size(); }
     Outcome pivot(int limit);
     Outcome run(double slackPerRow, int limit);
+    bool refine();
     void fill(SolveResult& result);
 
     const int capacity_;
@@ -56,18 +66,19 @@ class DualActiveSet final : public Solver {
     // The problem at hand.
     const QpProblem* problem_ = nullptr;
     int m_ = 0;
-    Vec8 wanted_{}, inverseRoot_{};  // h and 1/√G: x = h + inverseRoot_ z
-    double slackPerRow_ = 0;         // 1/√w in the elastic problem, else 0
-    bool measured_ = false;          // the next two and inverseLengths_ are those of this problem
-    double depth_ = 0;               // of h under the rows
-    bool hopeless_ = false;          // a row without direction and with g < 0
+    simd::Double8 wanted_{}, inverseRoot_{};  // h and 1/√G: x = h + inverseRoot_ z
+    double slackPerRow_ = 0;                  // 1/√w in the elastic problem, else 0
+    bool measured_ = false;                   // the next two and inverseLengths_ are those of this problem
+    double depth_ = 0;                        // of h under the rows
+    bool hopeless_ = false;                   // a row without direction and with g < 0
 
     // The state: z nearest to the origin on the planes of the active rows, or on the way to the next such point.
     ActiveBasis basis_;
     int rows_[ActiveBasis::kMax] = {};
-    Vec8 z_{}, forces_{};  // forces_: the active rows' multipliers, on unit rows
-    double leastGap_ = 0;  // least J x + g at z_
+    simd::Double8 z_{}, forces_{};  // forces_: the active rows' multipliers, on unit rows
+    double leastGap_ = 0;           // least J x + g at z_
     int pivots_ = 0;
+    bool refined_ = false;
     Multiplier entering_;  // a row taken as met that stays out of the basis: see pivot()
 
     int remembered_ = 0;
@@ -76,15 +87,15 @@ class DualActiveSet final : public Solver {
 };
 
 DualActiveSet::Plane DualActiveSet::plane(int row) const {
-    Vec8 j{};
+    simd::Double8 j{};
     for (int k = 0; k < 6; ++k) j[k] = problem_->rows->column(k)[row];
     Plane p;
     p.n = j * inverseRoot_;
-    const double length2 = sum8(p.n * p.n);
+    const double length2 = simd::sum(p.n * p.n);
     p.inverse = length2 > kShortest2 ? 1 / std::sqrt(length2) : 0;
     p.n *= p.inverse;
     p.n[6] = slackPerRow_;
-    p.d = (sum8(j * wanted_) + problem_->rows->gap()[row]) * p.inverse;
+    p.d = (simd::sum(j * wanted_) + problem_->rows->gap()[row]) * p.inverse;
     return p;
 }
 
@@ -93,54 +104,54 @@ DualActiveSet::Plane DualActiveSet::plane(int row) const {
 template <bool first>
 DualActiveSet::Scan DualActiveSet::scan() {
     const RowSet& rows = *problem_->rows;
-    const Vec8 x = wanted_ + inverseRoot_ * z_;
-    const Vec8 metric = inverseRoot_ * inverseRoot_;
+    const simd::Double8 x = wanted_ + inverseRoot_ * z_;
+    const simd::Double8 metric = inverseRoot_ * inverseRoot_;
     const double slack = slackPerRow_ * z_[6];
-    constexpr Vec8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
 
-    Vec8 least = all8(kInfinity), gap = least, depth{}, finite{}, where{};
-    Mask8 hopeless{};
+    simd::Double8 least = simd::splat(kInfinity), gap = least, depth{}, finite{}, where{};
+    simd::Long8 hopeless{};
     for (int i = 0; i < m_; i += 8) {
-        const Vec8 g = load8(rows.gap() + i);
-        Vec8 j[6];
-        Vec8 s = g;
+        const simd::Double8 g = simd::load(rows.gap() + i);
+        simd::Double8 j[6];
+        simd::Double8 s = g;
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
-            j[k] = load8(rows.column(k) + i);
+            j[k] = simd::load(rows.column(k) + i);
             s += x[k] * j[k];
         }
-        Vec8 inverse;
+        simd::Double8 inverse;
         if constexpr (first) {
-            Vec8 length2{}, d = g;
+            simd::Double8 length2{}, d = g;
 #pragma GCC unroll 6
             for (int k = 0; k < 6; ++k) {
                 length2 += metric[k] * (j[k] * j[k]);
                 d += wanted_[k] * j[k];
             }
-            inverse = length2 > kShortest2 ? 1 / sqrt8(length2) : Vec8{};
-            store8(inverseLengths_.data() + i, inverse);
-            const Vec8 scaled = d * inverse;
-            depth = min8(scaled, depth);
+            inverse = length2 > kShortest2 ? 1 / simd::sqrt(length2) : simd::Double8{};
+            simd::store(inverseLengths_.data() + i, inverse);
+            const simd::Double8 scaled = d * inverse;
+            depth = simd::min(scaled, depth);
             hopeless |= (inverse == 0.0) & (g < 0.0);
-            finite += (lanes < double(m_ - i) ? d + length2 : Vec8{}) * 0.0;  // padding is not the caller's
+            finite += (lanes < double(m_ - i) ? d + length2 : simd::Double8{}) * 0.0;  // padding is not the caller's
         } else {
-            inverse = load8(inverseLengths_.data() + i);
+            inverse = simd::load(inverseLengths_.data() + i);
         }
-        gap = min8(s, gap);
+        gap = simd::min(s, gap);
         s = s * inverse + slack;
-        const Mask8 lower = s < least;
+        const simd::Long8 lower = s < least;
         least = lower ? s : least;
-        where = lower ? all8(i) : where;
+        where = lower ? simd::splat(double(i)) : where;
     }
 
     if constexpr (first) {
         measured_ = true;
-        depth_ = -least8(depth);
+        depth_ = -simd::least(depth);
         hopeless_ = false;
         for (int lane = 0; lane < 8; ++lane) hopeless_ |= hopeless[lane] != 0;
     }
     Scan result;
-    result.gap = least8(gap);
+    result.gap = simd::least(gap);
     for (int lane = 0; lane < 8; ++lane) {
         const int row = int(where[lane]) + lane;
         // The lower row wins a tie, so that the answer does not depend on the width of a register.
@@ -149,7 +160,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
             result.row = row;
         }
     }
-    if (first && sum8(finite) != 0) result.least = sum8(finite);
+    if (first && simd::sum(finite) != 0) result.least = simd::sum(finite);
     return result;
 }
 
@@ -196,7 +207,8 @@ Outcome DualActiveSet::pivot(int limit) {
         const Scan worst = measured_ ? scan<false>() : scan<true>();
         leastGap_ = worst.gap;
         if (std::isnan(worst.least)) return Outcome::Invalid;
-        if (worst.least >= -kFeasible * (1 + depth_)) return Outcome::Optimal;
+        const double accepted = pivots_ < kPatience ? kFeasible : kFeasibleAtLast;
+        if (worst.least >= -accepted * (1 + depth_) || holds(worst.row)) return Outcome::Optimal;
         if (pivots_ >= limit) return Outcome::PivotCap;
 
         const Plane p = plane(worst.row);
@@ -204,25 +216,33 @@ Outcome DualActiveSet::pivot(int limit) {
         for (bool entered = false; !entered;) {  // steps towards its plane, each but the last losing an active row
             ++pivots_;
             const ActiveBasis::Split split = basis_.split(p.n);
-            const bool dependent = split.across2 < kDependent || basis_.size() == ActiveBasis::kMax;
-            const double violation = -sum8(p.n * z_) - p.d;
+            // What is left of a row is known to the last bits of what was taken from it.
+            const double blur = kLastBits * simd::sum(simd::abs(split.weights));
+            const bool dependent =
+                split.across2 < std::max(kDependent, blur * blur) || basis_.size() == ActiveBasis::kMax;
+            const double violation = -simd::sum(p.n * z_) - p.d;
             const double full = dependent ? kInfinity : violation / split.across2;
 
-            const double rounding = kSmallestWeight * std::max(1.0, -least8(-abs8(split.weights)));
+            const double largest = simd::largest(simd::abs(split.weights));
+            const double noise = kSmallestWeight * std::max(1.0, largest);
             double partial = kInfinity;  // until an active row would have to pull
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
-                if (split.weights[j] <= rounding) continue;
+                if (split.weights[j] <= noise) continue;
                 const double step = std::max(0.0, forces_[j]) / split.weights[j];
                 if (step < partial) {
                     partial = step;
                     blocking = j;
                 }
             }
-            if (dependent && blocking < 0) {  // the active rows leave no way to meet this one
-                if (violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
-                entering_ = {worst.row, force * p.inverse};
-                return Outcome::Optimal;
+            if (dependent) {
+                if (blocking < 0 && violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
+                const bool rounding =
+                    violation < kFeasibleAtLast * (1 + depth_) && partial > kAbsurd * (1 + simd::largest(forces_));
+                if (blocking < 0 || rounding) {
+                    entering_ = {worst.row, force * p.inverse};
+                    return Outcome::Optimal;
+                }
             }
             if (full <= partial) {
                 rows_[basis_.size()] = worst.row;
@@ -243,10 +263,59 @@ Outcome DualActiveSet::run(double slackPerRow, int limit) {
     slackPerRow_ = slackPerRow;
     entering_ = {-1, 0};
     start();
-    return pivot(limit);
+    const Outcome outcome = pivot(limit);
+    return refine() || outcome != Outcome::Optimal ? outcome : Outcome::Unsettled;
+}
+
+/// Brings z and the forces to the last bit where rounding was amplified, by planes that nearly coincide or forces far
+/// above what moves the tool: residuals in extended precision from the rows as given. False when they stay.
+bool DualActiveSet::refine() {
+    if (slackPerRow_ == 0 && simd::largest(forces_) > kLargestForce * (1 + depth_)) return false;
+    refined_ = basis_.largestInverse() * (1 + basis_.largestHeight()) > kAmplified;
+    for (int round = 0; refined_; ++round) {
+        long double step[6], imbalance[6];  // x - h; G (x-h) - J'y
+        for (int k = 0; k < 6; ++k) {
+            step[k] = (long double)inverseRoot_[k] * z_[k];
+            imbalance[k] = problem_->stiffness[k] * step[k];
+        }
+        long double forces = 0;
+        double pull = 0;
+        simd::Double8 residuals{}, rest{};
+        for (int j = 0; j < basis_.size(); ++j) {
+            const int row = rows_[j];
+            const long double inverse = inverseLengths_[row], y = forces_[j] * inverse;
+            long double s = problem_->rows->gap()[row];
+            for (int k = 0; k < 6; ++k) {
+                const long double entry = problem_->rows->column(k)[row];
+                s += entry * (wanted_[k] + step[k]);
+                imbalance[k] -= entry * y;
+            }
+            residuals[j] = double(s * inverse + (long double)slackPerRow_ * z_[6]);
+            forces += std::abs(forces_[j]);
+            pull = std::max(pull, -forces_[j]);
+        }
+        if (entering_.row >= 0) {
+            for (int k = 0; k < 6; ++k)
+                imbalance[k] -= (long double)entering_.value * problem_->rows->column(k)[entering_.row];
+            if (inverseLengths_[entering_.row] > 0) forces += entering_.value / inverseLengths_[entering_.row];
+        }
+        for (int k = 0; k < 6; ++k) rest[k] = double(imbalance[k] * inverseRoot_[k]);
+        rest[6] = double(z_[6] - forces * slackPerRow_);
+        if (round == kRefinements) {
+            const double scale = 1 + depth_ + 1e-6 * (double(forces) + basis_.largestHeight());
+            return std::max({simd::largest(simd::abs(residuals)), simd::largest(simd::abs(rest)), pull}) <
+                   kSettled * scale;
+        }
+        simd::Double8 du, dz;
+        basis_.correct(residuals, rest, du, dz);
+        forces_ += du;
+        z_ += dz;
+    }
+    return true;
 }
 
 void DualActiveSet::fill(SolveResult& result) {
+    const bool scanned = !refined_ && entering_.row < 0;  // else z moved after the last scan
     for (int k = 0; k < 6; ++k) result.x[k] = wanted_[k] + inverseRoot_[k] * z_[k];
     result.iterations = pivots_;
     result.slack = slackPerRow_ * z_[6];
@@ -257,8 +326,7 @@ void DualActiveSet::fill(SolveResult& result) {
         ids_[j] = problem_->rows->id(rows_[j]);
         if (forces_[j] > 0) answer_[pushing++] = {rows_[j], forces_[j] * inverseLengths_[rows_[j]]};
     }
-    const bool scanned = entering_.row < 0;  // else z moved after the last scan
-    if (!scanned && entering_.value > 0) answer_[pushing++] = entering_;
+    if (entering_.row >= 0 && entering_.value > 0) answer_[pushing++] = entering_;
     result.multipliers = {answer_, std::size_t(pushing)};
     result.kkt = scanned ? kktResiduals(*problem_, result.x, result.multipliers, leastGap_)
                          : kktResiduals(*problem_, result.x, result.multipliers);
@@ -288,7 +356,8 @@ SolveResult DualActiveSet::solve(const QpProblem& problem, const SolverSettings&
         int(std::min<std::int64_t>({kPivotCap, settings.maxIterations, settings.workLimit / std::max(1, m_)}));
     Outcome outcome = run(0, limit);
     if (outcome == Outcome::Invalid) return result;
-    if (outcome == Outcome::Contradiction || (outcome == Outcome::PivotCap && limit == kPivotCap)) {
+    if (outcome == Outcome::Contradiction || outcome == Outcome::Unsettled ||
+        (outcome == Outcome::PivotCap && limit == kPivotCap)) {
         outcome = run(1 / std::sqrt(settings.elasticWeight), pivots_ + limit);
     }
     result.status = outcome != Outcome::Optimal     ? SolveStatus::IterationLimit

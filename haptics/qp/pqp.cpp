@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/math/simd.hpp"
 #include "haptics/qp/pqp_paper.hpp"
-#include "haptics/qp/simd.hpp"
 #include "haptics/qp/unit_rows.hpp"
 
 namespace touchstone {
@@ -70,20 +70,20 @@ void Pqp::start(const RowSet& rows, double floor) {
 
 /// B'u, |B|'u and e'u.
 void Pqp::sum(double& slope) {
-    Vec8 along[6]{}, size[6]{}, down{};
+    simd::Double8 along[6]{}, size[6]{}, down{};
     for (int i = 0; i < rows_.size; i += 8) {
-        const Vec8 u = load8(&u_[i]);
-        down += u * load8(&rows_.offset[i]);
+        const simd::Double8 u = simd::load(&u_[i]);
+        down += u * simd::load(&rows_.offset[i]);
         for (int k = 0; k < 6; ++k) {
-            const Vec8 b = load8(&rows_.column[k][i]);
+            const simd::Double8 b = simd::load(&rows_.column[k][i]);
             along[k] += u * b;
-            size[k] += u * abs8(b);
+            size[k] += u * simd::abs(b);
         }
     }
-    slope = sum8(down);
+    slope = simd::sum(down);
     for (int k = 0; k < 6; ++k) {
-        along_[k] = sum8(along[k]);
-        size_[k] = sum8(size[k]);
+        along_[k] = simd::sum(along[k]);
+        size_[k] = simd::sum(size[k]);
     }
 }
 
@@ -95,41 +95,45 @@ void Pqp::sum(double& slope) {
 /// oppose each other, and r = 0 is also monotone but leaves no room for momentum, under which it was seen to cycle.
 /// Returns max_i |min(y_i, s_i/q_i)| of the u it starts from, which stays in next_.
 double Pqp::update(double momentum, double floor, bool& overshot) {
-    Vec8 along[6]{}, size[6]{}, residual{}, uphill{};
+    simd::Double8 along[6]{}, size[6]{}, residual{}, uphill{};
     for (int i = 0; i < rows_.size; i += 8) {
-        Vec8 b[6], ahead{}, around{};
+        simd::Double8 b[6], ahead{}, around{};
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
-            b[k] = load8(&rows_.column[k][i]);
+            b[k] = simd::load(&rows_.column[k][i]);
             ahead += along_[k] * b[k];
-            around += size_[k] * abs8(b[k]);
+            around += size_[k] * simd::abs(b[k]);
         }
-        const Vec8 e = load8(&rows_.offset[i]), inverse = load8(&rows_.inverse[i]), u = load8(&u_[i]);
-        const Vec8 gap = ahead + e;  // s_i / l_i, the gradient of F
-        residual = max8(abs8(min8(gap, u)) * inverse, residual);
+        const simd::Double8 e = simd::load(&rows_.offset[i]), inverse = simd::load(&rows_.inverse[i]),
+                            u = simd::load(&u_[i]);
+        const simd::Double8 gap = ahead + e;  // s_i / l_i, the gradient of F
+        residual = simd::max(simd::abs(simd::min(gap, u)) * inverse, residual);
 
-        const Vec8 plus = max8((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i, as |b_i| = 1; rounding must not undo it
-        const Vec8 minus = max8((around - ahead) * 0.5, Vec8{});
-        const Vec8 least = inverse > 0.0 ? all8(floor) : Vec8{};
-        const Vec8 end = max8(u * ((max8(-e, Vec8{}) + minus + plus) / (max8(e, Vec8{}) + plus + plus)), least);
-        const Vec8 stride = end - load8(&step_[i]);
+        const simd::Double8 plus =
+            simd::max((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i, as |b_i| = 1; rounding must not undo it
+        const simd::Double8 minus = simd::max((around - ahead) * 0.5, simd::Double8{});
+        const simd::Double8 least = inverse > 0.0 ? simd::splat(floor) : simd::Double8{};
+        const simd::Double8 end = simd::max(
+            u * ((simd::max(-e, simd::Double8{}) + minus + plus) / (simd::max(e, simd::Double8{}) + plus + plus)),
+            least);
+        const simd::Double8 stride = end - simd::load(&step_[i]);
         uphill += gap * stride;
-        store8(&step_[i], end);
-        const Vec8 next = max8(end + momentum * stride, least);
-        store8(&next_[i], next);
+        simd::store(&step_[i], end);
+        const simd::Double8 next = simd::max(end + momentum * stride, least);
+        simd::store(&next_[i], next);
 #pragma GCC unroll 6
         for (int k = 0; k < 6; ++k) {
             along[k] += next * b[k];
-            size[k] += next * abs8(b[k]);
+            size[k] += next * simd::abs(b[k]);
         }
     }
     for (int k = 0; k < 6; ++k) {
-        along_[k] = sum8(along[k]);
-        size_[k] = sum8(size[k]);
+        along_[k] = simd::sum(along[k]);
+        size_[k] = simd::sum(size[k]);
     }
     std::swap(u_, next_);
-    overshot = sum8(uphill) > 0;
-    return -least8(-residual);
+    overshot = simd::sum(uphill) > 0;
+    return -simd::least(-residual);
 }
 
 /// Updates with Nesterov's momentum, begun anew when a step turns uphill (O'Donoghue and Candès 2015). Kept because it

@@ -4,50 +4,77 @@
 #include <cassert>
 #include <cmath>
 
-#include "haptics/qp/simd.hpp"
+#include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
-PaperPqp::PaperPqp(int capacity) : stride_(paddedToEight(std::min(capacity, kMaxRows))) {
-    q_.resize(std::size_t(stride_) * stride_);
-    for (auto* entries : {&d_, &r_, &y_, &next_}) entries->resize(stride_);
+PaperPqp::PaperPqp(int capacity) {
+    const std::size_t rows = std::size_t(paddedToEight(std::min(capacity, kMaxRows)));
+    q_.resize(rows * rows);
+    for (auto* entries : {&d_, &r_, &y_, &next_}) entries->resize(rows);
 }
 
-/// (17): Q = J G⁻¹ J', and r of (18).
+/// (17): Q = J G⁻¹ J', and r of (18). Panels of eight rows, column after column, so that a panel's product with y reads
+/// memory once from front to back and sums eight rows in the lanes of a register.
 void PaperPqp::form(const QpProblem& problem) {
     const RowSet& rows = *problem.rows;
     m_ = rows.size();
-    assert(m_ <= stride_);
-    for (int i = 0; i < m_; ++i) {
-        const Vec6 j = rows.row(i);
-        const Vec6 a = j.cwiseQuotient(problem.stiffness);
-        Vec8 negative{};
-        for (int k = 0; k < m_; k += 8) {
-            Vec8 q{};
-            for (int c = 0; c < 6; ++c) q += a[c] * load8(rows.column(c) + k);
-            store8(&q_[std::size_t(i) * stride_ + k], q);
-            negative += max8(-q, Vec8{});
+    const int padded = paddedToEight(m_);
+    assert(std::size_t(padded) <= y_.size());
+    for (int i = 0; i < padded; i += 8) {
+        double* panel = &q_[std::size_t(i) * padded];
+        simd::Double8 a[6], negative{}, diagonal{}, d = -simd::load(rows.gap() + i);
+        for (int c = 0; c < 6; ++c) {
+            const simd::Double8 j = simd::load(rows.column(c) + i);
+            a[c] = j / problem.stiffness[c];
+            d -= problem.wanted[c] * j;
         }
-        d_[i] = -(rows.gap()[i] + j.dot(problem.wanted));
-        r_[i] = std::max(q_[std::size_t(i) * stride_ + i], sum8(negative));
+        for (int k = 0; k < m_; ++k) {
+            simd::Double8 q{};
+#pragma GCC unroll 6
+            for (int c = 0; c < 6; ++c) q += rows.column(c)[k] * a[c];
+            simd::store(panel + 8 * k, q);
+            negative -= simd::min(q, simd::Double8{});
+            if (k - i >= 0 && k - i < 8) diagonal[k - i] = q[k - i];
+        }
+        simd::store(&d_[i], d);
+        simd::store(&r_[i], simd::max(diagonal, negative));
     }
-    for (auto* entries : {&y_, &next_}) std::fill_n(entries->begin(), paddedToEight(m_), 0.0);  // padding stays zero
+    std::fill_n(next_.begin(), padded, 0.0);
+    std::fill_n(y_.begin(), padded, 0.0);  // padding stays zero
     std::fill_n(y_.begin(), m_, kStart);
 }
 
 /// Puts (18) of y into next_ and returns F(y) of (16).
 double PaperPqp::update() {
+    const simd::Double8 zero{};
+    const int padded = paddedToEight(m_);
     double F = 0;
-    for (int i = 0; i < m_; ++i) {
-        Vec8 plus{}, minus{};
-        for (int k = 0; k < m_; k += 8) {
-            const Vec8 q = load8(&q_[std::size_t(i) * stride_ + k]), y = load8(&y_[k]);
-            plus += max8(q, Vec8{}) * y;
-            minus += max8(-q, Vec8{}) * y;
+    for (int i = 0; i < padded; i += 8) {
+        const double* panel = &q_[std::size_t(i) * padded];
+        simd::Double8 plus[4]{}, minus[4]{};  // chains hide the latency of the additions
+        const auto add = [&](int k, int chain) {
+            const simd::Double8 q = simd::load(panel + 8 * k), y = simd::splat(y_[k]);
+            plus[chain] += simd::max(q, zero) * y;
+            minus[chain] -= simd::min(q, zero) * y;
+        };
+        int k = 0;
+        for (; k + 4 <= m_; k += 4) {
+            add(k, 0);
+            add(k + 1, 1);
+            add(k + 2, 2);
+            add(k + 3, 3);
         }
-        const double qPlus = sum8(plus), qMinus = sum8(minus), r = r_[i] * y_[i];
-        F += y_[i] * ((qPlus - qMinus) / 2 - d_[i]);
-        next_[i] = y_[i] * ((std::max(d_[i], 0.0) + (qMinus + r)) / (std::max(-d_[i], 0.0) + (qPlus + r)));
+        for (; k < m_; ++k) add(k, 0);
+        const simd::Double8 y = simd::load(&y_[i]), d = simd::load(&d_[i]), r = simd::load(&r_[i]) * y;
+        const simd::Double8 qPlus = (plus[0] + plus[1]) + (plus[2] + plus[3]),
+                            qMinus = (minus[0] + minus[1]) + (minus[2] + minus[3]);
+        const simd::Double8 next = y * ((simd::max(d, zero) + (qMinus + r)) / (simd::max(-d, zero) + (qPlus + r)));
+        const int rows = std::min(8, m_ - i);
+        for (int lane = 0; lane < rows; ++lane) {
+            next_[i + lane] = next[lane];
+            F += y[lane] * ((qPlus[lane] - qMinus[lane]) / 2 - d[lane]);
+        }
     }
     return F;
 }

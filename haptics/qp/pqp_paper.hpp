@@ -24,7 +24,6 @@ class PaperPqp {
     double update();
 
     int m_ = 0;
-    int stride_;
     AlignedVector<double> q_, d_, r_, y_, next_;
 };
 

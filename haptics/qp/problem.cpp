@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "haptics/qp/simd.hpp"
+#include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
@@ -35,6 +35,18 @@ void RowSet::setSize(int n) {
     for (int k = 0; k < 7; ++k) {
         const double padding = k < 6 ? 0 : std::numeric_limits<double>::infinity();
         std::fill(columns_[k].begin() + n, columns_[k].begin() + paddedToEight(n), padding);
+    }
+}
+
+void RowSet::merge(const RowSet& other) {
+    int a = size_, b = other.size_;
+    setSize(a + b);
+    for (int to = size_ - 1; b > 0; --to) {  // from the end, so that no row is written over before it has moved
+        const bool own = a > 0 && ids_[a - 1] > other.ids_[b - 1];
+        const RowSet& from = own ? *this : other;
+        const int i = own ? --a : --b;
+        for (int k = 0; k < 7; ++k) columns_[k][to] = from.columns_[k][i];
+        ids_[to] = from.ids_[i];
     }
 }
 
@@ -82,13 +94,13 @@ KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<con
 }
 
 KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers) {
-    Vec8 least{};
+    simd::Double8 least{};
     for (int i = 0, m = problem.rows ? problem.rows->size() : 0; i < m; i += 8) {
-        Vec8 s = load8(problem.rows->gap() + i);
-        for (int k = 0; k < 6; ++k) s += x[k] * load8(problem.rows->column(k) + i);
-        least = min8(s, least);
+        simd::Double8 s = simd::load(problem.rows->gap() + i);
+        for (int k = 0; k < 6; ++k) s += x[k] * simd::load(problem.rows->column(k) + i);
+        least = simd::min(s, least);
     }
-    return kktResiduals(problem, x, multipliers, least8(least));
+    return kktResiduals(problem, x, multipliers, simd::least(least));
 }
 
 }  // namespace touchstone

@@ -36,6 +36,8 @@ class RowSet {
     void push(const Vec6& j, double gap, std::uint64_t id);  ///< Pre: size() < capacity().
     /// Declares the first n rows written through column() and ids(), and pads behind them.
     void setSize(int n);
+    /// Takes over the rows of another set; the ids of both ascend, and do so after. Pre: they fit. O(rows).
+    void merge(const RowSet& other);
 
   private:
     int size_ = 0;

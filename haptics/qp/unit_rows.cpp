@@ -1,6 +1,6 @@
 #include "haptics/qp/unit_rows.hpp"
 
-#include "haptics/qp/simd.hpp"
+#include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
@@ -17,29 +17,29 @@ bool UnitRows::assign(const QpProblem& problem) {
     if (size > capacity_ || !wanted.allFinite() || !root.allFinite() || !(root.minCoeff() > 0)) return false;
 
     constexpr double kShortest2 = 1e-30;
-    constexpr Vec8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+    constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
     const Vec6 inverseRoot = root.cwiseInverse();
-    Vec8 finite{};
-    Mask8 stuck{};
+    simd::Double8 finite{};
+    simd::Long8 stuck{};
     for (int i = 0; i < size; i += 8) {
-        const Vec8 g = load8(problem.rows->gap() + i);
-        Vec8 j[6], length2{}, d = g;
+        const simd::Double8 g = simd::load(problem.rows->gap() + i);
+        simd::Double8 j[6], length2{}, d = g;
         for (int k = 0; k < 6; ++k) {
-            const Vec8 entry = load8(problem.rows->column(k) + i);
+            const simd::Double8 entry = simd::load(problem.rows->column(k) + i);
             d += wanted[k] * entry;
             j[k] = inverseRoot[k] * entry;
             length2 += j[k] * j[k];
         }
-        const Mask8 kept = length2 > kShortest2;
-        const Vec8 scale = kept ? 1 / sqrt8(length2) : Vec8{};
-        for (int k = 0; k < 6; ++k) store8(column[k].data() + i, scale * j[k]);
-        store8(offset.data() + i, kept ? scale * d : all8(kNeverMet));
-        store8(inverse.data() + i, scale);
+        const simd::Long8 kept = length2 > kShortest2;
+        const simd::Double8 scale = kept ? 1 / simd::sqrt(length2) : simd::Double8{};
+        for (int k = 0; k < 6; ++k) simd::store(column[k].data() + i, scale * j[k]);
+        simd::store(offset.data() + i, kept ? scale * d : simd::splat(kNeverMet));
+        simd::store(inverse.data() + i, scale);
         stuck |= ~kept & (g < 0.0);
-        finite += (lanes < double(size - i) ? d + length2 : Vec8{}) * 0.0;  // padding is not the caller's
+        finite += (lanes < double(size - i) ? d + length2 : simd::Double8{}) * 0.0;  // padding is not the caller's
     }
     for (int lane = 0; lane < 8; ++lane) hopeless |= stuck[lane] != 0;
-    return sum8(finite) == 0;
+    return simd::sum(finite) == 0;
 }
 
 Vec6 UnitRows::increment(const double* z) const { return wanted + Eigen::Map<const Vec6>(z).cwiseQuotient(root); }

@@ -16,6 +16,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
     }
     return info->make({.X_WT_start = startPose(scene),
                        .demonstration = scene.demonstration,
+                       .motions = scene.motions,
                        .mouse = std::move(mouse),
                        .file = colon == std::string::npos ? "" : choice.substr(colon + 1)});
 }

@@ -7,17 +7,36 @@
 #include <vector>
 
 #include "haptics/loop/rt_thread.hpp"
+#include "haptics/loop/step_state.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/system/device_choice.hpp"
 
 namespace touchstone::system {
 namespace {
 
+/// A solver that shows what it was given and what it answered.
+class WatchedSolver final : public Solver {
+  public:
+    using Watch = std::function<void(const QpProblem&, const SolveResult&)>;
+    WatchedSolver(std::unique_ptr<Solver> solver, Watch watch) : solver_(std::move(solver)), watch_(std::move(watch)) {}
+
+    SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override {
+        const SolveResult result = solver_->solve(problem, settings);
+        watch_(problem, result);
+        return result;
+    }
+    void reset() noexcept override { solver_->reset(); }
+
+  private:
+    std::unique_ptr<Solver> solver_;
+    Watch watch_;
+};
+
 /// The run from its start, tick by tick, until the motion or the asked time ends.
 class Pass {
   public:
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
-        : driver_(std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device))) {
+        : driver_(makeSession(scene, settings, options)) {
         if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
     }
 
@@ -35,6 +54,17 @@ class Pass {
     const TickDriver& driver() const { return driver_; }
 
   private:
+    static std::unique_ptr<Session> makeSession(const HapticScene& scene, const Settings& settings,
+                                                const HeadlessOptions& options) {
+        auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
+        if (options.onSolve) {
+            std::unique_ptr<Solver>& renderer =
+                session->state.impl->renderers[static_cast<std::size_t>(settings.solver)];
+            renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+        }
+        return session;
+    }
+
     TickDriver driver_;
     long long limit_ = 0;  // 0: until the motion ends
     long long ticks_ = 0;
@@ -47,9 +77,10 @@ struct TickTimes {
 
 /// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result,
 /// so the hash of the run that comes after must be the same; it is chained into `hash`.
-std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings, const HeadlessOptions& options,
+std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings, HeadlessOptions options,
                                     std::uint64_t& hash) {
     settings.shadow = -1;
+    options.onSolve = nullptr;
     std::vector<TickTimes> times;
     Pass pass(scene, settings, options);
     TickRecord record;
@@ -70,7 +101,9 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     if (options.timing) times = measureTimes(scene, settings, options, timedHash);
 
     RunStatistics statistics;
-    OutcomeJudge judge(scene.outcome);
+    // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
+    const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
+    OutcomeJudge judge(outcome ? *outcome : scene.outcome);
     const double dt = 1000 / settings.rate;
     TickClocks clocks;
     if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
@@ -93,7 +126,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             "a repeated run gave other results, which is a fault of the program: please report it");
 
     // What only the end can show is judged when the demonstration itself got there.
-    run.report.checks = judge.checks(options.device == "demo" && pass.driver().finished());
+    run.report.checks = judge.checks(outcome && pass.driver().finished());
     for (const TripCount& trip : pass.driver().session().safety.counts()) run.report.safetyTrips += trip.events;
     return run;
 }

@@ -14,7 +14,9 @@ struct HeadlessOptions {
     std::optional<double> seconds;  ///< else until the device's motion ends
     bool timing = true;             ///< measure CPU times, in a second pass that neither audits nor shadows
     /// Sees every tick of the run with its true penetration, mm.
-    std::function<void(const TickRecord&, double penetration)> onTick;
+    std::function<void(const TickRecord&, double penetration)> onTick = {};
+    /// Sees every problem that the rendering solver was given, and its answer.
+    std::function<void(const QpProblem&, const SolveResult&)> onSolve = {};
 };
 
 struct HeadlessRun {

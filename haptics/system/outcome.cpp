@@ -21,11 +21,25 @@ struct Row {
     bool atEnd = false;  ///< judged when the demonstration has ended; else at all times
 };
 
+/// Greatest distance from the mean, lately.
+double noise(const Seen& seen, Vec3 Wrench::*part) {
+    Vec3 mean = Vec3::Zero();
+    for (const Wrench& wrench : seen.lately) mean += wrench.*part / double(seen.lately.size());
+    double most = 0;
+    for (const Wrench& wrench : seen.lately) most = std::max(most, (wrench.*part - mean).norm());
+    return most;
+}
+
 constexpr Row kRows[] = {
     {{"max_penetration_mm", "mm", "deepest overlap of the spheres' true gaps"},
      [](const Seen& s) { return s.penetration; }},
     {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"},
      [](const Seen& s) { return s.hover; }},
+    {{"max_hover_ms", "ms",
+      "longest time that a contact with force stood off by over 0.01 mm while no cap slowed the tool"},
+     [](const Seen& s) { return s.longestHoverMs; }},
+    {{"max_penetration_growth_mm", "mm", "rise of the overlap above the least that was reached before"},
+     [](const Seen& s) { return s.penetrationGrowth; }},
     {{"max_peak_force_N", "N", "greatest force"}, [](const Seen& s) { return s.force; }},
     {{"max_peak_torque_mNm", "mN·m", "greatest torque about the tool's reference point"},
      [](const Seen& s) { return s.torque; }},
@@ -47,6 +61,14 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.finalLag; },
      false,
      true},
+    {{"max_hold_noise_N", "N", "greatest distance of the force from its mean in the last 500 ms"},
+     [](const Seen& s) { return noise(s, &Wrench::force); },
+     false,
+     true},
+    {{"max_hold_noise_mNm", "mN·m", "greatest distance of the torque from its mean in the last 500 ms"},
+     [](const Seen& s) { return noise(s, &Wrench::torque); },
+     false,
+     true},
     {{"final_position_m", "m", "where the tool node's origin is at the end, within final_tolerance_m"}, nullptr},
     {{"final_tolerance_m", "m", "distance that final_position_m allows; 0.0001 if not given"}, nullptr},
     {{"seated", "", "true: at the end the tool has stayed in the goal region for the goal's hold_s"}, nullptr},
@@ -60,15 +82,10 @@ constexpr auto kKeys = [] {
 
 double angleBetween(const Quat& a, const Quat& b) { return logRotation(a * b.conjugate()).norm(); }
 
-}  // namespace
-
-std::span<const OutcomeKey> outcomeTable() { return kKeys; }
-
-ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings) {
+ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& scene, const std::string& object,
+                         const SceneRoles& roles, std::vector<std::string>& warnings) {
     ExpectedOutcome expected;
-    if (roles.outcome.is_null()) return expected;
-    const std::string object = roles.tool ? nodeLabel(scene, roles.tool) : "scene";
-    Fields fields(scene, object, "extras.touchstone.outcome", roles.outcome);
+    Fields fields(scene, object, "extras.touchstone.outcome", outcome);
     for (int row = 0; row < static_cast<int>(std::size(kRows)); ++row)
         if (kRows[row].value)
             if (const auto limit = fields.number(std::string(kRows[row].info.key), 0, 1e9))
@@ -95,15 +112,47 @@ ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles,
     return expected;
 }
 
+}  // namespace
+
+std::span<const OutcomeKey> outcomeTable() { return kKeys; }
+
+ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings) {
+    if (roles.outcome.is_null()) return {};
+    return readFrom(roles.outcome, scene, roles.tool ? nodeLabel(scene, roles.tool) : "scene", roles, warnings);
+}
+
+std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size_t animation, const SceneRoles& roles,
+                                           std::vector<std::string>& warnings) {
+    const engine::Animation& from = scene.animations[animation];
+    if (!from.extras.is_object() || !from.extras.contains("touchstone")) return {};
+    const std::string object = engine::objectLabel("animation", animation, from.name);
+    Fields fields(scene, object, "extras.touchstone", from.extras.at("touchstone"));
+    std::optional<ExpectedOutcome> expected;
+    if (fields.object("outcome"))
+        expected = readFrom(from.extras.at("touchstone").at("outcome"), scene, object, roles, warnings);
+    fields.nameUnknown(warnings);
+    return expected;
+}
+
 void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) {
     const double force = record.wrench_C.force.norm();
     seen_.penetration = std::max(seen_.penetration, penetration);
+    seen_.penetrationGrowth = std::max(seen_.penetrationGrowth, penetration - seen_.leastPenetration);
+    seen_.leastPenetration = std::min(seen_.leastPenetration, penetration);
     seen_.hover = std::max(seen_.hover, record.hover);
+    seen_.hoverMs = record.hover > kHover && !(record.flags & kCapped) ? seen_.hoverMs + dt : 0;
+    seen_.longestHoverMs = std::max(seen_.longestHoverMs, seen_.hoverMs);
     seen_.force = std::max(seen_.force, force);
     seen_.torque = std::max(seen_.torque, record.wrench_C.torque.norm());
     if (seen_.ticks > 0)
         seen_.forceChange = std::max(seen_.forceChange, (record.wrench_C.force - seen_.lastForce).norm() / dt);
     seen_.lastForce = record.wrench_C.force;
+    if (double(seen_.lately.size()) < std::max(1.0, std::floor(kHoldMs / dt + 1e-9))) {
+        seen_.lately.push_back(record.wrench_C);
+    } else {
+        seen_.lately[seen_.oldest] = record.wrench_C;
+        seen_.oldest = (seen_.oldest + 1) % seen_.lately.size();
+    }
     seen_.infeasible += (record.flags & kInfeasible) != 0;
     seen_.contact += force > kContactForce;
     seen_.ticks += 1;

@@ -1,5 +1,6 @@
 #pragma once
 // What a scene says should come out of its demonstration, and whether it did.
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -14,6 +15,11 @@ namespace touchstone::system {
 
 /// Above this force the tool is said to be in contact, N.
 inline constexpr double kContactForce = 0.02;
+
+/// A contact that carries force stands off the surface if its gap is above this, mm.
+inline constexpr double kHover = 0.01;
+/// Noise is judged over this much of the end of a run, ms.
+inline constexpr double kHoldMs = 500;
 
 /// A key of extras.touchstone.outcome, for docs and messages.
 struct OutcomeKey {
@@ -46,6 +52,9 @@ struct ExpectedOutcome {
 /// Reads roles.outcome. Unknown keys become warnings; a wrong type or a missing goal is an engine::SceneError naming
 /// file, node and key.
 ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings);
+/// The same from extras.touchstone.outcome of an animation, which stands in place of roles.outcome; nothing without it.
+std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size_t animation, const SceneRoles& roles,
+                                           std::vector<std::string>& warnings);
 
 /// Watches a run tick by tick.
 class OutcomeJudge {
@@ -53,7 +62,7 @@ class OutcomeJudge {
     explicit OutcomeJudge(ExpectedOutcome expected) : expected_(std::move(expected)) {}
     /// `penetration`: of the true gaps, mm; `dt`: length of the tick, ms.
     void add(const TickRecord& record, double penetration, double dt);
-    /// `ended`: the demonstration ran to its end; if not, only what has to hold at all times is judged.
+    /// `ended`: the motion ran to its end; if not, only what has to hold at all times is judged.
     std::vector<OutcomeCheck> checks(bool ended) const;
 
     /// Greatest or last values so far.
@@ -61,6 +70,10 @@ class OutcomeJudge {
         double penetration = 0, hover = 0, force = 0, torque = 0, forceChange = 0;
         double infeasible = 0, contact = 0, ticks = 0;
         double finalLag = 0, heldMs = 0, outside = 0;
+        double hoverMs = 0, longestHoverMs = 0;
+        double leastPenetration = INFINITY, penetrationGrowth = 0;
+        std::vector<Wrench> lately;  ///< of the last kHoldMs, a ring whose oldest is `oldest`
+        std::size_t oldest = 0;
         Pose X_WT;
         Vec3 lastForce = Vec3::Zero();
     };

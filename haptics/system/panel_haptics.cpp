@@ -16,6 +16,7 @@ constexpr SettingControl kSolvers[]{{"solver", "Solver"}, {"shadow", "Shadow"}};
 constexpr SettingControl kApproximate[]{
     {"tolerance", "Tolerance", 1e-6, 1},
     {"iteration_cap", "Iteration cap", 10, 100'000},
+    {"screening", "Screening"},
 };
 constexpr SettingControl kContact[]{
     {"margin", "Margin", 0.02, 2},

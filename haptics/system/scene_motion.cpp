@@ -61,14 +61,13 @@ Pose SceneMotion::at(double t) const noexcept {
     return toPose(parent_ * engine::localMatrix(engine::sampleNode(channels_, node_, rest_, t / 1000)));
 }
 
-std::shared_ptr<const Motion> findDemonstration(const engine::Scene& scene, Entity tool,
-                                                const std::vector<Entity>& obstacles,
-                                                std::vector<std::string>& warnings) {
-    const engine::Animation* demonstration = nullptr;
-    for (const engine::Animation& animation : scene.animations)
-        for (const AnimationChannel& channel : animation.channels)
-            if (!demonstration && channel.target == tool && moves(channel)) demonstration = &animation;
+bool movesTool(const engine::Animation& animation, Entity tool) {
+    return std::any_of(animation.channels.begin(), animation.channels.end(),
+                       [&](const AnimationChannel& channel) { return channel.target == tool && moves(channel); });
+}
 
+std::vector<NamedMotion> findMotions(const engine::Scene& scene, Entity tool, const std::vector<Entity>& obstacles,
+                                     std::vector<std::string>& warnings) {
     // A node once, whatever number of its properties is animated.
     std::vector<Entity> named;
     const auto warn = [&](Entity node, const std::string& what) {
@@ -98,11 +97,17 @@ std::shared_ptr<const Motion> findDemonstration(const engine::Scene& scene, Enti
             else if (owner && owner == tool)
                 warn(node, "the tool is one rigid body: its parts stand still");
         }
-    if (!demonstration) return nullptr;
-    if (!staysRigid(scene, *demonstration, tool))
+    std::vector<NamedMotion> motions;
+    bool rigid = true;
+    for (const engine::Animation& animation : scene.animations) {
+        if (!movesTool(animation, tool)) continue;
+        rigid = rigid && staysRigid(scene, animation, tool);
+        motions.push_back({animation.name, std::make_shared<SceneMotion>(scene, animation, tool)});
+    }
+    if (!rigid)
         warnings.push_back(nodeLabel(scene, tool) +
                            " turns below an ancestor of uneven scale: its shape is kept as it stands at the start");
-    return std::make_shared<SceneMotion>(scene, *demonstration, tool);
+    return motions;
 }
 
 }  // namespace touchstone::system

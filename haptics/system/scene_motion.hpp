@@ -27,10 +27,12 @@ class SceneMotion final : public Motion {
     double duration_ = 0;
 };
 
-/// The first animation with a translation or rotation channel on the tool; null if there is none. What is left out
-/// (scale of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
-std::shared_ptr<const Motion> findDemonstration(const engine::Scene& scene, engine::Entity tool,
-                                                const std::vector<engine::Entity>& obstacles,
-                                                std::vector<std::string>& warnings);
+/// Whether the animation moves the tool, and so is one of the scene's motions.
+bool movesTool(const engine::Animation& animation, engine::Entity tool);
+
+/// The animations with a translation or rotation channel on the tool, in file order; the first is the demonstration.
+/// What is left out (scale of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
+std::vector<NamedMotion> findMotions(const engine::Scene& scene, engine::Entity tool,
+                                     const std::vector<engine::Entity>& obstacles, std::vector<std::string>& warnings);
 
 }  // namespace touchstone::system

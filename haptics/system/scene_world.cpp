@@ -201,7 +201,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
                        std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
                            std::to_string(kMaxObstacles) + " that fit: join some into one node");
     SceneWorld made;
-    made.demonstration = findDemonstration(scene, roles.tool, roles.obstacles, made.warnings);
+    made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
     TreeShop shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
     world->tool = shop.make(roles.tool);
@@ -209,12 +209,19 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
                                     .tree = shop.make(obstacle),
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
-    world->X_WT_start = startOf(scene, roles.tool, made.demonstration.get());
+    world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     if (options.buildTrees) made.world = std::move(world);
     return made;
 }
 
 Pose startPose(const HapticScene& scene) { return startOf(scene.scene, scene.roles.tool, scene.demonstration.get()); }
+
+const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice) {
+    if (deviceChoice == "demo") return &scene.outcome;
+    for (std::size_t i = 0; i < scene.motions.size(); ++i)
+        if (deviceChoice == "demo:" + scene.motions[i].name) return &scene.outcomes[i];
+    return nullptr;
+}
 
 const SphereTree* treeOf(const HapticScene& scene, Entity node) {
     if (!scene.world || !node) return nullptr;
@@ -239,12 +246,18 @@ HapticScene openScene(Scene scene, const SceneOptions& options) {
     opened.warnings = opened.scene.warnings;
     opened.warnings.insert(opened.warnings.end(), opened.roles.warnings.begin(), opened.roles.warnings.end());
     opened.outcome = readOutcome(opened.scene, opened.roles, opened.warnings);
+    for (std::size_t i = 0; i < opened.scene.animations.size(); ++i)
+        if (movesTool(opened.scene.animations[i], opened.roles.tool))
+            opened.outcomes.push_back(
+                readOutcome(opened.scene, i, opened.roles, opened.warnings).value_or(opened.outcome));
+    if (!opened.outcomes.empty()) opened.outcome = opened.outcomes.front();
     opened.missing = missingRoles(opened.roles);
     if (!opened.missing.empty()) return opened;
 
     SceneWorld built = buildWorld(opened.scene, opened.roles, options);
     opened.world = std::move(built.world);
-    opened.demonstration = std::move(built.demonstration);
+    opened.motions = std::move(built.motions);
+    if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
     return opened;
 }

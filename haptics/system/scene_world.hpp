@@ -48,11 +48,11 @@ TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit);
 
 struct SceneWorld {
     std::shared_ptr<const World> world;
-    std::shared_ptr<const Motion> demonstration;  ///< null if the scene has none
-    std::vector<std::string> warnings;            ///< odd sizes, holes in a surface, animations left out
+    std::vector<NamedMotion> motions;   ///< in file order; the first is the demonstration
+    std::vector<std::string> warnings;  ///< odd sizes, holes in a surface, animations left out
 };
 
-/// Builds the trees (through the cache) and finds the demonstration. The tool starts at the first pose of the
+/// Builds the trees (through the cache) and finds the motions. The tool starts at the first pose of the
 /// demonstration, else where its node stands. world->obstacles has the order of roles.obstacles. Throws
 /// engine::SceneError with one sentence when the tool or every obstacle is missing or a part has no triangles.
 SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const SceneOptions& options = {});
@@ -63,11 +63,16 @@ struct HapticScene {
     SceneRoles roles;
     Settings settings;                            ///< the defaults with what the scene sets
     std::shared_ptr<const World> world;           ///< null when not asked for, or when `missing` says what it lacks
-    std::shared_ptr<const Motion> demonstration;  ///< null if the scene has none
-    ExpectedOutcome outcome;
+    std::vector<NamedMotion> motions;             ///< in file order
+    std::shared_ptr<const Motion> demonstration;  ///< the first of them; null if the scene has none
+    ExpectedOutcome outcome;                      ///< of the demonstration
+    std::vector<ExpectedOutcome> outcomes;        ///< of each of the motions
     std::string missing;                ///< one sentence: which roles are still to be given; empty when complete
     std::vector<std::string> warnings;  ///< all of them: file, roles, world
 };
+
+/// What a run with this device is to show: the outcome of the motion that demo or demo:NAME follows; null for others.
+const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice);
 
 /// Where the tool begins: the first pose of the demonstration, else where its node stands. Pre: there is a tool.
 Pose startPose(const HapticScene& scene);

@@ -95,14 +95,14 @@ TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identi
     const double reach = tool.reach();
     for (int pose = 0; pose < 12; ++pose) {
         const Pose built = randomPose(random, 35);
-        REQUIRE(list.build(built, 2.0));
+        REQUIRE(list.complete(built, 0.5, 1.5));
         // Asked at the pose of the walk and after the list has aged by up to 1.5 mm of travel.
         for (const double aged : {0.0, 0.7, 1.5}) {
             const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8),
                              expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
             Pose now{built.p + nudge.p, nudge.q * built.q};
             now.p += built * tool.center() - Pose{built.p, nudge.q * built.q} * tool.center();
-            REQUIRE(list.covers(now, 0.5));
+            REQUIRE(list.complete(now, 0.5, 1.5));
             rows.clear();
             REQUIRE(list.appendRows(now, Mat3::Identity(), 0.5, rows));
             const auto expected = brutePairs(tool, obstacle, now, 0.5);
@@ -124,7 +124,7 @@ TEST_CASE("neighbour list: a row predicts how its gap changes under a small incr
     RowSet rows(1 << 15);
     const Pose X_WO = randomPose(random, 20);
     const Pose X_OT{Vec3(60, 10, -5), expRotation(Vec3(0.2, -0.4, 1.0))};
-    REQUIRE(list.build(X_OT, 5));
+    REQUIRE(list.complete(X_OT, 5, 0));
     REQUIRE(list.appendRows(X_OT, X_WO.R(), 5, rows));
     REQUIRE(rows.size() > 10);
 
@@ -151,7 +151,7 @@ TEST_CASE("neighbour list: when rows are too many, the least gap of each tool le
     const SphereTree tool = bumpyBall(200, 5), obstacle = bumpyBall(200, 6);
     NeighbourList list(tool, obstacle, 0);
     const Pose X{Vec3(20, 0, 0), Quat::Identity()};
-    REQUIRE(list.build(X, 6));
+    REQUIRE(list.complete(X, 6, 0));
     const auto expected = brutePairs(tool, obstacle, X, 6);
     RowSet few(40);
     REQUIRE(int(expected.size()) > few.capacity());
@@ -170,12 +170,51 @@ TEST_CASE("neighbour list: when rows are too many, the least gap of each tool le
     for (const auto& [leaf, gapAndId] : least) REQUIRE(rows.id(i++) == gapAndId.second);
 }
 
+TEST_CASE("neighbour list: the rows that an increment crosses are those of brute force, but for the known ones",
+          "[collision]") {
+    std::mt19937 random(21);
+    const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
+    NeighbourList list(tool, obstacle, 0);
+    RowSet all(1 << 15), near(1 << 15), crossed(1 << 15);
+    int found = 0;
+    for (int pose = 0; pose < 20; ++pose) {
+        const Pose X = randomPose(random, 25);
+        REQUIRE(list.complete(X, 4, 0.5));
+        for (RowSet* rows : {&all, &near, &crossed}) rows->clear();
+        REQUIRE(list.appendRows(X, Mat3::Identity(), 4, all));
+        REQUIRE(list.appendRows(X, Mat3::Identity(), 1, near));
+        Vec6 x = Vec6::Random();
+        x.head<3>() *= 3;
+        x.tail<3>() *= 0.1;
+        const int nearOnes = near.size();
+        const int pairs = list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed);
+        REQUIRE(pairs == all.size() - near.size());
+        near.merge(crossed);
+        REQUIRE(near.size() == nearOnes + crossed.size());
+        found += crossed.size();
+        int at = 0;
+        for (int i = 0; i < all.size(); ++i) {
+            const double s = all.row(i).dot(x) + all.gap()[i];
+            if (std::abs(s) < 1e-9) continue;  // on the plane: either way
+            const bool expected = all.gap()[i] <= 1 || s < 0;
+            REQUIRE((near.find(all.id(i)) >= 0) == expected);
+            if (!expected) continue;
+            REQUIRE(near.id(at) == all.id(i));
+            REQUIRE(near.row(at) == all.row(i));
+            REQUIRE(near.gap()[at++] == all.gap()[i]);
+        }
+        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed) == pairs);  // all are known now
+        REQUIRE(crossed.size() == near.size() - nearOnes);
+    }
+    REQUIRE(found > 100);
+}
+
 TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerates one that did not", "[collision]") {
     // Two unit spheres; the tool's centre at x = 2 touches.
     const SphereTree one = makeSphereTree({{0, 0, 0, 1}});
     NeighbourList list(one, one, 0);
     const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
-    REQUIRE(list.build(at(2), 1));
+    REQUIRE(list.complete(at(2), 1, 0));
     REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper);  // 0.4 µm overlap: tolerated
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper);
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).depth == Approx(0.1));

@@ -3,15 +3,16 @@
 #include <filesystem>
 
 #include "haptics/device/device.hpp"
+#include "haptics/device/held_motion.hpp"
 #include "haptics/device/motion.hpp"
 #include "haptics/device/mouse.hpp"
 
 using namespace touchstone;
 using Catch::Matchers::Contains;
 
-TEST_CASE("device table: the three devices are found by name, others are not", "[devices]") {
-    REQUIRE(deviceTable().size() == 3);
-    for (const char* name : {"demo", "mouse", "replay"}) {
+TEST_CASE("device table: the four devices are found by name, others are not", "[devices]") {
+    REQUIRE(deviceTable().size() == 4);
+    for (const char* name : {"demo", "hand", "mouse", "replay"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
         CHECK(!findDevice(name)->summary.empty());
@@ -36,8 +37,10 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
     writeMotion(file, keys);
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(keys);
-    context.file = file.string();
-    for (const char* name : {"demo", "replay"}) {
+    const std::vector<NamedMotion> motions{{"", context.demonstration}, {"again", context.demonstration}};
+    context.motions = motions;
+    for (const auto& [name, after] : {std::pair{"demo", std::string()}, {"demo", "again"}, {"replay", file.string()}}) {
+        context.file = after;
         const auto device = findDevice(name)->make(context);
         for (int tick = 0; tick < 8; ++tick) {
             const DeviceReading reading = device->read(tick, 1);
@@ -84,4 +87,35 @@ TEST_CASE("mouse: the hand goes where it is dragged, is held back by force, and 
     context.mouse->grab({{0, 50, 0}, Quat::Identity()});
     t = 0;
     CHECK(run(100, {}) == Vec3(100, 0, 0));
+}
+
+TEST_CASE("hand device: follows the motion, feels the wrench after its delay, and counts the work", "[devices]") {
+    // Held still by 0.5 N/mm and about critical damping: 1 N along x moves it 2 mm, and 1 N over 2 mm is 2 mJ.
+    const auto still = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {1000, {}}});
+    const int delay = GENERATE(0, 3);
+    HeldMotion held(still, {}, delay);
+    held.read(0, 1);
+    for (int tick = 1; tick <= 1000; ++tick) {
+        held.write({{1, 0, 0}, Vec3::Zero()});
+        const Vec3 p = held.read(tick, 1).X_WT.p;
+        if (tick <= delay) REQUIRE(p.norm() == 0);
+        if (tick == delay + 1) REQUIRE(p.x() > 0);
+    }
+    CHECK(held.work() == Approx(2).margin(1e-6));
+    CHECK(held.gain() == Approx(1).margin(1e-6));  // half of it is in the spring, half went into the damper
+}
+
+TEST_CASE("hand device: impossible hands are refused in a sentence", "[devices]") {
+    DeviceContext context;
+    context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {10, {}}});
+    const auto with = [&](const char* text) {
+        context.file = text;
+        return findDevice("hand")->make(context);
+    };
+    CHECK(with(""));
+    CHECK(with("0.1,500,5,2"));
+    CHECK_THROWS_WITH(with("0.1,fast"), Contains("'fast' is not a number"));
+    CHECK_THROWS_WITH(with("0,500"), Contains("mass"));
+    CHECK_THROWS_WITH(with("0.1,500,5,0.5"), Contains("whole number"));
+    CHECK_THROWS_WITH(with("0.1,500,5,2,no-such"), Contains("no motion 'no-such'"));
 }

@@ -74,7 +74,7 @@ TEST_CASE("pqp, paper form: r is the row sum of Q- where that exceeds the diagon
 
 TEST_CASE("pqp, paper form: stops at the first iteration that changes F by less than the tolerance", "[qp][pqp]") {
     std::mt19937_64 random(21);
-    const Contacts contacts = randomContacts(random, Kind::Slide, 60);
+    const Contacts contacts = randomContacts(random, ContactKind::Slide, 60);
     const QpProblem problem = contacts.problem();
     const auto solver = makePqp(60);
     SolverSettings settings = paperSettings(1'000'000);
@@ -133,9 +133,9 @@ TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting r
 
     std::mt19937_64 random(2);
     settings = paperSettings(1);
-    REQUIRE(solver->solve(randomContacts(random, Kind::Slide, 1024).problem(), settings).status ==
+    REQUIRE(solver->solve(randomContacts(random, ContactKind::Slide, 1024).problem(), settings).status ==
             SolveStatus::IterationLimit);
-    REQUIRE(solver->solve(randomContacts(random, Kind::Slide, 1025).problem(), settings).status ==
+    REQUIRE(solver->solve(randomContacts(random, ContactKind::Slide, 1025).problem(), settings).status ==
             SolveStatus::Invalid);
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("pqp: Solved means what the tolerance says, and a smaller tolerance gi
         std::mt19937_64 random(31);
         double mean = 0;
         for (int i = 0; i < 60; ++i) {
-            const Contacts contacts = randomContacts(random, kKinds[i % 3], 1 + int(random() % 300));
+            const Contacts contacts = randomContacts(random, kContactKinds[i % 3], 1 + int(random() % 300));
             const QpProblem problem = contacts.problem();
             SolverSettings settings;
             settings.tolerance = tolerance;
@@ -176,7 +176,7 @@ TEST_CASE("pqp: a warm start needs fewer iterations and is forgotten by reset", 
     const auto solver = makePqp(300);
     int cold = 0, warm = 0;
     for (int i = 0; i < 30; ++i) {
-        Contacts contacts = randomContacts(random, kKinds[i % 3], 200);
+        Contacts contacts = randomContacts(random, kContactKinds[i % 3], 200);
         solver->reset();
         const int first = solver->solve(contacts.problem(), {}).iterations;
         cold += first;
@@ -208,7 +208,7 @@ TEST_CASE("warm starts: rows whose identities do not ascend give the same answer
     for (const SolverInfo& info : solverTable()) {
         CAPTURE(info.name);
         for (int i = 0; i < 30; ++i) {
-            const Contacts contacts = randomContacts(random, kKinds[i % 3], 100);
+            const Contacts contacts = randomContacts(random, kContactKinds[i % 3], 100);
             Contacts shuffled(100);
             shuffled.wanted = contacts.wanted;
             std::vector<int> order(100);

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "qp_problems.hpp"
 
@@ -7,35 +10,39 @@ namespace {
 
 __extension__ using Quad = __float128;
 
+constexpr int kMost = 7;  // rows that can be active at once, the slack's dimension included
+constexpr int kMaxPivots = 5000;
+/// Answers are doubles: their last bits are no fault.
+constexpr double kLastBits = 4 * std::numeric_limits<double>::epsilon();
+
 Quad squareRoot(Quad a) {
     if (a <= 0) return 0;
     Quad root = std::sqrt(double(a));
     for (int i = 0; i < 3; ++i) root = (root + a / root) / 2;  // doubles the digits each time: 53, 106, 113
     return root;
 }
+Quad size(Quad a) { return a < 0 ? -a : a; }
 
-using Point = std::array<Quad, 7>;
+using Point = std::array<Quad, kMost>;
 Quad dot(const Point& a, const Point& b) {
     Quad sum = 0;
-    for (int k = 0; k < 7; ++k) sum += a[k] * b[k];
+    for (int k = 0; k < kMost; ++k) sum += a[k] * b[k];
     return sum;
 }
 
-/// Solves A x = b by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the largest is
-/// 1).
-bool solveDense(std::vector<std::vector<Quad>> A, std::vector<Quad> b, std::vector<Quad>& x) {
-    const int n = int(b.size());
-    std::vector<int> order(n);
+/// Solves A x = b of size n by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the
+/// largest is 1).
+bool solveDense(int n, std::array<Point, kMost> A, Point b, Point& x) {
+    int order[kMost];
     for (int i = 0; i < n; ++i) order[i] = i;
     for (int k = 0; k < n; ++k) {
         int row = k, column = k;
-        const auto size = [&](int i, int j) { return A[i][j] < 0 ? -A[i][j] : A[i][j]; };
         for (int i = k; i < n; ++i) {
             for (int j = k; j < n; ++j) {
-                if (size(i, j) > size(row, column)) row = i, column = j;
+                if (size(A[i][j]) > size(A[row][column])) row = i, column = j;
             }
         }
-        if (size(row, column) < 1e-30) return false;
+        if (size(A[row][column]) < 1e-30) return false;
         std::swap(A[k], A[row]);
         std::swap(b[k], b[row]);
         for (auto& line : A) std::swap(line[k], line[column]);
@@ -46,7 +53,6 @@ bool solveDense(std::vector<std::vector<Quad>> A, std::vector<Quad> b, std::vect
             b[i] -= factor * b[k];
         }
     }
-    x.assign(n, 0);
     for (int k = n - 1; k >= 0; --k) {
         Quad value = b[k];
         for (int j = k + 1; j < n; ++j) value -= A[k][j] * x[order[j]];
@@ -58,20 +64,60 @@ bool solveDense(std::vector<std::vector<Quad>> A, std::vector<Quad> b, std::vect
 struct Plane {
     Point n{};
     Quad d = 0;
+    Quad length = 1;  ///< of the row before it was made one
+    int row = 0;
 };
 
 struct Nearest {
     bool feasible = true;
     bool failed = false;  ///< too badly conditioned even for 113 bits
     Point z{};
-    std::vector<int> active;
-    std::vector<Quad> force;
+    int count = 0;
+    int active[kMost + 1];
+    Quad force[kMost + 1];
+
+    void drop(int i) {
+        --count;
+        std::copy(active + i + 1, active + count + 1, active + i);
+        std::copy(force + i + 1, force + count + 1, force + i);
+    }
+    std::array<Point, kMost> gram(const std::vector<Plane>& planes) const {
+        std::array<Point, kMost> products{};
+        for (int i = 0; i < count; ++i)
+            for (int j = 0; j < count; ++j) products[i][j] = dot(planes[active[i]].n, planes[active[j]].n);
+        return products;
+    }
 };
 
-/// The point nearest to the origin with n·z + d >= 0 for every plane.
-Nearest nearestPoint(const std::vector<Plane>& planes) {
+/// The nearest point on the planes of `start`, less those that would have to pull: the certificate where no plane is
+/// violated there, and a start where one is.
+Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) {
     Nearest state;
-    for (int pivot = 0; pivot < 5000; ++pivot) {
+    for (const int plane : start) {
+        if (state.count == kMost) break;
+        state.active[state.count++] = plane;
+    }
+    while (state.count > 0) {
+        Point right{}, force{};
+        for (int i = 0; i < state.count; ++i) right[i] = -planes[state.active[i]].d;
+        if (!solveDense(state.count, state.gram(planes), right, force)) return {};
+        const auto weakest = std::min_element(force.begin(), force.begin() + state.count);
+        if (*weakest < 0) {
+            state.drop(int(weakest - force.begin()));
+            continue;
+        }
+        for (int i = 0; i < state.count; ++i) {
+            state.force[i] = force[i];
+            for (int c = 0; c < kMost; ++c) state.z[c] += force[i] * planes[state.active[i]].n[c];
+        }
+        break;
+    }
+    return state;
+}
+
+/// The point nearest to the origin with n·z + d >= 0 for every plane, from any planes that all push.
+Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
+    for (int pivot = 0; pivot < kMaxPivots; ++pivot) {
         int worst = -1;
         Quad least = -1e-22;
         for (int i = 0; i < int(planes.size()); ++i) {
@@ -82,20 +128,16 @@ Nearest nearestPoint(const std::vector<Plane>& planes) {
         const Plane& entering = planes[worst];
         Quad force = 0;
         for (bool entered = false; !entered;) {
-            const int k = int(state.active.size());
-            std::vector<std::vector<Quad>> gram(k, std::vector<Quad>(k));
-            std::vector<Quad> along(k), weight;
-            for (int i = 0; i < k; ++i) {
-                for (int j = 0; j < k; ++j) gram[i][j] = dot(planes[state.active[i]].n, planes[state.active[j]].n);
-                along[i] = dot(planes[state.active[i]].n, entering.n);
-            }
-            if (!solveDense(gram, along, weight)) {
+            const int k = state.count;
+            Point along{}, weight{};
+            for (int i = 0; i < k; ++i) along[i] = dot(planes[state.active[i]].n, entering.n);
+            if (!solveDense(k, state.gram(planes), along, weight)) {
                 state.failed = true;
                 return state;
             }
             Point across = entering.n;
             for (int i = 0; i < k; ++i) {
-                for (int c = 0; c < 7; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
+                for (int c = 0; c < kMost; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
             }
             const Quad across2 = dot(across, across);
             const bool dependent = across2 < 1e-44;
@@ -120,16 +162,15 @@ Nearest nearestPoint(const std::vector<Plane>& planes) {
             entered = !dependent && (blocking < 0 || full <= partial);
             const Quad step = entered ? full : partial;
             if (!dependent) {
-                for (int c = 0; c < 7; ++c) state.z[c] += step * across[c];
+                for (int c = 0; c < kMost; ++c) state.z[c] += step * across[c];
             }
             for (int i = 0; i < k; ++i) state.force[i] -= step * weight[i];
             force += step;
             if (entered) {
-                state.active.push_back(worst);
-                state.force.push_back(force);
+                state.active[state.count] = worst;
+                state.force[state.count++] = force;
             } else {
-                state.active.erase(state.active.begin() + blocking);
-                state.force.erase(state.force.begin() + blocking);
+                state.drop(blocking);
             }
         }
     }
@@ -137,56 +178,124 @@ Nearest nearestPoint(const std::vector<Plane>& planes) {
     return state;
 }
 
-}  // namespace
+/// The multipliers are >= 0, z = N u, no plane is violated and none that pushes is left.
+bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& force) {
+    Point rest = nearest.z;
+    bool holds = nearest.feasible && !nearest.failed;
+    for (int i = 0; i < nearest.count; ++i) {
+        const Plane& plane = planes[nearest.active[i]];
+        holds &= nearest.force[i] >= -1e-20;
+        force += nearest.force[i];
+        for (int c = 0; c < kMost; ++c) rest[c] -= nearest.force[i] * plane.n[c];
+        holds &= size((dot(plane.n, nearest.z) + plane.d) * nearest.force[i]) < 1e-20 * (1 + nearest.force[i]);
+    }
+    const Quad scale = 1 + force;
+    holds &= dot(rest, rest) < 1e-40 * scale * scale;
+    for (const Plane& plane : planes) holds &= dot(plane.n, nearest.z) + plane.d > -1e-21 - 1e-28 * scale;
+    return holds;
+}
 
-Reference referenceAnswer(const QpProblem& problem, double elasticWeight) {
+/// Of the normals N of the planes that push, at most seven times the ratio of their greatest to their least singular
+/// value: √(trace(N'N) trace((N'N)⁻¹)).
+double conditionOf(const std::vector<Plane>& planes, Nearest nearest) {
+    for (int i = nearest.count - 1; i >= 0; --i) {
+        if (nearest.force[i] <= 0) nearest.drop(i);
+    }
+    const auto gram = nearest.gram(planes);
+    Quad trace = 0;
+    for (int i = 0; i < nearest.count; ++i) {
+        Point unit{}, column{};
+        unit[i] = 1;
+        if (!solveDense(nearest.count, gram, unit, column)) return std::numeric_limits<double>::infinity();
+        trace += column[i];
+    }
+    return std::sqrt(double(trace * nearest.count));
+}
+
+/// Every row with a direction, of unit length in the metric of G.
+std::vector<Plane> planesOf(const QpProblem& problem, bool& hopeless) {
     const RowSet& rows = *problem.rows;
-    Point root{};
-    for (int k = 0; k < 6; ++k) root[k] = squareRoot(problem.stiffness[k]);
+    Point inverseRoot{};
+    for (int k = 0; k < 6; ++k) inverseRoot[k] = 1 / squareRoot(problem.stiffness[k]);
     std::vector<Plane> planes;
-    bool hopeless = false;
+    planes.reserve(std::size_t(rows.size()));
+    hopeless = false;
     for (int i = 0; i < rows.size(); ++i) {
         Plane plane;
+        plane.row = i;
         plane.d = rows.gap()[i];
         for (int k = 0; k < 6; ++k) {
-            plane.n[k] = rows.column(k)[i] / root[k];
+            plane.n[k] = rows.column(k)[i] * inverseRoot[k];
             plane.d += Quad(rows.column(k)[i]) * problem.wanted[k];
         }
-        const Quad length = squareRoot(dot(plane.n, plane.n));
-        if (length < 1e-15) {
+        plane.length = squareRoot(dot(plane.n, plane.n));
+        if (plane.length < 1e-15) {
             hopeless |= rows.gap()[i] < 0;
             continue;
         }
-        for (Quad& entry : plane.n) entry /= length;
-        plane.d /= length;
+        const Quad inverse = 1 / plane.length;
+        for (Quad& entry : plane.n) entry *= inverse;
+        plane.d *= inverse;
         planes.push_back(plane);
     }
+    return planes;
+}
 
-    Nearest nearest = nearestPoint(planes);
+}  // namespace
+
+Reference referenceAnswer(const QpProblem& problem, double elasticWeight, std::span<const Multiplier> start) {
+    bool hopeless = false;
+    std::vector<Plane> planes = planesOf(problem, hopeless);
+    std::vector<int> startPlanes;
+    for (const Multiplier& multiplier : start) {
+        const auto plane = std::lower_bound(planes.begin(), planes.end(), multiplier.row,
+                                            [](const Plane& p, int row) { return p.row < row; });
+        if (plane != planes.end() && plane->row == multiplier.row) startPlanes.push_back(int(plane - planes.begin()));
+    }
+
+    Nearest nearest = nearestPoint(planes, nearestOn(planes, startPlanes));
     Reference answer;
     answer.feasible = nearest.feasible && !hopeless;
     if (!nearest.feasible) {
         for (Plane& plane : planes) plane.n[6] = 1 / squareRoot(elasticWeight);
-        nearest = nearestPoint(planes);
+        nearest = nearestPoint(planes, nearestOn(planes, startPlanes));
     }
 
-    // The certificate: multipliers >= 0, z = N u, and no plane violated.
-    Point rest = nearest.z;
-    bool certified = nearest.feasible && !nearest.failed;
-    for (std::size_t i = 0; i < nearest.active.size(); ++i) {
-        certified &= nearest.force[i] >= -1e-20;
-        answer.force += double(nearest.force[i]);
-        for (int c = 0; c < 7; ++c) rest[c] -= nearest.force[i] * planes[nearest.active[i]].n[c];
-        const Quad s = dot(planes[nearest.active[i]].n, nearest.z) + planes[nearest.active[i]].d;
-        certified &= s * nearest.force[i] < 1e-20;
-    }
-    const Quad scale = 1 + answer.force;
-    certified &= dot(rest, rest) < 1e-40 * scale * scale;
-    for (const Plane& plane : planes) certified &= dot(plane.n, nearest.z) + plane.d > -1e-20 * scale;
-    answer.certified = certified;
-    for (int k = 0; k < 6; ++k) answer.x[k] = double(problem.wanted[k] + nearest.z[k] / root[k]);
+    Quad force = 0;
+    answer.certified = certified(planes, nearest, force);
+    answer.force = double(force);
+    answer.condition = conditionOf(planes, nearest);
+    for (int k = 0; k < 6; ++k)
+        answer.x[k] = double(problem.wanted[k] + nearest.z[k] / squareRoot(problem.stiffness[k]));
     answer.slack = nearest.feasible ? double(nearest.z[6]) / std::sqrt(elasticWeight) : 0;
     return answer;
+}
+
+double certificateOf(const QpProblem& problem, const SolveResult& result, double elasticWeight) {
+    bool hopeless = false;
+    const RowSet& rows = *problem.rows;
+    const std::vector<Plane> planes = planesOf(problem, hopeless);
+    Point z{};
+    for (int k = 0; k < 6; ++k) z[k] = squareRoot(problem.stiffness[k]) * (Quad(result.x[k]) - problem.wanted[k]);
+    const Quad length = squareRoot(dot(z, z));
+    Point rest = z;
+    Quad worst = 0, sum = 0;
+    for (const Plane& plane : planes) {
+        const Quad s = dot(plane.n, z) + plane.d + result.slack;
+        Quad rounding = kLastBits * (size(plane.d) + length + result.slack);
+        for (int k = 0; k < 6; ++k)
+            rounding += kLastBits * size(rows.column(k)[plane.row] * Quad(result.x[k])) / plane.length;
+        worst = std::max(worst, -s - rounding);
+        for (const Multiplier& multiplier : result.multipliers) {
+            if (multiplier.row != plane.row) continue;
+            const Quad force = multiplier.value * plane.length;
+            worst = std::max({worst, -force, (size(s) - rounding) * force / (1 + force)});
+            for (int k = 0; k < 6; ++k) rest[k] -= force * plane.n[k];
+            sum += force;
+        }
+    }
+    if (result.slack > 0) rest[6] = (elasticWeight * Quad(result.slack) - sum) / squareRoot(elasticWeight);
+    return double(std::max(worst, squareRoot(dot(rest, rest)) - kLastBits * sum));
 }
 
 Residuals residualsOf(const QpProblem& problem, const SolveResult& result) {

@@ -99,7 +99,7 @@ TEST_CASE("every solver: with h free the increment is h to the last bit and no r
 
 TEST_CASE("every solver: tells by the status when the work limit comes first", "[qp]") {
     std::mt19937_64 random(11);
-    const Contacts contacts = randomContacts(random, Kind::Wedge, 200);
+    const Contacts contacts = randomContacts(random, ContactKind::Wedge, 200);
     const QpProblem problem = contacts.problem();
     for (const SolverInfo& info : solverTable()) {
         CAPTURE(info.name);
@@ -137,7 +137,7 @@ TEST_CASE("every solver: NaN, infinity, bad stiffness or too many rows anywhere 
             };
             for (const int m : {1, 8, 19}) {
                 std::mt19937_64 random(3);
-                const Contacts good = randomContacts(random, Kind::Slide, m);
+                const Contacts good = randomContacts(random, ContactKind::Slide, m);
                 for (const double bad : {nan, infinity, -infinity}) {
                     for (int k = 0; k < 6; ++k) {
                         CAPTURE(info.name, paper, m, bad, k);
@@ -169,7 +169,7 @@ TEST_CASE("every solver: NaN, infinity, bad stiffness or too many rows anywhere 
                 settings.paperForm = paper;
             }
             std::mt19937_64 random(3);
-            requireInvalid(randomContacts(random, Kind::Slide, 33));
+            requireInvalid(randomContacts(random, ContactKind::Slide, 33));
         }
     }
 }
@@ -177,7 +177,7 @@ TEST_CASE("every solver: NaN, infinity, bad stiffness or too many rows anywhere 
 TEST_CASE("every solver: solving and forgetting allocate nothing", "[qp]") {
     std::mt19937_64 random(5);
     std::vector<Contacts> problems;
-    for (const Kind kind : kKinds) {
+    for (const ContactKind kind : kContactKinds) {
         for (const int m : {1, 30, 300}) problems.push_back(randomContacts(random, kind, m));
     }
     for (const KnownProblem& known : knownProblems()) problems.push_back(known.contacts);
@@ -205,7 +205,7 @@ TEST_CASE("every solver: the same calls give the same bits", "[qp]") {
         const auto first = info.make(300), second = info.make(300);
         std::mt19937_64 random(17);
         for (int i = 0; i < 40; ++i) {
-            const Contacts contacts = randomContacts(random, kKinds[i % 3], 1 + int(random() % 300));
+            const Contacts contacts = randomContacts(random, kContactKinds[i % 3], 1 + int(random() % 300));
             const SolveResult a = first->solve(contacts.problem(), {}), b = second->solve(contacts.problem(), {});
             REQUIRE(a.status == b.status);
             REQUIRE(a.iterations == b.iterations);
@@ -219,15 +219,15 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
     // G: add L(x*, y) <= f* and L(x, y*) <= f(x), both strongly convex in x. Where planes differ by 1e-9 it comes near
     // to that; elsewhere x is off by about v times the forces, and by 1e-10 of rounding. A wrong active set is off by
     // micrometres.
-    const auto allowed = [](const SolverInfo& info, Kind kind, const Reference& reference) {
+    const auto allowed = [](const SolverInfo& info, ContactKind kind, const Reference& reference) {
         const double v = info.name == "dual-active-set" ? 1e-11 : 1e-9;  // 1e-12 and 1e-10, times 1 + depth
-        return 1e-9 + (kind == Kind::Degenerate ? std::sqrt(2 * v * reference.force) : 1e-10 * reference.force);
+        return 1e-9 + (kind == ContactKind::Degenerate ? std::sqrt(2 * v * reference.force) : 1e-10 * reference.force);
     };
     constexpr double kLargest = 1e6;  // N: beyond it the last bits of the walls decide
     for (const SolverInfo& info : solverTable()) {
         if (!info.exact) continue;
         int solved = 0, elastic = 0, limited = 0, skipped = 0;
-        for (const Kind kind : kKinds) {
+        for (const ContactKind kind : kContactKinds) {
             const unsigned seed = 1000 + unsigned(kind);
             std::mt19937_64 random(seed);
             for (int i = 0; i < 250; ++i) {
@@ -269,7 +269,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                     // The result's own word against the definition.
                     const Residuals own = residualsOf(problem, result);
                     // Planes 1e-9 apart share a force between them only to 1e-16 / 1e-9.
-                    const double scale = (kind == Kind::Degenerate ? 1e5 : 1) * (10 + reference.force);
+                    const double scale = (kind == ContactKind::Degenerate ? 1e5 : 1) * (10 + reference.force);
                     REQUIRE(own.dual == 0);
                     REQUIRE(own.stationarity <= 1e-11 * scale);
                     requireFilled(problem, result, scale);

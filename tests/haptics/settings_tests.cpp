@@ -41,6 +41,7 @@ TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") 
         from.solver = static_cast<int>(random() % solverTable().size());
         from.shadow = static_cast<int>(random() % (solverTable().size() + 1)) - 1;
         from.adaptiveMargin = random() % 2;
+        from.screening = static_cast<Screening>(random() % 3);
         from.pause = random() % 2;
 
         Settings to;
@@ -61,6 +62,7 @@ TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") 
         REQUIRE(to.solver == from.solver);
         REQUIRE(to.shadow == from.shadow);
         REQUIRE(to.mode == from.mode);
+        REQUIRE(to.screening == from.screening);
         REQUIRE(to.pause == from.pause);
     }
 }

@@ -23,7 +23,8 @@ constexpr double kPi = std::numbers::pi;
 std::shared_ptr<const Motion> motionOf(Scene& scene, std::vector<std::string>& warnings) {
     updateWorldTransforms(scene);
     const system::SceneRoles roles = system::assignRoles(scene);
-    return system::findDemonstration(scene, roles.tool, roles.obstacles, warnings);
+    const auto motions = system::findMotions(scene, roles.tool, roles.obstacles, warnings);
+    return motions.empty() ? nullptr : motions.front().motion;
 }
 
 const glm::vec3 kSize(0.01f);

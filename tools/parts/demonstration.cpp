@@ -4,16 +4,16 @@
 
 namespace touchstone::app {
 
-void Demonstration::follow(double seconds, const std::function<ToolPose(double)>& path) {
+void Demonstration::follow(double seconds, const std::function<ToolPose(double)>& path, double step) {
     const double start = keys_.back().seconds;
-    const int samples = static_cast<int>(std::ceil(seconds / 0.005 - 1e-9));
+    const int samples = static_cast<int>(std::ceil(seconds / step - 1e-9));
     for (int i = 1; i <= samples; ++i) {
         const double t = seconds * i / samples;
         keys_.push_back({start + t, path(t)});
     }
 }
 
-engine::Animation Demonstration::animation(engine::Entity tool) const {
+engine::Animation Demonstration::animation(engine::Entity tool, std::string name, nlohmann::json outcome) const {
     engine::AnimationChannel translation, rotation;
     translation.target = rotation.target = tool;
     translation.path = engine::AnimationPath::Translation;
@@ -25,7 +25,9 @@ engine::Animation Demonstration::animation(engine::Entity tool) const {
         rotation.times.push_back(key.seconds);
         rotation.values.emplace_back(q.x, q.y, q.z, q.w);
     }
-    return {"demonstration", {std::move(translation), std::move(rotation)}};
+    engine::Animation animation{std::move(name), {std::move(translation), std::move(rotation)}};
+    if (!outcome.is_null()) animation.extras = {{"touchstone", {{"outcome", std::move(outcome)}}}};
+    return animation;
 }
 
 }  // namespace touchstone::app

@@ -2,6 +2,8 @@
 // Motions of the tool as keyframes.
 #include <functional>
 #include <glm/gtc/quaternion.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "engine/scene/animation.hpp"
@@ -22,11 +24,15 @@ class Demonstration {
     void hold(double seconds) { moveTo(keys_.back().pose, seconds); }
     /// At constant speed on a straight line, turning about one axis.
     void moveTo(const ToolPose& pose, double seconds) { keys_.push_back({keys_.back().seconds + seconds, pose}); }
-    /// Along path(t), t from 0 to `seconds`, sampled every 5 ms; path(0) is to be where the motion stands.
-    void follow(double seconds, const std::function<ToolPose(double)>& path);
+    /// Along path(t), t from 0 to `seconds`, sampled every `step` seconds; path(0) is to be where the motion stands.
+    void follow(double seconds, const std::function<ToolPose(double)>& path, double step = 0.005);
 
-    /// Linear channels for translation (metres) and rotation of `tool`.
-    engine::Animation animation(engine::Entity tool) const;
+    /// In no more time than the rotation and translation channels can tell apart: from one tick to the next.
+    void jumpTo(const ToolPose& pose) { moveTo(pose, 5e-5); }
+
+    /// Linear channels for translation (metres) and rotation of `tool`; with an outcome if it is to have its own.
+    engine::Animation animation(engine::Entity tool, std::string name = "demonstration",
+                                nlohmann::json outcome = nullptr) const;
 
   private:
     struct Key {

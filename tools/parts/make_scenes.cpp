@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
             ->check(CLI::Range(8, 65536));
         if (scene.name == "bunnies" || scene.name == "wedge")
             command->add_option("--bunny", options.bunny, "the Stanford bunny as OBJ, of any size");
-        if (scene.name == "bunnies")
+        if (scene.name == "bunnies" || scene.name == "pinch")
             command->add_option("--tree-cache", options.treeCache, "folder in which sphere trees are kept");
         if (scene.name == "spline") {
             app::SplineFit& fit = options.fit;

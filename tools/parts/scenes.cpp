@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/parts/hard_cases.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -51,14 +52,22 @@ Scene makeBunnies(const SceneOptions& options) {
     const Entity tool = addBody(scene, "gold bunny", at(-8), mesh, gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, mesh, silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    addBunnyCases(scene, tool, tree, contact);
     return scene;
 }
 
 /// A splined shaft finds its hole: press, turn until the keys drop in, insert, wiggle, rest.
 Scene makeSpline(const SceneOptions& options) {
-    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance.
-    const int leaves = options.leaves ? options.leaves : 8192;
     const SplineFit& fit = options.fit;
+    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance: a
+    // tenth of it is left for the shaft to move in.
+    const auto marked = [&](json marking) {
+        if (options.leaves) return marking;
+        marking.erase("leaves");
+        marking["max_error_mm"] = 0.45 * fit.clearance;
+        marking["quality"] = "best";
+        return marking;
+    };
     const glm::dvec3 y(0, 1, 0);
     const double misaligned = std::numbers::pi / fit.keys;
     // The tool's origin is the middle of the shaft.
@@ -86,13 +95,16 @@ Scene makeSpline(const SceneOptions& options) {
         {"touchstone",
          {{"settings", {{"margin", 0.75 * fit.clearance}, {"trust", 0.75 * fit.clearance}, {"slack", 0.1}}}}}};
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
-    const Entity tool =
-        addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(), toolMarking(leaves, outcome));
-    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), obstacleMarking(leaves));
+    const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
+                                marked(toolMarking(options.leaves, outcome)));
+    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addBody(scene, "seated", at(fit.depth, 0), nullptr, {},
             {{"role", "goal"},
              {"goal", {{"tolerance_m", fit.clearance / 1000}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}});
     scene.animations.push_back(motion.animation(tool));
+    json hard = snaps();
+    hard.update(outcome);
+    scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
     return scene;
 }
 
@@ -123,6 +135,7 @@ Scene makePlate(const SceneOptions& options) {
         addBody(scene, "ball", {{0, above, 0}}, shared(sphere(radius)), gold(), toolMarking(ballLeaves, outcome));
     addBody(scene, "plate", {}, shared(box({60, thickness, 60}, 2)), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    addPlateCases(scene, tool, {.above = above, .past = past, .side = side * 1000, .pressed = thickness / 2 + radius});
     return scene;
 }
 
@@ -153,6 +166,9 @@ Scene makeWedge(const SceneOptions& options) {
         addBody(scene, "rod", at(0, 0), shared(cylinder(radius, length, 1)), gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, stanfordBunny(options.bunny), silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
+    json hard = snaps();
+    hard.update(outcome);
+    scene.animations.push_back(motion.animation(tool, "hard-09-wedge", hard));
     return scene;
 }
 
@@ -161,6 +177,7 @@ constexpr SceneInfo kScenes[] = {
     {"spline", "a splined shaft is turned until it drops into its hole and is pushed home", makeSpline},
     {"plate", "a ball is driven at a 1 mm plate at 0.2, 1, 3 and 10 m/s", makePlate},
     {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
+    {"pinch", "a ball between walls that leave it too little room, or hardly enough", makePinch},
 };
 
 }  // namespace

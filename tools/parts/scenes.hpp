@@ -23,7 +23,8 @@ struct SceneInfo {
     engine::Scene (*make)(const SceneOptions&);
 };
 
-/// bunnies, spline, plate, wedge. Adding one is adding a row; a scene without computed parts is a file in scenes/.
+/// bunnies, spline, plate, wedge, pinch. Adding one is adding a row; a scene without computed parts is a file in
+/// scenes/.
 std::span<const SceneInfo> sceneTable();
 
 }  // namespace touchstone::app

@@ -26,7 +26,7 @@ struct RunOptions {
     std::string device;  ///< empty: the demonstration; in a window without one, the mouse
     std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings
     std::vector<std::string> set;                                      ///< KEY=VALUE
-    std::filesystem::path report, ticks, screenshot;                   ///< empty: none
+    std::filesystem::path report, ticks, screenshot, dumpQp;           ///< empty: none
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.
@@ -68,6 +68,20 @@ struct TreeCheckCommand {
     bool json = false;
 };
 int checkTree(const TreeCheckCommand& command);
+
+struct QpCommand {
+    std::filesystem::path file;
+    std::optional<std::string> mode, solver, tolerance;  ///< as text, checked like settings
+    bool warm = false;
+};
+/// Exit code kFailed when a line is broken; the others are answered.
+int solveQps(const QpCommand& command);
+
+struct BenchQpCommand {
+    std::filesystem::path csv;  ///< empty: none
+    bool quick = false;
+};
+int benchQp(const BenchQpCommand& command);
 
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;

@@ -42,6 +42,7 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     run->add_option("--report", options.report, "write what was measured to a JSON file");
     run->add_option("--ticks", options.ticks, "write every tick to a CSV file");
+    run->add_option("--dump-qp", options.dumpQp, "headless: write every problem that was solved, for `touchstone qp`");
     run->add_option("--screenshot", options.screenshot, "write a picture of the last tick to a PNG file");
     run->add_flag_callback(
         "--help-settings",
@@ -132,6 +133,34 @@ void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand
     });
 }
 
+void addQp(CLI::App& program, app::QpCommand& options, std::function<int()>& command) {
+    CLI::App* qp = program.add_subcommand("qp", "Solve quadratic programs of contact, a JSON object a line");
+    qp->add_option("FILE", options.file, "lines of {\"G\":[6],\"J\":[[6],…],\"g\":[…],\"h\":[6],\"ids\":[…]}")
+        ->required();
+    qp->add_option("--solver", options.solver, "one of " + namesOf(solverTable()) + " (default: the first)");
+    qp->add_option("--tolerance", options.tolerance, "of an approximate solver: N, in paper mode N·mm");
+    qp->add_option("--mode", options.mode, "default, or paper: pqp as published, on the rows as they are");
+    qp->add_flag("--warm", options.warm, "start each line from the one before, by ids");
+    qp->footer(
+        "A line is min ½(x-h)'G(x-h) s.t. J x >= -g: G a diagonal, mm, N, mN·m and rad. The answers come in the same\n"
+        "order, an object a line; what cannot be solved is answered 'invalid' and why.\n\n"
+        "Examples:\n"
+        "  touchstone qp problems.jsonl --solver pqp --tolerance 1e-3\n"
+        "  touchstone run bunnies --headless --dump-qp bunnies.jsonl\n"
+        "  touchstone qp bunnies.jsonl --warm\n");
+    qp->callback([&] { command = [&] { return app::solveQps(options); }; });
+}
+
+void addBench(CLI::App& program, app::BenchQpCommand& options, std::function<int()>& command) {
+    CLI::App* bench = program.add_subcommand("bench", "Measure speed against error");
+    bench->require_subcommand(1);
+    CLI::App* qp = bench->add_subcommand("qp", "Of the solvers, on made contacts of 10 to 4,000 rows");
+    qp->add_option("--csv", options.csv, "write the table to a CSV file");
+    qp->add_flag("--quick", options.quick, "fewer problems");
+    qp->footer("Example:\n  touchstone bench qp --csv qp.csv\n");
+    qp->callback([&] { command = [&] { return app::benchQp(options); }; });
+}
+
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
     CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
@@ -173,6 +202,8 @@ int main(int argc, char** argv) {
     app::NewOptions newOptions;
     app::TreeCommand treeCommand;
     app::TreeCheckCommand treeCheckCommand;
+    app::QpCommand qpCommand;
+    app::BenchQpCommand benchQpCommand;
     std::string scene;
     addRun(program, runOptions, command);
     addValidate(program, scene, command);
@@ -181,6 +212,8 @@ int main(int argc, char** argv) {
     });
     addNew(program, newOptions, command);
     addTree(program, treeCommand, treeCheckCommand, command);
+    addQp(program, qpCommand, command);
+    addBench(program, benchQpCommand, command);
 
     try {
         program.parse(argc, argv);

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 
 #include "haptics/device/mouse.hpp"
@@ -11,6 +12,7 @@
 #include "haptics/system/scene_view.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
+#include "tools/touchstone/qp_file.hpp"
 #include "tools/touchstone/run_report.hpp"
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
@@ -47,7 +49,8 @@ system::HapticScene openForRun(const std::filesystem::path& file, const RunOptio
                                const std::string& device) {
     system::HapticScene scene = lookInto(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
-    for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"}})
+    for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"},
+                                     std::pair{options.dumpQp, "problems"}})
         if (!path.empty()) requireWritable(path, what);
 
     scene =
@@ -67,7 +70,17 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         headless.onTick = [&](const TickRecord& record, double penetration) {
             table->add(record, penetration, settings.rate);
         };
+    std::ofstream problems;
+    if (!options.dumpQp.empty()) {
+        problems.open(options.dumpQp, std::ios::binary);
+        headless.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
+            problems << toLine(problem, result) << '\n';
+        };
+    }
     const system::HeadlessRun run = system::runHeadless(scene, settings, headless);
+    problems.close();
+    if (!options.dumpQp.empty() && !problems)
+        throw std::runtime_error("cannot write the problems to '" + options.dumpQp.string() + "': is the disk full?");
     if (table) table->close();
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
@@ -117,6 +130,7 @@ int run(const RunOptions& options) {
     withCommandLine({}, options);  // what does not exist is told before a scene is read
     const std::filesystem::path file = findScene(options.scene);
     if (options.headless) return runHeadless(options, file);
+    if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
     if (!hasDisplay())
         throw std::runtime_error(
             "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "

@@ -33,4 +33,13 @@ Settings withCommandLine(Settings settings, const RunOptions& options) {
     return settings;
 }
 
+Settings settingsOf(const QpCommand& command) {
+    RunOptions options;
+    options.solver = command.solver;
+    options.tolerance = command.tolerance;
+    Settings settings = withCommandLine({}, options);
+    if (command.mode) set(settings, "mode", *command.mode, "--mode");
+    return settings;
+}
+
 }  // namespace touchstone::app

@@ -14,7 +14,7 @@ constexpr const char* kHeader =
     "force_x_N,force_y_N,force_z_N,torque_x_mNm,torque_y_mNm,torque_z_mNm,"
     "force_out_x_N,force_out_y_N,force_out_z_N,torque_out_x_mNm,torque_out_y_mNm,torque_out_z_mNm,"
     "penetration_mm,hover_mm,margin_used_mm,projection_mm,"
-    "pairs,rows,rows_truncated,iterations,linearisations,status,flags,"
+    "pairs,rows,rows_truncated,rows_screened,screen_inexact,iterations,linearisations,status,flags,"
     "kkt_primal_mm,kkt_dual_N,kkt_stationarity_N,kkt_complementarity_mJ,"
     "shadow_rows,shadow_rows_cut,shadow_iterations,shadow_force_error_N,shadow_torque_error_mNm,"
     "collision_us,solve_us,shadow_us,step_us\n";
@@ -57,7 +57,8 @@ void TickTable::add(const TickRecord& record, double penetration, double rate) {
     line << record.tick << static_cast<double>(record.tick) * 1000 / rate;
     line << record.X_WT_device << record.X_WT << record.wrench_C << record.wrench_out;
     line << penetration << record.hover << record.marginUsed << record.projection;
-    line << record.pairs << record.rows << record.rowsTruncated << record.iterations << record.linearisations;
+    line << record.pairs << record.rows << record.rowsTruncated << record.rowsScreened << record.screenInexact;
+    line << record.iterations << record.linearisations;
     line << name(record.status) << record.flags;
     line << record.kkt.primal_mm << record.kkt.dual_N << record.kkt.stationarity_N << record.kkt.complementarity_mJ;
     line << record.shadowRows << record.shadowRowsCut << record.shadowIterations << record.shadowForceError

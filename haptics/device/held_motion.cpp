@@ -1,0 +1,68 @@
+#include "haptics/device/held_motion.hpp"
+
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+#include "haptics/device/demo.hpp"
+
+namespace touchstone {
+
+HeldMotion::HeldMotion(std::shared_ptr<const Motion> motion, const HandParameters& hand, int delay)
+    : motion_(std::move(motion)), hand_(hand, motion_->at(0)), delay_(delay) {
+    assert(delay >= 0 && delay <= kMaxDelay);
+}
+
+DeviceReading HeldMotion::read(double t, double dt) noexcept {
+    const bool finished = t >= motion_->duration();
+    if (t <= 0) {
+        hand_.reset(motion_->at(0));
+        queue_.fill({});
+        tick_ = 0;
+        work_ = gain_ = 0;
+        return {.X_WT = hand_.pose(), .finished = finished};
+    }
+    const Pose before = hand_.pose();
+    // write() has counted the tick before; with no delay its wrench is the one.
+    const int size = static_cast<int>(queue_.size());
+    const Wrench& felt = queue_[static_cast<std::size_t>((tick_ - 1 - delay_ + 2 * size) % size)];
+    const Pose target = motion_->at(t);
+    gain_ -= hand_.energy(target);
+    const Pose& after = hand_.advance(target, felt, dt);
+    gain_ += hand_.energy(target);
+    work_ += felt.force.dot(after.p - before.p) + felt.torque.dot(logRotation(after.q * before.q.conjugate()));
+    return {.X_WT = after, .finished = finished};
+}
+
+void HeldMotion::write(const Wrench& wrench_o) noexcept {
+    queue_[static_cast<std::size_t>(tick_)] = wrench_o;
+    tick_ = (tick_ + 1) % static_cast<int>(queue_.size());
+}
+
+std::unique_ptr<Device> makeHand(const DeviceContext& context) {
+    std::array<double, 4> values{0.1, 500, 14, 0};
+    std::string_view rest = context.file;
+    for (double& value : values) {
+        if (rest.empty()) break;
+        const std::string_view field = rest.substr(0, rest.find(','));
+        const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+        if (error != std::errc() || end != field.data() + field.size())
+            throw std::runtime_error("'" + std::string(field) +
+                                     "' is not a number: write --device hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, "
+                                     "N/m, N·s/m and ticks");
+        rest.remove_prefix(std::min(rest.size(), field.size() + 1));
+    }
+    const auto [mass, spring, damping, delay] = values;
+    if (!(mass > 0 && mass < 1e3 && spring > 0 && spring < 1e9 && damping >= 0 && damping < 1e9 && delay >= 0 &&
+          delay <= HeldMotion::kMaxDelay && delay == std::floor(delay)))
+        throw std::runtime_error(
+            "a hand needs mass and spring above 0, damping of 0 or more, and a whole number of ticks of delay up to " +
+            std::to_string(HeldMotion::kMaxDelay));
+    return std::make_unique<HeldMotion>(chosenMotion(context, std::string(rest)),
+                                        HandParameters::fromTranslation(mass, spring / 1000, damping),
+                                        static_cast<int>(delay));
+}
+
+}  // namespace touchstone

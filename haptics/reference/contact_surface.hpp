@@ -1,0 +1,52 @@
+#pragma once
+// A triangle mesh with what touches what: the features that contacts are made of.
+#include <vector>
+
+#include "haptics/builder/triangle_bvh.hpp"
+#include "haptics/builder/triangle_mesh.hpp"
+
+namespace touchstone {
+
+/// Vertices of equal positions are one; faces without area are left out.
+struct ContactSurface {
+    struct Face {
+        std::array<int, 3> vertices, edges;  ///< edge k joins vertices k and k + 1
+    };
+    struct Edge {
+        std::array<int, 2> vertices;
+        std::vector<int> wings;  ///< the third vertices of its faces
+    };
+    std::vector<Vec3> vertices;
+    std::vector<Face> faces;
+    std::vector<Edge> edges;
+    std::vector<std::vector<int>> neighbours;  ///< of each vertex, across edges
+
+    Triangle triangle(int face) const;
+    Vec3 normal(int face) const;  ///< of unit length, outward
+    Box box(int face) const;
+};
+
+/// Throws std::invalid_argument with one sentence when no triangle has an area.
+ContactSurface makeContactSurface(const TriangleMesh& mesh);
+
+/// A place on a surface.
+struct Feature {
+    enum class Kind : std::uint8_t { Vertex, Edge, Face };
+    Kind kind;
+    int index;
+};
+
+/// The point of a face nearest to p, and the feature that it lies on.
+Vec3 closestPoint(const ContactSurface& surface, int face, const Vec3& p, Feature& feature);
+
+/// Whether the surface around a point of it lies behind the plane through the point with this outward normal: true for
+/// a contact that holds, false where another place of the surface stands out further. `at` lies on the feature.
+bool standsOut(const ContactSurface& surface, const Feature& feature, const Vec3& at, const Vec3& normal);
+
+/// Nearest points a0 + s (a1 - a0) and b0 + t (b1 - b0) of two lines; false for parallels.
+bool crossing(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, double& s, double& t);
+
+/// Whether the segment goes through the triangle.
+bool pierces(const Vec3& a, const Vec3& b, const Triangle& triangle);
+
+}  // namespace touchstone

@@ -1,0 +1,118 @@
+// touchstone bench qp: what the solvers cost against the number of rows, and what they get wrong.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/qp/random_contacts.hpp"
+#include "haptics/system/report.hpp"
+#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/console.hpp"
+
+namespace touchstone::app {
+namespace {
+
+constexpr int kRows[] = {10, 30, 100, 200, 500, 1000, 2000, 4000};
+constexpr int kPaperRows = 1024;
+constexpr std::uint64_t kSeed = 1;
+constexpr ContactKind kKinds[] = {ContactKind::Slide, ContactKind::Wedge, ContactKind::Pinch};
+
+struct Way {
+    const char* solver;
+    double tolerance;
+    bool paper, warm;
+};
+constexpr Way kWays[] = {
+    {"dual-active-set", 0, false, false}, {"dual-active-set", 0, false, true}, {"active-set", 0, false, false},
+    {"pqp", 0.1, false, false},           {"pqp", 0.01, false, false},         {"pqp", 0.01, false, true},
+    {"pqp", 1e-4, false, false},          {"pqp", 0.01, true, false},          {"pqp", 1e-4, true, false},
+};
+
+struct Measured {
+    double medianUs, p99Us, iterations, medianError, worstError;
+    int unsolved;
+};
+
+/// The same contacts a tick later.
+Vec6 movedOn(const Vec6& wanted, int i) {
+    Vec6 step;
+    step << 0.02, -0.01, 0.01, 2e-4, 1e-4, -2e-4;
+    return i % 2 ? Vec6(wanted + step) : Vec6(wanted - step);
+}
+
+/// Each time is the least of several passes over all problems: what disturbs a pass only adds, and no branch is learnt
+/// from one call to the next. The rows are copied into place before every call, as the tick has just written them.
+Measured measure(const Way& way, const std::vector<Contacts>& problems, int passes) {
+    const SolverInfo& info = solverTable()[static_cast<std::size_t>(findSolver(way.solver))];
+    const int m = problems.front().rows.size();
+    const auto solver = info.make(m), exact = solverTable()[kExactSolver].make(m);
+    const StageClock clock = stageClock();
+    SolverSettings settings;
+    settings.paperForm = way.paper;
+    settings.tolerance = way.tolerance;
+    settings.workLimit = way.paper ? 2'000'000'000 : 20'000'000;
+
+    std::vector<double> times(problems.size(), 1e30), errors(problems.size());
+    Measured result{};
+    Contacts inPlace(m);
+    for (int pass = 0; pass < passes; ++pass) {
+        for (std::size_t i = 0; i < problems.size(); ++i) {
+            inPlace = problems[i];
+            solver->reset();
+            if (way.warm) {
+                solver->solve(inPlace.problem(), settings);
+                inPlace.wanted = movedOn(inPlace.wanted, static_cast<int>(i));
+            }
+            const QpProblem problem = inPlace.problem();
+            const std::uint64_t start = clock.now();
+            const SolveResult solved = solver->solve(problem, settings);
+            const std::uint64_t end = clock.now();
+            times[i] = std::min(times[i], static_cast<double>(end - start) * clock.microseconds);
+            if (pass > 0) continue;
+            result.iterations += solved.iterations / static_cast<double>(problems.size());
+            result.unsolved += solved.status != SolveStatus::Solved;
+            exact->reset();
+            errors[i] = problem.stiffness[0] * (solved.x - exact->solve(problem, {}).x).head<3>().norm();
+        }
+    }
+    result.medianUs = *system::percentile(times, 50);
+    result.p99Us = *system::percentile(times, 99);
+    result.medianError = *system::percentile(errors, 50);
+    result.worstError = *system::percentile(errors, 100);
+    return result;
+}
+
+}  // namespace
+
+int benchQp(const BenchQpCommand& command) {
+    std::string csv =
+        "rows,solver,form,tolerance,start,median_us,p99_us,iterations,median_error_N,worst_error_N,unsolved\n";
+    std::printf("%5s  %-16s %-7s %-9s %-5s %12s %12s %10s %14s %14s %9s\n", "rows", "solver", "form", "tolerance",
+                "start", "median µs", "p99 µs", "iterations", "median err N", "worst err N", "unsolved");
+    for (const int m : kRows) {
+        std::mt19937_64 random(kSeed);
+        const int count = command.quick || m > 1000 ? 30 : 300;
+        std::vector<Contacts> problems;
+        for (int i = 0; i < count; ++i)
+            problems.push_back(randomContacts(random, kKinds[static_cast<std::size_t>(i) % std::size(kKinds)], m));
+        for (const Way& way : kWays) {
+            if (way.paper && m > kPaperRows) continue;
+            const bool slow = std::string(way.solver) != "dual-active-set";
+            const Measured got = measure(way, problems, slow ? 3 : 9);
+            char line[256];
+            std::snprintf(line, sizeof line, "%d,%s,%s,%g,%s,%.3f,%.3f,%.1f,%.3g,%.3g,%d\n", m, way.solver,
+                          way.paper ? "paper" : "default", way.tolerance, way.warm ? "warm" : "cold", got.medianUs,
+                          got.p99Us, got.iterations, got.medianError, got.worstError, got.unsolved);
+            csv += line;
+            std::printf("%5d  %-16s %-7s %-9g %-5s %11.2f %11.2f %10.1f %14.2g %14.2g %9d\n", m, way.solver,
+                        way.paper ? "paper" : "default", way.tolerance, way.warm ? "warm" : "cold", got.medianUs,
+                        got.p99Us, got.iterations, got.medianError, got.worstError, got.unsolved);
+            std::fflush(stdout);
+        }
+    }
+    if (!command.csv.empty()) writeText(command.csv, "table", csv);
+    return kOk;
+}
+
+}  // namespace touchstone::app
