@@ -10,19 +10,10 @@ namespace touchstone {
 
 using namespace simd;
 
-double travel(const Pose& from, const Pose& to, const Vec3& center, double reach) {
-    return (to * center - from * center).norm() + reach * logRotation(to.q * from.q.conjugate()).norm();
-}
-
 namespace {
 
 constexpr double kNarrow = 0.25;    // of the slack: how much further the narrow set reaches
 constexpr double kCrossed = 1e-10;  // mm
-
-std::size_t capacityFor(const SphereTree& tool, const SphereTree& obstacle) {
-    const std::int64_t possible = std::int64_t(tool.leafCount()) * obstacle.levels[1].count;
-    return std::size_t(std::min<std::int64_t>(possible, NeighbourList::kCapacity));
-}
 
 }  // namespace
 
@@ -30,106 +21,26 @@ NeighbourList::NeighbourList(const SphereTree& tool, const SphereTree& obstacle,
     : tool_(&tool),
       obstacle_(&obstacle),
       center_(tool.center()),
-      reach_(tool.reach()),
       obstacleIndex_(obstacleIndex),
-      walk_(tool, obstacle),
-      all_(capacityFor(tool, obstacle)),
-      near_(capacityFor(tool, obstacle)),
-      offsets_(std::size_t(tool.leafCount()) + 1) {
-    for (auto& column : placed_) column.resize(std::size_t(paddedToEight(tool.leafCount())));
-}
-
-/// How much margin entries are complete for at this pose.
-double NeighbourList::reserve(const Entries& entries, const Pose& X_OT) const {
-    return entries.margin < 0 ? -1 : entries.margin - travel(entries.pose, X_OT, center_, reach_);
-}
+      finder_(tool, obstacle),
+      all_(tool, obstacle),
+      near_(tool, obstacle) {}
 
 bool NeighbourList::complete(const Pose& X_OT, double margin, double slack) {
     // Entries that are near no longer are looked at in vain: the narrow set is renewed before its reserve is spent.
-    const double left = reserve(near_, X_OT);
+    const double left = finder_.reserve(near_, X_OT);
     if (left >= margin && near_.margin - left <= kNarrow * slack) return true;
-    // Deep overlaps can fill the memory: then without slack, for this pose alone.
-    if (reserve(all_, X_OT) < margin && !walk(X_OT, margin + slack) && !walk(X_OT, margin)) return false;
-    narrow(X_OT, std::min(margin + kNarrow * slack, reserve(all_, X_OT)));
+
+    const double own = finder_.reserve(all_, X_OT), offered = offered_ ? finder_.reserve(*offered_, X_OT) : -1;
+    const PairEntries* from = offered > own ? offered_ : &all_;
+    if (std::max(own, offered) < margin) {
+        from = &all_;
+        near_.margin = -1;
+        // Deep overlaps can fill the memory: then without slack, for this pose alone.
+        if (!finder_.find(X_OT, margin + slack, all_) && !finder_.find(X_OT, margin, all_)) return false;
+    }
+    finder_.narrow(*from, X_OT, std::min(margin + kNarrow * slack, finder_.reserve(*from, X_OT)), near_);
     return true;
-}
-
-void NeighbourList::placeToolLeaves(const Pose& X_OT) {
-    const Eigen::Matrix3f R = X_OT.R().cast<float>();
-    const Eigen::Vector3f p = X_OT.p.cast<float>();
-    const TreeLevel& leaves = tool_->levels[0];
-    for (int i = 0; i < leaves.count; i += SphereTree::kBranching) {
-        const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
-        for (int k = 0; k < 3; ++k) store(&placed_[k][i], R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k]);
-        store(&placed_[3][i], load(&leaves.r[i]));
-    }
-}
-
-/// Appends the entry if a leaf of its bucket is within the limit; without a branch, since half of them are.
-inline void NeighbourList::keep(LeafBucket entry, float limit, Entries& out) const {
-    const TreeLevel& leaves = obstacle_->levels[0];
-    const int first = entry.bucket * SphereTree::kBranching;
-    const Float8 dx = load(&leaves.x[first]) - splat(placed_[0][entry.toolLeaf]);
-    const Float8 dy = load(&leaves.y[first]) - splat(placed_[1][entry.toolLeaf]);
-    const Float8 dz = load(&leaves.z[first]) - splat(placed_[2][entry.toolLeaf]);
-    const float gap =
-        least(simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&leaves.r[first]) + splat(placed_[3][entry.toolLeaf])));
-    out.at[out.count] = entry;
-    out.gap[out.count] = gap;
-    out.count += gap <= limit;
-}
-
-bool NeighbourList::walk(const Pose& X_OT, double margin) {
-    all_.margin = near_.margin = -1;
-    placeToolLeaves(X_OT);
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
-    // The walk tested the buckets' boxes; the leaves themselves drop most of what it found.
-    Entries& found = near_;
-    found.count = 0;
-    const int capacity = int(found.at.size()) - 8;
-    bool full = false;
-    walk_.run(X_OT, margin, [&](const LeafBucket* entries, int count) {
-        for (int i = 0; i < count && !full; ++i) {
-            keep(entries[i], limit, found);
-            full = found.count > capacity;
-        }
-    });
-    if (full) return false;
-
-    // Stable counting sort by tool leaf; its buckets are ascending already.
-    std::fill(offsets_.begin(), offsets_.end(), 0);
-    for (int i = 0; i < found.count; ++i) ++offsets_[found.at[i].toolLeaf];
-    std::exclusive_scan(offsets_.begin(), offsets_.end(), offsets_.begin(), 0);
-    for (int i = 0; i < found.count; ++i) {
-        const int to = offsets_[found.at[i].toolLeaf]++;
-        all_.at[to] = found.at[i];
-        all_.gap[to] = found.gap[i];
-    }
-    all_.count = found.count;
-    all_.pose = X_OT;
-    all_.margin = margin;
-    return true;
-}
-
-/// visit(entry) for every entry that may hold a pair with gap <= margin.
-template <class Visit>
-void NeighbourList::forEachWithin(const Entries& entries, const Pose& X_OT, double margin, Visit&& visit) const {
-    const double grown = margin + travel(entries.pose, X_OT, center_, reach_);
-    const Float8 limit = splat(float(grown) + 2 * floatGuard(*tool_, *obstacle_, X_OT));
-    for (int i = 0; i < entries.count; i += 8) {
-        Mask mask = lessEqual(load(&entries.gap[i]), limit);
-        if (i + 8 > entries.count) mask &= (1u << (entries.count - i)) - 1;
-        for (; mask; mask &= mask - 1) visit(entries.at[i + std::countr_zero(mask)]);
-    }
-}
-
-void NeighbourList::narrow(const Pose& X_OT, double margin) {
-    placeToolLeaves(X_OT);
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
-    near_.count = 0;
-    forEachWithin(all_, X_OT, margin, [&](const LeafBucket& entry) { keep(entry, limit, near_); });
-    near_.pose = X_OT;
-    near_.margin = margin;
 }
 
 /// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
@@ -142,7 +53,7 @@ void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) c
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    forEachWithin(near_, X_OT, margin, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(near_, X_OT, margin, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -197,32 +108,52 @@ bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin
     return fits;
 }
 
-int NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin, const Vec6& x,
-                                 const RowSet& rows, RowSet& crossed) const {
-    const Vec3 C = X_OT * center_;
-    int n = crossed.size(), pairs = 0;
-    bool fits = true;
+NeighbourList::Crossing NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin,
+                                                     const Vec6& x, const RowSet& rows, RowSet& crossed) const {
+    const Vec3 C = X_OT * center_, shift = R_WO.transpose() * x.head<3>(), turn = R_WO.transpose() * x.tail<3>();
+    const float guard = 2 * floatGuard(*tool_, *obstacle_, X_OT);
+    const TreeLevel& leaves = obstacle_->levels[0];
+    Crossing out;
+    int n = crossed.size(), moved = -1;
+    Float8 way[3] = {};  // of the tool leaf's centre
     forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
-        if (!fits) return;
-        const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
+        if (!out.fits) return;
+        if (toolLeaf != moved) {
+            moved = toolLeaf;
+            const Vec3 v = shift + turn.cross(c_O - C);
+            for (int k = 0; k < 3; ++k) way[k] = splat(float(v[k]));
+        }
+        // In float first, since almost none is crossed: distance * (gap + n·way) with what rounding may take.
+        const double radius = tool_->leaf(toolLeaf).r;
+        const int first = bucket * SphereTree::kBranching;
+        const Float8 dx = splat(float(c_O.x())) - load(&leaves.x[first]),
+                     dy = splat(float(c_O.y())) - load(&leaves.y[first]),
+                     dz = splat(float(c_O.z())) - load(&leaves.z[first]);
+        const Float8 distance = simd::sqrt(dx * dx + dy * dy + dz * dz);
+        const Float8 s = distance * (distance - load(&leaves.r[first]) - splat(float(radius) + guard)) + dx * way[0] +
+                         dy * way[1] + dz * way[2];
+        const Mask maybe = mask & lessEqual(s, splat(0.0f));
+        if (!maybe && out.near) return;
+
+        const LeafGaps l = leafGaps(c_O, radius, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin)) & ~lessEqual(l.gap, splat(beyond));
+        out.near = out.near || mask;
+        mask &= maybe;
         if (!mask) return;
-        pairs += std::popcount(mask);
         const RowLanes lanes(l, R_WO, R_WO * (c_O - C));
-        Double8 s = l.gap;
-        for (int k = 0; k < 6; ++k) s += lanes.j[k] * x[k];
-        mask &= lessEqual(s, splat(-kCrossed));
-        const std::uint64_t firstId = contactId(obstacleIndex_, toolLeaf, bucket * SphereTree::kBranching);
+        Double8 slack = l.gap;
+        for (int k = 0; k < 6; ++k) slack += lanes.j[k] * x[k];
+        mask &= lessEqual(slack, splat(-kCrossed));
+        const std::uint64_t firstId = contactId(obstacleIndex_, toolLeaf, first);
         for (Mask known = mask; known; known &= known - 1)  // a solver may leave a row it has crossed
             if (rows.find(firstId + std::uint64_t(std::countr_zero(known))) >= 0) mask &= ~(known & -known);
-        fits = rows.size() + n + int(std::popcount(mask)) <= rows.capacity();
-        if (!mask || !fits) return;
+        out.fits = rows.size() + n + int(std::popcount(mask)) <= rows.capacity();
+        if (!mask || !out.fits) return;
         lanes.store(crossed, n, l.gap, firstId, mask);
         n += std::popcount(mask);
     });
-    if (!fits) return -1;
-    crossed.setSize(n);
-    return pairs;
+    if (out.fits) crossed.setSize(n);
+    return out;
 }
 
 int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const {

@@ -93,10 +93,10 @@ bool DefaultTick::addCrossed(double from, double upTo, const Vec6& x, bool& adde
     const bool complete = completeLists(upTo);
     bool fits = complete;
     for (int k = 0; k < int(s_.lists.size()) && fits; ++k) {
-        const int pairs =
+        const auto found =
             s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], from, upTo, x, s_.rows, crossed);
-        near_ = near_ || pairs != 0;
-        fits = pairs >= 0;
+        near_ = near_ || found.near;
+        fits = found.fits;
     }
     added = fits && crossed.size() > 0;
     if (added) s_.rows.merge(crossed);
@@ -136,11 +136,11 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         if (looked > base && !addCrossed(base, looked, step.x, added)) return Found::Failure;
     }
     s_.lastStep = step.length;
+    tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked);
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = std::max(pairs_, s_.rows.size());
         tick_.record.rows = s_.rows.size();
         tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
-        tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked);
     }
     if (near_) {
         s_.freeRadius = 0;

@@ -33,7 +33,7 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
     : options_(options),
       nanosecondsPerRowIteration_(calibrateWork()),
       ring_(options.ringCapacity),
-      driver_(std::make_unique<Session>(std::move(world), checked(settings), std::move(device))) {
+      driver_(makeSession(std::move(world), settings, std::move(device))) {
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     ready_.wait();
 }
@@ -45,12 +45,18 @@ Settings HapticLoop::checked(const Settings& settings) const {
     return limitWork(settings, nanosecondsPerRowIteration_, options_.shares);
 }
 
+std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> world, const Settings& settings,
+                                                 std::unique_ptr<Device> device) const {
+    auto session = std::make_unique<Session>(std::move(world), checked(settings), std::move(device));
+    if (options_.helper) session->keeper = std::make_unique<ListKeeper>(*session->world);
+    return session;
+}
+
 void HapticLoop::setSettings(const Settings& settings) { settings_.write({checked(settings), newestSession_}); }
 
 void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device) {
-    auto session =
-        std::make_unique<Session>(std::move(world), checked(settings), std::move(device), newestSession_ + 1);
-    ++newestSession_;
+    auto session = makeSession(std::move(world), settings, std::move(device));
+    session->number = ++newestSession_;
     incoming_.put(std::move(session));  // frees one that was never taken
     outgoing_.take();
 }

@@ -21,6 +21,7 @@ struct LoopOptions {
     RealTimeOptions realTime;
     std::size_t ringCapacity = 1 << 14;  ///< records: 16 s at 1 kHz
     WorkShares shares;
+    bool helper = std::thread::hardware_concurrency() > 1;  ///< a thread beside it finds lists ahead
 };
 
 /// The newest tick and the loop's health.
@@ -76,6 +77,8 @@ class HapticLoop {
     };
 
     Settings checked(const Settings& settings) const;
+    std::unique_ptr<Session> makeSession(std::shared_ptr<const World> world, const Settings& settings,
+                                         std::unique_ptr<Device> device) const;
     void run(const std::stop_token& stop);
     void takeRequests();
 

@@ -142,6 +142,8 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     TickRecord record;
     record.tick = state.tick++;
     Tick tick{state, settings, clock, audit, record};
+    for (std::size_t k = 0; k < state.lists.size(); ++k)
+        state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
 
     Wrench wrench;
     Pose device = state.device;

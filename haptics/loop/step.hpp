@@ -2,7 +2,9 @@
 // The haptic tick: device pose in, tool pose and wrench out.
 #include <cstdint>
 #include <memory>
+#include <span>
 
+#include "haptics/collision/pair_finder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
 
@@ -26,6 +28,9 @@ enum TickFlag : std::uint32_t {
 
 struct StepInput {
     Pose X_WT;  ///< the device's pose of the tool node, scene frame
+    /// Pair entries found elsewhere, by obstacle, if any; used where they are complete for what the tick asks. They
+    /// save time and change no result.
+    std::span<const PairEntries* const> entries = {};
 };
 
 /// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
@@ -62,6 +67,7 @@ struct TickRecord {
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
+    double helperUs = 0;  ///< of the thread beside the ticks, set by the caller
 };
 
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.

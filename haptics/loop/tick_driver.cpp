@@ -96,7 +96,7 @@ void TickDriver::startOver() {
     ticks_ = 0;
     first_ = true;
     finished_ = false;
-    X_WT_last_ = session_->world->X_WT_start;
+    X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
@@ -127,9 +127,20 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         X_WT_last_ = reading.X_WT;
     }
 
+    StepInput input{X_WT_last_};
+    if (session.keeper) input.entries = session.keeper->newest();
     const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
-    TickRecord record = step(*session.world, effective, {X_WT_last_}, session.state, clocks.stage, audit);
+    TickRecord record = step(*session.world, effective, input, session.state, clocks.stage, audit);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - start;
+    if (session.keeper) {
+        record.helperUs = session.keeper->takeCpuUs();
+        session.keeper->request({.X_WT = record.X_WT,
+                                 .X_WT_before = X_WT_before_,
+                                 .tickMs = 1000 / settings().rate,
+                                 .margin = record.marginUsed > 0 ? effective.margin : -1,
+                                 .slack = std::max(effective.slack, effective.trust)});
+        X_WT_before_ = record.X_WT;
+    }
 
     record.wrench_out = session.safety.pass(
         {.wrench_o = record.wrench_o, .flags = record.flags, .fresh = reading.valid, .fade = fade_.next()});

@@ -5,6 +5,7 @@
 
 #include "haptics/device/device.hpp"
 #include "haptics/device/safety.hpp"
+#include "haptics/loop/list_keeper.hpp"
 #include "haptics/loop/ramp.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/step.hpp"
@@ -22,7 +23,8 @@ struct Session {
     std::unique_ptr<Device> device;
     StepState state;
     SafetyStage safety;
-    std::uint64_t number;  ///< the holder's; tells sessions apart
+    std::unique_ptr<ListKeeper> keeper;  ///< null: ticks find their own lists
+    std::uint64_t number;                ///< the holder's; tells sessions apart
 };
 
 /// Optional clocks; none of them changes a result.
@@ -92,7 +94,8 @@ class TickDriver {
     bool first_ = true;        // the next valid pose is where the tool begins
     bool loaded_ = false;      // the last wrench to the device was not zero
     bool finished_ = false;
-    Pose X_WT_last_;  // last valid reading
+    Pose X_WT_last_;    // last valid reading
+    Pose X_WT_before_;  // of the graphic tool
 };
 
 }  // namespace touchstone

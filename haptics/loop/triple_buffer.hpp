@@ -17,7 +17,12 @@ class TripleBuffer {
 
     /// Writer: makes `value` the newest.
     void write(const T& value) {
-        slots_[back_].value = value;
+        back() = value;
+        publish();
+    }
+    /// Writer: a value of its own, with an old content, to be filled in place and published.
+    T& back() { return slots_[back_].value; }
+    void publish() {
         // Release publishes the slot; acquire makes sure the reader has left the one taken over.
         back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
     }

@@ -37,6 +37,7 @@ class Pass {
   public:
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
         : driver_(makeSession(scene, settings, options)) {
+        if (options.paced) pacer_.emplace(settings.rate, false);
         if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
     }
 
@@ -44,6 +45,7 @@ class Pass {
     bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
         if (limit_ > 0 ? ticks_ == limit_ : driver_.finished()) return false;
         record = driver_.tick(clocks, audit);
+        if (pacer_) pacer_->wait();
         // The stages' clock runs on while another program has the processor; no stage takes longer than its tick.
         for (double* stage : {&record.collisionUs, &record.solveUs, &record.shadowUs})
             *stage = std::min(*stage, record.totalUs);
@@ -57,6 +59,7 @@ class Pass {
     static std::unique_ptr<Session> makeSession(const HapticScene& scene, const Settings& settings,
                                                 const HeadlessOptions& options) {
         auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
+        if (options.paced) session->keeper = std::make_unique<ListKeeper>(*session->world);
         if (options.onSolve) {
             std::unique_ptr<Solver>& renderer =
                 session->state.impl->renderers[static_cast<std::size_t>(settings.solver)];
@@ -68,11 +71,12 @@ class Pass {
     TickDriver driver_;
     long long limit_ = 0;  // 0: until the motion ends
     long long ticks_ = 0;
+    std::optional<Pacer> pacer_;
 };
 
 /// Stage times of a tick by themselves, µs.
 struct TickTimes {
-    double step, collision, solve;
+    double step, collision, solve, helper;
 };
 
 /// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result,
@@ -86,7 +90,7 @@ std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings,
     TickRecord record;
     while (pass.next(record, {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds}, false)) {
         hash = times.empty() ? hashTick(record) : hashTick(record, hash);
-        times.push_back({record.totalUs, record.collisionUs, record.solveUs});
+        times.push_back({record.totalUs, record.collisionUs, record.solveUs, record.helperUs});
     }
     return times;
 }
@@ -107,7 +111,9 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     const double dt = 1000 / settings.rate;
     TickClocks clocks;
     if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
-    Pass pass(scene, settings, options);
+    HeadlessOptions unpaced = options;
+    unpaced.paced = false;
+    Pass pass(scene, settings, unpaced);
     for (std::size_t tick = 0; pass.next(run.last, clocks, true); ++tick) {
         const double penetration = std::max(0.0, -trueClearance(*scene.world, run.last.X_WT, 0));
         statistics.add(run.last, penetration, dt);
@@ -115,6 +121,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         if (tick < times.size()) {
             run.last.collisionUs = times[tick].collision;
             run.last.solveUs = times[tick].solve;
+            run.last.helperUs = times[tick].helper;
             run.last.totalUs = times[tick].step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }

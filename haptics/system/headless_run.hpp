@@ -13,6 +13,8 @@ struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE
     std::optional<double> seconds;  ///< else until the device's motion ends
     bool timing = true;             ///< measure CPU times, in a second pass that neither audits nor shadows
+    /// Times are taken by the clock, a tick at its time, with the thread beside that finds lists ahead, as in a window.
+    bool paced = false;
     /// Sees every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick = {};
     /// Sees every problem that the rendering solver was given, and its answer.

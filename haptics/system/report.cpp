@@ -93,6 +93,7 @@ ordered_json toJson(const Report& report) {
         {"collision_us", times(report.collisionUs)},
         {"solve_us", times(report.solveUs)},
         {"shadow_us", times(report.shadowUs)},
+        {"helper_us", times(report.helperUs)},
         {"pairs", counts(report.pairs)},
         {"rows", counts(report.rows)},
         {"iterations", counts(report.iterations)},
@@ -151,6 +152,7 @@ void RunStatistics::addTimes(const TickRecord& record) {
     stepUs_.push_back(record.totalUs - record.shadowUs);
     collisionUs_.push_back(record.collisionUs);
     solveUs_.push_back(record.solveUs);
+    helperUs_.push_back(record.helperUs);
 }
 
 void RunStatistics::write(Report& report) const {
@@ -159,6 +161,7 @@ void RunStatistics::write(Report& report) const {
     report.collisionUs = percentiles(collisionUs_);
     report.solveUs = percentiles(solveUs_);
     report.shadowUs = percentiles(shadowUs_);
+    report.helperUs = percentiles(helperUs_);
     report.pairs = percentiles(pairs_);
     report.rows = percentiles(rows_);
     report.iterations = percentiles(iterations_);

@@ -29,7 +29,7 @@ struct Report {
     std::string device;
     double rate = 0;  ///< Hz
     std::uint64_t ticks = 0;
-    Percentiles stepUs, collisionUs, solveUs, shadowUs;  ///< step without the shadow
+    Percentiles stepUs, collisionUs, solveUs, shadowUs, helperUs;  ///< step without the shadow
     Percentiles pairs, rows, iterations;
     std::int64_t rowsTruncated = 0;              ///< sum over the run
     Percentiles penetration, hover, marginUsed;  ///< mm
@@ -65,7 +65,7 @@ class RunStatistics {
     std::uint64_t hash() const { return hash_; }
 
   private:
-    std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_;
+    std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_, helperUs_;
     std::vector<double> pairs_, rows_, iterations_, penetration_, hover_, margin_, forceChange_, shadowError_;
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;

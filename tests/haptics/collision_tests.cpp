@@ -187,8 +187,9 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
         x.head<3>() *= 3;
         x.tail<3>() *= 0.1;
         const int nearOnes = near.size();
-        const int pairs = list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed);
-        REQUIRE(pairs == all.size() - near.size());
+        const auto crossing = list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed);
+        REQUIRE(crossing.fits);
+        REQUIRE(crossing.near == (all.size() > near.size()));
         near.merge(crossed);
         REQUIRE(near.size() == nearOnes + crossed.size());
         found += crossed.size();
@@ -203,7 +204,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
             REQUIRE(near.row(at) == all.row(i));
             REQUIRE(near.gap()[at++] == all.gap()[i]);
         }
-        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed) == pairs);  // all are known now
+        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed).fits);  // all are known now
         REQUIRE(crossed.size() == near.size() - nearOnes);
     }
     REQUIRE(found > 100);

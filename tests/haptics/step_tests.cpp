@@ -2,7 +2,11 @@
 #include "haptics/loop/step.hpp"
 
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <random>
+#include <thread>
 
+#include "haptics/loop/list_keeper.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/sphere_models.hpp"
 
@@ -195,6 +199,64 @@ TEST_CASE("step: results depend neither on the shadow, the timer, the audit nor 
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));
+}
+
+TEST_CASE("step: entries found elsewhere change no result, wherever and however wide they are", "[step]") {
+    const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
+    PairFinder finder(*world.tool, *world.obstacles[0].tree);
+    PairEntries entries(*world.tool, *world.obstacles[0].tree);
+    const PairEntries* offered[] = {&entries};
+    const Settings settings = exactAlone();
+    StepState plain(world), helped(world);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    int complete = 0;
+    for (int tick = 0; tick < 500; ++tick) {
+        const Pose device =
+            at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0, Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
+        const TickRecord expected = step(world, settings, {device}, plain);
+        if (tick % 3 == 0) {  // ages, too
+            const Pose off{Vec3(uniform(random), uniform(random), uniform(random)), Quat::Identity()};
+            REQUIRE(finder.find(off * expected.X_WT, 1.5 + uniform(random), entries));
+            complete += finder.reserve(entries, expected.X_WT) > 0;
+        }
+        REQUIRE(hashTick(step(world, settings, {device, offered}, helped)) == hashTick(expected));
+    }
+    REQUIRE(complete > 50);
+}
+
+TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "[thread]") {
+    const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 32, 0));
+    ListKeeper keeper(world);
+    REQUIRE(keeper.newest().size() == 1);
+    REQUIRE(keeper.newest()[0]->margin < 0);
+    const PairFinder finder(*world.tool, *world.obstacles[0].tree);
+    const auto wait = [&](auto&& until) {
+        for (int i = 0; i < 5000 && !until(*keeper.newest()[0]); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return until(*keeper.newest()[0]);
+    };
+    // 0.1 mm a tick: the tool will be 0.15 mm further on when the entries come.
+    const auto ask = [&](double y) {
+        keeper.request(
+            {.X_WT = at(0, y, 0), .X_WT_before = at(0, y + 0.1, 0), .tickMs = 1, .margin = 0.5, .slack = 0.2});
+    };
+    ask(32);
+    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, at(0, 31.85, 0)) >= 0.5; }));
+    REQUIRE(keeper.takeCpuUs() > 0);
+    ask(25);
+    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, at(0, 24.85, 0)) >= 0.5; }));
+    // What it publishes is what one would find oneself.
+    PairFinder own(*world.tool, *world.obstacles[0].tree);
+    PairEntries expected(*world.tool, *world.obstacles[0].tree);
+    const PairEntries& found = *keeper.newest()[0];
+    REQUIRE(own.find(found.X_OT, found.margin, expected));
+    REQUIRE(found.count == expected.count);
+    for (int i = 0; i < found.count; ++i) {
+        REQUIRE(found.at[i].toolLeaf == expected.at[i].toolLeaf);
+        REQUIRE(found.at[i].bucket == expected.at[i].bucket);
+        REQUIRE(found.gap[i] == expected.gap[i]);
+    }
 }
 
 TEST_CASE("step: the tick allocates nothing, in either mode, with every solver", "[step]") {

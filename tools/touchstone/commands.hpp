@@ -22,6 +22,7 @@ struct UsageError : std::runtime_error {
 struct RunOptions {
     std::string scene = "bunnies";
     bool headless = false;
+    bool paced = false;
     std::optional<double> seconds;
     std::string device;  ///< empty: the demonstration; in a window without one, the mouse
     std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings

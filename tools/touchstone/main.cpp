@@ -28,6 +28,8 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
     run->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
         ->capture_default_str();
     run->add_flag("--headless", options.headless, "without window and clock, as fast as it goes; repeats to the bit");
+    run->add_flag("--paced", options.paced,
+                  "headless: times are taken by the clock, with the thread that finds lists ahead, as in a window");
     run->add_option("--seconds", options.seconds, "how long (default: headless, until the motion ends)")
         ->check(CLI::PositiveNumber);
     run->add_option("--device", options.device, "what holds the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));

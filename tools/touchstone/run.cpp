@@ -64,6 +64,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     system::HeadlessOptions headless;
     if (!options.device.empty()) headless.device = options.device;
     headless.seconds = options.seconds;
+    headless.paced = options.paced;
     const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
     if (table)
@@ -130,6 +131,7 @@ int run(const RunOptions& options) {
     withCommandLine({}, options);  // what does not exist is told before a scene is read
     const std::filesystem::path file = findScene(options.scene);
     if (options.headless) return runHeadless(options, file);
+    if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
     if (!hasDisplay())
         throw std::runtime_error(

@@ -23,6 +23,7 @@ void printReport(const system::Report& report) {
     printPercentiles("step", report.stepUs, "µs");
     printPercentiles("collision", report.collisionUs, "µs");
     printPercentiles("solve", report.solveUs, "µs");
+    if (report.helperUs.max.value_or(0) > 0) printPercentiles("helper", report.helperUs, "µs");
     if (report.shadow != "none") {
         printPercentiles("shadow", report.shadowUs, "µs");
         if (const system::Percentiles& error = report.shadowForceError; error.p50)

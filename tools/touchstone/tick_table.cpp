@@ -17,7 +17,7 @@ constexpr const char* kHeader =
     "pairs,rows,rows_truncated,rows_screened,screen_inexact,iterations,linearisations,status,flags,"
     "kkt_primal_mm,kkt_dual_N,kkt_stationarity_N,kkt_complementarity_mJ,"
     "shadow_rows,shadow_rows_cut,shadow_iterations,shadow_force_error_N,shadow_torque_error_mNm,"
-    "collision_us,solve_us,shadow_us,step_us\n";
+    "collision_us,solve_us,shadow_us,step_us,helper_us\n";
 
 /// Appends fields with commas between; numbers read back to the same bits.
 class Line {
@@ -63,7 +63,8 @@ void TickTable::add(const TickRecord& record, double penetration, double rate) {
     line << record.kkt.primal_mm << record.kkt.dual_N << record.kkt.stationarity_N << record.kkt.complementarity_mJ;
     line << record.shadowRows << record.shadowRowsCut << record.shadowIterations << record.shadowForceError
          << record.shadowTorqueError;
-    line << record.collisionUs << record.solveUs << record.shadowUs << record.totalUs - record.shadowUs;
+    line << record.collisionUs << record.solveUs << record.shadowUs << record.totalUs - record.shadowUs
+         << record.helperUs;
     out_ << line.text() << '\n';
 }
 
