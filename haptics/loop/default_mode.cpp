@@ -9,7 +9,7 @@
 namespace touchstone {
 namespace {
 
-constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
+constexpr int kFlights = 64;                  // linearisations of a tick in which no contact holds the tool
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start,
 constexpr int kStartRows = 1024;              // unless they are more than this many
@@ -24,7 +24,7 @@ class DefaultTick {
     bool run(Wrench& wrench);
 
   private:
-    enum class Found { Failure, Free, Contact };
+    enum class Found { Failure, Free, Contact, Held };
     struct Step {
         Vec6 x;
         Vec6 rendered;      ///< x before any projection
@@ -41,6 +41,8 @@ class DefaultTick {
     };
 
     Found findStep(const Vec6& wanted, Step& step);
+    Found findClearStep(const Vec6& wanted, Step& step);
+    Found fly(double need);
     bool collect(double margin);
     bool completeLists(double margin);
     bool addCrossed(double upTo, const Crossing& by, bool& added);
@@ -145,14 +147,14 @@ double DefaultTick::clearanceUpTo(double atMost) const {
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     const double need = s_.lengthOf(wanted);
     if (need < s_.freeRadius) {
-        step = {wanted, wanted, need, true, false};
+        step = {wanted, wanted, need, true};
         return Found::Free;
     }
 
     const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
     if (!collect(base)) return Found::Failure;
     near_ = s_.rows.size() > 0;
-    step = {wanted, wanted, need, true, false};
+    step = {wanted, wanted, need, true};
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
         looked_ = std::max(looked_, std::min(set_.margin, step.length));
@@ -173,10 +175,35 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         }
         return Found::Contact;
     }
-    // Nothing near: fly as far as the true clearance allows; the trust cap would drag the tool here.
+    return fly(need);
+}
+
+/// Nothing is near: as far as the true clearance allows; the trust cap would drag the tool here.
+DefaultTick::Found DefaultTick::fly(double need) {
     s_.freeRadius = looked_;
     if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
     return Found::Free;
+}
+
+/// A device that leaves contact faster than the tick's linearisations can follow would drag the tool where nothing
+/// holds it, and the budget make that last: a loaded tool goes on as long as no row is in the way of a trusted step
+/// straight to the device.
+DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
+    const double need = s_.lengthOf(wanted);
+    if (need < s_.freeRadius) {
+        step = {wanted, wanted, need, true};
+        return Found::Free;
+    }
+    const Vec6 x = wanted * std::min(1.0, set_.trust / need);
+    s_.rows.clear();
+    near_ = false;
+    allBelow_ = -INFINITY;
+    looked_ = std::max(kBaseMargin, s_.lengthOf(x));
+    bool crossed = false;
+    if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
+    if (crossed) return Found::Held;
+    step = {near_ ? x : wanted, x, need, !near_ || need <= set_.trust};
+    return near_ ? Found::Contact : fly(need);
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
@@ -324,18 +351,21 @@ bool DefaultTick::run(Wrench& wrench) {
         shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
-    bool arrived = false, stuck = false;
-    for (; linearisation_ < limit && !arrived && !stuck; ++linearisation_) {
+    bool arrived = false, stuck = false, cut = false;
+    for (; !arrived && !stuck && linearisation_ < (cut ? kFlights : limit); ++linearisation_) {
         const Vec6 wanted = incrementBetween(s_.graphic, device_);
         Step step;
-        const Found found = findStep(wanted, step);
+        const Found found = linearisation_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
         if (found == Found::Failure) return false;
+        if (found == Found::Held) break;
         if (found == Found::Free) {
             s_.rows.clear();
             near_ = false;
         }
-        stuck = move(step, wanted) < kArrived;
+        const double moved = move(step, wanted);
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
+        stuck = moved < kArrived;  // and the next step would be no longer
+        cut = moved + kArrived < step.length;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearisation_;
