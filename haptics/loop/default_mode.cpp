@@ -43,6 +43,7 @@ class DefaultTick {
     Found findStep(const Vec6& wanted, Step& step);
     Found findClearStep(const Vec6& wanted, Step& step);
     Found fly(double need);
+    bool fliesOn(const Vec6& wanted, Step& step);
     bool collect(double margin);
     bool completeLists(double margin);
     bool addCrossed(double upTo, const Crossing& by, bool& added);
@@ -64,6 +65,7 @@ class DefaultTick {
     int solvedRows_ = 0;
     double allBelow_ = 0;  ///< every pair with a gap up to this has its row, mm
     double looked_ = 0;    ///< and every pair up to this that the answer crosses
+    bool flying_ = false;  ///< the last step of this tick was a flight
     bool near_ = false;    ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
@@ -136,7 +138,8 @@ double DefaultTick::clearanceUpTo(double atMost) const {
     const std::uint64_t start = tick_.now();
     double least = atMost;
     for (int k = 0; k < int(s_.lists.size()); ++k)
-        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least);
+        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least,
+                         &s_.nearest[k]);
     tick_.addTime(tick_.record.collisionUs, start);
     return least;
 }
@@ -145,16 +148,11 @@ double DefaultTick::clearanceUpTo(double atMost) const {
 /// it starts with those of the nearest and adds what the answer crosses, until it crosses nothing. Pairs further than
 /// the answer is long cannot be crossed.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
-    const double need = s_.lengthOf(wanted);
-    if (need < s_.freeRadius) {
-        step = {wanted, wanted, need, true};
-        return Found::Free;
-    }
-
+    if (fliesOn(wanted, step)) return Found::Free;
+    const double need = step.length;
     const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
     if (!collect(base)) return Found::Failure;
     near_ = s_.rows.size() > 0;
-    step = {wanted, wanted, need, true};
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
         looked_ = std::max(looked_, std::min(set_.margin, step.length));
@@ -180,20 +178,34 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
 
 /// Nothing is near: as far as the true clearance allows; the trust cap would drag the tool here.
 DefaultTick::Found DefaultTick::fly(double need) {
+    flying_ = true;
     s_.freeRadius = looked_;
     if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
     return Found::Free;
+}
+
+/// The straight step to the device, and whether it is known to be free. After a flight the clearance is asked before
+/// the lists, which would have to be found anew.
+bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
+    const double need = s_.lengthOf(wanted);
+    step = {wanted, wanted, need, true};
+    if (flying_ && need >= s_.freeRadius) {
+        const double free = clearanceUpTo(need + set_.margin) - kArrived;
+        flying_ = free > set_.margin;
+        if (flying_) {
+            s_.freeRadius = free;
+            return true;
+        }
+    }
+    return need < s_.freeRadius;
 }
 
 /// A device that leaves contact faster than the tick's linearisations can follow would drag the tool where nothing
 /// holds it, and the budget make that last: a loaded tool goes on as long as no row is in the way of a trusted step
 /// straight to the device.
 DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
-    const double need = s_.lengthOf(wanted);
-    if (need < s_.freeRadius) {
-        step = {wanted, wanted, need, true};
-        return Found::Free;
-    }
+    if (fliesOn(wanted, step)) return Found::Free;
+    const double need = step.length;
     const Vec6 x = wanted * std::min(1.0, set_.trust / need);
     s_.rows.clear();
     near_ = false;
@@ -202,8 +214,9 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
     bool crossed = false;
     if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
     if (crossed) return Found::Held;
-    step = {near_ ? x : wanted, x, need, !near_ || need <= set_.trust};
-    return near_ ? Found::Contact : fly(need);
+    if (!near_) return fly(need);
+    step = {x, x, need, need <= set_.trust};
+    return Found::Contact;
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
