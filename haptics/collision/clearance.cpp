@@ -15,15 +15,17 @@ using namespace simd;
 /// so far.
 class Search {
   public:
-    Search(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost)
+    Search(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost, LeafPair* nearest)
         : tool_(tool),
           obstacle_(obstacle),
           X_OT_(X_OT),
           R_(X_OT.R()),
           guard_(floatGuard(tool, obstacle, X_OT)),
-          best_(atMost) {}
+          best_(atMost),
+          nearest_(nearest) {}
 
     double run() {
+        if (nearest_) test(nearest_->toolLeaf, nearest_->obstacleLeaf);
         const int a = int(tool_.levels.size()) - 1, b = int(obstacle_.levels.size()) - 1;
         const Sphere t = tool_.block(a, 0), o = obstacle_.block(b, 0);
         if ((place(t) - Vec3(o.x, o.y, o.z)).norm() - t.r - o.r < best_) descend(a, 0, b, 0);
@@ -33,13 +35,16 @@ class Search {
   private:
     Vec3 place(const Sphere& s) const { return R_ * Vec3(s.x, s.y, s.z) + X_OT_.p; }
 
+    void test(int i, int j) {
+        const Sphere t = tool_.leaf(i), o = obstacle_.leaf(j);
+        const double gap = (X_OT_ * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r));
+        if (!(gap < best_)) return;
+        best_ = gap;
+        if (nearest_) *nearest_ = {i, j};
+    }
+
     void descend(int a, int i, int b, int j) {
-        if (a == 0 && b == 0) {
-            const Sphere t = tool_.leaf(i), o = obstacle_.leaf(j);
-            best_ = std::min(best_,
-                             (X_OT_ * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r)));
-            return;
-        }
+        if (a == 0 && b == 0) return test(i, j);
         const bool descendObstacle = a == 0 || (b > 0 && obstacle_.levels[b].r[j] >= tool_.levels[a].r[i]);
         const int children = (descendObstacle ? j : i) * SphereTree::kBranching;
         const Float8 bound = descendObstacle ? boundsToObstacle(tool_.block(a, i), obstacle_.levels[b - 1], children)
@@ -103,12 +108,14 @@ class Search {
     const Mat3 R_;
     const float guard_;
     double best_;
+    LeafPair* nearest_;
 };
 
 }  // namespace
 
-double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost) {
-    return Search(tool, obstacle, X_OT, atMost).run();
+double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost,
+                LeafPair* nearest) {
+    return Search(tool, obstacle, X_OT, atMost, nearest).run();
 }
 
 }  // namespace touchstone

@@ -12,8 +12,9 @@ using namespace simd;
 
 namespace {
 
-constexpr double kNarrow = 0.25;    // of the slack: how much further the narrow set reaches
-constexpr double kCrossed = 1e-10;  // mm
+constexpr double kNarrow = 0.25;     // of the slack: how much further the narrow set reaches
+constexpr double kCrossed = 1e-10;   // mm
+constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen
 
 }  // namespace
 
@@ -90,15 +91,16 @@ struct RowLanes {
 
 }  // namespace
 
-bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const {
+bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int most) const {
     const Vec3 C = X_OT * center_;
+    most = std::min(most, rows.capacity());
     int n = rows.size();
     bool fits = true;
     forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         if (!fits) return;
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
-        fits = n + int(std::popcount(mask)) <= rows.capacity();
+        fits = n + int(std::popcount(mask)) <= most;
         if (!mask || !fits) return;
         RowLanes(l, R_WO, R_WO * (c_O - C))
             .store(rows, n, l.gap, contactId(obstacleIndex_, toolLeaf, bucket * SphereTree::kBranching), mask);
@@ -108,12 +110,14 @@ bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin
     return fits;
 }
 
-NeighbourList::Crossing NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin,
-                                                     const Vec6& x, const RowSet& rows, RowSet& crossed) const {
-    const Vec3 C = X_OT * center_, shift = R_WO.transpose() * x.head<3>(), turn = R_WO.transpose() * x.tail<3>();
+NeighbourList::Found NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin,
+                                                  const Crossing& by, const RowSet& rows, RowSet& crossed) const {
+    const Vec3 C = X_OT * center_;
+    const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
+    const Vec6 compliance = by.stiffness.cwiseInverse();
     const float guard = 2 * floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
-    Crossing out;
+    Found out;
     int n = crossed.size(), moved = -1;
     Float8 way[3] = {};  // of the tool leaf's centre
     forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
@@ -130,9 +134,9 @@ NeighbourList::Crossing NeighbourList::appendCrossed(const Pose& X_OT, const Mat
                      dy = splat(float(c_O.y())) - load(&leaves.y[first]),
                      dz = splat(float(c_O.z())) - load(&leaves.z[first]);
         const Float8 distance = simd::sqrt(dx * dx + dy * dy + dz * dz);
-        const Float8 s = distance * (distance - load(&leaves.r[first]) - splat(float(radius) + guard)) + dx * way[0] +
-                         dy * way[1] + dz * way[2];
-        const Mask maybe = mask & lessEqual(s, splat(0.0f));
+        const Float8 rough = distance * (distance - load(&leaves.r[first]) - splat(float(radius) + guard)) +
+                             dx * way[0] + dy * way[1] + dz * way[2];
+        const Mask maybe = mask & lessEqual(rough, splat(0.0f));
         if (!maybe && out.near) return;
 
         const LeafGaps l = leafGaps(c_O, radius, *obstacle_, bucket);
@@ -141,9 +145,14 @@ NeighbourList::Crossing NeighbourList::appendCrossed(const Pose& X_OT, const Mat
         mask &= maybe;
         if (!mask) return;
         const RowLanes lanes(l, R_WO, R_WO * (c_O - C));
-        Double8 slack = l.gap;
-        for (int k = 0; k < 6; ++k) slack += lanes.j[k] * x[k];
-        mask &= lessEqual(slack, splat(-kCrossed));
+        Double8 s = by.notDeeper ? max(l.gap, splat(0.0)) : l.gap;
+        for (int k = 0; k < 6; ++k) s += lanes.j[k] * by.x[k];
+        if (by.slack > 0) {
+            Double8 length2{};
+            for (int k = 0; k < 6; ++k) length2 += compliance[k] * (lanes.j[k] * lanes.j[k]);
+            s += by.slack * simd::sqrt(length2);
+        }
+        mask &= lessEqual(s, splat(-kCrossed));
         const std::uint64_t firstId = contactId(obstacleIndex_, toolLeaf, first);
         for (Mask known = mask; known; known &= known - 1)  // a solver may leave a row it has crossed
             if (rows.find(firstId + std::uint64_t(std::countr_zero(known))) >= 0) mask &= ~(known & -known);
@@ -189,19 +198,29 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
 
 NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& after, double tolerance) const {
     Overlap overlap;
+    const Mat3 R = before.R();
     forEachHit(after, 0, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+        if (overlap.deeper()) return;
         const Sphere s = tool_->leaf(toolLeaf);
         const LeafGaps now = leafGaps(c_O, s.r, *obstacle_, bucket);
         mask &= lessEqual(now.gap, splat(0.0));
         if (!mask) return;
-        const LeafGaps then = leafGaps(before * Vec3(s.x, s.y, s.z), s.r, *obstacle_, bucket);
+        const LeafGaps then = leafGaps(R * Vec3(s.x, s.y, s.z) + before.p, s.r, *obstacle_, bucket);
         for (; mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             overlap.depth = std::max(overlap.depth, -now.gap[i]);
-            overlap.deeper |= now.gap[i] < std::min(then.gap[i], -tolerance);
+            if (now.gap[i] < std::min(then.gap[i] - kRounding, -tolerance) && !overlap.deeper()) {
+                overlap.toolLeaf = toolLeaf;
+                overlap.obstacleLeaf = bucket * SphereTree::kBranching + i;
+            }
         }
     });
     return overlap;
+}
+
+bool NeighbourList::isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const {
+    return gap(after, pair.toolLeaf, pair.obstacleLeaf) <
+           std::min(gap(before, pair.toolLeaf, pair.obstacleLeaf) - kRounding, -tolerance);
 }
 
 double NeighbourList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {

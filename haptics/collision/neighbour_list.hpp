@@ -1,6 +1,7 @@
 #pragma once
 // The leaf pairs that may touch for a while: found by one walk, retested every tick.
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "haptics/collision/pair_finder.hpp"
@@ -12,6 +13,15 @@ namespace touchstone {
 constexpr std::uint64_t contactId(int obstacle, int toolLeaf, int obstacleLeaf) {
     return std::uint64_t(obstacle) << 56 | std::uint64_t(toolLeaf) << 28 | std::uint64_t(obstacleLeaf);
 }
+
+/// What crosses a row: the increment x (of C, on world axes: mm, rad) with J x + g + slack |J| < 0, |J| in the metric
+/// of the stiffness as elastic answers have it.
+struct Crossing {
+    Vec6 x = Vec6::Zero();
+    Vec6 stiffness = Vec6::Ones();
+    double slack = 0;
+    bool notDeeper = false;  ///< negative g count as zero
+};
 
 /// The pairs of a tool and one obstacle. It holds two sets of entries: all of a wide margin, from a walk of the trees,
 /// and those of a narrow one, taken from the first in one pass, which is what the queries look at. What they return
@@ -32,26 +42,32 @@ class NeighbourList {
     /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
     /// obstacle's centre to the tool's, r from C to the tool leaf's centre, both on world axes (R_WO: obstacle frame to
     /// world); pairs of coincident centres have n = 0. Returns false, with the rows as they were, if they would not
-    /// fit. All queries: pre: complete() for the margin at the pose, or for more nearby.
-    bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const;
-    struct Crossing {
+    /// fit or be more than `most`. All queries: pre: complete() for the margin at the pose, or for more nearby.
+    bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
+                    int most = std::numeric_limits<int>::max()) const;
+    struct Found {
         bool near = false;  ///< there is a pair with beyond < gap <= margin
         bool fits = true;   ///< else `crossed` is as it was
     };
-    /// Of the pairs with beyond < gap <= margin: appends those to `crossed` whose row the increment x (of C, on world
-    /// axes) crosses by more than a rounding, but for those that `rows` has, if all of them would fit into `rows`.
-    Crossing appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin, const Vec6& x,
-                           const RowSet& rows, RowSet& crossed) const;
+    /// Of the pairs with beyond < gap <= margin: appends those to `crossed` whose row is crossed by more than a
+    /// rounding, but for those that `rows` has, if all of them would fit into `rows`.
+    Found appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin, const Crossing& by,
+                        const RowSet& rows, RowSet& crossed) const;
     /// Appends only the pair of least gap of each tool leaf, as long as they fit; returns the number of pairs within
     /// margin.
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const;
 
+    /// What a move did to the listed pairs.
     struct Overlap {
-        bool deeper = false;  ///< some gap is below min(its gap before, -tolerance)
-        double depth = 0;     ///< greatest overlap after, mm
+        int toolLeaf = -1, obstacleLeaf = -1;  ///< a pair that got deeper, none if -1
+        double depth = 0;                      ///< greatest overlap after, mm; of pairs seen before that one
+        bool deeper() const { return toolLeaf >= 0; }
     };
-    /// Re-measures the listed pairs after a move. Pre: complete() at `before` for the travel.
+    /// Re-measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance).
+    /// Pre: complete() at `before` for the travel.
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) const;
+    /// Whether that pair is deeper.
+    bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const;
 
     /// Exact gap of one pair at X_OT, mm.
     double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const;

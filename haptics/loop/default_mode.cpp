@@ -9,9 +9,10 @@
 namespace touchstone {
 namespace {
 
-constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
+constexpr int kFlights = 64;                  // linearisations of a tick in which no contact holds the tool
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
-constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start
+constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start,
+constexpr int kStartRows = 1024;              // unless they are more than this many
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
@@ -23,24 +24,36 @@ class DefaultTick {
     bool run(Wrench& wrench);
 
   private:
-    enum class Found { Failure, Free, Contact };
+    enum class Found { Failure, Free, Contact, Held };
     struct Step {
         Vec6 x;
         Vec6 rendered;      ///< x before any projection
         double length = 0;  ///< as solved, mm
         bool reachesDevice = false;
         bool elastic = false;
+        double slack = 0;  ///< of an elastic answer
+    };
+    struct Measured {
+        bool deeper = false;
+        int obstacle = -1;  ///< whose `pair` is the deeper one; -1: not known
+        NeighbourList::Overlap pair;
+        double depth = 0;  ///< greatest overlap, mm
     };
 
     Found findStep(const Vec6& wanted, Step& step);
+    Found findClearStep(const Vec6& wanted, Step& step);
+    Found fly(double need);
+    bool fliesOn(const Vec6& wanted, Step& step);
     bool collect(double margin);
     bool completeLists(double margin);
-    bool addCrossed(double from, double upTo, const Vec6& x, bool& added);
+    bool addCrossed(double upTo, const Crossing& by, bool& added);
+    void truncated(int rows);
     double clearanceUpTo(double atMost) const;
     bool solve(const Vec6& wanted, Step& step);
-    Vec6 solveNotDeeper(const Vec6& wanted);
-    NeighbourList::Overlap remeasure(const Vec6& x);
-    void move(Step step, const Vec6& wanted);
+    bool solveNotDeeper(const Vec6& wanted, Vec6& x);
+    Measured remeasure(const Vec6& x);
+    bool stillDeeper(const Measured& measured, const Vec6& x) const;
+    double move(Step step, const Vec6& wanted);
 
     Tick& tick_;
     StepState::Impl& s_;
@@ -50,7 +63,10 @@ class DefaultTick {
     int linearisation_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
-    bool near_ = false;  ///< some pair is within the margin that the step needs
+    double allBelow_ = 0;  ///< every pair with a gap up to this has its row, mm
+    double looked_ = 0;    ///< and every pair up to this that the answer crosses
+    bool flying_ = false;  ///< the last step of this tick was a flight
+    bool near_ = false;    ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
 
@@ -62,31 +78,44 @@ bool DefaultTick::completeLists(double margin) {
     return complete;
 }
 
-/// Rows of all pairs within the margin. False if the lists have no room.
+/// The rows to begin with: of all pairs within the margin or, where overlaps are so deep that these are many, of the
+/// nearest pair of each tool leaf. False if the lists have no room.
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
     const bool complete = completeLists(std::max(margin, std::min(set_.margin, 1.2 * s_.lastStep)));
+    const int most = set_.adaptiveMargin ? kStartRows : s_.rows.capacity();
     bool fits = true;
     const int n = int(s_.lists.size());
     for (int k = 0; k < n && complete && fits; ++k)
-        fits = s_.lists[k].appendRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows);
+        fits = s_.lists[k].appendRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows, most);
     pairs_ = s_.rows.size();
+    allBelow_ = looked_ = margin;
     if (complete && !fits) {
         s_.rows.clear();
         pairs_ = 0;
         for (int k = 0; k < n; ++k)
             pairs_ += s_.lists[k].appendNearestRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows);
-        tick_.record.flags |= kRowsTruncated;
-        tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, pairs_ - s_.rows.size());
+        allBelow_ = -INFINITY;
+        if (!set_.adaptiveMargin) {
+            allBelow_ = margin;
+            truncated(pairs_ - s_.rows.size());
+        }
     }
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
 }
 
-/// Adds the rows of pairs with from < gap <= upTo that x would cross. False if the lists have no room; if the rows have
+void DefaultTick::truncated(int rows) {
+    tick_.record.flags |= kRowsTruncated;
+    tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, rows);
+}
+
+/// Adds the rows of pairs with gap <= upTo that the answer crosses. False if the lists have no room; if the rows have
 /// none, nothing is added, and it is for the re-measured gaps to shorten the step.
-bool DefaultTick::addCrossed(double from, double upTo, const Vec6& x, bool& added) {
+bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
+    added = false;
+    if (upTo <= allBelow_) return true;
     const std::uint64_t start = tick_.now();
     RowSet& crossed = s_.relaxed;
     crossed.clear();
@@ -94,7 +123,7 @@ bool DefaultTick::addCrossed(double from, double upTo, const Vec6& x, bool& adde
     bool fits = complete;
     for (int k = 0; k < int(s_.lists.size()) && fits; ++k) {
         const auto found =
-            s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], from, upTo, x, s_.rows, crossed);
+            s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], allBelow_, upTo, by, s_.rows, crossed);
         near_ = near_ || found.near;
         fits = found.fits;
     }
@@ -109,7 +138,8 @@ double DefaultTick::clearanceUpTo(double atMost) const {
     const std::uint64_t start = tick_.now();
     double least = atMost;
     for (int k = 0; k < int(s_.lists.size()); ++k)
-        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least);
+        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least,
+                         &s_.nearest[k]);
     tick_.addTime(tick_.record.collisionUs, start);
     return least;
 }
@@ -118,25 +148,18 @@ double DefaultTick::clearanceUpTo(double atMost) const {
 /// it starts with those of the nearest and adds what the answer crosses, until it crosses nothing. Pairs further than
 /// the answer is long cannot be crossed.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
-    const double need = s_.lengthOf(wanted);
-    if (need < s_.freeRadius) {
-        step = {wanted, wanted, need, true, false};
-        return Found::Free;
-    }
-
+    if (fliesOn(wanted, step)) return Found::Free;
+    const double need = step.length;
     const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
     if (!collect(base)) return Found::Failure;
     near_ = s_.rows.size() > 0;
-    step = {wanted, wanted, need, true, false};
-    double looked = base;
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        looked = std::max(looked, std::min(set_.margin, step.length));
-        added = false;
-        if (looked > base && !addCrossed(base, looked, step.x, added)) return Found::Failure;
+        looked_ = std::max(looked_, std::min(set_.margin, step.length));
+        if (!addCrossed(looked_, {step.x, tick_.stiffness(), step.slack}, added)) return Found::Failure;
     }
     s_.lastStep = step.length;
-    tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked);
+    tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked_);
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = std::max(pairs_, s_.rows.size());
         tick_.record.rows = s_.rows.size();
@@ -150,10 +173,50 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         }
         return Found::Contact;
     }
-    // Nothing near: fly as far as the true clearance allows; the trust cap would drag the tool here.
-    s_.freeRadius = looked;
+    return fly(need);
+}
+
+/// Nothing is near: as far as the true clearance allows; the trust cap would drag the tool here.
+DefaultTick::Found DefaultTick::fly(double need) {
+    flying_ = true;
+    s_.freeRadius = looked_;
     if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
     return Found::Free;
+}
+
+/// The straight step to the device, and whether it is known to be free. After a flight the clearance is asked before
+/// the lists, which would have to be found anew.
+bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
+    const double need = s_.lengthOf(wanted);
+    step = {wanted, wanted, need, true};
+    if (flying_ && need >= s_.freeRadius) {
+        const double free = clearanceUpTo(need + set_.margin) - kArrived;
+        flying_ = free > set_.margin;
+        if (flying_) {
+            s_.freeRadius = free;
+            return true;
+        }
+    }
+    return need < s_.freeRadius;
+}
+
+/// A device that leaves contact faster than the tick's linearisations can follow would drag the tool where nothing
+/// holds it, and the budget make that last: a loaded tool goes on as long as no row is in the way of a trusted step
+/// straight to the device.
+DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
+    if (fliesOn(wanted, step)) return Found::Free;
+    const double need = step.length;
+    const Vec6 x = wanted * std::min(1.0, set_.trust / need);
+    s_.rows.clear();
+    near_ = false;
+    allBelow_ = -INFINITY;
+    looked_ = std::max(kBaseMargin, s_.lengthOf(x));
+    bool crossed = false;
+    if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
+    if (crossed) return Found::Held;
+    if (!near_) return fly(need);
+    step = {x, x, need, need <= set_.trust};
+    return Found::Contact;
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
@@ -193,6 +256,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
             tick_.record.projection = std::max(tick_.record.projection, s_.lengthOf(onto.x - result.x));
             tick_.record.flags |= kProjected;
             result.x = onto.x;
+            result.slack = onto.slack;
             result.status = onto.status;
             tick_.addTime(tick_.record.solveUs, again);
         }
@@ -201,42 +265,56 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     step.length = s_.lengthOf(step.x);
     step.reachesDevice = step.x == wanted;
     step.elastic = result.status == SolveStatus::Elastic;
+    step.slack = step.elastic ? result.slack : 0;
     return true;
 }
 
 /// Rows contradict each other and the softened answer deepens one: with every violated gap taken as zero, standing
-/// still is feasible, and so is every answer.
-Vec6 DefaultTick::solveNotDeeper(const Vec6& wanted) {
-    const std::uint64_t start = tick_.now();
-    s_.relaxed.clear();
-    for (int i = 0; i < s_.rows.size(); ++i)
-        s_.relaxed.push(s_.rows.row(i), std::max(0.0, s_.rows.gap()[i]), s_.rows.id(i));
+/// still is feasible, and so is every answer. False if the lists have no room.
+bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
+    tick_.record.flags |= kNotDeeper;
     SolverSettings solverSettings;
     solverSettings.elasticWeight = set_.elasticWeight;
-    const SolveResult result = s_.projector->solve({tick_.stiffness(), wanted, &s_.relaxed}, solverSettings);
-    s_.rememberContacts(s_.relaxed, result);
-    tick_.record.flags |= kNotDeeper;
-    tick_.addTime(tick_.record.solveUs, start);
-    return result.x;
+    for (bool added = true; added;) {
+        const std::uint64_t start = tick_.now();
+        s_.relaxed.clear();
+        for (int i = 0; i < s_.rows.size(); ++i)
+            s_.relaxed.push(s_.rows.row(i), std::max(0.0, s_.rows.gap()[i]), s_.rows.id(i));
+        const SolveResult result = s_.projector->solve({tick_.stiffness(), wanted, &s_.relaxed}, solverSettings);
+        s_.rememberContacts(s_.relaxed, result);
+        x = result.x;
+        tick_.addTime(tick_.record.solveUs, start);
+        if (!addCrossed(looked_, {x, tick_.stiffness(), 0, true}, added)) return false;
+    }
+    return true;
 }
 
-/// The listed pairs after the increment x. Where the lists have no room it counts as deeper.
-NeighbourList::Overlap DefaultTick::remeasure(const Vec6& x) {
+/// The listed pairs after the increment x, up to one that got deeper. Where the lists have no room it counts as deeper.
+DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
     const std::uint64_t start = tick_.now();
     const Pose after = moved(s_.graphic, x);
-    NeighbourList::Overlap overlap;
-    if (!completeLists(s_.lengthOf(x))) overlap.deeper = !x.isZero(0);
-    for (int k = 0; k < int(s_.lists.size()); ++k) {
-        const auto o = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
-        overlap.deeper |= o.deeper;
-        overlap.depth = std::max(overlap.depth, o.depth);
+    Measured m;
+    m.deeper = !completeLists(s_.lengthOf(x)) && !x.isZero(0);
+    for (int k = 0; k < int(s_.lists.size()) && !m.deeper; ++k) {
+        m.pair = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
+        m.depth = std::max(m.depth, m.pair.depth);
+        m.deeper = m.pair.deeper();
+        if (m.deeper) m.obstacle = k;
     }
     tick_.addTime(tick_.record.collisionUs, start);
-    return overlap;
+    return m;
 }
 
-/// Caps the step by trust (or clearance) and travel budget, and shortens it until no listed gap got worse.
-void DefaultTick::move(Step step, const Vec6& wanted) {
+/// Whether the pair that an increment deepened is deepened by x as well.
+bool DefaultTick::stillDeeper(const Measured& m, const Vec6& x) const {
+    if (m.obstacle < 0) return false;
+    return s_.lists[m.obstacle].isDeeper(s_.inObstacle(m.obstacle, s_.graphic),
+                                         s_.inObstacle(m.obstacle, moved(s_.graphic, x)), m.pair, kOverlapTolerance);
+}
+
+/// Caps the step by trust (or clearance) and travel budget, and shortens it until no listed gap got worse. Returns the
+/// length of what is left of it, mm.
+double DefaultTick::move(Step step, const Vec6& wanted) {
     const bool contact = near_;
     const auto capped = [&](Vec6 x) {
         const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : s_.freeRadius;
@@ -248,19 +326,22 @@ void DefaultTick::move(Step step, const Vec6& wanted) {
     Vec6 x = capped(step.x);
     if (contact) {
         if (s_.rows.size() == 0) s_.contacts.clear();
-        auto overlap = remeasure(x);
-        if (overlap.deeper && step.elastic) {
-            x = capped(solveNotDeeper(wanted));
+        Measured measured = remeasure(x);
+        if (measured.deeper && step.elastic) {
+            if (!solveNotDeeper(wanted, x)) x.setZero();
+            x = capped(x);
             step.reachesDevice = false;
-            overlap = remeasure(x);
+            measured = remeasure(x);
         }
-        for (int i = 0; overlap.deeper && i <= kHalvings; ++i) {
+        // Most halvings are refused by the pair that refused the last, and look at no other.
+        for (int i = 0; measured.deeper; ++i) {
             x = i < kHalvings ? Vec6(x / 2) : Vec6(Vec6::Zero());
             step.reachesDevice = false;
             tick_.record.flags |= kHalved;
-            overlap = remeasure(x);
+            if (i >= kHalvings || !stillDeeper(measured, x)) measured = remeasure(x);
+            if (i >= kHalvings) break;
         }
-        tick_.record.penetration = overlap.depth;
+        tick_.record.penetration = measured.depth;
     } else {
         s_.contacts.clear();
         tick_.record.penetration = 0;
@@ -271,6 +352,7 @@ void DefaultTick::move(Step step, const Vec6& wanted) {
     shiftBudget_ -= x.head<3>().norm();
     // Exactly the device's pose where nothing holds the tool, so that free flight gives exactly no force.
     s_.graphic = step.reachesDevice ? device_ : moved(s_.graphic, x);
+    return length;
 }
 
 bool DefaultTick::run(Wrench& wrench) {
@@ -282,18 +364,21 @@ bool DefaultTick::run(Wrench& wrench) {
         shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
-    bool arrived = false;
-    for (; linearisation_ < limit && !arrived; ++linearisation_) {
+    bool arrived = false, stuck = false, cut = false;
+    for (; !arrived && !stuck && linearisation_ < (cut ? kFlights : limit); ++linearisation_) {
         const Vec6 wanted = incrementBetween(s_.graphic, device_);
         Step step;
-        const Found found = findStep(wanted, step);
+        const Found found = linearisation_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
         if (found == Found::Failure) return false;
+        if (found == Found::Held) break;
         if (found == Found::Free) {
             s_.rows.clear();
             near_ = false;
         }
-        move(step, wanted);
+        const double moved = move(step, wanted);
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
+        stuck = moved < kArrived;  // and the next step would be no longer
+        cut = moved + kArrived < step.length;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearisation_;

@@ -25,6 +25,7 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     reference = solverTable()[kExactSolver].make(kRowCapacity);
     deepest.reserve(kPaperRowCapacity);
     order.resize(kRowCapacity);
+    nearest.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
 }
 

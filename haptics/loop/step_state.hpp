@@ -38,6 +38,7 @@ struct StepState::Impl {
     };
     std::vector<DeepPair> deepest;
     std::vector<int> order;
+    std::vector<LeafPair> nearest;  ///< by obstacle: where the last clearance was found
     struct Contact {
         std::uint64_t id;
         double force;  ///< N

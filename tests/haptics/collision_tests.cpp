@@ -176,35 +176,50 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
     NeighbourList list(tool, obstacle, 0);
     RowSet all(1 << 15), near(1 << 15), crossed(1 << 15);
+    // Also for the answer of an elastic solve, that gives way by the slack, and for one that deepens nothing.
+    Crossing by;
+    by.stiffness << 1, 1, 1, 1000, 1000, 1000;
+    by.slack = GENERATE(0.0, 0.7);
+    by.notDeeper = GENERATE(false, true);
+    // With all pairs up to 1 mm given, or the nearest of each tool leaf alone.
+    const bool nearest = GENERATE(false, true);
+    const double beyond = nearest ? -INFINITY : 1;
     int found = 0;
     for (int pose = 0; pose < 20; ++pose) {
         const Pose X = randomPose(random, 25);
         REQUIRE(list.complete(X, 4, 0.5));
         for (RowSet* rows : {&all, &near, &crossed}) rows->clear();
         REQUIRE(list.appendRows(X, Mat3::Identity(), 4, all));
-        REQUIRE(list.appendRows(X, Mat3::Identity(), 1, near));
-        Vec6 x = Vec6::Random();
-        x.head<3>() *= 3;
-        x.tail<3>() *= 0.1;
+        if (nearest)
+            list.appendNearestRows(X, Mat3::Identity(), 1, near);
+        else
+            REQUIRE(list.appendRows(X, Mat3::Identity(), 1, near));
+        by.x = Vec6::Random();
+        by.x.head<3>() *= 3;
+        by.x.tail<3>() *= 0.1;
         const int nearOnes = near.size();
-        const auto crossing = list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed);
+        RowSet given(1 << 15);
+        for (int i = 0; i < near.size(); ++i) given.push(near.row(i), near.gap()[i], near.id(i));
+        const auto crossing = list.appendCrossed(X, Mat3::Identity(), beyond, 4, by, near, crossed);
         REQUIRE(crossing.fits);
-        REQUIRE(crossing.near == (all.size() > near.size()));
+        REQUIRE(crossing.near == (nearest ? all.size() > 0 : all.size() > near.size()));
         near.merge(crossed);
         REQUIRE(near.size() == nearOnes + crossed.size());
         found += crossed.size();
         int at = 0;
         for (int i = 0; i < all.size(); ++i) {
-            const double s = all.row(i).dot(x) + all.gap()[i];
+            const double g = by.notDeeper ? std::max(0.0, all.gap()[i]) : all.gap()[i];
+            const double length = all.row(i).cwiseQuotient(by.stiffness.cwiseSqrt()).norm();
+            const double s = all.row(i).dot(by.x) + g + by.slack * length;
             if (std::abs(s) < 1e-9) continue;  // on the plane: either way
-            const bool expected = all.gap()[i] <= 1 || s < 0;
+            const bool expected = given.find(all.id(i)) >= 0 || s < 0;
             REQUIRE((near.find(all.id(i)) >= 0) == expected);
             if (!expected) continue;
             REQUIRE(near.id(at) == all.id(i));
-            REQUIRE(near.row(at) == all.row(i));
+            REQUIRE(near.row(at).isApprox(all.row(i), 1e-13));
             REQUIRE(near.gap()[at++] == all.gap()[i]);
         }
-        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 1, 4, x, near, crossed).fits);  // all are known now
+        REQUIRE(list.appendCrossed(X, Mat3::Identity(), beyond, 4, by, near, crossed).fits);  // all are known now
         REQUIRE(crossed.size() == near.size() - nearOnes);
     }
     REQUIRE(found > 100);
@@ -216,11 +231,15 @@ TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerate
     NeighbourList list(one, one, 0);
     const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
     REQUIRE(list.complete(at(2), 1, 0));
-    REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper);  // 0.4 µm overlap: tolerated
-    REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper);
+    REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper());  // 0.4 µm overlap: tolerated
+    REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper());
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).depth == Approx(0.1));
-    REQUIRE_FALSE(list.remeasure(at(1.8), at(1.9), 0.5e-3).deeper);  // coming out
-    REQUIRE(list.remeasure(at(1.9), at(1.8), 0.5e-3).deeper);
+    REQUIRE_FALSE(list.remeasure(at(1.8), at(1.9), 0.5e-3).deeper());  // coming out
+    REQUIRE_FALSE(list.remeasure(at(1.9), at(1.9), 0.5e-3).deeper());
+    const auto overlap = list.remeasure(at(1.9), at(1.8), 0.5e-3);
+    REQUIRE(overlap.deeper());
+    REQUIRE(list.isDeeper(at(1.9), at(1.8), overlap, 0.5e-3));
+    REQUIRE_FALSE(list.isDeeper(at(1.9), at(1.95), overlap, 0.5e-3));
 }
 
 TEST_CASE("clearance: the least gap of brute force", "[collision]") {
