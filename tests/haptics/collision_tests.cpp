@@ -194,7 +194,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
             list.appendNearestRows(X, Mat3::Identity(), 1, near);
         else
             REQUIRE(list.appendRows(X, Mat3::Identity(), 1, near));
-        by.x = Vec6::Random();
+        for (int k = 0; k < 6; ++k) by.x[k] = std::uniform_real_distribution<double>(-1, 1)(random);
         by.x.head<3>() *= 3;
         by.x.tail<3>() *= 0.1;
         const int nearOnes = near.size();
@@ -222,7 +222,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
         REQUIRE(list.appendCrossed(X, Mat3::Identity(), beyond, 4, by, near, crossed).fits);  // all are known now
         REQUIRE(crossed.size() == near.size() - nearOnes);
     }
-    REQUIRE(found > 100);
+    REQUIRE(found > 50);  // the test would be empty otherwise
 }
 
 TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerates one that did not", "[collision]") {
