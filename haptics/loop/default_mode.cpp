@@ -14,7 +14,7 @@ constexpr int kLeapSteps = 32;                // of one that does, while nothing
 constexpr double kLeap = 2;                   // C moves this many times what the tick's linearisations can follow
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start,
-constexpr int kStartRows = 1024;              // unless they are more than this many
+constexpr int kStartRows = 4096;              // unless they are more than this many
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
@@ -203,21 +203,28 @@ bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
 }
 
 /// A device that leaves contact in a leap would drag a tool that nothing holds, and the budget make that last: a loaded
-/// tool goes on as long as no row is in the way of a trusted step straight to the device.
+/// tool goes on as long as no row is in the way of a trusted step straight to the device. It moves there first and
+/// turns after, since turning takes from each step and hardly leaves the contact.
 DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
-    if (fliesOn(wanted, step)) return Found::Free;
-    const double need = step.length;
-    const Vec6 x = wanted * std::min(1.0, set_.trust / need);
-    s_.rows.clear();
-    near_ = false;
-    allBelow_ = -INFINITY;
-    looked_ = std::max(kBaseMargin, s_.lengthOf(x));
-    bool crossed = false;
-    if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
-    if (crossed) return Found::Held;
-    if (!near_) return fly(need);
-    step = {x, x, need, need <= set_.trust};
-    return Found::Contact;
+    Vec6 way = wanted;
+    const bool moves = way.head<3>().norm() > kArrived;
+    if (moves) way.tail<3>().setZero();
+    Found found = Found::Free;
+    if (!fliesOn(way, step)) {
+        const Vec6 x = way * std::min(1.0, set_.trust / step.length);
+        s_.rows.clear();
+        near_ = false;
+        allBelow_ = -INFINITY;
+        looked_ = std::max(kBaseMargin, s_.lengthOf(x));
+        bool crossed = false;
+        if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
+        if (crossed) return Found::Held;
+        found = near_ ? Found::Contact : fly(step.length);
+        if (near_) step.x = x;
+    }
+    step.length = s_.lengthOf(wanted);
+    step.reachesDevice = step.x == wanted;
+    return found;
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
