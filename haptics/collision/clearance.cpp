@@ -2,14 +2,21 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
-#include "haptics/collision/tree_walk.hpp"
-#include "haptics/math/simd.hpp"
+#include "haptics/collision/leaf_gaps.hpp"
 
 namespace touchstone {
 namespace {
 
 using namespace simd;
+
+constexpr double kRounding = 1e-9;  // mm: more than two ways to compute a gap can differ by
+
+double leafGap(const SphereTree& tool, int i, const SphereTree& obstacle, int j, const Pose& X_OT) {
+    const Sphere t = tool.leaf(i), o = obstacle.leaf(j);
+    return (X_OT * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r));
+}
 
 /// Depth first, nearest children first; a pair of blocks is left out when its lower bound is no less than the best gap
 /// so far.
@@ -36,8 +43,7 @@ class Search {
     Vec3 place(const Sphere& s) const { return R_ * Vec3(s.x, s.y, s.z) + X_OT_.p; }
 
     void test(int i, int j) {
-        const Sphere t = tool_.leaf(i), o = obstacle_.leaf(j);
-        const double gap = (X_OT_ * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r));
+        const double gap = leafGap(tool_, i, obstacle_, j, X_OT_);
         if (!(gap < best_)) return;
         best_ = gap;
         if (nearest_) *nearest_ = {i, j};
@@ -116,6 +122,29 @@ class Search {
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost,
                 LeafPair* nearest) {
     return Search(tool, obstacle, X_OT, atMost, nearest).run();
+}
+
+double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT) {
+    const Mat3 R = X_OT.R();
+    double best = 0;
+    int placed = -1;
+    Vec3 c = Vec3::Zero();
+    double radius = 0;
+    walk.run(X_OT, 0, [&](const LeafBucket* entries, int count) {
+        for (const LeafBucket* entry = entries; entry != entries + count; ++entry) {
+            if (entry->toolLeaf != placed) {
+                placed = entry->toolLeaf;
+                const Sphere s = tool.leaf(placed);
+                c = R * Vec3(s.x, s.y, s.z) + X_OT.p;
+                radius = s.r;
+            }
+            Mask deeper = lessEqual(leafGaps(c, radius, obstacle, entry->bucket).gap, splat(best + kRounding));
+            for (; deeper; deeper &= deeper - 1)
+                best = std::min(best, leafGap(tool, placed, obstacle,
+                                              entry->bucket * SphereTree::kBranching + std::countr_zero(deeper), X_OT));
+        }
+    });
+    return best;
 }
 
 }  // namespace touchstone

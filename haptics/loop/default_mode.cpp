@@ -9,10 +9,12 @@
 namespace touchstone {
 namespace {
 
-constexpr int kFlights = 64;                  // linearisations of a tick in which no contact holds the tool
+constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
+constexpr int kLeapSteps = 32;                // of one that does, while nothing is in the way of a device that leaps
+constexpr double kLeap = 2;                   // C moves this many times what the tick's linearisations can follow
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start,
-constexpr int kStartRows = 1024;              // unless they are more than this many
+constexpr int kStartRows = 4096;              // unless they are more than this many
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
@@ -200,23 +202,29 @@ bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
     return need < s_.freeRadius;
 }
 
-/// A device that leaves contact faster than the tick's linearisations can follow would drag the tool where nothing
-/// holds it, and the budget make that last: a loaded tool goes on as long as no row is in the way of a trusted step
-/// straight to the device.
+/// A device that leaves contact in a leap would drag a tool that nothing holds, and the budget make that last: a loaded
+/// tool goes on as long as no row is in the way of a trusted step straight to the device. It moves there first and
+/// turns after, since turning takes from each step and hardly leaves the contact.
 DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
-    if (fliesOn(wanted, step)) return Found::Free;
-    const double need = step.length;
-    const Vec6 x = wanted * std::min(1.0, set_.trust / need);
-    s_.rows.clear();
-    near_ = false;
-    allBelow_ = -INFINITY;
-    looked_ = std::max(kBaseMargin, s_.lengthOf(x));
-    bool crossed = false;
-    if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
-    if (crossed) return Found::Held;
-    if (!near_) return fly(need);
-    step = {x, x, need, need <= set_.trust};
-    return Found::Contact;
+    Vec6 way = wanted;
+    const bool moves = way.head<3>().norm() > kArrived;
+    if (moves) way.tail<3>().setZero();
+    Found found = Found::Free;
+    if (!fliesOn(way, step)) {
+        const Vec6 x = way * std::min(1.0, set_.trust / step.length);
+        s_.rows.clear();
+        near_ = false;
+        allBelow_ = -INFINITY;
+        looked_ = std::max(kBaseMargin, s_.lengthOf(x));
+        bool crossed = false;
+        if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
+        if (crossed) return Found::Held;
+        found = near_ ? Found::Contact : fly(step.length);
+        if (near_) step.x = x;
+    }
+    step.length = s_.lengthOf(wanted);
+    step.reachesDevice = step.x == wanted;
+    return found;
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
@@ -356,16 +364,18 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
 }
 
 bool DefaultTick::run(Wrench& wrench) {
+    bool leap = false;
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
         const Vec6 deviceStep = incrementBetween(s_.device, device_);
+        leap = deviceStep.head<3>().norm() > kLeap * set_.linearisations * set_.trust;
         budget_ = s_.lengthOf(deviceStep) + set_.travelBudget * dt;
         // Force is the stiffness times the way from C to C: a device that spins must not let the tool leap.
         shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
     bool arrived = false, stuck = false, cut = false;
-    for (; !arrived && !stuck && linearisation_ < (cut ? kFlights : limit); ++linearisation_) {
+    for (; !arrived && !stuck && linearisation_ < (cut && leap ? kLeapSteps : limit); ++linearisation_) {
         const Vec6 wanted = incrementBetween(s_.graphic, device_);
         Step step;
         const Found found = linearisation_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);

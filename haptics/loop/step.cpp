@@ -185,6 +185,24 @@ double trueClearance(const World& world, const Pose& X_WT, double atMost) {
     return least;
 }
 
+PenetrationMeter::PenetrationMeter(const World& world) : world_(&world) {
+    for (const Obstacle& obstacle : world.obstacles) walks_.emplace_back(*world.tool, *obstacle.tree);
+}
+
+double PenetrationMeter::depth(const Pose& X_WT) {
+    // The walk meets every overlapping pair, which are few unless the last pose was deep in; the search then prunes.
+    constexpr double kDeep = 0.1;  // mm
+    const bool deep = depth_ > kDeep;
+    depth_ = 0;
+    for (std::size_t k = 0; k < walks_.size(); ++k) {
+        const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
+        const Pose X_OT = world_->obstacles[k].X_WO.inverse() * X_WT;
+        depth_ =
+            std::max(depth_, -(deep ? leastGap(tool, obstacle, X_OT, 0) : deepestGap(tool, obstacle, walks_[k], X_OT)));
+    }
+    return depth_;
+}
+
 std::uint64_t hashTick(const TickRecord& record, std::uint64_t hash) {
     const auto mix = [&](std::uint64_t word) {
         for (int byte = 0; byte < 8; ++byte, word >>= 8) hash = (hash ^ (word & 0xff)) * 0x100000001b3ull;

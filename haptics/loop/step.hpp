@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/loop/settings.hpp"
@@ -102,5 +103,19 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 /// True least gap of tool and obstacles at X_WT, mm, negative when they overlap, by branch and bound over the trees; at
 /// most `atMost`. Not the tick's own measurement: reports and tests judge the tick by it.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30);
+
+/// The deepest overlap alone, for who asks at every tick: max(0, -trueClearance), the same to the last bit, in a
+/// fraction of the time where surfaces conform. By a walk of its own, not from the tick's lists. Allocates in the
+/// constructor only.
+class PenetrationMeter {
+  public:
+    explicit PenetrationMeter(const World& world);
+    double depth(const Pose& X_WT);  ///< mm
+
+  private:
+    const World* world_;
+    std::vector<TreeWalk> walks_;
+    double depth_ = 0;  ///< at the last pose
+};
 
 }  // namespace touchstone

@@ -114,8 +114,9 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     HeadlessOptions unpaced = options;
     unpaced.paced = false;
     Pass pass(scene, settings, unpaced);
+    PenetrationMeter meter(*scene.world);
     for (std::size_t tick = 0; pass.next(run.last, clocks, true); ++tick) {
-        const double penetration = std::max(0.0, -trueClearance(*scene.world, run.last.X_WT, 0));
+        const double penetration = meter.depth(run.last.X_WT);
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
         if (tick < times.size()) {

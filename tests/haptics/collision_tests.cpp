@@ -185,7 +185,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     const bool nearest = GENERATE(false, true);
     const double beyond = nearest ? -INFINITY : 1;
     int found = 0;
-    for (int pose = 0; pose < 20; ++pose) {
+    for (int pose = 0; pose < 40; ++pose) {
         const Pose X = randomPose(random, 25);
         REQUIRE(list.complete(X, 4, 0.5));
         for (RowSet* rows : {&all, &near, &crossed}) rows->clear();
@@ -248,6 +248,8 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     std::mt19937 random(seed);
     const SphereTree tool = bumpyBall(1 + int(random() % 200), seed),
                      obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
+    TreeWalk walk(tool, obstacle);
+    int overlaps = 0;
     for (int pose = 0; pose < 20; ++pose) {
         const Pose X = randomPose(random, 60);
         double least = 1e30;
@@ -255,5 +257,13 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
             for (int j = 0; j < obstacle.leafCount(); ++j) least = std::min(least, pairGap(tool, obstacle, X, i, j));
         REQUIRE(leastGap(tool, obstacle, X) == Approx(least).margin(1e-11));
         REQUIRE(leastGap(tool, obstacle, X, least - 1) == least - 1);
+        // A pair to begin with changes nothing, and the nearest takes its place.
+        LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
+        REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));
+        REQUIRE(pairGap(tool, obstacle, X, nearest.toolLeaf, nearest.obstacleLeaf) == Approx(least).margin(1e-11));
+        REQUIRE(deepestGap(tool, obstacle, walk, X) == leastGap(tool, obstacle, X, 0));
+        overlaps += least < 0;
     }
+    CAPTURE(overlaps);
+    REQUIRE((overlaps > 0 && overlaps < 20));
 }

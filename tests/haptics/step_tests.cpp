@@ -159,6 +159,91 @@ TEST_CASE("step: the travel budget bounds how fast a loaded tool may move", "[st
         });
 }
 
+TEST_CASE("step: a device that leaps out of contact takes the tool along, and leaves no force behind", "[step]") {
+    const World world = worldOf(blob(600, 20, 5), blob(600, 20, 6), at(0, 45, 0));
+    const Settings settings = exactAlone();
+    StepState state(world);
+    TickRecord r;
+    for (int tick = 0; tick < 400; ++tick)
+        r = step(world, settings, {at(0, std::max(28.0, 45 - 0.05 * tick), 0)}, state);
+    const double pressed = r.wrench_C.force.norm();
+    REQUIRE(pressed > 3);
+
+    SECTION("nothing is in the way") {
+        r = step(world, settings, {at(0, 90, 0)}, state);
+        REQUIRE(r.wrench_C.force.norm() < 1e-9);
+        REQUIRE(r.linearisations <= 32);
+    }
+    SECTION("nothing but a turn") {
+        const Pose before = r.X_WT;
+        const Pose out = at(0, 90, 0, Vec3(0, 0.5, 0));
+        const double hand = 62 + world.reach() * 0.5 + 1;  // C may sit off the node's origin by some 0.1 mm
+        r = step(world, settings, {out}, state);
+        REQUIRE(r.wrench_C.force.norm() < 1e-9);
+        REQUIRE((r.X_WT.p - before.p).norm() <= hand);
+    }
+    SECTION("the obstacle is in the way") {
+        const Pose before = r.X_WT;
+        r = step(world, settings, {at(0, -60, 0)}, state);
+        REQUIRE((r.X_WT.p - before.p).norm() <= settings.linearisations * settings.trust + 1e-9);
+        REQUIRE(r.linearisations == settings.linearisations);
+        REQUIRE(trueClearance(world, r.X_WT) >= -1e-3);
+        REQUIRE(r.wrench_C.force.norm() > 80);
+    }
+    SECTION("it walks out, no leap") {
+        for (int tick = 0; tick < 100; ++tick) {
+            r = step(world, settings, {at(0, 28 + 0.5 * tick, 0)}, state);
+            REQUIRE(r.linearisations <= (r.wrench_C.force.isZero(0) ? 64 : settings.linearisations));
+        }
+        REQUIRE(r.wrench_C.force.isZero(0));
+    }
+}
+
+TEST_CASE("step: deep overlaps are solved with the rows that matter, and answered as with all", "[step]") {
+    // 3,000 spheres against 3,000, 10 mm in: tens of thousands of pairs.
+    const World world = worldOf(blob(3000, 20, 3), blob(3000, 20, 4), at(0, 30, 0));
+    Settings settings = exactAlone(), all = exactAlone();
+    all.adaptiveMargin = false;
+    all.margin = all.trust = settings.margin = settings.trust = 0.1;  // whose pairs fit the rows
+    StepState few(world), full(world);
+    double depth = -trueClearance(world, world.X_WT_start);
+    REQUIRE(depth > 3);
+    int solved = 0;
+    for (int tick = 0; tick < 30; ++tick) {
+        const Pose device = at(0.05 * tick, 30 + 0.1 * tick, 0);
+        const TickRecord a = step(world, settings, {device}, few), b = step(world, all, {device}, full);
+        CAPTURE(tick, a.pairs, a.rows, b.rows, a.linearisations, a.flags, b.flags);
+        REQUIRE(b.rowsTruncated == 0);
+        REQUIRE(a.rowsTruncated == 0);
+        REQUIRE(a.pairs > 4096);
+        REQUIRE(a.rows < 4096);
+        REQUIRE(a.linearisations <= 10);
+        REQUIRE((a.flags & kInfeasible) != 0);
+        REQUIRE((a.X_WT.p - b.X_WT.p).norm() < 1e-6);
+        const double now = -trueClearance(world, a.X_WT);
+        REQUIRE(now <= depth + 1e-3);
+        depth = now;
+        solved += a.rows;
+    }
+    REQUIRE(solved > 0);
+}
+
+TEST_CASE("step: the penetration meter gives the true clearance's overlap to the last bit", "[step]") {
+    const World world{blob(300, 20, 5), {{"a", blob(300, 20, 6), {}}, {"b", ball(10), at(30, 0, 0)}}, at(0, 60, 0)};
+    PenetrationMeter meter(world);
+    int deep = 0, free = 0;
+    // In and out, so that it meets the shallow and the deep from both.
+    for (int tick = 0; tick < 200; ++tick) {
+        const Pose X = at(5 * std::sin(0.3 * tick), 37 + 5 * std::sin(0.1 * tick), 2, Vec3(0, 0.02 * tick, 0));
+        const double expected = std::max(0.0, -trueClearance(world, X, 0));
+        REQUIRE(meter.depth(X) == expected);
+        deep += expected > 0.1;
+        free += expected == 0;
+    }
+    REQUIRE(deep > 20);
+    REQUIRE(free > 20);
+}
+
 TEST_CASE("step: the adaptive margin changes the number of rows, not the answer", "[step]") {
     const World world = worldOf(blob(600, 20, 5), blob(600, 20, 6), at(0, 45, 0));
     Settings adaptive = exactAlone(), full = exactAlone();

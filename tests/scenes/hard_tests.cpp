@@ -130,10 +130,11 @@ Energy pressed(const system::HapticScene& scene, const HandParameters& hand, int
     const HeldMotion& held = *device;
     TickDriver driver(std::make_unique<Session>(scene.world, settings, std::move(device)));
     Energy energy;
+    PenetrationMeter meter(*scene.world);
     double penetration = 0;
     while (!driver.finished()) {
         const TickRecord record = driver.tick();
-        penetration = std::max(penetration, -trueClearance(*scene.world, record.X_WT, 0));
+        penetration = std::max(penetration, meter.depth(record.X_WT));
         energy.most = std::max(energy.most, held.gain());
     }
     CHECK(penetration <= 1e-3);
