@@ -23,7 +23,8 @@ struct BenchCase {
     int leaves = 0;          ///< of every part; 0: as the scene asks
     int linearisations = 0;  ///< 0: as the scene asks; paper mode has none
     std::string screening = "none";
-    double rate = 0;  ///< Hz; 0: as the scene asks
+    bool fixedMargin = false;  ///< all rows within the margin go to the solver, for screening to have something to do
+    double rate = 0;           ///< Hz; 0: as the scene asks
 
     /// What tells it from all others of a sweep.
     std::string key() const;
@@ -49,7 +50,7 @@ struct BenchEffort {
     double seconds;     ///< of processor time after which a run begins no further repetition
     int samples;        ///< ticks whose error is split
 };
-inline constexpr BenchEffort kQuick{3, 2000, 0.1, 3}, kFull{5, 50'000, 2, 12};
+inline constexpr BenchEffort kQuick{3, 2000, 0.1, 3}, kFull{5, 50'000, 2, 8};
 
 /// Cases of one scene with the same leaves, their timed runs interleaved. `opened` is that scene.
 std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<const BenchCase> cases,

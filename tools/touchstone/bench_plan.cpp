@@ -13,7 +13,7 @@ constexpr double kQuickPaperRate = 250;  // Hz: a tick of paper mode takes milli
 constexpr int kLinearisations[] = {1, 2, 4};
 constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 2048, 4096, 8192, 16384, 32768, 64000};
 constexpr int kQuickLeaves[] = {512, 1024, 2048};
-constexpr double kTolerances[] = {1, 0.1, 0.01, 1e-3, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
+constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
 constexpr double kUsualTolerance = 0.01;
 
@@ -82,6 +82,8 @@ class Planner {
             add(wanted);
         }
         wanted = motion;
+        wanted.fixedMargin = true;
+        add(wanted);
         wanted.solver = "pqp";
         for (const char* screening : {"none", "screen", "cluster"}) {
             wanted.screening = screening;
@@ -107,7 +109,7 @@ class Planner {
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
     return scene + "/" + motion + "/" + mode + "/" + solver + part("/tolerance=", tolerance) +
-           part("/leaves=", leaves) + part("/linearisations=", linearisations) +
+           part("/leaves=", leaves) + part("/linearisations=", linearisations) + (fixedMargin ? "/fixed-margin" : "") +
            (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
 
@@ -120,6 +122,7 @@ Settings BenchCase::settings(const Settings& usual) const {
     set("solver", solver);
     set("shadow", "none");
     set("screening", screening);
+    if (fixedMargin) set("adaptive_margin", "false");
     if (tolerance > 0) set("tolerance", number(tolerance));
     if (linearisations > 0) set("linearisations", number(linearisations));
     if (rate > 0) set("rate", number(rate));
