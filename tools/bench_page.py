@@ -154,7 +154,8 @@ for picture in sorted(folder.glob("*.svg")) + sorted(folder.glob("*.png")):
 command = "touchstone bench" + (" --quick" if results["quick"] else "") + (f" --suite {results['suite']}" if results["suite"] != "sweep" else "")
 text = [BEGIN, f"One run of `{command}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "
         f"commit {part['commit']}, {part['compiler']}, `{part['flags']}`.", "", "## Asked and measured", "", *asked_table(), "",
-        "## Scenes and motions, default mode, exact solver", "", *motion_table(), "", "## Growth", "", growth(), "",
+        "## Scenes and motions, default mode, exact solver", "",
+        "*Met*: all limits that the motion has in its scene: penetration, hover, noise, force per ms.", "", *motion_table(), "", "## Growth", "", growth(), "",
         "## The floor", "", f"""Of a tick that knows which rows matter: each is read as two leaves (16 bytes each) and written and read as a float row
 (28 bytes), for 15 operations a centre, 20 a row and 14 to check it, at {LANES} lanes, two operations a cycle, {GHZ:g} GHz and
 {BYTES_PER_NS} bytes a ns. What is reached holds what finds those rows, too.""", "", *floor_table(), "",

@@ -102,6 +102,12 @@ std::size_t endOfScene(const std::vector<BenchCase>& cases, std::size_t first) {
     return end;
 }
 
+std::string quoted(const std::string& text) {
+    std::string field = "\"";
+    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+    return field + "\"";
+}
+
 }  // namespace
 
 std::string toCsv(const std::vector<ordered_json>& rows) {
@@ -115,7 +121,10 @@ std::string toCsv(const std::vector<ordered_json>& rows) {
     line(rows.front(), [](const std::string& key, const ordered_json&) { return key; });
     for (const ordered_json& row : rows)
         line(row, [](const std::string&, const ordered_json& value) {
-            return value.is_null() ? std::string() : value.is_string() ? value.get<std::string>() : value.dump();
+            if (value.is_null()) return std::string();
+            if (!value.is_string()) return value.dump();
+            const std::string text = value.get<std::string>();
+            return text.find_first_of(",\"\n") == std::string::npos ? text : quoted(text);
         });
     return csv;
 }

@@ -60,7 +60,7 @@ std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<
 std::span<const int> qpRowCounts();
 std::vector<QpCost> measureQp(int rows, bool quick);
 
-/// Objects of equal keys as a table; null is an empty field. No text in it holds a comma or a quote.
+/// Objects of equal keys as a table; null is an empty field.
 std::string toCsv(const std::vector<nlohmann::ordered_json>& rows);
 
 /// Throws std::runtime_error with one sentence when there is no gnuplot.
