@@ -27,7 +27,7 @@ set grid linecolor rgb grey linewidth 0.3
 )";
 constexpr const char* kColours[] = {"#2f81f7", "#e07020", "#1f9d55", "#c03060", "#8a5cd0",
                                     "#b08800", "#20a0a0", "#606870", "#d05090"};
-constexpr double kLeastError = 1e-9;  // N: what is less is drawn here
+constexpr double kLeastError = 1e-9, kLeastTime = 0.01;  // N, µs: what is less is drawn here
 
 std::string colour(std::size_t i) { return kColours[i % std::size(kColours)]; }
 std::string text(double value) {
@@ -79,17 +79,19 @@ class Lines {
     std::size_t count_ = 0;
 };
 
-/// Stacked or clustered bars, one group a row.
+/// Bars, one group a row.
 std::string bars(const std::vector<std::pair<std::string, std::vector<double>>>& groups,
-                 const std::vector<std::string>& names, const std::string& style) {
+                 const std::vector<std::string>& names) {
     std::string body = "$d << EOD\n";
     for (const auto& [label, values] : groups) {
         body += '"' + label + '"';
         for (const double value : values) body += " " + text(value);
         body += "\n";
     }
-    body += "EOD\nset style data histograms\nset style histogram " + style +
-            "\nset style fill solid 0.9\nset boxwidth 0.8\nset rmargin 8\nset xtics rotate by -35 noenhanced\nplot ";
+    body +=
+        "EOD\nset style data histograms\nset style histogram clustered gap 1"
+        "\nset style fill solid 0.9\nset boxwidth 0.8\nset rmargin 8\nset xtics rotate by -50 font \",10\" "
+        "noenhanced\nplot ";
     for (std::size_t i = 0; i < names.size(); ++i)
         body += std::string(i ? ", " : "") + "$d using " + std::to_string(i + 2) + ":xtic(1) linecolor rgb \"" +
                 colour(i) + "\" title \"" + names[i] + "\"";
@@ -106,6 +108,11 @@ bool plainDefault(const ordered_json& row) {
     return plain(row) && str(row, "mode") == "default" && str(row, "solver") == "dual-active-set";
 }
 std::string motionOf(const ordered_json& row) { return str(row, "scene") + " " + str(row, "motion"); }
+std::string labelOf(const ordered_json& row) {
+    const std::string motion = str(row, "motion");
+    return std::filesystem::path(str(row, "scene")).stem().string() + " " +
+           (motion.rfind("hard-", 0) == 0 ? motion.substr(5) : motion);
+}
 std::string choiceOf(const ordered_json& row) {
     return str(row, "solver") + (has(row, "tolerance") ? " " + text(num(row, "tolerance")) : "") +
            (str(row, "mode") == "paper" ? " paper" : "");
@@ -181,13 +188,15 @@ class Plotter {
         for (const ordered_json& row : rows_) {
             if (!plainDefault(row)) continue;
             const double collision = num(row, "collision_p50_us"), solve = num(row, "solve_p50_us");
-            groups.push_back(
-                {motionOf(row), {collision, solve, std::max(0.0, num(row, "step_p50_us") - collision - solve)}});
+            std::vector<double> times{collision, solve, num(row, "step_p50_us") - collision - solve};
+            for (double& time : times) time = std::max(kLeastTime, time);
+            groups.push_back({labelOf(row), times});
         }
         if (groups.empty()) return;
         add("stages", "Time of a tick by stage: medians, default mode with the exact solver.",
-            "set ylabel \"median, µs\"\nset key top left\n" +
-                bars(groups, {"collision", "solver", "rest"}, "rowstacked"));
+            "set logscale y\nset yrange [" + text(kLeastTime / 2) +
+                ":*]\nset ylabel \"median, µs\"\nset key outside top horizontal\n" +
+                bars(groups, {"collision", "solver", "rest"}));
     }
 
     void errors() {
@@ -198,7 +207,7 @@ class Plotter {
             std::vector<double> shares;
             for (const char* share : {"geometry_p50_N", "linearisation_p50_N", "solver_p50_N"})
                 shares.push_back(std::max(kLeastError, num(row, share)));
-            groups.push_back({chosen ? choiceOf(row) : motionOf(row), shares});
+            groups.push_back({chosen ? choiceOf(row) : labelOf(row), shares});
         }
         if (groups.empty()) return;
         add("errors",
@@ -207,7 +216,7 @@ class Plotter {
             "set logscale y\nset yrange [" + text(kLeastError / 2) +
                 ":*]\nset ylabel \"force error, median, N\"\nset key outside top horizontal\nset format y "
                 "\"10^{%T}\"\n" +
-                bars(groups, {"geometry", "linearisation", "solver"}, "clustered gap 1"));
+                bars(groups, {"geometry", "linearisation", "solver"}));
     }
 
     void leaves() {
@@ -262,7 +271,7 @@ class Plotter {
             for (const int end : {1, 2, 5, 10, 20, 40})
                 if (const std::string key = "depth_" + std::to_string(end) + "mm_us"; has(row, key))
                     points.push_back({end, num(row, key)});
-            if (points.size() >= 4) lines.add(motionOf(row), points);
+            if (points.size() == 6) lines.add(labelOf(row), points);
         }
         if (lines.empty()) return;
         add("cost_depth",
