@@ -74,35 +74,26 @@ class Pass {
     std::optional<Pacer> pacer_;
 };
 
-/// Stage times of a tick by themselves, µs.
-struct TickTimes {
-    double step, collision, solve, helper;
-};
+}  // namespace
 
-/// The same run without audit and shadow, whose work inside the tick would be measured too. Neither changes a result,
-/// so the hash of the run that comes after must be the same; it is chained into `hash`.
-std::vector<TickTimes> measureTimes(const HapticScene& scene, Settings settings, HeadlessOptions options,
-                                    std::uint64_t& hash) {
+TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptions options) {
     settings.shadow = -1;
     options.onSolve = nullptr;
-    std::vector<TickTimes> times;
+    TimedRun run;
     Pass pass(scene, settings, options);
     TickRecord record;
     while (pass.next(record, {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds}, false)) {
-        hash = times.empty() ? hashTick(record) : hashTick(record, hash);
-        times.push_back({record.totalUs, record.collisionUs, record.solveUs, record.helperUs});
+        run.hash = run.ticks.empty() ? hashTick(record) : hashTick(record, run.hash);
+        run.ticks.push_back({record.totalUs, record.collisionUs, record.solveUs, record.helperUs});
     }
-    return times;
+    return run;
 }
-
-}  // namespace
 
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
     HeadlessRun run;
     run.report = reportOf(sceneName(scene), options.device, settings);
-    std::uint64_t timedHash = 0;
-    std::vector<TickTimes> times;
-    if (options.timing) times = measureTimes(scene, settings, options, timedHash);
+    TimedRun timed;
+    if (options.timing) timed = timeHeadless(scene, settings, options);
 
     RunStatistics statistics;
     // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
@@ -119,17 +110,17 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         const double penetration = meter.depth(run.last.X_WT);
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
-        if (tick < times.size()) {
-            run.last.collisionUs = times[tick].collision;
-            run.last.solveUs = times[tick].solve;
-            run.last.helperUs = times[tick].helper;
-            run.last.totalUs = times[tick].step + run.last.shadowUs;
+        if (tick < timed.ticks.size()) {
+            run.last.collisionUs = timed.ticks[tick].collision;
+            run.last.solveUs = timed.ticks[tick].solve;
+            run.last.helperUs = timed.ticks[tick].helper;
+            run.last.totalUs = timed.ticks[tick].step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
         if (options.onTick) options.onTick(run.last, penetration);
     }
     statistics.write(run.report);
-    if (options.timing && timedHash != run.report.hash)
+    if (options.timing && timed.hash != run.report.hash)
         throw std::runtime_error(
             "a repeated run gave other results, which is a fault of the program: please report it");
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "haptics/system/report.hpp"
 #include "haptics/system/scene_world.hpp"
@@ -26,9 +27,23 @@ struct HeadlessRun {
     TickRecord last;  ///< the tick at the end
 };
 
+/// Stage times of a tick by themselves, thread CPU time in µs.
+struct TickTimes {
+    double step, collision, solve, helper;
+};
+
+struct TimedRun {
+    std::vector<TickTimes> ticks;
+    std::uint64_t hash = 0;  ///< as the report's
+};
+
 /// Runs the scene from its start. Without `timing` the report has no times. Pre: the scene has a world, settings that
 /// checkSettings() is content with, and a device whose motion ends or `seconds`.
 /// Throws std::runtime_error with one sentence when the device cannot start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
+
+/// The times of the same run, without audit and shadow, whose work inside the tick would be measured too. Neither
+/// changes a result, so the hash must be that of runHeadless(). Pre and errors as there.
+TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptions options = {});
 
 }  // namespace touchstone::system

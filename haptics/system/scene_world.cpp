@@ -89,7 +89,11 @@ class TreeShop {
             engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
         warnAboutSize(label, surface);
         if (!options_.buildTrees) return nullptr;
-        const TreeOptions& treeOptions = scene_.registry.get<BodyMarking>(node).tree;
+        TreeOptions treeOptions = scene_.registry.get<BodyMarking>(node).tree;
+        if (options_.leaves > 0) {
+            treeOptions.leaves = options_.leaves;
+            treeOptions.maxError = 0;
+        }
         auto& tree = trees_[treeKey(surface, treeOptions)];
         if (!tree) tree = build(surface, treeOptions, node);
         ++done_;

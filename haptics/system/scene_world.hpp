@@ -30,6 +30,7 @@ using SceneProgress = std::function<bool(const SceneStatus&)>;
 struct SceneOptions {
     std::filesystem::path treeCache;  ///< folder for sphere trees; empty for none
     SceneProgress progress;
+    int leaves = 0;          ///< of every part, in place of what the scene asks; 0: as it asks
     bool buildTrees = true;  ///< false: all but the trees, and the world stays null
 };
 

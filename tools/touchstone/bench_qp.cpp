@@ -7,6 +7,7 @@
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/qp/random_contacts.hpp"
 #include "haptics/system/report.hpp"
+#include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 
@@ -85,33 +86,51 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
 
 }  // namespace
 
+std::span<const int> qpRowCounts() { return kRows; }
+
+std::vector<QpCost> measureQp(int rows, bool quick) {
+    std::mt19937_64 random(kSeed);
+    const int count = quick || rows > 1000 ? 30 : 300;
+    std::vector<Contacts> problems;
+    for (int i = 0; i < count; ++i)
+        problems.push_back(randomContacts(random, kKinds[static_cast<std::size_t>(i) % std::size(kKinds)], rows));
+    std::vector<QpCost> costs;
+    for (const Way& way : kWays) {
+        if (way.paper && rows > kPaperRows) continue;
+        const bool slow = std::string(way.solver) != "dual-active-set";
+        const Measured got = measure(way, problems, slow ? 3 : 9);
+        costs.push_back({{"rows", rows},
+                         {"solver", way.solver},
+                         {"form", way.paper ? "paper" : "default"},
+                         {"tolerance", way.tolerance},
+                         {"start", way.warm ? "warm" : "cold"},
+                         {"median_us", got.medianUs},
+                         {"p99_us", got.p99Us},
+                         {"iterations", got.iterations},
+                         {"median_error_N", got.medianError},
+                         {"worst_error_N", got.worstError},
+                         {"unsolved", got.unsolved}});
+    }
+    return costs;
+}
+
 int benchQp(const BenchQpCommand& command) {
-    std::string csv =
-        "rows,solver,form,tolerance,start,median_us,p99_us,iterations,median_error_N,worst_error_N,unsolved\n";
+    std::vector<QpCost> table;
     std::printf("%5s  %-16s %-7s %-9s %-5s %12s %12s %10s %14s %14s %9s\n", "rows", "solver", "form", "tolerance",
                 "start", "median µs", "p99 µs", "iterations", "median err N", "worst err N", "unsolved");
     for (const int m : kRows) {
-        std::mt19937_64 random(kSeed);
-        const int count = command.quick || m > 1000 ? 30 : 300;
-        std::vector<Contacts> problems;
-        for (int i = 0; i < count; ++i)
-            problems.push_back(randomContacts(random, kKinds[static_cast<std::size_t>(i) % std::size(kKinds)], m));
-        for (const Way& way : kWays) {
-            if (way.paper && m > kPaperRows) continue;
-            const bool slow = std::string(way.solver) != "dual-active-set";
-            const Measured got = measure(way, problems, slow ? 3 : 9);
-            char line[256];
-            std::snprintf(line, sizeof line, "%d,%s,%s,%g,%s,%.3f,%.3f,%.1f,%.3g,%.3g,%d\n", m, way.solver,
-                          way.paper ? "paper" : "default", way.tolerance, way.warm ? "warm" : "cold", got.medianUs,
-                          got.p99Us, got.iterations, got.medianError, got.worstError, got.unsolved);
-            csv += line;
-            std::printf("%5d  %-16s %-7s %-9g %-5s %11.2f %11.2f %10.1f %14.2g %14.2g %9d\n", m, way.solver,
-                        way.paper ? "paper" : "default", way.tolerance, way.warm ? "warm" : "cold", got.medianUs,
-                        got.p99Us, got.iterations, got.medianError, got.worstError, got.unsolved);
+        for (const QpCost& cost : measureQp(m, command.quick)) {
+            const auto text = [&](const char* key) { return cost[key].get<std::string>(); };
+            const auto number = [&](const char* key) { return cost[key].get<double>(); };
+            std::printf("%5d  %-16s %-7s %-9g %-5s %11.2f %11.2f %10.1f %14.2g %14.2g %9d\n", m, text("solver").c_str(),
+                        text("form").c_str(), number("tolerance"), text("start").c_str(), number("median_us"),
+                        number("p99_us"), number("iterations"), number("median_error_N"), number("worst_error_N"),
+                        cost["unsolved"].get<int>());
             std::fflush(stdout);
+            table.push_back(cost);
         }
     }
-    if (!command.csv.empty()) writeText(command.csv, "table", csv);
+    if (!command.csv.empty()) writeText(command.csv, "table", toCsv(table));
     return kOk;
 }
 

@@ -84,6 +84,21 @@ struct BenchQpCommand {
 };
 int benchQp(const BenchQpCommand& command);
 
+struct BenchCommand {
+    std::vector<std::string> scenes;  ///< empty: those of the suite
+    std::string suite = "sweep", shard;
+    std::filesystem::path out;
+    bool quick = false;
+};
+/// Exit code kOk also when rows failed: they are part of what was measured.
+int bench(const BenchCommand& command);
+
+struct BenchMergeCommand {
+    std::vector<std::filesystem::path> shards;
+    std::filesystem::path out;
+};
+int benchMerge(const BenchMergeCommand& command);
+
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
     std::string unit = "mm";  ///< mm, cm, m or in

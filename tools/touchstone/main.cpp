@@ -153,14 +153,41 @@ void addQp(CLI::App& program, app::QpCommand& options, std::function<int()>& com
     qp->callback([&] { command = [&] { return app::solveQps(options); }; });
 }
 
-void addBench(CLI::App& program, app::BenchQpCommand& options, std::function<int()>& command) {
-    CLI::App* bench = program.add_subcommand("bench", "Measure speed against error");
-    bench->require_subcommand(1);
+void addBench(CLI::App& program, app::BenchCommand& options, app::BenchQpCommand& qpOptions,
+              app::BenchMergeCommand& mergeOptions, std::function<int()>& command) {
+    CLI::App* bench = program.add_subcommand("bench", "Measure speed against error over scenes, modes and solvers");
+    bench->add_option("SCENE", options.scenes, "scenes to measure (default: those of the suite)");
+    bench->add_option("--out", options.out, "folder for tables, JSON, plots and a page that shows them all");
+    bench->add_flag("--quick", options.quick, "fewer cases and ticks: under two minutes");
+    bench
+        ->add_option("--suite", options.suite,
+                     "sweep: mode x solver x tolerance x leaves x linearisations; hard: all hard motions, both modes, "
+                     "each solver")
+        ->capture_default_str();
+    bench->add_option("--shard", options.shard, "K/N: the K-th of N parts, for `touchstone bench merge`");
+    bench->footer(
+        "Plots need gnuplot; a shard draws none. A row whose status or residuals do not hold has no time.\n\n"
+        "Examples:\n"
+        "  touchstone bench --quick --out quick\n"
+        "  touchstone bench --suite hard --shard 2/8 --out part-2\n"
+        "  touchstone bench merge part-* --out hard\n"
+        "  touchstone bench qp --csv qp.csv\n");
+
     CLI::App* qp = bench->add_subcommand("qp", "Of the solvers, on made contacts of 10 to 4,000 rows");
-    qp->add_option("--csv", options.csv, "write the table to a CSV file");
-    qp->add_flag("--quick", options.quick, "fewer problems");
+    qp->add_option("--csv", qpOptions.csv, "write the table to a CSV file");
+    qp->add_flag("--quick", qpOptions.quick, "fewer problems");
     qp->footer("Example:\n  touchstone bench qp --csv qp.csv\n");
-    qp->callback([&] { command = [&] { return app::benchQp(options); }; });
+    qp->callback([&] { command = [&] { return app::benchQp(qpOptions); }; });
+
+    CLI::App* merge = bench->add_subcommand("merge", "Join the shards of a sweep");
+    merge->add_option("DIR", mergeOptions.shards, "what --out of each shard was")->required();
+    merge->add_option("--out", mergeOptions.out, "as of `touchstone bench`")->required();
+    merge->footer("Example:\n  touchstone bench merge part-* --out hard\n");
+    merge->callback([&] { command = [&] { return app::benchMerge(mergeOptions); }; });
+
+    bench->callback([&, qp, merge] {
+        if (!qp->parsed() && !merge->parsed()) command = [&] { return app::bench(options); };
+    });
 }
 
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
@@ -195,6 +222,7 @@ int main(int argc, char** argv) {
         "  touchstone run bunnies                 push one bunny against another\n"
         "  touchstone run spline --headless       measure the splined shaft's demonstration\n"
         "  touchstone tree part.stl --max-error 0.02mm   its sphere tree, as coarse as may be\n"
+        "  touchstone bench --quick --out bench   speed against error, as tables, plots and a page\n"
         "  touchstone doctor                      what works here, what does not, what to do\n\n"
         "Exit codes: 0 all is well, 1 it failed, 2 wrong usage, 3 the scene's expected outcome was not met, 130 "
         "Ctrl-C.\n");
@@ -205,7 +233,9 @@ int main(int argc, char** argv) {
     app::TreeCommand treeCommand;
     app::TreeCheckCommand treeCheckCommand;
     app::QpCommand qpCommand;
+    app::BenchCommand benchCommand;
     app::BenchQpCommand benchQpCommand;
+    app::BenchMergeCommand benchMergeCommand;
     std::string scene;
     addRun(program, runOptions, command);
     addValidate(program, scene, command);
@@ -215,7 +245,7 @@ int main(int argc, char** argv) {
     addNew(program, newOptions, command);
     addTree(program, treeCommand, treeCheckCommand, command);
     addQp(program, qpCommand, command);
-    addBench(program, benchQpCommand, command);
+    addBench(program, benchCommand, benchQpCommand, benchMergeCommand, command);
 
     try {
         program.parse(argc, argv);

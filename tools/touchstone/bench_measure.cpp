@@ -1,0 +1,326 @@
+// Measures one case after another: judged once in full, timed in runs that alternate with those of the other cases.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/system/error_split.hpp"
+#include "haptics/system/headless_run.hpp"
+#include "tools/touchstone/bench.hpp"
+
+namespace touchstone::app {
+namespace {
+
+/// What an exact answer may leave: of rows of unit normal, mm, N and mJ.
+constexpr double kExactResidual = 1e-6;
+/// The device's depth beyond the tool, mm: upper ends of the classes that times are told by.
+constexpr int kDepths[] = {1, 2, 5, 10, 20, 40};
+constexpr std::size_t kStages = 3;  // step, collision, solve
+constexpr const char* kStageNames[kStages] = {"step", "collision", "solve"};
+
+/// Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
+class Judge {
+  public:
+    Judge(const Settings& settings, double tolerance)
+        : exact_(solverTable()[static_cast<std::size_t>(settings.solver)].exact),
+          limit_(exact_ ? kExactResidual : tolerance * (1 + 1e-6)) {}
+
+    void solved(const QpProblem& problem, const SolveResult& result) {
+        ++statuses_[static_cast<std::size_t>(result.status)];
+        if (result.status != SolveStatus::Solved) return;
+        const KktResiduals kkt = kktResiduals(problem, result.x, result.multipliers);
+        residual_ = std::max({residual_, kkt.dual_N, kkt.stationarity_N, exact_ ? kkt.primal_mm : 0.0,
+                              exact_ ? kkt.complementarity_mJ : natural(problem, result)});
+    }
+
+    void ticked(const TickRecord& record) {
+        nonFinite_ += (record.flags & kNonFinite) != 0;
+        overflows_ += (record.flags & kListOverflow) != 0;
+        inexact_ += record.screenInexact > 0;
+    }
+
+    /// Why the times do not count; empty if they do.
+    std::string why() const {
+        std::string text;
+        const auto say = [&](std::uint64_t count, const std::string& what) {
+            if (count > 0) text += (text.empty() ? "" : "; ") + std::to_string(count) + " " + what;
+        };
+        for (const SolveStatus status : {SolveStatus::IterationLimit, SolveStatus::Invalid})
+            say(statuses_[static_cast<std::size_t>(status)], std::string("answers are ") + name(status));
+        say(nonFinite_, "ticks not finite");
+        say(overflows_, "ticks with a list too long");
+        if (residual_ > limit_) {
+            char number[96];
+            std::snprintf(number, sizeof number, "%sresidual %.2g above %.2g", text.empty() ? "" : "; ", residual_,
+                          limit_);
+            text += number;
+        }
+        return text;
+    }
+    double residual() const { return residual_; }
+    std::uint64_t elastic() const { return statuses_[static_cast<std::size_t>(SolveStatus::Elastic)]; }
+    std::uint64_t inexact() const { return inexact_; }
+
+  private:
+    /// max |min(y_i, s_i / q_i)|, the residual that the tolerance of an approximate solver bounds, N.
+    double natural(const QpProblem& problem, const SolveResult& result) {
+        forces_.assign(static_cast<std::size_t>(problem.rows->size()), 0);
+        for (const Multiplier& y : result.multipliers) forces_[static_cast<std::size_t>(y.row)] = y.value;
+        double worst = 0;
+        for (int i = 0; i < problem.rows->size(); ++i) {
+            const Vec6 row = problem.rows->row(i);
+            const double q = row.cwiseAbs2().cwiseQuotient(problem.stiffness).sum();
+            const double s = row.dot(result.x) + problem.rows->gap()[i];
+            if (q > 0) worst = std::max(worst, std::abs(std::min(forces_[static_cast<std::size_t>(i)], s / q)));
+        }
+        return worst;
+    }
+
+    const bool exact_;
+    const double limit_;
+    std::array<std::uint64_t, 4> statuses_{};
+    std::uint64_t nonFinite_ = 0, overflows_ = 0, inexact_ = 0;
+    double residual_ = 0;
+    std::vector<double> forces_;
+};
+
+double median(std::vector<double> values) { return system::percentile(values, 50).value_or(0); }
+
+nlohmann::ordered_json medianOrNull(std::vector<double> values) {
+    const std::optional<double> value = system::percentile(values, 50);
+    return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+}
+
+/// Times of one case, run by run.
+struct Timing {
+    std::array<std::array<std::vector<double>, 3>, kStages> percentiles;  ///< of each run: p50, p99, p99.9
+    std::vector<double> most, constantMost;
+    std::array<std::vector<double>, 3> constant;
+    std::vector<std::vector<double>> byDepth = std::vector<std::vector<double>>(std::size(kDepths));
+    std::size_t ticks = 0;  ///< of a run, the fewest
+
+    void add(std::array<std::vector<double>, kStages>& times, std::vector<double>& equal) {
+        ticks = ticks == 0 ? times[0].size() : std::min(ticks, times[0].size());
+        for (std::size_t stage = 0; stage < kStages; ++stage) addPercentiles(times[stage], percentiles[stage]);
+        most.push_back(*std::max_element(times[0].begin(), times[0].end()));
+        addPercentiles(equal, constant);
+        constantMost.push_back(*std::max_element(equal.begin(), equal.end()));
+    }
+
+  private:
+    static void addPercentiles(std::vector<double>& values, std::array<std::vector<double>, 3>& to) {
+        const system::Percentiles got = system::percentiles(values);
+        for (const auto& [at, value] : {std::pair{0, got.p50}, std::pair{1, got.p99}, std::pair{2, got.p999}})
+            to[static_cast<std::size_t>(at)].push_back(*value);
+    }
+};
+
+/// Arithmetic that always takes as long.
+void work(std::uint64_t rounds) {
+    volatile double x = 1;
+    for (std::uint64_t i = 0; i < rounds; ++i) x = x * 0.999999 + 1e-6;
+}
+
+/// Processor times of as many pieces of equal work as there are ticks, each of about the ticks' median: what the
+/// machine alone does to percentiles.
+std::vector<double> timeConstant(std::size_t count, double us) {
+    static const double roundsPerUs = [] {
+        constexpr std::uint64_t kRounds = 2'000'000;
+        work(kRounds);
+        const double start = threadCpuMicroseconds();
+        work(kRounds);
+        return kRounds / (threadCpuMicroseconds() - start);
+    }();
+    const auto rounds = static_cast<std::uint64_t>(us * roundsPerUs);
+    std::vector<double> times(count);
+    for (double& time : times) {
+        const double start = threadCpuMicroseconds();
+        work(rounds);
+        time = threadCpuMicroseconds() - start;
+    }
+    return times;
+}
+
+/// A case while it is measured.
+class Measuring {
+  public:
+    Measuring(const system::HapticScene& scene, const BenchCase& wanted)
+        : scene_(scene),
+          case_(wanted),
+          settings_(wanted.settings(scene.settings)),
+          judge_(settings_, wanted.tolerance) {
+        options_.device = "demo:" + wanted.motion;
+        options_.timing = false;
+    }
+
+    /// The run in full, which is also the warm-up.
+    void judge() {
+        options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) { judge_.solved(problem, result); };
+        options_.onTick = [&](const TickRecord& record, double) {
+            judge_.ticked(record);
+            records_.push_back(record);
+        };
+        report_ = system::runHeadless(scene_, settings_, options_).report;
+        options_.onSolve = nullptr;
+        options_.onTick = nullptr;
+    }
+
+    void splitErrors(const MeshReference& reference, int samples) {
+        std::vector<std::size_t> touching;
+        for (std::size_t i = 1; i < records_.size(); ++i)
+            if (records_[i].wrench_C.force.norm() > system::kContactForce && !(records_[i].flags & kNonFinite))
+                touching.push_back(i);
+        const auto count = std::min(static_cast<std::size_t>(samples), touching.size());
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t at = touching[(2 * i + 1) * touching.size() / (2 * count)];
+            try {
+                const system::ErrorSplit split =
+                    system::splitError(*scene_.world, settings_, reference, records_[at - 1], records_[at]);
+                if (split.converged)
+                    splits_.push_back(split);
+                else
+                    ++lost_;
+            } catch (const std::invalid_argument&) {
+                ++lost_;  // the meshes meet: there is no truth to compare with
+            }
+        }
+    }
+
+    void time(const BenchEffort& effort) {
+        if (!judge_.why().empty() || report_.ticks == 0) return;
+        std::array<std::vector<double>, kStages> times;
+        const double start = threadCpuMicroseconds();
+        do {
+            const system::TimedRun run = system::timeHeadless(scene_, settings_, options_);
+            if (run.hash != report_.hash)
+                throw std::runtime_error(case_.key() +
+                                         ": a repeated run gave other results, which is a fault of the program: "
+                                         "please report it");
+            for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+                times[0].push_back(run.ticks[i].step);
+                times[1].push_back(run.ticks[i].collision);
+                times[2].push_back(run.ticks[i].solve);
+                const double depth = records_[i].wrench_C.force.norm() / settings_.stiffness;
+                const auto at = std::lower_bound(std::begin(kDepths), std::end(kDepths), depth) - std::begin(kDepths);
+                if (depth > 0 && at < std::ssize(kDepths))
+                    timing_.byDepth[static_cast<std::size_t>(at)].push_back(run.ticks[i].step);
+            }
+        } while (times[0].size() < effort.ticks && threadCpuMicroseconds() - start < 1e6 * effort.seconds);
+        std::vector<double> equal = timeConstant(times[0].size(), median(times[0]));
+        timing_.add(times, equal);
+    }
+
+    BenchRow row() const {
+        const auto orNull = [](const std::optional<double>& value) {
+            return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+        };
+        std::vector<double> screened;
+        for (const TickRecord& record : records_) screened.push_back(record.rowsScreened);
+        BenchRow row{{"key", case_.key()},
+                     {"scene", case_.scene},
+                     {"motion", case_.motion},
+                     {"mode", case_.mode},
+                     {"solver", case_.solver},
+                     {"tolerance", case_.tolerance > 0 ? nlohmann::ordered_json(case_.tolerance) : nullptr},
+                     {"leaves", case_.leaves},
+                     {"tool_leaves", scene_.world->tool->leafCount()},
+                     {"obstacle_leaves", scene_.world->obstacles.front().tree->leafCount()},
+                     {"linearisations", settings_.linearisations},
+                     {"screening", case_.screening},
+                     {"rate_Hz", settings_.rate},
+                     {"valid", judge_.why().empty()},
+                     {"why", judge_.why()},
+                     {"ticks", report_.ticks}};
+        addTimes(row);
+        row["rows_p50"] = orNull(report_.rows.p50);
+        row["rows_max"] = orNull(report_.rows.max);
+        row["rows_screened_p50"] = medianOrNull(screened);
+        row["rows_screened_max"] = orNull(system::percentile(screened, 100));
+        row["screen_inexact_ticks"] = judge_.inexact();
+        row["iterations_p50"] = orNull(report_.iterations.p50);
+        row["penetration_max_mm"] = orNull(report_.penetration.max);
+        row["hover_p99_mm"] = orNull(report_.hover.p99);
+        row["hover_max_mm"] = orNull(report_.hover.max);
+        row["force_max_N"] = report_.force;
+        row["dforce_max_N_per_ms"] = orNull(report_.forceChange.max);
+        row["elastic_answers"] = judge_.elastic();
+        row["rows_truncated"] = report_.rowsTruncated;
+        row["residual"] = judge_.residual();
+        row["outcome_met"] = report_.met();
+        addErrors(row);
+        return row;
+    }
+
+  private:
+    void addTimes(BenchRow& row) const {
+        constexpr const char* kNames[] = {"_p50_us", "_p99_us", "_p999_us"};
+        const bool valid = !timing_.most.empty();
+        row["runs"] = timing_.most.size();
+        row["run_ticks"] = timing_.ticks;
+        for (std::size_t stage = 0; stage < kStages; ++stage)
+            for (std::size_t i = 0; i < 3; ++i)
+                row[std::string(kStageNames[stage]) + kNames[i]] = medianOrNull(timing_.percentiles[stage][i]);
+        const auto least = [&](const std::vector<double>& values) {
+            return valid ? nlohmann::ordered_json(*std::min_element(values.begin(), values.end())) : nullptr;
+        };
+        row["step_worst_us"] = least(timing_.most);
+        for (std::size_t i = 0; i < 3; ++i)
+            row[std::string("constant") + kNames[i]] = medianOrNull(timing_.constant[i]);
+        row["constant_worst_us"] = least(timing_.constantMost);
+        for (std::size_t i = 0; i < std::size(kDepths); ++i)
+            row["depth_" + std::to_string(kDepths[i]) + "mm_us"] = medianOrNull(timing_.byDepth[i]);
+    }
+
+    void addErrors(BenchRow& row) const {
+        using Split = system::ErrorSplit;
+        using Error = system::AnswerError;
+        row["samples"] = splits_.size();
+        row["samples_lost"] = lost_;
+        for (const auto& [name, share] :
+             {std::pair{"error", &Split::total}, std::pair{"geometry", &Split::geometry},
+              std::pair{"linearisation", &Split::linearisation}, std::pair{"solver", &Split::solver}}) {
+            for (const auto& [unit, value] : {std::pair{"mm", &Error::position}, std::pair{"rad", &Error::rotation},
+                                              std::pair{"N", &Error::force}, std::pair{"mNm", &Error::torque}}) {
+                std::vector<double> values;
+                for (const Split& split : splits_) values.push_back(split.*share.*value);
+                row[std::string(name) + "_p50_" + unit] = medianOrNull(values);
+                row[std::string(name) + "_max_" + unit] =
+                    values.empty() ? nlohmann::ordered_json()
+                                   : nlohmann::ordered_json(*std::max_element(values.begin(), values.end()));
+            }
+        }
+    }
+
+    const system::HapticScene& scene_;
+    const BenchCase case_;
+    const Settings settings_;
+    system::HeadlessOptions options_;
+    Judge judge_;
+    system::Report report_;
+    std::vector<TickRecord> records_;
+    std::vector<system::ErrorSplit> splits_;
+    int lost_ = 0;
+    Timing timing_;
+};
+
+}  // namespace
+
+std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<const BenchCase> cases,
+                                   const BenchEffort& effort) {
+    const MeshReference reference = system::meshReferenceOf(opened);
+    std::vector<Measuring> all;
+    for (const BenchCase& wanted : cases) {
+        Measuring& one = all.emplace_back(opened, wanted);
+        std::fprintf(stderr, "%s\n", wanted.key().c_str());
+        one.judge();
+        one.splitErrors(reference, effort.samples);
+    }
+    for (int run = 0; run < effort.runs; ++run)
+        for (Measuring& one : all) one.time(effort);
+    std::vector<BenchRow> rows;
+    for (const Measuring& one : all) rows.push_back(one.row());
+    return rows;
+}
+
+}  // namespace touchstone::app

@@ -1,0 +1,179 @@
+// What a sweep measures.
+#include <algorithm>
+#include <array>
+
+#include "tools/touchstone/bench.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/scene_path.hpp"
+
+namespace touchstone::app {
+namespace {
+
+constexpr double kQuickPaperRate = 250;  // Hz: a tick of paper mode takes milliseconds
+constexpr int kLinearisations[] = {1, 2, 4};
+constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 2048, 4096, 8192, 16384, 32768, 64000};
+constexpr int kQuickLeaves[] = {512, 1024, 2048};
+constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
+constexpr double kPaperTolerances[] = {1, 0.01};
+constexpr double kUsualTolerance = 0.01;
+
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+/// The motions to measure: those called hard, else the demonstration.
+std::vector<std::string> motionsOf(const std::string& name) {
+    system::SceneOptions options;
+    options.buildTrees = false;
+    const system::HapticScene scene = system::openScene(findScene(name), options);
+    if (!scene.missing.empty()) throw std::runtime_error(name + ": " + scene.missing);
+    if (scene.motions.empty())
+        throw std::runtime_error(name + ": nothing moves the tool: give its node an animation, as docs/scenes.md says");
+    std::vector<std::string> motions;
+    for (const NamedMotion& motion : scene.motions)
+        if (motion.name.rfind("hard-", 0) == 0) motions.push_back(motion.name);
+    if (motions.empty()) motions.push_back(scene.motions.front().name);
+    return motions;
+}
+
+class Planner {
+  public:
+    explicit Planner(bool quick) : quick_(quick) {}
+
+    /// Once each, whatever asks for it.
+    void add(BenchCase wanted) {
+        if (wanted.mode == "paper" && quick_) wanted.rate = kQuickPaperRate;
+        const auto same = [&](const BenchCase& other) { return other.key() == wanted.key(); };
+        if (std::none_of(cases_.begin(), cases_.end(), same)) cases_.push_back(std::move(wanted));
+    }
+
+    /// Each solver of the table, an approximate one at each of the tolerances.
+    void addSolvers(BenchCase wanted, std::span<const double> tolerances) {
+        for (const SolverInfo& solver : solverTable()) {
+            wanted.solver = solver.name;
+            wanted.tolerance = 0;
+            if (solver.exact) add(wanted);
+            for (const double tolerance : tolerances) {
+                wanted.tolerance = tolerance;
+                if (!solver.exact) add(wanted);
+            }
+        }
+    }
+
+    /// One motion, all that may be chosen.
+    void addTrade(const BenchCase& motion) {
+        BenchCase wanted = motion;
+        const std::span<const double> tolerances = quick_ ? std::span<const double>(kQuickTolerances) : kTolerances;
+        addSolvers(wanted, tolerances);
+        for (const int lin : kLinearisations) {
+            wanted.linearisations = lin;
+            if (quick_) add(wanted);
+            for (const int leaves : kTradeLeaves) {
+                wanted.leaves = leaves;
+                if (!quick_) addSolvers(wanted, tolerances);
+            }
+            wanted.leaves = 0;
+        }
+        wanted = motion;
+        for (const int leaves : quick_ ? std::span<const int>(kQuickLeaves) : kCurveLeaves) {
+            wanted.leaves = leaves;
+            add(wanted);
+        }
+        wanted = motion;
+        wanted.fixedMargin = true;
+        add(wanted);
+        wanted.solver = "pqp";
+        for (const char* screening : {"none", "screen", "cluster"}) {
+            wanted.screening = screening;
+            for (const double tolerance : tolerances) {
+                wanted.tolerance = tolerance;
+                if (!quick_ || tolerance == kUsualTolerance) add(wanted);
+            }
+        }
+        wanted = motion;
+        wanted.mode = "paper";
+        addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
+    }
+
+    std::vector<BenchCase> take() { return std::move(cases_); }
+
+  private:
+    const bool quick_;
+    std::vector<BenchCase> cases_;
+};
+
+}  // namespace
+
+std::string BenchCase::key() const {
+    const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
+    return scene + "/" + motion + "/" + mode + "/" + solver + part("/tolerance=", tolerance) +
+           part("/leaves=", leaves) + part("/linearisations=", linearisations) + (fixedMargin ? "/fixed-margin" : "") +
+           (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
+}
+
+Settings BenchCase::settings(const Settings& usual) const {
+    Settings chosen = usual;
+    const auto set = [&](const char* name, const std::string& value) {
+        if (const std::string wrong = setSetting(chosen, name, value); !wrong.empty()) throw UsageError(wrong);
+    };
+    set("mode", mode);
+    set("solver", solver);
+    set("shadow", "none");
+    set("screening", screening);
+    if (fixedMargin) set("adaptive_margin", "false");
+    if (tolerance > 0) set("tolerance", number(tolerance));
+    if (linearisations > 0) set("linearisations", number(linearisations));
+    if (rate > 0) set("rate", number(rate));
+    if (const std::string wrong = checkSettings(chosen); !wrong.empty()) throw UsageError(wrong);
+    return chosen;
+}
+
+BenchPlan BenchPlan::shard(std::size_t k, std::size_t n) const {
+    BenchPlan part;
+    for (std::size_t i = k - 1; i < size(); i += n) {
+        if (i < cases.size())
+            part.cases.push_back(cases[i]);
+        else
+            part.qpRows.push_back(qpRows[i - cases.size()]);
+    }
+    return part;
+}
+
+BenchPlan planBench(const BenchCommand& command) {
+    const bool hard = command.suite == "hard";
+    if (!hard && command.suite != "sweep") throw UsageError("--suite is sweep or hard, not '" + command.suite + "'");
+    std::vector<std::string> scenes = command.scenes;
+    if (scenes.empty()) scenes = {"bunnies", "spline", "wedge", "plate", "pinch"};
+    if (hard && command.scenes.empty()) scenes.push_back("spline-05");
+
+    Planner planner(command.quick);
+    for (const std::string& scene : scenes) {
+        const std::vector<std::string> motions = motionsOf(scene);
+        for (const std::string& motion : motions) {
+            BenchCase wanted;
+            wanted.scene = scene;
+            wanted.motion = motion;
+            const bool first = motion == motions.front();
+            if (hard) {
+                planner.addSolvers(wanted, {&kUsualTolerance, 1});
+                wanted.mode = "paper";
+                planner.addSolvers(wanted, {&kUsualTolerance, 1});
+            } else if (first && scene == scenes.front()) {
+                planner.addTrade(wanted);
+            } else if (first || !command.quick || motion.find("-deep") != std::string::npos) {
+                planner.add(wanted);
+            }
+        }
+    }
+    BenchPlan plan{planner.take(), {}};
+    if (!hard) plan.qpRows.assign(qpRowCounts().begin(), qpRowCounts().end());
+    // Cases of the same trees stand together, so that each scene is opened once.
+    std::stable_sort(plan.cases.begin(), plan.cases.end(), [](const BenchCase& a, const BenchCase& b) {
+        return std::tie(a.scene, a.leaves) < std::tie(b.scene, b.leaves);
+    });
+    return plan;
+}
+
+}  // namespace touchstone::app

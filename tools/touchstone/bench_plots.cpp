@@ -1,0 +1,400 @@
+// The benchmark's plots, by gnuplot, and the page that shows them.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "tools/touchstone/bench.hpp"
+
+namespace touchstone::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr const char* kStyle = R"(grey = "#808890"
+set border 3 linecolor rgb grey
+set tics nomirror textcolor rgb grey
+set xlabel textcolor rgb grey
+set ylabel textcolor rgb grey
+set title textcolor rgb grey
+set key textcolor rgb grey spacing 1.1 noenhanced
+set grid linecolor rgb grey linewidth 0.3
+)";
+constexpr const char* kColours[] = {"#2f81f7", "#e07020", "#1f9d55", "#c03060", "#8a5cd0",
+                                    "#b08800", "#20a0a0", "#606870", "#d05090"};
+constexpr double kLeastError = 1e-9, kLeastTime = 0.01;  // N, µs: what is less is drawn here
+
+std::string colour(std::size_t i) { return kColours[i % std::size(kColours)]; }
+std::string text(double value) {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.6g", value);
+    return buffer;
+}
+std::string str(const ordered_json& row, const char* key) { return row.at(key).get<std::string>(); }
+bool has(const ordered_json& row, const std::string& key) { return row.contains(key) && row.at(key).is_number(); }
+double num(const ordered_json& row, const std::string& key) { return row.at(key).get<double>(); }
+
+void draw(const fs::path& folder, const std::string& name, const std::string& body) {
+    for (const auto& [terminal, extension] :
+         {std::pair{"svg size 960,440 dynamic font \"sans-serif,13\" name \"" + name + "\"", ".svg"},
+          std::pair{std::string("pngcairo size 960,440 font \"sans-serif,10\""), ".png"}}) {
+        FILE* pipe = popen("gnuplot", "w");
+        if (!pipe) throw std::runtime_error("gnuplot could not be started, although it is installed");
+        const std::string script = "set terminal " + terminal + "\nset output \"" + (folder / name).string() +
+                                   extension + "\"\n" + kStyle + body;
+        std::fwrite(script.data(), 1, script.size(), pipe);
+        if (pclose(pipe) != 0)
+            throw std::runtime_error("gnuplot could not draw '" + (folder / name).string() + extension +
+                                     "': see its message above");
+    }
+}
+
+using Points = std::vector<std::pair<double, double>>;
+
+/// Data blocks and the plot command of lines through points.
+class Lines {
+  public:
+    void add(const std::string& title, Points points, const std::string& style = "linespoints pointtype 7",
+             const std::string& colourName = "") {
+        if (points.empty()) return;
+        const std::string name = "$d" + std::to_string(count_);
+        data_ += name + " << EOD\n";
+        for (const auto& [x, y] : points) data_ += text(x) + " " + text(y) + "\n";
+        data_ += "EOD\n";
+        plot_ += (plot_.empty() ? "plot " : ", ") + name + " with " + style + " linewidth 2 linecolor rgb \"" +
+                 (colourName.empty() ? colour(count_) : colourName) + "\" title \"" + title + "\"";
+        ++count_;
+    }
+    bool empty() const { return count_ == 0; }
+    const std::string& data() const { return data_; }
+    std::string plot() const { return plot_ + "\n"; }
+
+  private:
+    std::string data_, plot_;
+    std::size_t count_ = 0;
+};
+
+/// Bars, one group a row.
+std::string bars(const std::vector<std::pair<std::string, std::vector<double>>>& groups,
+                 const std::vector<std::string>& names) {
+    std::string body = "$d << EOD\n";
+    for (const auto& [label, values] : groups) {
+        body += '"' + label + '"';
+        for (const double value : values) body += " " + text(value);
+        body += "\n";
+    }
+    body +=
+        "EOD\nset style data histograms\nset style histogram clustered gap 1"
+        "\nset style fill solid 0.9\nset boxwidth 0.8\nset rmargin 8\nset xtics rotate by -50 font \",10\" "
+        "noenhanced\nplot ";
+    for (std::size_t i = 0; i < names.size(); ++i)
+        body += std::string(i ? ", " : "") + "$d using " + std::to_string(i + 2) + ":xtic(1) linecolor rgb \"" +
+                colour(i) + "\" title \"" + names[i] + "\"";
+    return body + "\n";
+}
+
+/// Without choices of its own: as the scene asks.
+bool plain(const ordered_json& row) {
+    const std::string key = str(row, "key");
+    return row["leaves"] == 0 && key.find("/linearisations=") == std::string::npos &&
+           key.find("/fixed-margin") == std::string::npos;
+}
+bool plainDefault(const ordered_json& row) {
+    return plain(row) && str(row, "mode") == "default" && str(row, "solver") == "dual-active-set";
+}
+std::string motionOf(const ordered_json& row) { return str(row, "scene") + " " + str(row, "motion"); }
+std::string labelOf(const ordered_json& row) {
+    const std::string motion = str(row, "motion");
+    return std::filesystem::path(str(row, "scene")).stem().string() + " " +
+           (motion.rfind("hard-", 0) == 0 ? motion.substr(5) : motion);
+}
+std::string choiceOf(const ordered_json& row) {
+    return str(row, "solver") + (has(row, "tolerance") ? " " + text(num(row, "tolerance")) : "") +
+           (str(row, "mode") == "paper" ? " paper" : "");
+}
+
+/// What is not dominated: nothing else is both faster and less wrong.
+Points front(Points points) {
+    std::sort(points.begin(), points.end());
+    Points best;
+    for (const auto& point : points)
+        if (best.empty() || point.second < best.back().second) best.push_back(point);
+    return best;
+}
+
+class Plotter {
+  public:
+    Plotter(const ordered_json& results, const fs::path& folder) : folder_(folder), qp_(results.at("qp")) {
+        std::map<std::string, int> counts;
+        for (const ordered_json& row : results.at("rows"))
+            if (row.at("valid").get<bool>() && has(row, "step_p50_us")) {
+                rows_.push_back(row);
+                if (++counts[motionOf(row)] > counts[trade_]) trade_ = motionOf(row);
+            }
+    }
+
+    std::vector<BenchPlot> draw() {
+        pareto();
+        stages();
+        errors();
+        leaves();
+        solverRows();
+        depth();
+        return plots_;
+    }
+
+  private:
+    void add(const std::string& name, const std::string& caption, const std::string& body) {
+        app::draw(folder_, name, body);
+        plots_.push_back({name, caption});
+    }
+
+    /// Points of each solver and the front, of one kind of error.
+    Lines tradeLines(const std::string& error) const {
+        std::map<std::string, Points> series;
+        Points all;
+        for (const ordered_json& row : rows_) {
+            if (motionOf(row) != trade_ || !has(row, error)) continue;
+            const std::pair point{num(row, "step_p50_us"), std::max(kLeastError, num(row, error))};
+            series[str(row, "solver") + ", " + str(row, "mode")].push_back(point);
+            all.push_back(point);
+        }
+        Lines lines;
+        for (const auto& [name, points] : series) lines.add(name, points, "points pointtype 7 pointsize 0.8");
+        lines.add("Pareto front", front(all), "steps", "#808890");
+        return lines;
+    }
+
+    void pareto() {
+        const Lines total = tradeLines("error_p50_N"), solver = tradeLines("solver_p50_N");
+        if (total.empty()) return;
+        add("pareto",
+            "Time against force error, " + trade_ +
+                ": each point a mode, solver, tolerance, number of leaves and of linearisations. Left the whole error "
+                "against the meshes, right the solver's share (what is below 1e-9 N is drawn there).",
+            "set multiplot layout 1,2\nset logscale xy\nset xlabel \"step, median, µs\"\nset key off\n" + total.data() +
+                "set ylabel \"force error against the meshes, median, N\"\n" + total.plot() + solver.data() +
+                "set ylabel \"solver's share, median, N\"\nset format y \"10^{%T}\"\nset key center right\n" +
+                solver.plot() + "unset multiplot\n");
+    }
+
+    void stages() {
+        std::vector<std::pair<std::string, std::vector<double>>> groups;
+        for (const ordered_json& row : rows_) {
+            if (!plainDefault(row)) continue;
+            const double collision = num(row, "collision_p50_us"), solve = num(row, "solve_p50_us");
+            std::vector<double> times{collision, solve, num(row, "step_p50_us") - collision - solve};
+            for (double& time : times) time = std::max(kLeastTime, time);
+            groups.push_back({labelOf(row), times});
+        }
+        if (groups.empty()) return;
+        add("stages", "Time of a tick by stage: medians, default mode with the exact solver.",
+            "set logscale y\nset yrange [" + text(kLeastTime / 2) +
+                ":*]\nset ylabel \"median, µs\"\nset key outside top horizontal\n" +
+                bars(groups, {"collision", "solver", "rest"}));
+    }
+
+    void errors() {
+        std::vector<std::pair<std::string, std::vector<double>>> groups;
+        for (const ordered_json& row : rows_) {
+            const bool chosen = plain(row) && motionOf(row) == trade_;
+            if (!has(row, "error_p50_N") || !(chosen || plainDefault(row))) continue;
+            std::vector<double> shares;
+            for (const char* share : {"geometry_p50_N", "linearisation_p50_N", "solver_p50_N"})
+                shares.push_back(std::max(kLeastError, num(row, share)));
+            groups.push_back({chosen ? choiceOf(row) : labelOf(row), shares});
+        }
+        if (groups.empty()) return;
+        add("errors",
+            "Force error split by cause, medians over sampled ticks: each solver on " + trade_ +
+                ", then the other motions with the exact solver.",
+            "set logscale y\nset yrange [" + text(kLeastError / 2) +
+                ":*]\nset ylabel \"force error, median, N\"\nset key outside top horizontal\nset format y "
+                "\"10^{%T}\"\n" +
+                bars(groups, {"geometry", "linearisation", "solver"}));
+    }
+
+    void leaves() {
+        Points median, tail, error;
+        for (const ordered_json& row : rows_) {
+            if (motionOf(row) != trade_ || row["leaves"] == 0 || str(row, "solver") != "dual-active-set" ||
+                str(row, "key").find("/linearisations=") != std::string::npos)
+                continue;
+            median.push_back({num(row, "leaves"), num(row, "step_p50_us")});
+            tail.push_back({num(row, "leaves"), num(row, "step_p999_us")});
+            if (has(row, "error_p50_N")) error.push_back({num(row, "leaves"), num(row, "error_p50_N")});
+        }
+        for (Points* points : {&median, &tail, &error}) std::sort(points->begin(), points->end());
+        Lines times, errors;
+        times.add("median", median);
+        times.add("p99.9", tail);
+        errors.add("force error, median", error);
+        if (times.empty()) return;
+        std::string body =
+            "set multiplot layout 1,2\nset logscale xy\nset format x \"%.0s%c\"\nset xlabel \"leaves a "
+            "part\"\n" +
+            times.data() + "set ylabel \"step, µs\"\nset key top left\n" + times.plot();
+        if (!errors.empty()) body += errors.data() + "set ylabel \"N\"\nset key top right\n" + errors.plot();
+        add("cost_leaves", "Time and force error against leaves, " + trade_ + ", default mode, exact solver.",
+            body + "unset multiplot\n");
+    }
+
+    void solverRows() {
+        std::map<std::string, Points> series;
+        for (const ordered_json& row : qp_)
+            series[choiceOf({{"solver", row["solver"]},
+                             {"tolerance", num(row, "tolerance") > 0 ? row["tolerance"] : ordered_json()},
+                             {"mode", row["form"]}}) +
+                   " " + str(row, "start")]
+                .push_back({num(row, "rows"), num(row, "median_us")});
+        Lines lines;
+        for (auto& [name, points] : series) {
+            std::sort(points.begin(), points.end());
+            lines.add(name, points);
+        }
+        if (lines.empty()) return;
+        add("cost_rows", "Time of each solver against rows, medians over made contacts.",
+            lines.data() + "set logscale xy\nset xlabel \"rows\"\nset ylabel \"µs\"\nset key outside right\n" +
+                lines.plot());
+    }
+
+    void depth() {
+        Lines lines;
+        for (const ordered_json& row : rows_) {
+            if (!plainDefault(row)) continue;
+            Points points;
+            for (const int end : {1, 2, 5, 10, 20, 40})
+                if (const std::string key = "depth_" + std::to_string(end) + "mm_us"; has(row, key))
+                    points.push_back({end, num(row, key)});
+            if (points.size() == 6) lines.add(labelOf(row), points);
+        }
+        if (lines.empty()) return;
+        add("cost_depth",
+            "Time against how deep the device is beyond the tool (upper end of each class), medians, default mode, "
+            "exact solver.",
+            lines.data() +
+                "set logscale xy\nset xlabel \"depth, mm\"\nset ylabel \"step, median, µs\"\nset key outside "
+                "right\n" +
+                lines.plot());
+    }
+
+    const fs::path folder_;
+    const ordered_json& qp_;
+    std::vector<ordered_json> rows_;
+    std::string trade_;
+    std::vector<BenchPlot> plots_;
+};
+
+std::string escaped(const std::string& raw) {
+    std::string safe;
+    for (const char c : raw) safe += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+    return safe;
+}
+
+std::string cell(const ordered_json& value) {
+    if (value.is_null()) return "";
+    return value.is_string() ? escaped(value.get<std::string>()) : value.is_number() ? text(value) : value.dump();
+}
+
+std::string table(const ordered_json& rows, const std::vector<std::string>& columns,
+                  bool (*keep)(const ordered_json&)) {
+    std::string html = "<div class=scroll><table><tr>";
+    for (const std::string& column : columns) html += "<th>" + column + "</th>";
+    html += "</tr>\n";
+    for (const ordered_json& row : rows) {
+        if (!keep(row)) continue;
+        html += "<tr>";
+        for (const std::string& column : columns) html += "<td>" + cell(row.at(column)) + "</td>";
+        html += "</tr>\n";
+    }
+    return html + "</table></div>\n";
+}
+
+}  // namespace
+
+void requireGnuplot() {
+    if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
+        throw std::runtime_error(
+            "the plots need gnuplot, which is not there: install gnuplot-nox, or measure with "
+            "--shard 1/1 and merge where it is");
+}
+
+std::vector<BenchPlot> drawPlots(const ordered_json& results, const fs::path& folder) {
+    return Plotter(results, folder).draw();
+}
+
+std::string benchPage(const ordered_json& results, const std::vector<BenchPlot>& plots, const fs::path& folder) {
+    std::ostringstream page;
+    page << "<!doctype html>\n<html lang=en><meta charset=utf-8><title>touchstone bench</title>\n<style>"
+            "body{font:15px sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color-scheme:light dark}"
+            "svg{max-width:100%;height:auto}table{border-collapse:collapse;font-size:12px}"
+            "td,th{padding:2px 8px;text-align:right;white-space:nowrap}td:first-child,th:first-child{text-align:left}"
+            "tr:nth-child(even){background:#80808020}.scroll{overflow-x:auto}</style>\n<h1>touchstone bench, suite "
+         << str(results, "suite") << (results.at("quick").get<bool>() ? ", quick" : "") << "</h1>\n<ul>\n";
+    for (const ordered_json& part : results.at("parts"))
+        page << "<li>shard " << str(part, "shard") << ": " << escaped(str(part.at("machine"), "processor")) << ", "
+             << part.at("machine").at("cores") << " cores; touchstone " << str(part, "version") << ", commit "
+             << str(part, "commit") << ", " << escaped(str(part, "compiler")) << ", " << escaped(str(part, "flags"))
+             << "</li>\n";
+    page << "</ul>\n<p>Times are thread CPU time; medians of the runs' percentiles, and the smallest of their maxima. "
+            "constant: the same of an equal constant workload. Errors are against the triangle meshes.</p>\n";
+    for (const BenchPlot& plot : plots) {
+        std::ifstream in(folder / (plot.name + ".svg"));
+        std::string svg{std::istreambuf_iterator<char>(in), {}};
+        page << "<figure>" << svg.substr(std::min(svg.find("<svg"), svg.size())) << "<figcaption>"
+             << escaped(plot.caption) << "</figcaption></figure>\n";
+    }
+    const ordered_json& rows = results.at("rows");
+    page << "<h2>Rows</h2>\n"
+         << table(rows,
+                  {"key",
+                   "step_p50_us",
+                   "step_p99_us",
+                   "step_p999_us",
+                   "step_worst_us",
+                   "constant_p999_us",
+                   "constant_worst_us",
+                   "collision_p50_us",
+                   "solve_p50_us",
+                   "rows_p50",
+                   "rows_max",
+                   "error_p50_mm",
+                   "error_p50_rad",
+                   "error_p50_N",
+                   "error_p50_mNm",
+                   "geometry_p50_N",
+                   "linearisation_p50_N",
+                   "solver_p50_N",
+                   "samples",
+                   "samples_lost",
+                   "penetration_max_mm",
+                   "hover_max_mm",
+                   "runs",
+                   "run_ticks"},
+                  [](const ordered_json& row) { return row.at("valid").get<bool>(); });
+    page << "<h2>Screening of redundant rows</h2>\n"
+         << table(rows,
+                  {"key", "valid", "rows_p50", "rows_max", "rows_screened_p50", "rows_screened_max",
+                   "screen_inexact_ticks", "solve_p50_us", "solve_p999_us", "solver_p50_N", "solver_max_N"},
+                  [](const ordered_json& row) { return str(row, "key").find("/fixed-margin") != std::string::npos; });
+    page << "<h2>Failed: status or residuals do not hold, so there is no time</h2>\n"
+         << table(rows,
+                  {"key", "why", "rows_p50", "error_p50_N", "samples", "samples_lost", "penetration_max_mm",
+                   "hover_max_mm", "force_max_N"},
+                  [](const ordered_json& row) { return !row.at("valid").get<bool>(); });
+    page << "<h2>Solvers on made contacts</h2>\n";
+    if (const ordered_json& qp = results.at("qp"); !qp.empty()) {
+        std::vector<std::string> columns;
+        for (const auto& [key, value] : qp.front().items()) columns.push_back(key);
+        page << table(qp, columns, [](const ordered_json&) { return true; });
+    }
+    page << "</html>\n";
+    return page.str();
+}
+
+}  // namespace touchstone::app
