@@ -90,7 +90,7 @@ SurfaceSamples samplesFor(const CoverTask& task, double growth, std::size_t ball
     // Few leaves can afford many candidates, and very many leaves need not.
     const auto n = static_cast<double>(balls);
     const double spacing =
-        kSpacing * std::clamp(std::sqrt(n / 512), 0.7, 1.0) * std::clamp(std::pow(n / 8192, 0.2), 1.0, 1.35);
+        kSpacing * std::clamp(std::sqrt(n / 512), 0.7, 1.0) * std::clamp(std::pow(n / 8192, 0.25), 1.0, 1.4);
     return sampleSurface(task.mesh, task.solid, growth, spacing, 40 * balls + 4000, task.certificate.law(), task.seed,
                          task.workers);
 }

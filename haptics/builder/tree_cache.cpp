@@ -9,7 +9,7 @@
 namespace touchstone {
 namespace {
 
-constexpr std::uint32_t kBuilder = 4;  // raise it when the same mesh and options make another tree
+constexpr std::uint32_t kBuilder = 5;  // raise it when the same mesh and options make another tree
 
 std::string hex(std::uint64_t value) {
     std::string out(16, '0');
