@@ -34,8 +34,8 @@ TABLE = [  # name, label, source, options
     ("bunny-4096-best", "bunny, 4,096, best", (BUNNY,), ["--leaves", "4096", "--quality", "best"]),
     ("bunny-4096-solid", "bunny, 4,096, fast, solid", (BUNNY,), ["--leaves", "4096", "--interior", "solid"]),
     ("bunny-32768", "bunny, 32,768, fast", (BUNNY,), ["--leaves", "32768"]),
-    ("shaft", "splined shaft, 0.02 mm", SHAFT, ["--max-error", "0.02mm"]),
-    ("hole", "splined hole, 0.02 mm", HOLE, ["--max-error", "0.02mm"]),
+    ("shaft", "splined shaft, 0.02 mm", SHAFT, ["--max-error", "0.02mm", "--quality", "fast"]),
+    ("hole", "splined hole, 0.02 mm", HOLE, ["--max-error", "0.02mm", "--quality", "fast"]),
 ]
 
 
