@@ -159,13 +159,7 @@ class CoverCertificate::Walk {
             if (raise) pieces.push_back({best, least * weight(best), t});
             return;
         }
-        int longest = 0;
-        double edge2 = 0;
-        for (int k = 0; k < 3; ++k)
-            if (const double l2 = (t[(k + 1) % 3] - t[k]).squaredNorm(); l2 > edge2) {
-                edge2 = l2;
-                longest = k;
-            }
+        const auto [longest, edge2] = longestEdge(t);
         const bool small = edge2 <= resolution_ * resolution_ || level >= kDeepest;
         const auto hole = std::find(bare.begin(), bare.end(), true);
         if (!raise && (small || hole != bare.end())) {

@@ -11,7 +11,6 @@ namespace touchstone {
 namespace {
 
 constexpr double kSpacing = 0.45;      // of the samples, in patch radii: closer gains little and costs its square
-constexpr double kResolution = 0.15;   // of the growth
 constexpr double kWholeBody = 4;       // growth beyond which any ball holds the whole body; its diagonal is below 2
 constexpr double kRelaxGain = 1.18;    // balls more than asked for that the rounds after the greedy cover save
 constexpr double kFallOff = 0.7;       // growth goes about as count to the power of minus this
@@ -129,8 +128,6 @@ Cover relax(const CoverTask& task, const Effort& effort, const CoverSearch& sear
 }
 
 }  // namespace
-
-double proofResolution(double growth) { return kResolution * growth; }
 
 Cover tightestCover(const CoverTask& task, std::size_t most) {
     const double wanted = kRelaxGain * static_cast<double>(most);

@@ -16,9 +16,6 @@ struct CoverTask {
     Progress& progress;
 };
 
-/// Where the proofs of a cover stop halving pieces.
-double proofResolution(double growth);
-
 /// A proven cover of at most `most` balls and the least growth that it can find. Always succeeds.
 Cover tightestCover(const CoverTask& task, std::size_t most);
 

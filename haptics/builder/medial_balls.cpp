@@ -45,13 +45,7 @@ class Sampler {
     void cut(const Triangle& t, int level) {
         if (full()) return;
         const Vec3 p = (t[0] + t[1] + t[2]) / 3;
-        int longest = 0;
-        double edge2 = 0;
-        for (int k = 0; k < 3; ++k)
-            if (const double l2 = (t[(k + 1) % 3] - t[k]).squaredNorm(); l2 > edge2) {
-                edge2 = l2;
-                longest = k;
-            }
+        const auto [longest, edge2] = longestEdge(t);
         // Depth changes about as fast as the point moves: measure it again only where that leaves the answer open.
         constexpr double kSplit = 1.5;
         bool exact = false;

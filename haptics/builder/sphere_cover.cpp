@@ -9,8 +9,7 @@
 namespace touchstone {
 namespace {
 
-constexpr double kShare = 0.85;       // of the growth for the samples; the rest is for what lies between them
-constexpr double kResolution = 0.15;  // of the growth: where halving pieces ends
+constexpr double kShare = 0.85;  // of the growth for the samples; the rest is for what lies between them
 constexpr int kPatchRounds = 10;
 constexpr int kSpare = 2;  // samples that a ball may have to itself and yet be dropped
 constexpr int kSettleSteps = 14;
@@ -145,7 +144,7 @@ Cover CoverSearch::cover(double growth, std::size_t most) {
 }
 
 void CoverSearch::patch(Cover& out, std::size_t most) const {
-    const double growth = out.growth, resolution = kResolution * growth;
+    const double growth = out.growth, resolution = proofResolution(growth);
     const std::size_t limit = kMostGaps * (most + 1000);
     const auto bare = [&](const CoverCertificate& surface) {
         return surface.gaps(out.balls, growth, resolution, limit, workers_);

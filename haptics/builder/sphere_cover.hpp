@@ -27,6 +27,9 @@ struct Cover {
     bool proven = false;  ///< they cover the surface
 };
 
+/// Where the proofs of a cover stop halving pieces.
+inline double proofResolution(double growth) { return 0.15 * growth; }
+
 /// Finds balls that cover a surface where each grows by the same length. Lengths in the frame of RepairedMesh.
 class CoverSearch {
   public:

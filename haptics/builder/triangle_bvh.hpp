@@ -10,6 +10,17 @@ namespace touchstone {
 
 using Triangle = std::array<Vec3, 3>;
 
+struct Edge {
+    int first = 0;  ///< it joins corners first and first + 1, mod 3
+    double length2 = 0;
+};
+inline Edge longestEdge(const Triangle& t) {
+    Edge longest;
+    for (int k = 0; k < 3; ++k)
+        if (const double l2 = (t[(k + 1) % 3] - t[k]).squaredNorm(); l2 > longest.length2) longest = {k, l2};
+    return longest;
+}
+
 /// The point of a triangle nearest to p. Needle triangles are taken as their three sides.
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.5 (the Voronoi regions).
 Vec3 closestPoint(const Vec3& p, const Triangle& triangle, bool needle);

@@ -13,11 +13,6 @@ using namespace simd;
 
 constexpr double kRounding = 1e-9;  // mm: more than two ways to compute a gap can differ by
 
-double leafGap(const SphereTree& tool, int i, const SphereTree& obstacle, int j, const Pose& X_OT) {
-    const Sphere t = tool.leaf(i), o = obstacle.leaf(j);
-    return (X_OT * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r));
-}
-
 /// Depth first, nearest children first; a pair of blocks is left out when its lower bound is no less than the best gap
 /// so far.
 class Search {

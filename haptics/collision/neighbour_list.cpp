@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
 
 #include "haptics/collision/leaf_gaps.hpp"
 
@@ -224,8 +223,7 @@ bool NeighbourList::isDeeper(const Pose& before, const Pose& after, const Overla
 }
 
 double NeighbourList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
-    const Sphere t = tool_->leaf(toolLeaf), o = obstacle_->leaf(obstacleLeaf);
-    return (X_OT * Vec3(t.x, t.y, t.z) - Vec3(o.x, o.y, o.z)).norm() - (double(t.r) + double(o.r));
+    return leafGap(*tool_, toolLeaf, *obstacle_, obstacleLeaf, X_OT);
 }
 
 }  // namespace touchstone

@@ -131,7 +131,7 @@ bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
     }
     added = fits && crossed.size() > 0;
     if (added) s_.rows.merge(crossed);
-    if (complete && !fits) tick_.record.flags |= kRowsTruncated;
+    if (complete && !fits) truncated(1);  // at least: nobody counted on
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
 }
@@ -297,7 +297,8 @@ bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
     return true;
 }
 
-/// The listed pairs after the increment x, up to one that got deeper. Where the lists have no room it counts as deeper.
+/// The listed pairs after the increment x, up to one that got deeper. Where the lists have no room, some unknown pair
+/// counts as deeper.
 DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
     const std::uint64_t start = tick_.now();
     const Pose after = moved(s_.graphic, x);
@@ -315,7 +316,6 @@ DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
 
 /// Whether the pair that an increment deepened is deepened by x as well.
 bool DefaultTick::stillDeeper(const Measured& m, const Vec6& x) const {
-    if (m.obstacle < 0) return false;
     return s_.lists[m.obstacle].isDeeper(s_.inObstacle(m.obstacle, s_.graphic),
                                          s_.inObstacle(m.obstacle, moved(s_.graphic, x)), m.pair, kOverlapTolerance);
 }
@@ -343,11 +343,12 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
         }
         // Most halvings are refused by the pair that refused the last, and look at no other.
         for (int i = 0; measured.deeper; ++i) {
-            x = i < kHalvings ? Vec6(x / 2) : Vec6(Vec6::Zero());
+            const bool last = i == kHalvings || measured.obstacle < 0;
+            x = last ? Vec6(Vec6::Zero()) : Vec6(x / 2);
             step.reachesDevice = false;
             tick_.record.flags |= kHalved;
-            if (i >= kHalvings || !stillDeeper(measured, x)) measured = remeasure(x);
-            if (i >= kHalvings) break;
+            if (last || !stillDeeper(measured, x)) measured = remeasure(x);
+            if (last) break;
         }
         tick_.record.penetration = measured.depth;
     } else {

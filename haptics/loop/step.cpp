@@ -56,6 +56,8 @@ void StepState::resume(const TickRecord& record) noexcept {
     impl->loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
 }
 
+std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderers[static_cast<std::size_t>(solver)]; }
+
 void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
     contacts.clear();
     // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.

@@ -90,6 +90,9 @@ class StepState {
     /// rounding.
     void resume(const TickRecord& record) noexcept;
 
+    /// The solver that moves the tool, by index into solverTable(), for who wants to put one in between that watches.
+    std::unique_ptr<Solver>& renderer(int solver);
+
     struct Impl;
     std::unique_ptr<Impl> impl;
 };

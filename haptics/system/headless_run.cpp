@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "haptics/loop/rt_thread.hpp"
-#include "haptics/loop/step_state.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/system/device_choice.hpp"
 
@@ -61,8 +60,7 @@ class Pass {
         auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
         if (options.paced) session->keeper = std::make_unique<ListKeeper>(*session->world);
         if (options.onSolve) {
-            std::unique_ptr<Solver>& renderer =
-                session->state.impl->renderers[static_cast<std::size_t>(settings.solver)];
+            std::unique_ptr<Solver>& renderer = session->state.renderer(settings.solver);
             renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
         }
         return session;

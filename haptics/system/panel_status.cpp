@@ -58,6 +58,8 @@ void drawHealth(const StatusView& view) {
           "Ticks per second over the last quarter of a second.");
     value("Overruns", std::to_string(s.overruns), s.ticks > 0 && double(s.overruns) > 0.01 * double(s.ticks),
           "Ticks that ended after their deadline.");
+    value("List helper", number("%.0f µs", s.record.helperUs), false,
+          "Processor time that the thread beside the loop took in the last tick to find pair lists ahead.");
     value("Dropped", std::to_string(s.dropped), s.dropped > 0,
           "Ticks lost to the plots because the window was too slow.");
     std::uint64_t trips = 0;

@@ -13,31 +13,6 @@ namespace {
 
 using namespace test;
 
-std::vector<Sphere> leavesOf(const SphereTree& tree) {
-    std::vector<Sphere> out;
-    for (int i = 0; i < tree.leafCount(); ++i) out.push_back(tree.leaf(i));
-    return out;
-}
-
-/// How many random points of the surface lie in no leaf.
-int barePoints(const TriangleMesh& mesh, const SphereTree& tree, int samples, std::mt19937& random) {
-    std::uniform_real_distribution<double> uniform;
-    const auto triangles = trianglesOf(mesh);
-    const auto leaves = leavesOf(tree);
-    std::vector<double> areas;
-    for (const Triangle& t : triangles) areas.push_back((t[1] - t[0]).cross(t[2] - t[0]).norm());
-    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
-    int bare = 0;
-    for (int i = 0; i < samples; ++i) {
-        const Vec3 p = pointOn(triangles[pick(random)], uniform(random), uniform(random));
-        // The point itself is rounded in double precision.
-        bare += std::none_of(leaves.begin(), leaves.end(), [&](const Sphere& s) {
-            return (p - Vec3(s.x, s.y, s.z)).norm() <= s.r * (1 + 1e-14) + 1e-14 * p.norm();
-        });
-    }
-    return bare;
-}
-
 TriangleMesh without(TriangleMesh m, std::size_t first, std::size_t count = 1) {
     const auto at = m.triangles.begin() + static_cast<std::ptrdiff_t>(first);
     m.triangles.erase(at, at + static_cast<std::ptrdiff_t>(count));

@@ -8,6 +8,7 @@
 
 #include "haptics/builder/triangle_bvh.hpp"
 #include "haptics/builder/triangle_mesh.hpp"
+#include "haptics/collision/sphere_tree.hpp"
 
 namespace touchstone::test {
 
@@ -217,6 +218,31 @@ inline double bruteWinding(const Vec3& p, const std::vector<Triangle>& triangles
     double sum = 0;
     for (const Triangle& t : triangles) sum += solidAngleShare(p, t);
     return sum;
+}
+
+inline std::vector<Sphere> leavesOf(const SphereTree& tree) {
+    std::vector<Sphere> out;
+    for (int i = 0; i < tree.leafCount(); ++i) out.push_back(tree.leaf(i));
+    return out;
+}
+
+/// How many random points of the surface lie in no leaf.
+inline int barePoints(const TriangleMesh& mesh, const SphereTree& tree, int samples, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform;
+    const auto triangles = trianglesOf(mesh);
+    const auto leaves = leavesOf(tree);
+    std::vector<double> areas;
+    for (const Triangle& t : triangles) areas.push_back((t[1] - t[0]).cross(t[2] - t[0]).norm());
+    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
+    int bare = 0;
+    for (int i = 0; i < samples; ++i) {
+        const Vec3 p = pointOn(triangles[pick(random)], uniform(random), uniform(random));
+        // The point itself is rounded in double precision.
+        bare += std::none_of(leaves.begin(), leaves.end(), [&](const Sphere& s) {
+            return (p - s.center()).norm() <= s.r * (1 + 1e-14) + 1e-14 * p.norm();
+        });
+    }
+    return bare;
 }
 
 }  // namespace touchstone::test

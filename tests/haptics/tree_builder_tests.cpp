@@ -10,13 +10,7 @@
 namespace touchstone {
 namespace {
 
-std::vector<Sphere> leavesOf(const SphereTree& tree) {
-    std::vector<Sphere> out;
-    for (int i = 0; i < tree.leafCount(); ++i) out.push_back(tree.leaf(i));
-    return out;
-}
-
-Vec3 centerOf(const Sphere& s) { return {s.x, s.y, s.z}; }
+using test::leavesOf;
 
 bool sameBits(const SphereTree& a, const SphereTree& b) {
     const auto x = leavesOf(a), y = leavesOf(b);
@@ -24,29 +18,16 @@ bool sameBits(const SphereTree& a, const SphereTree& b) {
            a.certificate.protrusion == b.certificate.protrusion;
 }
 
-/// Random points of the surface lie in a leaf.
+/// Random points of the surface and all corners lie in a leaf.
 void checkCovered(const TriangleMesh& mesh, const SphereTree& tree, int samples, unsigned seed) {
     INFO("seed " << seed);
     std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform;
-    const auto triangles = test::trianglesOf(mesh);
+    CHECK(test::barePoints(mesh, tree, samples, random) == 0);
     const auto leaves = leavesOf(tree);
-    std::vector<double> areas;
-    for (const Triangle& t : triangles) areas.push_back((t[1] - t[0]).cross(t[2] - t[0]).norm());
-    std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
-    int bare = 0;
-    for (int i = 0; i < samples; ++i) {
-        const Vec3 p = test::pointOn(triangles[pick(random)], uniform(random), uniform(random));
-        // The point itself is rounded in double precision.
-        bare += std::none_of(leaves.begin(), leaves.end(), [&](const Sphere& s) {
-            return (p - centerOf(s)).norm() <= s.r * (1 + 1e-14) + 1e-14 * p.norm();
-        });
-    }
-    for (const Triangle& t : triangles)
+    for (const Triangle& t : test::trianglesOf(mesh))
         for (const Vec3& p : t)
-            bare += std::none_of(leaves.begin(), leaves.end(),
-                                 [&](const Sphere& s) { return (p - centerOf(s)).norm() <= s.r; });
-    CHECK(bare == 0);
+            CHECK(std::any_of(leaves.begin(), leaves.end(),
+                              [&](const Sphere& s) { return (p - s.center()).norm() <= s.r; }));
 }
 
 /// Random points of leaf spheres are inside the mesh or no further out than the certificate says.
@@ -59,7 +40,7 @@ void checkProtrusion(const TriangleMesh& mesh, const SphereTree& tree, int sampl
     double worst = 0;
     for (int i = 0; i < samples; ++i) {
         const Sphere s = tree.leaf(pick(random));
-        const Vec3 p = centerOf(s) + double(s.r) * Vec3(normal(random), normal(random), normal(random)).normalized();
+        const Vec3 p = s.center() + double(s.r) * Vec3(normal(random), normal(random), normal(random)).normalized();
         if (std::abs(test::bruteWinding(p, triangles)) < 0.5)
             worst = std::max(worst, test::bruteDistance(p, triangles));
     }

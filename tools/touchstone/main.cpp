@@ -158,7 +158,7 @@ void addBench(CLI::App& program, app::BenchCommand& options, app::BenchQpCommand
     CLI::App* bench = program.add_subcommand("bench", "Measure speed against error over scenes, modes and solvers");
     bench->add_option("SCENE", options.scenes, "scenes to measure (default: those of the suite)");
     bench->add_option("--out", options.out, "folder for tables, JSON, plots and a page that shows them all");
-    bench->add_flag("--quick", options.quick, "fewer cases and ticks: under two minutes");
+    bench->add_flag("--quick", options.quick, "fewer cases and ticks: about two minutes, once the trees are built");
     bench
         ->add_option("--suite", options.suite,
                      "sweep: mode x solver x tolerance x leaves x linearisations; hard: all hard motions, both modes, "
