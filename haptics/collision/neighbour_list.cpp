@@ -11,9 +11,20 @@ using namespace simd;
 
 namespace {
 
-constexpr double kNarrow = 0.25;     // of the slack: how much further the narrow set reaches
+constexpr double kNarrow = 0.25;                    // of the slack: how much further the narrow set reaches
+constexpr double kWalkTicks = 8, kNarrowTicks = 2;  // that a walk and the narrow set look ahead,
+constexpr double kShortest = 0.01, kLongest = 2;    // if that is longer than the one, mm, and up to the other
+constexpr float kMost = 0.5f;                       // of the deepest crossing: rows crossed that far are taken at once
+constexpr double kFloatError = 2e-6;  // of a step's length: what is left of a gap may be off by that in float
+constexpr int kFarRows = 1 << 18;
 constexpr double kCrossed = 1e-10;   // mm
 constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen
+
+double leastRadius(const SphereTree& tree) {
+    double least = INFINITY;
+    for (int i = 0; i < tree.leafCount(); ++i) least = std::min(least, double(tree.leaf(i).r));
+    return std::max(0.0, least);
+}
 
 }  // namespace
 
@@ -21,39 +32,68 @@ NeighbourList::NeighbourList(const SphereTree& tool, const SphereTree& obstacle,
     : tool_(&tool),
       obstacle_(&obstacle),
       center_(tool.center()),
+      reach_(tool.reach()),
+      leastSum_(leastRadius(tool) + leastRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
       finder_(tool, obstacle),
       all_(tool, obstacle),
-      near_(tool, obstacle) {}
+      near_(tool, obstacle),
+      far_(int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kFarRows)) + 8) {}
 
-bool NeighbourList::complete(const Pose& X_OT, double margin, double slack) {
+bool NeighbourList::complete(const Course& course, double margin, double slack) {
     // Entries that are near no longer are looked at in vain: the narrow set is renewed before its reserve is spent.
-    const double left = finder_.reserve(near_, X_OT);
-    if (left >= margin && near_.margin - left <= kNarrow * slack) return true;
+    const double narrow = kNarrow * slack;
+    if (finder_.reserve(near_, course) >= margin && near_.margin - finder_.reserve(near_, course.X_OT) <= narrow)
+        return true;
 
-    const double own = finder_.reserve(all_, X_OT), offered = offered_ ? finder_.reserve(*offered_, X_OT) : -1;
+    const double own = finder_.reserve(all_, course), offered = offered_ ? finder_.reserve(*offered_, course) : -1;
     const PairEntries* from = offered > own ? offered_ : &all_;
     if (std::max(own, offered) < margin) {
         from = &all_;
         near_.margin = -1;
-        // Deep overlaps can fill the memory: then without slack, for this pose alone.
-        if (!finder_.find(X_OT, margin + slack, all_) && !finder_.find(X_OT, margin, all_)) return false;
+        // Deep overlaps can fill the memory: then without slack, for this course alone.
+        if (!finder_.find(ahead(course, kWalkTicks, slack), margin + slack, all_) &&
+            !finder_.find(course, margin, all_))
+            return false;
     }
-    finder_.narrow(*from, X_OT, std::min(margin + kNarrow * slack, finder_.reserve(*from, X_OT)), near_);
+    // Where a tick goes further than the slack the next one finds anew in any case.
+    Course next =
+        Course(course.X_OT, shift_, turn_).length(reach_) < slack ? ahead(course, kNarrowTicks, narrow) : course;
+    if (finder_.reserve(*from, next) < margin + narrow / 2) next = course;
+    finder_.narrow(*from, next, std::min(margin + narrow, finder_.reserve(*from, next)), near_);
     return true;
 }
 
-/// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
-/// too much.
+/// What is expected of some ticks, as far as it is worth while to look ahead, if the course lies within half the slack
+/// of that; else the course itself.
+Course NeighbourList::ahead(const Course& course, double ticks, double slack) const {
+    const Course tick{course.X_OT, shift_, turn_};
+    const double length = tick.length(reach_);
+    if (length * ticks < kShortest) return course;
+    const Course way = tick.times(std::min(ticks, kLongest / length));
+    return deviation(way, course, center_, reach_) <= slack / 2 ? way : course;
+}
+
+/// A distance of centres curves upwards by less than the square of their way over itself, and is no less than the sum
+/// of radii before they touch: a gap that stays above half of that has a plane that lies behind the end of the way.
+/// What turns ends beside its way by the bend of an arc.
+double NeighbourList::crossingMargin(const Course& step) const {
+    const double length = step.length(reach_), bend = reach_ * step.turn.squaredNorm() / 2;
+    return length * length / (2 * leastSum_) + bend + 2 * kCrossed;
+}
+
+/// visit(toolLeaf, c_O, bucket, mask) for every entry within `onCourse` on a course that has a leaf within margin at
+/// its start, by float tests that may hit a little too much, until it returns false.
 template <class Visit>
-void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
+void NeighbourList::forEachHit(const Course& course, double onCourse, double margin, Visit&& visit) const {
+    const Pose& X_OT = course.X_OT;
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
     const Mat3 R = X_OT.R();
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    finder_.forEachWithin(near_, X_OT, margin, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(near_, course, onCourse, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -64,7 +104,8 @@ void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) c
         const int first = entry.bucket * SphereTree::kBranching;
         const Float8 dx = load(&leaves.x[first]) - x, dy = load(&leaves.y[first]) - y, dz = load(&leaves.z[first]) - z;
         const Float8 sum = max(load(&leaves.r[first]) + reach, splat(0.0f));
-        if (const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum)) visit(placed, c, entry.bucket, mask);
+        const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum);
+        return !mask || visit(placed, c, entry.bucket, mask);
     });
 }
 
@@ -96,72 +137,107 @@ bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin
     int n = rows.size();
     bool fits = true;
     forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
-        if (!fits) return;
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
         fits = n + int(std::popcount(mask)) <= most;
-        if (!mask || !fits) return;
+        if (!mask || !fits) return fits;
         RowLanes(l, R_WO, R_WO * (c_O - C))
             .store(rows, n, l.gap, contactId(obstacleIndex_, toolLeaf, bucket * SphereTree::kBranching), mask);
         n += std::popcount(mask);
+        return true;
     });
     if (fits) rows.setSize(n);
     return fits;
 }
 
-NeighbourList::Found NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin,
-                                                  const Crossing& by, const RowSet& rows, RowSet& crossed) const {
-    const Vec3 C = X_OT * center_;
-    const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
-    const Vec6 compliance = by.stiffness.cwiseInverse();
-    const float guard = 2 * floatGuard(*tool_, *obstacle_, X_OT);
-    const TreeLevel& leaves = obstacle_->levels[0];
-    Found out;
-    int n = crossed.size(), moved = -1;
-    Float8 way[3] = {};  // of the tool leaf's centre
-    forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
-        if (!out.fits) return;
-        if (toolLeaf != moved) {
-            moved = toolLeaf;
-            const Vec3 v = shift + turn.cross(c_O - C);
-            for (int k = 0; k < 3; ++k) way[k] = splat(float(v[k]));
-        }
-        // In float first, since almost none is crossed: distance * (gap + n·way) with what rounding may take.
-        const double radius = tool_->leaf(toolLeaf).r;
-        const int first = bucket * SphereTree::kBranching;
-        const Float8 dx = splat(float(c_O.x())) - load(&leaves.x[first]),
-                     dy = splat(float(c_O.y())) - load(&leaves.y[first]),
-                     dz = splat(float(c_O.z())) - load(&leaves.z[first]);
-        const Float8 distance = simd::sqrt(dx * dx + dy * dy + dz * dz);
-        const Float8 rough = distance * (distance - load(&leaves.r[first]) - splat(float(radius) + guard)) +
-                             dx * way[0] + dy * way[1] + dz * way[2];
-        const Mask maybe = mask & lessEqual(rough, splat(0.0f));
-        if (!maybe && out.near) return;
+void NeighbourList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, int toolLeaf, int obstacleLeaf,
+                              RowSet& rows) const {
+    const Sphere s = tool_->leaf(toolLeaf);
+    const int bucket = obstacleLeaf / SphereTree::kBranching, first = bucket * SphereTree::kBranching;
+    const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // to the last bit as the others have it
+    const LeafGaps l = leafGaps(c_O, s.r, *obstacle_, bucket);
+    if (l.gap[obstacleLeaf - first] > margin || rows.size() == rows.capacity()) return;
+    RowLanes(l, R_WO, R_WO * (c_O - X_OT * center_))
+        .store(rows, rows.size(), l.gap, contactId(obstacleIndex_, toolLeaf, first), 1u << (obstacleLeaf - first));
+    rows.setSize(rows.size() + 1);
+}
 
-        const LeafGaps l = leafGaps(c_O, radius, *obstacle_, bucket);
-        mask &= lessEqual(l.gap, splat(margin)) & ~lessEqual(l.gap, splat(beyond));
-        out.near = out.near || mask;
-        mask &= maybe;
-        if (!mask) return;
-        const RowLanes lanes(l, R_WO, R_WO * (c_O - C));
-        Double8 s = by.notDeeper ? max(l.gap, splat(0.0)) : l.gap;
-        for (int k = 0; k < 6; ++k) s += lanes.j[k] * by.x[k];
-        if (by.slack > 0) {
-            Double8 length2{};
-            for (int k = 0; k < 6; ++k) length2 += compliance[k] * (lanes.j[k] * lanes.j[k]);
-            s += by.slack * simd::sqrt(length2);
-        }
-        mask &= lessEqual(s, splat(-kCrossed));
-        const std::uint64_t firstId = contactId(obstacleIndex_, toolLeaf, first);
-        for (Mask known = mask; known; known &= known - 1)  // a solver may leave a row it has crossed
-            if (rows.find(firstId + std::uint64_t(std::countr_zero(known))) >= 0) mask &= ~(known & -known);
-        out.fits = rows.size() + n + int(std::popcount(mask)) <= rows.capacity();
-        if (!mask || !out.fits) return;
-        lanes.store(crossed, n, l.gap, firstId, mask);
-        n += std::popcount(mask);
+bool NeighbourList::anyWithin(const Pose& X_OT, double margin) const {
+    bool found = false;
+    forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+        found = mask & lessEqual(leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket).gap, splat(margin));
+        return !found;
     });
-    if (out.fits) crossed.setSize(n);
-    return out;
+    return found;
+}
+
+/// The rows that a step may cross, in far_. False if they do not fit.
+bool NeighbourList::findFar(const Course& step, double margin) {
+    const Pose& X_OT = step.X_OT;
+    const double onStep = crossingMargin(step);
+    const bool few = onStep < margin && finder_.reserve(near_, step) >= onStep;
+    if (!few && farMargin_ == margin && far_X_OT_.p == X_OT.p && far_X_OT_.q.coeffs() == X_OT.q.coeffs()) return true;
+    farMargin_ = few ? -1 : margin;
+    far_X_OT_ = X_OT;
+    far_.clear();
+    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
+    const TreeLevel& leaves = obstacle_->levels[0];
+    const Vec3 C = X_OT * center_;
+    bool fits = true;
+    const auto visit = [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+        fits = !far_.isFull();
+        if (!fits) return false;
+        const int first = bucket * SphereTree::kBranching;
+        const Float8 d[3] = {splat(float(c_O.x())) - load(&leaves.x[first]),
+                             splat(float(c_O.y())) - load(&leaves.y[first]),
+                             splat(float(c_O.z())) - load(&leaves.z[first])};
+        const Float8 distance = simd::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        const Float8 gap = distance - (load(&leaves.r[first]) + splat(tool_->leaf(toolLeaf).r));
+        const Vec3 r = c_O - C;
+        const float arm[3] = {float(r.x()), float(r.y()), float(r.z())};
+        far_.append(toolLeaf, first, d, distance, gap, arm, mask & lessEqual(gap, splat(limit)));
+        return true;
+    };
+    if (few)
+        forEachHit(step, onStep, margin, visit);
+    else
+        forEachHit(X_OT, margin, visit);
+    if (!fits) farMargin_ = -1;
+    return fits;
+}
+
+bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by,
+                                  const RowSet& rows, RowSet& crossed) {
+    const Course step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
+    if (!findFar(step, margin)) return false;
+    const Vec6 compliance = by.stiffness.cwiseInverse();
+    const float worst = far_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
+                                     compliance.tail<3>().minCoeff(), by.notDeeper);
+    const float error = 4 * floatGuard(*tool_, *obstacle_, X_OT) + float(kFloatError * step.length(reach_));
+
+    const int before = crossed.size();
+    bool fits = true;
+    const auto check = [&](int i) {
+        const int t = far_.toolLeaf(i), o = far_.obstacleLeaf(i), n = crossed.size();
+        if (rows.find(contactId(obstacleIndex_, t, o)) >= 0) return true;  // a solver may leave a row it has crossed
+        fits = rows.size() + n < rows.capacity();
+        if (!fits) return false;
+        appendRow(X_OT, R_WO, margin, t, o, crossed);
+        if (crossed.size() == n) return true;
+        const Vec6 j = crossed.row(n);
+        const double g = by.notDeeper ? std::max(0.0, crossed.gap()[n]) : crossed.gap()[n];
+        const double length = std::sqrt(j.cwiseAbs2().dot(compliance));
+        if (g + j.dot(by.x) + by.slack * length > -kCrossed) crossed.setSize(n);
+        return true;
+    };
+    // The most crossed ones first: what they leave of the step crosses few of the others.
+    for (float limit = kMost * worst; fits && worst <= error; limit *= kMost) {
+        const bool last = limit > -error;
+        far_.forEachBelow(last ? error : limit, check);
+        if (last || crossed.size() > before) break;
+    }
+    if (!fits) crossed.setSize(before);
+    return fits;
 }
 
 int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const {
@@ -190,6 +266,7 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
             best = {toolLeaf,     bucket * SphereTree::kBranching + i, c_O, Vec3(l.dx[i], l.dy[i], l.dz[i]), l.gap[i],
                     l.distance[i]};
         }
+        return true;
     });
     flush();
     return pairs;
@@ -199,11 +276,10 @@ NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& 
     Overlap overlap;
     const Mat3 R = before.R();
     forEachHit(after, 0, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
-        if (overlap.deeper()) return;
         const Sphere s = tool_->leaf(toolLeaf);
         const LeafGaps now = leafGaps(c_O, s.r, *obstacle_, bucket);
         mask &= lessEqual(now.gap, splat(0.0));
-        if (!mask) return;
+        if (!mask) return true;
         const LeafGaps then = leafGaps(R * Vec3(s.x, s.y, s.z) + before.p, s.r, *obstacle_, bucket);
         for (; mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
@@ -213,6 +289,7 @@ NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& 
                 overlap.obstacleLeaf = bucket * SphereTree::kBranching + i;
             }
         }
+        return !overlap.deeper();
     });
     return overlap;
 }

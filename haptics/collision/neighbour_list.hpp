@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "haptics/collision/far_rows.hpp"
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/qp/problem.hpp"
 
@@ -13,6 +14,9 @@ namespace touchstone {
 constexpr std::uint64_t contactId(int obstacle, int toolLeaf, int obstacleLeaf) {
     return std::uint64_t(obstacle) << 56 | std::uint64_t(toolLeaf) << 28 | std::uint64_t(obstacleLeaf);
 }
+constexpr int obstacleOf(std::uint64_t contact) { return int(contact >> 56); }
+constexpr int toolLeafOf(std::uint64_t contact) { return int(contact >> 28 & 0xfffffff); }
+constexpr int obstacleLeafOf(std::uint64_t contact) { return int(contact & 0xfffffff); }
 
 /// What crosses a row: the increment x (of C, on world axes: mm, rad) with J x + g + slack |J| < 0, |J| in the metric
 /// of the stiffness as elastic answers have it.
@@ -23,18 +27,23 @@ struct Crossing {
     bool notDeeper = false;  ///< negative g count as zero
 };
 
-/// The pairs of a tool and one obstacle. It holds two sets of entries: all of a wide margin, from a walk of the trees,
-/// and those of a narrow one, taken from the first in one pass, which is what the queries look at. What they return
-/// depends on the pose and margin asked for, never on the age of either, nor on who found them. Poses X_OT: tool node
-/// in the obstacle's frame, mm. Real time: all memory is taken in the constructor; no lock, no throw.
+/// The pairs of a tool and one obstacle. It holds two sets of entries: all of a wide margin, from a walk of the trees
+/// along where the tool goes, and those of a narrow one, taken from the first in one pass, which is what the queries
+/// look at. What they return depends on the pose and margin asked for, never on the age of either, nor on who found
+/// them. Poses X_OT: tool node in the obstacle's frame, mm. Real time: all memory is taken in the constructor; no lock,
+/// no throw.
 class NeighbourList {
   public:
     NeighbourList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex);
 
-    /// Makes the list complete for `margin` at X_OT; what has to be found anew for that reaches up to `slack` further.
-    /// False if there are more entries than memory; the list is then complete for nothing.
-    bool complete(const Pose& X_OT, double margin, double slack);
-    void forget() { all_.margin = near_.margin = -1; }
+    /// Makes the list complete for `margin` on all of a course; what has to be found anew for that reaches up to
+    /// `slack` further. False if there are more entries than memory; the list is then complete for nothing.
+    bool complete(const Course& course, double margin, double slack);
+    bool isComplete(const Course& course, double margin) const { return finder_.reserve(near_, course) >= margin; }
+    /// The way of the tool's centre and about it in one tick, on the obstacle's axes, mm and rad, if it goes on as it
+    /// does: what is found anew is found that way ahead.
+    void expect(const Vec3& shift, const Vec3& turn) { shift_ = shift, turn_ = turn; }
+    void forget() { all_.margin = near_.margin = farMargin_ = -1; }
     /// Entries that complete() may take instead of finding its own, until the next call; null for none. They stay the
     /// caller's.
     void offer(const PairEntries* entries) { offered_ = entries; }
@@ -45,14 +54,20 @@ class NeighbourList {
     /// fit or be more than `most`. All queries: pre: complete() for the margin at the pose, or for more nearby.
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
                     int most = std::numeric_limits<int>::max()) const;
-    struct Found {
-        bool near = false;  ///< there is a pair with beyond < gap <= margin
-        bool fits = true;   ///< else `crossed` is as it was
-    };
-    /// Of the pairs with beyond < gap <= margin: appends those to `crossed` whose row is crossed by more than a
-    /// rounding, but for those that `rows` has, if all of them would fit into `rows`.
-    Found appendCrossed(const Pose& X_OT, const Mat3& R_WO, double beyond, double margin, const Crossing& by,
-                        const RowSet& rows, RowSet& crossed) const;
+    /// Appends the row of one pair if its gap is within margin. No precondition.
+    void appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, int toolLeaf, int obstacleLeaf,
+                   RowSet& rows) const;
+    /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than a rounding and `rows` has not, the
+    /// most crossed ones, to `crossed`; none if and only if there are none. False, with `crossed` as it was, if they
+    /// would not fit into `rows` or there are too many to look at. Pre: as for the others, or
+    /// complete(step, crossingMargin(step)) with the way `by` as step.
+    bool appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by, const RowSet& rows,
+                       RowSet& crossed);
+    /// A step crosses only rows of pairs, and ends in touch only of pairs, whose gap gets as small as this on its way,
+    /// mm: far less than the step is long where leaves are large against it.
+    double crossingMargin(const Course& step) const;
+    /// Whether there is a pair with gap <= margin. Without the precondition true still is true.
+    bool anyWithin(const Pose& X_OT, double margin) const;
     /// Appends only the pair of least gap of each tool leaf, as long as they fit; returns the number of pairs within
     /// margin.
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const;
@@ -64,7 +79,7 @@ class NeighbourList {
         bool deeper() const { return toolLeaf >= 0; }
     };
     /// Re-measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance).
-    /// Pre: complete() at `before` for the travel.
+    /// Pre: complete() at `before` for the travel, or on the way for its crossingMargin().
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) const;
     /// Whether that pair is deeper.
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const;
@@ -73,16 +88,27 @@ class NeighbourList {
     double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const;
 
   private:
+    Course ahead(const Course& asked, double ticks, double slack) const;
+    bool findFar(const Course& step, double margin);
     template <class Visit>
-    void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
+    void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
+        forEachHit(X_OT, margin, margin, visit);
+    }
+    template <class Visit>
+    void forEachHit(const Course& course, double onCourse, double margin, Visit&& visit) const;
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     Vec3 center_;
+    double reach_, leastSum_;  ///< leastSum_: of the radii of a pair
+    Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();
     int obstacleIndex_;
     PairFinder finder_;
     PairEntries all_, near_;
     const PairEntries* offered_ = nullptr;
+    FarRows far_;
+    Pose far_X_OT_;          ///< what far_ holds all rows of:
+    double farMargin_ = -1;  ///< up to this gap at that pose; negative: of less
 };
 
 }  // namespace touchstone

@@ -11,6 +11,23 @@ double travel(const Pose& from, const Pose& to, const Vec3& center, double reach
     return (to * center - from * center).norm() + reach * logRotation(to.q * from.q.conjugate()).norm();
 }
 
+double deviation(const Course& from, const Course& other, const Vec3& center, double reach) {
+    // Leaves go straight on a course; turned ones get there by an arc that is off by up to half the angle squared.
+    const auto bend = [&](const Vec3& turn) { return reach * turn.squaredNorm() / 2; };
+    const double way2 = from.shift.squaredNorm() + reach * reach * from.turn.squaredNorm();
+    const auto at = [&](const Pose& X_OT) {
+        const Vec3 p = X_OT * center - from.X_OT * center, turn = logRotation(X_OT.q * from.X_OT.q.conjugate());
+        const double start = p.norm() + reach * turn.norm();
+        if (way2 == 0) return start;
+        const double s = std::clamp((p.dot(from.shift) + reach * reach * turn.dot(from.turn)) / way2, 0.0, 1.0);
+        return std::min(start, (p - s * from.shift).norm() + reach * (turn - s * from.turn).norm() + bend(turn));
+    };
+    const double start = at(other.X_OT);
+    if (other.stays()) return start;
+    // Between its ends a straight way is no further from another than at one of them.
+    return std::max(start, at(other.end(center)) + bend(other.turn));
+}
+
 PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle) {
     const std::int64_t possible = std::int64_t(tool.leafCount()) * obstacle.levels[1].count;
     capacity = int(std::min<std::int64_t>(possible, kCapacity));
@@ -29,49 +46,78 @@ PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
     for (auto& column : placed_) column.resize(std::size_t(paddedToEight(tool.leafCount())));
 }
 
-double PairFinder::reserve(const PairEntries& entries, const Pose& X_OT) const {
-    return entries.margin < 0 ? -1 : entries.margin - travel(entries.X_OT, X_OT, center_, reach_);
+double PairFinder::reserve(const PairEntries& entries, const Course& course) const {
+    return entries.margin < 0 ? -1 : entries.margin - deviation(entries.course, course, center_, reach_);
 }
 
-void PairFinder::place(const Pose& X_OT) {
+void PairFinder::place(const Course& course) {
+    const Pose& X_OT = course.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
-    const Eigen::Vector3f p = X_OT.p.cast<float>();
+    const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * center_).cast<float>();
+    const Eigen::Vector3f shift = course.shift.cast<float>(), turn = course.turn.cast<float>();
+    const bool stays = course.stays();
     const TreeLevel& leaves = tool_->levels[0];
     for (int i = 0; i < leaves.count; i += SphereTree::kBranching) {
         const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
-        for (int k = 0; k < 3; ++k) store(&placed_[k][i], R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k]);
-        store(&placed_[3][i], load(&leaves.r[i]));
+        Float8 at[3];
+        for (int k = 0; k < 3; ++k) {
+            at[k] = R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k];
+            store(&placed_[kX + k][i], at[k]);
+        }
+        store(&placed_[kR][i], load(&leaves.r[i]));
+        if (stays) continue;
+        Float8 way2 = splat(0.0f);
+        for (int k = 0; k < 3; ++k) {
+            const int a = (k + 1) % 3, b = (k + 2) % 3;
+            const Float8 way = shift[k] + (turn[a] * (at[b] - c[b]) - turn[b] * (at[a] - c[a]));
+            store(&placed_[kWayX + k][i], way);
+            way2 += way * way;
+        }
+        store(&placed_[kPerWay2][i], way2 > 1e-12f ? 1.0f / way2 : splat(0.0f));
     }
 }
 
 /// Appends the entry if a leaf of its bucket is within the limit; without a branch, since half of them are.
+template <bool moves>
 inline void PairFinder::keep(LeafBucket entry, float limit, PairEntries& out) const {
     const TreeLevel& leaves = obstacle_->levels[0];
     const int first = entry.bucket * SphereTree::kBranching;
-    const Float8 dx = load(&leaves.x[first]) - splat(placed_[0][entry.toolLeaf]);
-    const Float8 dy = load(&leaves.y[first]) - splat(placed_[1][entry.toolLeaf]);
-    const Float8 dz = load(&leaves.z[first]) - splat(placed_[2][entry.toolLeaf]);
-    const float gap =
-        least(simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&leaves.r[first]) + splat(placed_[3][entry.toolLeaf])));
+    const auto placed = [&](int column) { return splat(placed_[column][entry.toolLeaf]); };
+    Float8 dx = load(&leaves.x[first]) - placed(kX);
+    Float8 dy = load(&leaves.y[first]) - placed(kY);
+    Float8 dz = load(&leaves.z[first]) - placed(kZ);
+    if constexpr (moves) {
+        const Float8 wx = placed(kWayX), wy = placed(kWayY), wz = placed(kWayZ);
+        Float8 s = (dx * wx + dy * wy + dz * wz) * placed(kPerWay2);
+        s = max(s, splat(0.0f));
+        s = s < 1.0f ? s : splat(1.0f);
+        dx -= s * wx, dy -= s * wy, dz -= s * wz;
+    }
+    const float gap = least(simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&leaves.r[first]) + placed(kR)));
     out.at[out.count] = entry;
     out.gap[out.count] = gap;
     out.count += gap <= limit;
 }
 
-bool PairFinder::find(const Pose& X_OT, double margin, PairEntries& out) {
-    out.margin = -1;
-    place(X_OT);
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
-    // The walk tested the buckets' boxes; the leaves themselves drop most of what it found.
+/// The walk tested the buckets' boxes; the leaves themselves drop most of what it found. False if too much is left.
+template <bool moves>
+bool PairFinder::walk(const Course& course, double margin) {
+    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, course.X_OT);
     found_.count = 0;
     bool full = false;
-    walk_.run(X_OT, margin, [&](const LeafBucket* entries, int count) {
+    walk_.run(course, margin, [&](const LeafBucket* entries, int count) {
         for (int i = 0; i < count && !full; ++i) {
-            keep(entries[i], limit, found_);
+            keep<moves>(entries[i], limit, found_);
             full = found_.count > found_.capacity;
         }
     });
-    if (full) return false;
+    return !full;
+}
+
+bool PairFinder::find(const Course& course, double margin, PairEntries& out) {
+    out.margin = -1;
+    place(course);
+    if (!(course.stays() ? walk<false>(course, margin) : walk<true>(course, margin))) return false;
 
     // Stable counting sort by tool leaf; its buckets are ascending already.
     std::fill(offsets_.begin(), offsets_.end(), 0);
@@ -83,17 +129,26 @@ bool PairFinder::find(const Pose& X_OT, double margin, PairEntries& out) {
         out.gap[to] = found_.gap[i];
     }
     out.count = found_.count;
-    out.X_OT = X_OT;
+    out.course = course;
     out.margin = margin;
     return true;
 }
 
-void PairFinder::narrow(const PairEntries& from, const Pose& X_OT, double margin, PairEntries& out) {
-    place(X_OT);
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
+void PairFinder::narrow(const PairEntries& from, const Course& course, double margin, PairEntries& out) {
+    place(course);
+    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, course.X_OT);
     out.count = 0;
-    forEachWithin(from, X_OT, margin, [&](const LeafBucket& entry) { keep(entry, limit, out); });
-    out.X_OT = X_OT;
+    const auto keepAll = [&]<bool moves>() {
+        forEachWithin(from, course, margin, [&](const LeafBucket& entry) {
+            keep<moves>(entry, limit, out);
+            return true;
+        });
+    };
+    if (course.stays())
+        keepAll.operator()<false>();
+    else
+        keepAll.operator()<true>();
+    out.course = course;
     out.margin = margin;
 }
 

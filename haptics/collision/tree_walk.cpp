@@ -28,14 +28,28 @@ float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose&
     return float(8 * 0x1p-24 * (extent(tool) + extent(obstacle) + X_OT.p.norm()) + 1e-6);
 }
 
-/// The query in float: rotation and translation of the tool into the obstacle's frame, margin with guard.
+/// The query in float: rotation and translation of the tool into the obstacle's frame and its course there, margin with
+/// guard.
 struct TreeWalk::Query {
     float R[3][3], p[3], margin;
+    float shift[3], turn[3], c[3];  ///< c: the tool's centre
+    float grown;  ///< the turn takes a block's leaves further than its centre, by its radius times this
     ErasedSink sink;
     void* context;
 
-    void place(float x, float y, float z, float out[3]) const {
-        for (int k = 0; k < 3; ++k) out[k] = R[k][0] * x + R[k][1] * y + R[k][2] * z + p[k];
+    /// Where centres of tool blocks are, or for a course the boxes of their ways. T: float or Float8.
+    template <bool moves, class T>
+    TOUCHSTONE_INLINE void place(const T& x, const T& y, const T& z, T lo[3], T hi[3]) const {
+        T at[3];
+        for (int k = 0; k < 3; ++k) lo[k] = hi[k] = at[k] = R[k][0] * x + R[k][1] * y + R[k][2] * z + p[k];
+        if constexpr (moves)
+            for (int k = 0; k < 3; ++k) {
+                const int i = (k + 1) % 3, j = (k + 2) % 3;
+                const T way = shift[k] + (turn[i] * (at[j] - c[j]) - turn[j] * (at[i] - c[i]));
+                const T end = at[k] + way;
+                lo[k] = at[k] < end ? at[k] : end;
+                hi[k] = at[k] < end ? end : at[k];
+            }
     }
 };
 
@@ -56,21 +70,31 @@ TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&
     out_.resize(kFrontier + SphereTree::kBranching);
 }
 
-void TreeWalk::runErased(const Pose& X_OT, double margin, ErasedSink sink, void* context) {
+void TreeWalk::runErased(const Course& course, double margin, ErasedSink sink, void* context) {
     Query query{};
+    const Pose& X_OT = course.X_OT;
     const Mat3 R = X_OT.R();
+    const Vec3 center = X_OT * tool_->center();
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) query.R[i][j] = float(R(i, j));
         query.p[i] = float(X_OT.p[i]);
+        query.shift[i] = float(course.shift[i]);
+        query.turn[i] = float(course.turn[i]);
+        query.c[i] = float(center[i]);
     }
+    query.grown = float(1 + course.turn.norm());
     query.margin = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     query.sink = sink;
     query.context = context;
     frontiers_[0].tool[0] = frontiers_[0].obstacle[0] = 0;
-    descend(query, 0, 1);
+    if (course.stays())
+        descend<false>(query, 0, 1);
+    else
+        descend<true>(query, 0, 1);
 }
 
 /// Expands the pairs of one depth run by run: as many as the next depth holds, then that run to the end, then the next.
+template <bool moves>
 void TreeWalk::descend(const Query& query, int depth, int count) {
     const Frontier& here = frontiers_[depth];
     if (depth + 1 == int(levels_.size())) {
@@ -81,40 +105,47 @@ void TreeWalk::descend(const Query& query, int depth, int count) {
     const bool descendObstacle = levels_[depth + 1][1] != levels_[depth][1];
     for (int first = 0; first < count;) {
         int used = 0;
-        const int found = descendObstacle ? expandObstacle(query, depth, first, count, used)
-                                          : expandTool(query, depth, first, count, used);
-        if (found) descend(query, depth + 1, found);
+        const int found = descendObstacle ? expandObstacle<moves>(query, depth, first, count, used)
+                                          : expandTool<moves>(query, depth, first, count, used);
+        if (found) descend<moves>(query, depth + 1, found);
         first += used;
     }
 }
 
+/// How far an interval lies outside another, 0 if they meet.
+template <class T>
+TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const T& otherLo, const T& otherHi) {
+    return max(max(lo - otherHi, otherLo - hi), splat(0.0f));
+}
+
+template <bool moves>
 int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count, int& used) {
     const Frontier& here = frontiers_[depth];
     Frontier& next = frontiers_[depth + 1];
     const TreeLevel& tool = tool_->levels[levels_[depth][0]];
     const TreeLevel& obstacle = obstacle_->levels[levels_[depth + 1][1]];
     int found = 0, placed = -1;
-    float c[3] = {}, reach = 0;
+    float lo[3] = {}, hi[3] = {}, reach = 0;
     for (int i = first; i < count && found <= kFrontier - SphereTree::kBranching; ++i, ++used) {
         const int block = here.tool[i];
         if (block != placed) {
-            query.place(tool.x[block], tool.y[block], tool.z[block], c);
-            reach = tool.r[block] + query.margin;
+            query.place<moves>(tool.x[block], tool.y[block], tool.z[block], lo, hi);
+            reach = tool.r[block] * query.grown + query.margin;
             placed = block;
         }
         const int children = here.obstacle[i] * SphereTree::kBranching;
-        Float8 distance2 = splat(0.0f);
+        const float* centers[3] = {&obstacle.x[children], &obstacle.y[children], &obstacle.z[children]};
+        Float8 box2 = splat(0.0f), ball2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 x = splat(c[k]);
             const Float8 outside =
-                max(max(load(&obstacle.lo[k][children]) - x, x - load(&obstacle.hi[k][children])), splat(0.0f));
-            distance2 += outside * outside;
+                apart(load(&obstacle.lo[k][children]), load(&obstacle.hi[k][children]), splat(lo[k]), splat(hi[k]));
+            box2 += outside * outside;
+            const Float8 x = load(centers[k]), d = moves ? apart(x, x, splat(lo[k]), splat(hi[k])) : x - splat(lo[k]);
+            ball2 += d * d;
         }
-        const Float8 limit = max(load(&obstacle.round[children]) + splat(reach), splat(0.0f));
-        const Float8 dx = load(&obstacle.x[children]) - splat(c[0]), dy = load(&obstacle.y[children]) - splat(c[1]),
-                     dz = load(&obstacle.z[children]) - splat(c[2]);
-        const Float8 apart = max(load(&obstacle.r[children]) + splat(reach), splat(0.0f));
-        const Mask hits = lessEqual(distance2, limit * limit) & lessEqual(dx * dx + dy * dy + dz * dz, apart * apart);
+        const Float8 box = max(load(&obstacle.round[children]) + splat(reach), splat(0.0f));
+        const Float8 ball = max(load(&obstacle.r[children]) + splat(reach), splat(0.0f));
+        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
         compressStore(&next.obstacle[found], splat(children) + lanes(), hits);
         compressStore(&next.tool[found], splat(block), hits);
         found += std::popcount(hits);
@@ -122,33 +153,33 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
     return found;
 }
 
+template <bool moves>
 int TreeWalk::expandTool(const Query& query, int depth, int first, int count, int& used) {
     const Frontier& here = frontiers_[depth];
     Frontier& next = frontiers_[depth + 1];
     const TreeLevel& tool = tool_->levels[levels_[depth + 1][0]];
     const TreeLevel& obstacle = obstacle_->levels[levels_[depth][1]];
     int found = 0, placed = -1;
-    Float8 c[3] = {}, reach = {};
+    Float8 lo[3] = {}, hi[3] = {}, reach = {};
     for (int i = first; i < count && found <= kFrontier - SphereTree::kBranching; ++i, ++used) {
         const int children = here.tool[i] * SphereTree::kBranching;
         if (children != placed) {
-            const Float8 x = load(&tool.x[children]), y = load(&tool.y[children]), z = load(&tool.z[children]);
-            for (int k = 0; k < 3; ++k) c[k] = query.R[k][0] * x + query.R[k][1] * y + query.R[k][2] * z + query.p[k];
-            reach = load(&tool.r[children]) + splat(query.margin);
+            query.place<moves>(load(&tool.x[children]), load(&tool.y[children]), load(&tool.z[children]), lo, hi);
+            reach = load(&tool.r[children]) * query.grown + splat(query.margin);
             placed = children;
         }
         const int block = here.obstacle[i];
-        Float8 distance2 = splat(0.0f);
+        const float center[3] = {obstacle.x[block], obstacle.y[block], obstacle.z[block]};
+        Float8 box2 = splat(0.0f), ball2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 outside =
-                max(max(splat(obstacle.lo[k][block]) - c[k], c[k] - splat(obstacle.hi[k][block])), splat(0.0f));
-            distance2 += outside * outside;
+            const Float8 outside = apart(lo[k], hi[k], splat(obstacle.lo[k][block]), splat(obstacle.hi[k][block]));
+            box2 += outside * outside;
+            const Float8 x = splat(center[k]), d = moves ? apart(lo[k], hi[k], x, x) : lo[k] - x;
+            ball2 += d * d;
         }
-        const Float8 limit = max(reach + splat(obstacle.round[block]), splat(0.0f));
-        const Float8 dx = c[0] - splat(obstacle.x[block]), dy = c[1] - splat(obstacle.y[block]),
-                     dz = c[2] - splat(obstacle.z[block]);
-        const Float8 apart = max(reach + splat(obstacle.r[block]), splat(0.0f));
-        const Mask hits = lessEqual(distance2, limit * limit) & lessEqual(dx * dx + dy * dy + dz * dz, apart * apart);
+        const Float8 box = max(reach + splat(obstacle.round[block]), splat(0.0f));
+        const Float8 ball = max(reach + splat(obstacle.r[block]), splat(0.0f));
+        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
         compressStore(&next.tool[found], splat(children) + lanes(), hits);
         compressStore(&next.obstacle[found], splat(block), hits);
         found += std::popcount(hits);

@@ -8,6 +8,26 @@
 
 namespace touchstone {
 
+/// Where a tool goes for a while: from a pose straight on, as far as known. Tool node in the obstacle's frame; the way
+/// is that of the tool's centre and about it, on the obstacle's axes: mm, rad.
+struct Course {
+    Pose X_OT;
+    Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
+
+    Course() = default;
+    Course(const Pose& X_OT_) : X_OT(X_OT_) {}  // NOLINT: staying is a course
+    Course(const Pose& X_OT_, const Vec3& shift_, const Vec3& turn_) : X_OT(X_OT_), shift(shift_), turn(turn_) {}
+    bool stays() const { return shift.isZero(0) && turn.isZero(0); }
+    Course times(double k) const { return {X_OT, k * shift, k * turn}; }
+    /// How far any leaf of a tool goes at most, mm; reach as in travel().
+    double length(double reach) const { return shift.norm() + reach * turn.norm(); }
+    /// Where a tool with that centre is then.
+    Pose end(const Vec3& center) const {
+        const Quat q = (expRotation(turn) * X_OT.q).normalized();
+        return {X_OT * center + shift - q * center, q};
+    }
+};
+
 /// A tool leaf and a bucket of eight obstacle leaves, [8·bucket, 8·bucket + 8), that may be near each other.
 struct LeafBucket {
     std::int32_t toolLeaf;
@@ -25,12 +45,12 @@ class TreeWalk {
     TreeWalk(const SphereTree& tool, const SphereTree& obstacle);
 
     /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair with gap <= margin
-    /// mm, margin >= 0. Buckets of one tool leaf arrive in ascending order; tool leaves arrive in any. X_OT: tool node
-    /// in the obstacle's frame. Real time: no allocation, lock or throw beyond the sink's own.
+    /// mm somewhere on the course, margin >= 0. Buckets of one tool leaf arrive in ascending order; tool leaves arrive
+    /// in any. Real time: no allocation, lock or throw beyond the sink's own.
     template <class Sink>
-    void run(const Pose& X_OT, double margin, Sink&& sink) {
+    void run(const Course& course, double margin, Sink&& sink) {
         runErased(
-            X_OT, margin, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
+            course, margin, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
     }
 
   private:
@@ -40,9 +60,12 @@ class TreeWalk {
     };
     struct Query;
 
-    void runErased(const Pose& X_OT, double margin, ErasedSink sink, void* context);
+    void runErased(const Course& course, double margin, ErasedSink sink, void* context);
+    template <bool moves>
     void descend(const Query& query, int depth, int count);
+    template <bool moves>
     int expandObstacle(const Query& query, int depth, int first, int count, int& used);
+    template <bool moves>
     int expandTool(const Query& query, int depth, int first, int count, int& used);
 
     const SphereTree* tool_;

@@ -47,7 +47,10 @@ class DefaultTick {
     Found fly(double need);
     bool fliesOn(const Vec6& wanted, Step& step);
     bool collect(double margin);
-    bool completeLists(double margin);
+    void addLastContacts();
+    Course course(int obstacle, const Vec6& x) const;
+    bool completeLists(double margin, const Vec6* x = nullptr);
+    bool lookAround(double margin);
     bool addCrossed(double upTo, const Crossing& by, bool& added);
     void truncated(int rows);
     double clearanceUpTo(double atMost) const;
@@ -72,12 +75,39 @@ class DefaultTick {
     bool shadowed_ = false;
 };
 
-bool DefaultTick::completeLists(double margin) {
+/// The increment x from the graphic pose.
+Course DefaultTick::course(int obstacle, const Vec6& x) const {
+    const auto R_OW = s_.R_WO[obstacle].transpose();
+    return {s_.inObstacle(obstacle, s_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
+}
+
+/// For all pairs within a margin, or only for those of them that the step x may cross. False if there is no room.
+bool DefaultTick::completeLists(double margin, const Vec6* x) {
     bool complete = true;
-    for (int k = 0; k < int(s_.lists.size()) && complete; ++k)
-        complete = s_.lists[k].complete(s_.inObstacle(k, s_.graphic), margin, set_.slack);
+    for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
+        NeighbourList& list = s_.lists[k];
+        const Course step = course(k, x ? *x : Vec6::Zero());
+        const double onStep = x ? list.crossingMargin(step) : INFINITY;
+        if (onStep >= margin)
+            complete = list.complete(step.X_OT, margin, set_.slack);
+        else if (!list.isComplete(step.X_OT, margin))
+            complete = list.complete(step, onStep, set_.slack);
+    }
     if (!complete) tick_.record.flags |= kListOverflow;
     return complete;
+}
+
+/// Finds out whether a pair is within the margin; what the lists know mostly tells. False if they have no room.
+bool DefaultTick::lookAround(double margin) {
+    const auto look = [&] {
+        for (int k = 0; k < int(s_.lists.size()) && !near_; ++k)
+            near_ = s_.lists[k].anyWithin(s_.inObstacle(k, s_.graphic), margin);
+    };
+    look();
+    if (near_) return true;
+    if (!completeLists(margin)) return false;
+    look();
+    return true;
 }
 
 /// The rows to begin with: of all pairs within the margin or, where overlaps are so deep that these are many, of the
@@ -85,15 +115,24 @@ bool DefaultTick::completeLists(double margin) {
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    const bool complete = completeLists(std::max(margin, std::min(set_.margin, 1.2 * s_.lastStep)));
+    // For what the answer may cross, too, if it is like the last.
+    Vec6 likely = Vec6::Zero();
+    likely[0] = 1.2 * s_.lastStep;
+    double asked = margin;
+    for (int k = 0; k < int(s_.lists.size()); ++k)
+        asked = std::max(asked, std::min({set_.margin, likely[0], s_.lists[k].crossingMargin(course(k, likely))}));
+    const bool complete = completeLists(asked);
     const int most = set_.adaptiveMargin ? kStartRows : s_.rows.capacity();
     bool fits = true;
     const int n = int(s_.lists.size());
     for (int k = 0; k < n && complete && fits; ++k)
         fits = s_.lists[k].appendRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows, most);
     pairs_ = s_.rows.size();
+    near_ = pairs_ > 0;
     allBelow_ = looked_ = margin;
-    if (complete && !fits) {
+    if (complete && fits) {
+        addLastContacts();
+    } else if (complete) {
         s_.rows.clear();
         pairs_ = 0;
         for (int k = 0; k < n; ++k)
@@ -103,9 +142,22 @@ bool DefaultTick::collect(double margin) {
             allBelow_ = margin;
             truncated(pairs_ - s_.rows.size());
         }
+        near_ = true;
     }
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
+}
+
+/// The contacts that carried the last answer mostly carry the next: with their rows the first answer crosses few
+/// others.
+void DefaultTick::addLastContacts() {
+    RowSet& known = s_.relaxed;
+    known.clear();
+    for (const auto& [id, force] : s_.contacts)
+        if (const int k = obstacleOf(id); s_.rows.find(id) < 0)
+            s_.lists[k].appendRow(s_.inObstacle(k, s_.graphic), s_.R_WO[k], set_.margin, toolLeafOf(id),
+                                  obstacleLeafOf(id), known);
+    if (known.size() + s_.rows.size() <= s_.rows.capacity()) s_.rows.merge(known);
 }
 
 void DefaultTick::truncated(int rows) {
@@ -121,19 +173,16 @@ bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
     const std::uint64_t start = tick_.now();
     RowSet& crossed = s_.relaxed;
     crossed.clear();
-    const bool complete = completeLists(upTo);
+    const bool complete = completeLists(upTo, &by.x);
     bool fits = complete;
-    for (int k = 0; k < int(s_.lists.size()) && fits; ++k) {
-        const auto found =
-            s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], allBelow_, upTo, by, s_.rows, crossed);
-        near_ = near_ || found.near;
-        fits = found.fits;
-    }
+    for (int k = 0; k < int(s_.lists.size()) && fits; ++k)
+        fits = s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], upTo, by, s_.rows, crossed);
     added = fits && crossed.size() > 0;
     if (added) s_.rows.merge(crossed);
     if (complete && !fits) truncated(1);  // at least: nobody counted on
+    const bool known = complete && (near_ || lookAround(upTo));
     tick_.addTime(tick_.record.collisionUs, start);
-    return complete;
+    return known;
 }
 
 double DefaultTick::clearanceUpTo(double atMost) const {
@@ -154,7 +203,6 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     const double need = step.length;
     const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
     if (!collect(base)) return Found::Failure;
-    near_ = s_.rows.size() > 0;
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
         looked_ = std::max(looked_, std::min(set_.margin, step.length));
@@ -303,7 +351,7 @@ DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
     const std::uint64_t start = tick_.now();
     const Pose after = moved(s_.graphic, x);
     Measured m;
-    m.deeper = !completeLists(s_.lengthOf(x)) && !x.isZero(0);
+    m.deeper = !completeLists(s_.lengthOf(x), &x) && !x.isZero(0);
     for (int k = 0; k < int(s_.lists.size()) && !m.deeper; ++k) {
         m.pair = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
         m.depth = std::max(m.depth, m.pair.depth);
@@ -365,6 +413,11 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
 }
 
 bool DefaultTick::run(Wrench& wrench) {
+    const Pose start = s_.graphic;
+    for (int k = 0; k < int(s_.lists.size()); ++k) {
+        const Course tick = course(k, s_.motion);
+        s_.lists[k].expect(tick.shift, tick.turn);
+    }
     bool leap = false;
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
@@ -395,6 +448,7 @@ bool DefaultTick::run(Wrench& wrench) {
     tick_.record.linearisations = linearisation_;
     tick_.record.hover = s_.hoverAt(s_.graphic);
 
+    s_.motion = incrementBetween(start, s_.graphic);
     const Vec6 pull = incrementBetween(device_, s_.graphic);
     wrench.force = set_.stiffness * pull.head<3>();
     wrench.torque = set_.torsion * pull.tail<3>();

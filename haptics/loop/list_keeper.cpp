@@ -8,10 +8,10 @@
 namespace touchstone {
 namespace {
 
-constexpr double kLeadMs = 1.5;   // how far ahead it finds: about as long as finding takes in a tight fit
-constexpr double kReach = 3;      // ms of travel, beyond the margin
-constexpr double kMostReach = 4;  // the same in slacks
-constexpr double kRenew = 0.4;    // of the slack travelled: time for new entries
+constexpr double kCourseMs = 10;  // how far ahead it finds,
+constexpr double kLongest = 2.5;  // mm, at most
+constexpr double kLeadMs = 4;     // of that is left when it finds anew: finding takes about half of it in a tight fit
+constexpr double kRenew = 0.4;    // or of the slack is spent
 constexpr auto kRest = std::chrono::microseconds(100);  // between looks at the mailbox: a tick must not have to wake it
 
 }  // namespace
@@ -47,19 +47,20 @@ void ListKeeper::run(const std::stop_token& stop) {
 }
 
 void ListKeeper::serve(const Request& r) {
-    const double ahead = kLeadMs / r.tickMs;  // ticks
     for (const auto& part : parts_) {
-        const Vec3 way = r.X_WT.p - r.X_WT_before.p, turn = logRotation(r.X_WT.q * r.X_WT_before.q.conjugate());
-        const Pose X_WT{r.X_WT.p + ahead * way, (expRotation(ahead * turn) * r.X_WT.q).normalized()};
-        const Pose X_OT = part->X_OW * X_WT;
-        const double speed = travel(r.X_WT_before, r.X_WT, part->center, part->reach) / r.tickMs;  // mm/ms
-        const double slack = std::clamp(kReach * speed, r.slack, kMostReach * r.slack), margin = r.margin + slack;
-        const double left = part->margin - travel(part->X_OT, X_OT, part->center, part->reach);
-        if (part->margin >= 0 && left >= margin - kRenew * slack) continue;
+        const Pose X_OT = part->X_OW * r.X_WT, before = part->X_OW * r.X_WT_before;
+        const Course tick{X_OT, X_OT * part->center - before * part->center,
+                          logRotation(X_OT.q * before.q.conjugate())};
+        const double fastest = kLongest / std::max(tick.length(part->reach), 1e-9);  // ticks
+        const Course next = tick.times(std::min(kLeadMs / r.tickMs, fastest));
+        const double margin = r.margin + r.slack;
+        const double left = part->margin - deviation(part->course, next, part->center, part->reach);
+        if (part->margin >= 0 && left >= margin - kRenew * r.slack) continue;
         PairEntries& entries = part->entries.back();
-        if (!part->finder.find(X_OT, margin, entries)) continue;  // too deep: the tick sees to it
+        const Course course = tick.times(std::min(kCourseMs / r.tickMs, fastest));
+        if (!part->finder.find(course, margin, entries)) continue;  // too deep: the tick sees to it
         part->entries.publish();
-        part->X_OT = X_OT;
+        part->course = course;
         part->margin = margin;
     }
 }

@@ -50,7 +50,7 @@ class ListKeeper {
         double reach;
         PairFinder finder;                  // the keeper's thread's
         TripleBuffer<PairEntries> entries;  // from it to the tick
-        Pose X_OT;                          // of what it published last
+        Course course;                      // of what it published last
         double margin = -1;
     };
 

@@ -71,9 +71,9 @@ void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     const Vec3 axis[3] = {Rzy * Vec3::UnitX(), Rz * Vec3::UnitY(), Vec3::UnitZ()};
     s.rows.clear();
     for (const auto& pair : s.deepest) {
-        const int k = int(pair.id >> 56);
-        const Sphere t = s.world->tool->leaf(int(pair.id >> 28 & 0xfffffff));
-        const Sphere o = s.world->obstacles[k].tree->leaf(int(pair.id & 0xfffffff));
+        const int k = obstacleOf(pair.id);
+        const Sphere t = s.world->tool->leaf(toolLeafOf(pair.id));
+        const Sphere o = s.world->obstacles[k].tree->leaf(obstacleLeafOf(pair.id));
         const Vec3 r = R * (Vec3(t.x, t.y, t.z) - s.p_TC);
         const Vec3 d = q_g.head<3>() + r - s.world->obstacles[k].X_WO * Vec3(o.x, o.y, o.z);
         const double radii = double(t.r) + double(o.r);

@@ -41,6 +41,7 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.loaded = false;
     s.freeRadius = 0;
     s.lastStep = 0;
+    s.motion.setZero();
     s.contacts.clear();
     for (NeighbourList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})
@@ -63,6 +64,7 @@ void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& re
     // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.
     for (const Multiplier& m : result.multipliers)
         contacts.push_back({from.id(m.row), m.value * from.row(m.row).head<3>().norm()});
+    std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
 }
 
 double StepState::Impl::hoverAt(const Pose& q) const {
@@ -70,9 +72,8 @@ double StepState::Impl::hoverAt(const Pose& q) const {
     for (const Contact& c : contacts) largest = std::max(largest, c.force);
     for (const Contact& c : contacts) {
         if (c.force <= std::max(0.02, 0.01 * largest)) continue;
-        const int obstacle = int(c.id >> 56);
-        hover = std::max(
-            hover, lists[obstacle].gap(inObstacle(obstacle, q), int(c.id >> 28 & 0xfffffff), int(c.id & 0xfffffff)));
+        const int obstacle = obstacleOf(c.id);
+        hover = std::max(hover, lists[obstacle].gap(inObstacle(obstacle, q), toolLeafOf(c.id), obstacleLeafOf(c.id)));
     }
     return hover;
 }

@@ -123,6 +123,10 @@ inline void compressStore(std::int32_t* out, Int8 v, Mask mask) {
                         _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(v), order));
 }
 
+inline void compressStore(float* out, Float8 v, Mask mask) {
+    compressStore(reinterpret_cast<std::int32_t*>(out), reinterpret_cast<Int8>(v), mask);
+}
+
 inline void compressStore(double* out, Double8 v, Mask mask) {
 #ifdef __AVX512F__
     _mm512_storeu_pd(out, _mm512_maskz_compress_pd(__mmask8(mask), reinterpret_cast<__m512d>(v)));

@@ -37,7 +37,7 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
 
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
-        const Sphere leaf = world_->tool->leaf(int(rows_.id(i) >> 28 & 0xfffffff));
+        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
         const Vec3 n = rows_.row(i).head<3>();
         const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
         contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});

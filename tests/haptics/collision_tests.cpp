@@ -139,7 +139,7 @@ TEST_CASE("neighbour list: a row predicts how its gap changes under a small incr
     moved.p = C + x.head<3>() - moved.q * tool.center();
     const Pose X_OT_moved = X_WO.inverse() * moved;
     for (int i = 0; i < rows.size(); ++i) {
-        const int t = int(rows.id(i) >> 28 & 0xfffffff), o = int(rows.id(i) & 0xfffffff);
+        const int t = toolLeafOf(rows.id(i)), o = obstacleLeafOf(rows.id(i));
         const double change = list.gap(X_OT_moved, t, o) - list.gap(X_OT, t, o);
         REQUIRE(rows.row(i).dot(x) == Approx(change).margin(2e-9));
         REQUIRE(rows.row(i).head<3>().norm() == Approx(1).margin(1e-12));
@@ -170,6 +170,55 @@ TEST_CASE("neighbour list: when rows are too many, the least gap of each tool le
     for (const auto& [leaf, gapAndId] : least) REQUIRE(rows.id(i++) == gapAndId.second);
 }
 
+TEST_CASE(
+    "pair finder: entries of a course hold every pair that is near on it, and how far a tool is off it is bounded",
+    "[collision]") {
+    std::mt19937 random(22);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
+    const Vec3 C = tool.center();
+    PairFinder finder(tool, obstacle);
+    PairEntries all(tool, obstacle), narrow(tool, obstacle);
+    const auto holds = [](const PairEntries& entries, int t, int o) {
+        for (int i = 0; i < entries.count; ++i)
+            if (entries.at[i].toolLeaf == t && entries.at[i].bucket == o / SphereTree::kBranching) return true;
+        return false;
+    };
+    const auto vector = [&](double length) {
+        return Vec3(length * uniform(random), length * uniform(random), length * uniform(random));
+    };
+    int pairs = 0;
+    for (int k = 0; k < 30; ++k) {
+        const Course course{randomPose(random, 25), vector(4), vector(0.15)}, first = course.times(0.4);
+        const double margin = 1.5, slack = 0.5;
+        REQUIRE(finder.find(course, margin + slack, all));
+        REQUIRE(finder.reserve(all, first) >= margin);
+        finder.narrow(all, first, margin, narrow);
+        for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
+            const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
+            // The bound holds for each leaf, whose way is straight.
+            const double bound = deviation(course, X, C, tool.reach());
+            const Mat3 R = course.X_OT.R();
+            for (int t = 0; t < tool.leafCount(); ++t) {
+                const Vec3 from = R * tool.leaf(t).center() + course.X_OT.p;
+                const Vec3 way = course.shift + course.turn.cross(from - course.X_OT * C);
+                const Vec3 now = X * tool.leaf(t).center() - from;
+                const double along = std::clamp(now.dot(way) / way.squaredNorm(), 0.0, 1.0);
+                REQUIRE((now - along * way).norm() <= bound + 1e-12);
+            }
+            const double near = finder.reserve(all, X);
+            for (const auto& [id, gap] : brutePairs(tool, obstacle, X, std::max(near, 0.0))) {
+                REQUIRE(holds(all, toolLeafOf(id), obstacleLeafOf(id)));
+                ++pairs;
+            }
+            if (s <= 0.4)
+                for (const auto& [id, gap] : brutePairs(tool, obstacle, X, std::max(finder.reserve(narrow, X), 0.0)))
+                    REQUIRE(holds(narrow, toolLeafOf(id), obstacleLeafOf(id)));
+        }
+    }
+    REQUIRE(pairs > 1000);
+}
+
 TEST_CASE("neighbour list: the rows that an increment crosses are those of brute force, but for the known ones",
           "[collision]") {
     std::mt19937 random(21);
@@ -183,7 +232,6 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     by.notDeeper = GENERATE(false, true);
     // With all pairs up to 1 mm given, or the nearest of each tool leaf alone.
     const bool nearest = GENERATE(false, true);
-    const double beyond = nearest ? -INFINITY : 1;
     int found = 0;
     for (int pose = 0; pose < 40; ++pose) {
         const Pose X = randomPose(random, 25);
@@ -200,17 +248,33 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
         const int nearOnes = near.size();
         RowSet given(1 << 15);
         for (int i = 0; i < near.size(); ++i) given.push(near.row(i), near.gap()[i], near.id(i));
-        const auto crossing = list.appendCrossed(X, Mat3::Identity(), beyond, 4, by, near, crossed);
-        REQUIRE(crossing.fits);
-        REQUIRE(crossing.near == (nearest ? all.size() > 0 : all.size() > near.size()));
-        near.merge(crossed);
-        REQUIRE(near.size() == nearOnes + crossed.size());
-        found += crossed.size();
+        REQUIRE(list.anyWithin(X, 4) == (all.size() > 0));
+        // Each call adds the most crossed ones of those that are left.
+        const auto left = [&](const RowSet& rows, int i) {
+            const double g = by.notDeeper ? std::max(0.0, rows.gap()[i]) : rows.gap()[i];
+            const double length = rows.row(i).cwiseQuotient(by.stiffness.cwiseSqrt()).norm();
+            return rows.row(i).dot(by.x) + g + by.slack * length;
+        };
+        for (int round = 0;; ++round) {
+            REQUIRE(round < 30);
+            crossed.clear();
+            REQUIRE(list.appendCrossed(X, Mat3::Identity(), 4, by, near, crossed));
+            if (crossed.size() == 0) break;
+            double worst = 0;
+            for (int i = 0; i < all.size(); ++i)
+                if (near.find(all.id(i)) < 0) worst = std::min(worst, left(all, i));
+            const auto deepest = [&] {
+                double least = 0;
+                for (int i = 0; i < crossed.size(); ++i) least = std::min(least, left(crossed, i));
+                return least;
+            };
+            REQUIRE(deepest() == Approx(worst).epsilon(1e-12));
+            near.merge(crossed);
+        }
+        found += near.size() - nearOnes;
         int at = 0;
         for (int i = 0; i < all.size(); ++i) {
-            const double g = by.notDeeper ? std::max(0.0, all.gap()[i]) : all.gap()[i];
-            const double length = all.row(i).cwiseQuotient(by.stiffness.cwiseSqrt()).norm();
-            const double s = all.row(i).dot(by.x) + g + by.slack * length;
+            const double s = left(all, i);
             if (std::abs(s) < 1e-9) continue;  // on the plane: either way
             const bool expected = given.find(all.id(i)) >= 0 || s < 0;
             REQUIRE((near.find(all.id(i)) >= 0) == expected);
@@ -219,8 +283,6 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
             REQUIRE(near.row(at).isApprox(all.row(i), 1e-13));
             REQUIRE(near.gap()[at++] == all.gap()[i]);
         }
-        REQUIRE(list.appendCrossed(X, Mat3::Identity(), beyond, 4, by, near, crossed).fits);  // all are known now
-        REQUIRE(crossed.size() == near.size() - nearOnes);
     }
     REQUIRE(found > 50);  // the test would be empty otherwise
 }

@@ -335,7 +335,7 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     PairFinder own(*world.tool, *world.obstacles[0].tree);
     PairEntries expected(*world.tool, *world.obstacles[0].tree);
     const PairEntries& found = *keeper.newest()[0];
-    REQUIRE(own.find(found.X_OT, found.margin, expected));
+    REQUIRE(own.find(found.course, found.margin, expected));
     REQUIRE(found.count == expected.count);
     for (int i = 0; i < found.count; ++i) {
         REQUIRE(found.at[i].toolLeaf == expected.at[i].toolLeaf);

@@ -93,7 +93,7 @@ Scene makeSpline(const SceneOptions& options) {
     scene.name = "spline";
     scene.extras = {
         {"touchstone",
-         {{"settings", {{"margin", 0.75 * fit.clearance}, {"trust", 0.75 * fit.clearance}, {"slack", 0.1}}}}}};
+         {{"settings", {{"margin", 0.5 * fit.clearance}, {"trust", 0.5 * fit.clearance}, {"slack", 0.1}}}}}};
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
     const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
                                 marked(toolMarking(options.leaves, outcome)));
