@@ -13,7 +13,7 @@ constexpr int kFlights = 64;                  // linearisations of a tick that c
 constexpr int kLeapSteps = 32;                // of one that does, while nothing is in the way of a device that leaps
 constexpr double kLeap = 2;                   // C moves this many times what the tick's linearisations can follow
 constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
-constexpr double kBaseMargin = 0.02;          // mm: pairs this near have rows from the start,
+constexpr double kBaseMargin = 0.04;          // of the margin: pairs this near have rows from the start,
 constexpr int kStartRows = 4096;              // unless they are more than this many
 constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
 constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
@@ -201,7 +201,7 @@ double DefaultTick::clearanceUpTo(double atMost) const {
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (fliesOn(wanted, step)) return Found::Free;
     const double need = step.length;
-    const double base = set_.adaptiveMargin ? std::min(set_.margin, kBaseMargin) : set_.margin;
+    const double base = set_.adaptiveMargin ? kBaseMargin * set_.margin : set_.margin;
     if (!collect(base)) return Found::Failure;
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
@@ -263,7 +263,7 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
         s_.rows.clear();
         near_ = false;
         allBelow_ = -INFINITY;
-        looked_ = std::max(kBaseMargin, s_.lengthOf(x));
+        looked_ = std::max(kBaseMargin * set_.margin, s_.lengthOf(x));
         bool crossed = false;
         if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
         if (crossed) return Found::Held;
