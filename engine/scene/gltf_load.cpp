@@ -90,9 +90,9 @@ Bytes uriBytes(const fs::path& file, const std::string& label, const std::string
 std::set<std::size_t> usedImages(const json& checked) {
     std::set<std::size_t> used;
     for (const json& material : checked.value("materials", json::array()))
-        for (const char* kind : {"/pbrMetallicRoughness/baseColorTexture/index",
-                                 "/pbrMetallicRoughness/metallicRoughnessTexture/index", "/normalTexture/index",
-                                 "/emissiveTexture/index"}) {
+        for (const char* kind :
+             {"/pbrMetallicRoughness/baseColorTexture/index", "/pbrMetallicRoughness/metallicRoughnessTexture/index",
+              "/normalTexture/index", "/emissiveTexture/index"}) {
             const json::json_pointer texture(kind);
             if (!material.contains(texture)) continue;
             const json& source = checked["textures"][material[texture].get<std::size_t>()];

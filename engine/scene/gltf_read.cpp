@@ -149,11 +149,10 @@ class SceneReader {
     /// The set of texture coordinates that a material's textures use: that of the first one it has.
     static int texcoordSet(const tinygltf::Material& material) {
         const auto& pbr = material.pbrMetallicRoughness;
-        for (const auto& [texture, set] :
-             {std::pair{pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord},
-              {pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord},
-              {material.normalTexture.index, material.normalTexture.texCoord},
-              {material.emissiveTexture.index, material.emissiveTexture.texCoord}})
+        for (const auto& [texture, set] : {std::pair{pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord},
+                                           {pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord},
+                                           {material.normalTexture.index, material.normalTexture.texCoord},
+                                           {material.emissiveTexture.index, material.emissiveTexture.texCoord}})
             if (texture >= 0) return set;
         return 0;
     }

@@ -36,9 +36,7 @@ struct Material {
     float normalScale = 1;
     glm::vec3 emissive{0};
 
-    std::array<int, 4> textures() const {
-        return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture};
-    }
+    std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
 };
 
 /// Smooth unit normals: at each position the mean of its triangles' normals weighted by area; +z where that is zero.

@@ -32,8 +32,7 @@ void LabelFont::append(std::vector<Glyph>& glyphs, std::string_view text, glm::v
         const ImFontGlyph* g = font.FindGlyph(static_cast<ImWchar>(code));
         if (!g) continue;
         if (g->Visible)
-            glyphs.push_back(
-                {{x + g->X0, at.y + g->Y0, x + g->X1, at.y + g->Y1}, {g->U0, g->V0, g->U1, g->V1}, color});
+            glyphs.push_back({{x + g->X0, at.y + g->Y0, x + g->X1, at.y + g->Y1}, {g->U0, g->V0, g->U1, g->V1}, color});
         x += g->AdvanceX;
     }
     const glm::vec2 white(atlas_.TexUvWhitePixel.x, atlas_.TexUvWhitePixel.y);

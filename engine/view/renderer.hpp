@@ -1,6 +1,6 @@
 #pragma once
-// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, labels, grid. Lengths in metres, y is up. Materials are
-// linear as in glTF; all other colours are sRGB, as one picks them from the screen.
+// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, labels, grid. Lengths in metres, y is up.
+// Materials are linear as in glTF; all other colours are sRGB, as one picks them from the screen.
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>

@@ -36,8 +36,12 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
     }
 
     contacts_.clear();
+    pairs_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
-        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
+        const std::uint64_t id = rows_.id(i);
+        const NearPair& pair = pairs_.emplace_back(
+            NearPair{int(id >> 56), int(id >> 28 & 0xfffffff), int(id & 0xfffffff), rows_.gap()[i]});
+        const Sphere leaf = world_->tool->leaf(pair.toolLeaf);
         const Vec3 n = rows_.row(i).head<3>();
         const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
         contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});

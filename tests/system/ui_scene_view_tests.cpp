@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include "engine/view/gl_context.hpp"
-#include "engine/view/image_file.hpp"
 #include "haptics/system/scene_view.hpp"
 #include "haptics/system/units.hpp"
 #include "tests/support/sphere_models.hpp"
@@ -69,7 +68,6 @@ TEST_CASE("scene view: arrows grow with the force and stay in the picture", "[sc
 }
 
 TEST_CASE("scene view: tool and obstacle have their colours where they must be", "[gl]") {
-    const TempFolder folder;
     const HapticScene scene = openScene(holdScene());
     REQUIRE(scene.world);
     const Pose X_WT = at(15, 10, 0);  // on the slab, beside its middle
@@ -77,9 +75,7 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     DisplayOptions plain;
     plain.contacts = plain.arrows = plain.grid = false;
     const auto picture = [&](const TickRecord& record, const DisplayOptions& options) {
-        const auto file = folder.path() / "picture.png";
-        renderScreenshot(scene, record, {}, options, file, kWidth, kHeight);
-        return engine::readPng(file);
+        return renderScene(scene, record, {}, {.display = options, .width = kWidth, .height = kHeight});
     };
     const engine::OrbitCamera camera = [&] {
         const engine::HeadlessContext context;
