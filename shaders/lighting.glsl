@@ -65,8 +65,8 @@ vec3 environment(vec3 d, float roughness, float key) {
     float above = smoothstep(-blur, blur, d.y + 0.05);
     vec3 floorColor = vec3(0.29, 0.262, 0.235) * (1.0 + 0.6 * d.y);
     vec3 wallColor = mix(vec3(0.67, 0.66, 0.65), vec3(0.36, 0.36, 0.37), smoothstep(0.0, 1.0, d.y));
-    float softness = mix(0.08, 0.7, roughness);
-    vec3 boxes = key * vec3(2.6, 2.5, 2.35) * softBox(d, keyDirection, vec2(0.75, 0.45), softness)
+    float softness = mix(0.16, 0.7, roughness);
+    vec3 boxes = key * vec3(2.1, 2.03, 1.92) * softBox(d, keyDirection, vec2(0.75, 0.45), softness)
                + vec3(1.0, 1.1, 1.25) * softBox(d, kRimDirection, vec2(0.35, 1.1), softness);
     return mix(floorColor, wallColor, above) + boxes * mix(1.0, 0.55, roughness);
 }

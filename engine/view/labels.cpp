@@ -13,6 +13,7 @@ LabelFont::LabelFont(float pixelScale) : pixelScale_(pixelScale) {
     int width = 0, height = 0;
     atlas_.GetTexDataAsRGBA32(&pixels, &width, &height);
     texture_.emplace(Image{width, height, {pixels, pixels + 4 * static_cast<std::size_t>(width) * height}}, false);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);  // the texels are narrower than pixels
     atlas_.ClearTexData();
 }
 

@@ -21,7 +21,7 @@ constexpr std::array<DisplaySwitch, 11> kSwitches{{
      "Cuts the scene open through the contacts, or through C, towards you; cut solids are hatched."},
     {"trees", 'L', "Spheres", nullptr, "The spheres of both trees, down to the leaves; the sliders choose a level."},
     {"gaps", 'K', "By gap", &DisplayOptions::byGap,
-     "Colours the spheres by their gap, from red at 0 to blue at 1 mm, instead of by level."},
+     "Colours the spheres by their gap, from red at 0 to grey at 1 mm, instead of by level."},
     {"grid", 'B', "Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
 }};
 

@@ -17,6 +17,7 @@ constexpr glm::vec3 kTraceOld{0.25f, 0.32f, 0.45f}, kTraceNew{0.85f, 0.95f, 1.00
 constexpr double kLoaded = 1e-3;  // N: below, a contact is said to carry nothing
 constexpr std::size_t kTracePoints = 4000;
 constexpr double kTracePointsPerReach = 200;
+constexpr double kNearCut = 0.06;  // of the reach
 constexpr float kFar = 1e30f;
 
 glm::vec3 point(const Vec3& mm) { return glm::vec3(toMetres(mm)); }
@@ -55,7 +56,7 @@ glm::vec4 sphereColor(bool tool, int level, int index) {
 
 glm::vec3 gapColor(double gap) {
     constexpr std::array<glm::vec3, 4> kStops{
-        glm::vec3{0.95f, 0.15f, 0.10f}, {1.00f, 0.80f, 0.20f}, {0.35f, 0.75f, 0.35f}, {0.25f, 0.35f, 0.60f}};
+        glm::vec3{0.95f, 0.15f, 0.10f}, {1.00f, 0.80f, 0.20f}, {0.35f, 0.75f, 0.35f}, {0.40f, 0.45f, 0.55f}};
     const float t = static_cast<float>(std::clamp(gap / kShownGap, 0.0, 1.0)) * (kStops.size() - 1);
     const std::size_t k = std::min(static_cast<std::size_t>(t), kStops.size() - 2);
     return glm::mix(kStops[k], kStops[k + 1], t - static_cast<float>(k));
@@ -106,17 +107,25 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
     }
 
     ContactPlace sum;
-    double load = 0;
-    for (const ContactPoint& contact : contacts_)
-        if (contact.load > kLoaded) {
-            load += contact.load;
-            sum.p_W += contact.load * contact.p_W;
-            sum.n_W += contact.load * contact.n_W;
-        }
-    if (load > 0) place_ = ContactPlace{sum.p_W / load, sum.n_W.normalized()};
-    if (options.clearance || (options.section && !place_)) findNearest(record.X_WT);
-    if (!place_ && nearest_)
-        place_ = ContactPlace{0.5 * (nearest_->p_W + nearest_->q_W), (nearest_->p_W - nearest_->q_W).normalized()};
+    double count = 0, load = 0;
+    std::erase_if(contacts_, [&](const ContactPoint& c) { return c.load <= kLoaded && c.gap > options.contactMargin; });
+    for (const ContactPoint& contact : contacts_) {
+        ++count;
+        load += std::max(contact.load, kLoaded);
+        sum.p_W += contact.p_W;
+        sum.n_W += std::max(contact.load, kLoaded) * contact.n_W;
+    }
+    if (count > 0) {
+        place_ = ContactPlace{sum.p_W / count, sum.n_W / load, 0};
+        for (const ContactPoint& contact : contacts_)
+            place_->reach = std::max(place_->reach, (contact.p_W - place_->p_W).norm());
+    }
+    if (options.clearance) findNearest(record.X_WT);
+}
+
+std::optional<ContactPlace> SceneOverlays::nearestPlace() const {
+    if (!nearest_) return std::nullopt;
+    return ContactPlace{0.5 * (nearest_->p_W + nearest_->q_W), nearest_->n_W, 0};
 }
 
 void SceneOverlays::findNearest(const Pose& X_WT) {
@@ -129,7 +138,7 @@ void SceneOverlays::findNearest(const Pose& X_WT) {
         least = gap;
         const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
         const Vec3 p = X_WT * a.center(), q = obstacle.X_WO * b.center(), n = (p - q).normalized();
-        nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, gap};
+        nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
     }
 }
 
@@ -144,18 +153,19 @@ void SceneOverlays::add(engine::Frame& frame, const TickRecord& record, const Di
                 {point(points[i - 1]), point(points[i]), glm::vec4(glm::mix(kTraceOld, kTraceNew, age), 1), 2});
         }
     }
-    if (options.contacts) addContacts(frame, options.contactMargin, unit);
+    if (options.contacts) addContacts(frame, unit);
     if (options.arrows) addArrows(frame, record, options.values, unit);
     if (options.clearance && nearest_) {
         const glm::vec3 p = point(nearest_->p_W), q = point(nearest_->q_W);
         frame.lines.push_back({p, q, kClearanceColor, 2.5f});
         frame.lines.push_back({p, p, kClearanceColor, 8});
         frame.lines.push_back({q, q, kClearanceColor, 8});
-        if (options.values) frame.labels.push_back({p, text("%.3g mm", nearest_->gap), kClearanceColor});
+        const double gap = std::abs(nearest_->gap) < 5e-4 ? 0 : nearest_->gap;  // no -0.000
+        if (options.values) frame.labels.push_back({p, text("%.3f mm", gap), kClearanceColor});
     }
 }
 
-void SceneOverlays::addContacts(engine::Frame& frame, double margin, double unit) const {
+void SceneOverlays::addContacts(engine::Frame& frame, double unit) const {
     double total = 1e-9, most = 1e-9;
     for (const ContactPoint& contact : contacts_) {
         total += contact.load;
@@ -164,9 +174,12 @@ void SceneOverlays::addContacts(engine::Frame& frame, double margin, double unit
     // The loaded ones come first and are to be drawn last, over the others.
     for (auto contact = contacts_.rbegin(); contact != contacts_.rend(); ++contact) {
         const bool loaded = contact->load > kLoaded;
-        if (!loaded && contact->gap > margin) continue;
         const glm::vec3 p = point(contact->p_W);
-        if (!loaded && frame.section && glm::dot(*frame.section, glm::vec4(p, 1)) < 0) continue;  // cut away
+        if (!loaded && frame.section) {
+            // Those that carry nothing are worth their room only in the cut.
+            const double behind = kMmPerMetre * double(glm::dot(*frame.section, glm::vec4(p, 1)));
+            if (behind < 0 || behind > kNearCut * reach_) continue;
+        }
         // Normals of loaded contacts share out the length of the force's arrow.
         const double share = contact->load / total;
         const double length = unit * (loaded ? 0.15 + 0.6 * arrowLength(total) * share : 0.05);
@@ -184,7 +197,9 @@ void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bo
         if (newtons < 1e-3) return;
         const glm::vec3 tip = point(C + unit * arrowLength(newtons) * v.normalized());
         frame.arrows.push_back({point(C), tip, static_cast<float>(toMetres(thickness * unit)), color});
-        if (values) frame.labels.push_back({tip, text(format, v.norm()), color});
+        constexpr double kWorthWords = 0.05;  // N
+        if (values && newtons > kWorthWords)
+            frame.labels.push_back({tip, text(format, v.norm()), glm::mix(color, glm::vec4(1), 0.35f)});
     };
     const Wrench& wrench = record.wrench_C;
     add(wrench.force, wrench.force.norm(), kForceColor, 0.016, "%.2f N");

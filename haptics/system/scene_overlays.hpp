@@ -27,8 +27,9 @@ inline constexpr double kShownGap = 1;  // mm
 
 /// Where bodies touch, or come nearest.
 struct ContactPlace {
-    Vec3 p_W = Vec3::Zero();  ///< mm; of the loaded contacts the mean by load
-    Vec3 n_W = Vec3::Zero();  ///< unit, from the obstacle to the tool
+    Vec3 p_W = Vec3::Zero();  ///< mm
+    Vec3 n_W = Vec3::Zero();  ///< from the obstacle to the tool, by load; shorter than 1 where normals differ
+    double reach = 0;         ///< mm from p_W to the furthest contact
 };
 
 /// The way of C, mm: points at least a spacing apart, the oldest dropped beyond a number.
@@ -55,7 +56,8 @@ class SceneOverlays {
 
     /// Finds the contacts and the nearest pair of a tick for what follows, as far as `options` needs them.
     void find(const TickRecord& record, const Settings& settings, const DisplayOptions& options);
-    std::optional<ContactPlace> place() const { return place_; }  ///< as find() left it
+    std::optional<ContactPlace> contactPlace() const { return place_; }  ///< the mean of all contacts
+    std::optional<ContactPlace> nearestPlace() const;                    ///< where clearance is asked for
 
     /// Appends what find() found and all else to the frame, seen with frame.camera and cut by frame.section.
     void add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const;
@@ -65,10 +67,11 @@ class SceneOverlays {
   private:
     struct Nearest {
         Vec3 p_W, q_W;  ///< on the tool and on the obstacle
+        Vec3 n_W;
         double gap = 0;
     };
     void findNearest(const Pose& X_WT);
-    void addContacts(engine::Frame& frame, double margin, double unit) const;
+    void addContacts(engine::Frame& frame, double unit) const;
     void addArrows(engine::Frame& frame, const TickRecord& record, bool values, double unit) const;
     void addTree(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool,
                  const std::vector<float>* gaps) const;

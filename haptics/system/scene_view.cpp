@@ -208,13 +208,14 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     DisplayOptions nearest;
     nearest.clearance = true;
     overlays_->find(record ? *record : start, settings, nearest);
-    if (!overlays_->place()) return camera;
-    const Vec3 n = overlays_->place()->n_W;
+    const auto place = overlays_->contactPlace() ? overlays_->contactPlace() : overlays_->nearestPlace();
+    if (!place) return camera;
+    const Vec3& n = place->n_W;
     // Across the normal, from the side that is nearer to the front; from above it all looks alike.
     if (std::hypot(n.x(), n.z()) > 0.3)
         camera.yaw = kAside + static_cast<float>(std::remainder(std::atan2(-n.z(), n.x()), glm::pi<double>()));
-    constexpr double kShare = 0.3;  // of the tool's reach
-    camera.frame(glm::vec3(toMetres(overlays_->place()->p_W)), static_cast<float>(toMetres(kShare * reach_)), aspect);
+    const double radius = std::max(0.3 * reach_, 1.2 * place->reach);
+    camera.frame(glm::vec3(toMetres(place->p_W)), static_cast<float>(toMetres(radius)), aspect);
     return camera;
 }
 
@@ -250,7 +251,7 @@ void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Setti
     if (options.section) {
         // Through the contacts, without jumping when they come and go.
         constexpr double kFollow = 0.12;  // of the way in a frame
-        const auto place = record ? overlays_->place() : std::nullopt;
+        const auto place = record ? overlays_->contactPlace() : std::nullopt;
         const Vec3 wanted = place ? place->p_W : X_WT * scene_.world->p_TC();
         cutAt_ = cutAt_ ? Vec3(*cutAt_ + kFollow * (wanted - *cutAt_)) : wanted;
         frame.section = section(frame.camera, *cutAt_, options);
