@@ -90,6 +90,7 @@ struct Renderer::Impl {
     void drawShadows();
     void drawBackground(const Background& background);
     void drawMesh(const ShaderProgram& program, const DrawItem& item);
+    void cullWhereClosed(const DrawItem& item) const;
     void drawItem(const DrawItem& item);
     void drawOpaqueItems();
     void drawCaps();
@@ -254,6 +255,15 @@ void Renderer::Impl::drawMesh(const ShaderProgram& program, const DrawItem& item
     cost.triangles += static_cast<std::size_t>(item.mesh.buffers->indexCount / 3);
 }
 
+/// Of a whole solid the far side is never seen, which halves the work; opaque items keep it for meshes that are inside
+/// out.
+void Renderer::Impl::cullWhereClosed(const DrawItem& item) const {
+    if (item.body != 0 && !frame->section)
+        glEnable(GL_CULL_FACE);
+    else
+        glDisable(GL_CULL_FACE);
+}
+
 void Renderer::Impl::drawItem(const DrawItem& item) {
     mesh.set("normalMatrix", glm::inverseTranspose(glm::mat3(item.model)));
     mesh.set("baseColor", item.material.baseColor);
@@ -292,7 +302,11 @@ void Renderer::Impl::drawShadows() {
     shadow.set("viewProjection", light.viewProjection);
     if (frame->section) glEnable(GL_CLIP_DISTANCE0);  // light falls into what is cut open
     for (const DrawItem& item : frame->items)
-        if (isSolid(item)) drawMesh(shadow, item);
+        if (isSolid(item)) {
+            cullWhereClosed(item);
+            drawMesh(shadow, item);
+        }
+    glDisable(GL_CULL_FACE);
     glDisable(GL_CLIP_DISTANCE0);
     glDisable(GL_POLYGON_OFFSET_FILL);
     shadowMap.bindTexture(GL_TEXTURE0 + kShadowUnit);
@@ -374,6 +388,7 @@ void Renderer::Impl::drawGhosts() {
     glPolygonOffset(1, 2);
     const Blend blend;
     for (const auto& [depth, item] : ghosts) {
+        cullWhereClosed(*item);
         // First its depth alone, then its nearest surface only: even translucency whatever the order of triangles.
         glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
         drawItem(*item);
@@ -382,6 +397,7 @@ void Renderer::Impl::drawGhosts() {
         drawItem(*item);
         glDepthFunc(GL_LESS);
     }
+    glDisable(GL_CULL_FACE);
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_CLIP_DISTANCE0);
 }

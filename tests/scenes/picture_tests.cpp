@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of 255, and of the pixels (see image_difference.hpp).
+// Of 255, and of the pixels (see image_difference.hpp). Another driver's samples are closer than none: drawn without
+// multisampling, the pictures differ by up to 0.8 and, but for spheres, whose edges are made of samples, 0.002.
 constexpr double kMostMean = 1, kMostShare = 0.003;
 
 bool alike(const ImageDifference& d) { return d.mean <= kMostMean && d.share <= kMostShare; }
@@ -31,7 +32,7 @@ struct PictureCase {
 
 // Labels are left out: systems have different fonts.
 constexpr PictureCase kCases[]{
-    {"bunnies", "bunnies", 2.6, "no-values", "", "no-forces"},
+    {"bunnies", "bunnies", 2.6, "no-values", "", "no-forces,no-ghost"},
     {"bunnies-contact", "bunnies", 2.6, "no-values,section", "contact", "no-contacts"},
     {"bunnies-gaps", "bunnies", 2.6, "no-values,trees,gaps,clearance", "contact", "no-gaps"},
     {"spline-section", "spline", 1.4, "no-values,section,trace", "", "no-section"},
