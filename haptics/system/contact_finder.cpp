@@ -23,8 +23,7 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
 }
 
-std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
-                                                  int most) {
+void ContactFinder::collect(const TickRecord& record, double margin) {
     rows_.clear();
     for (std::size_t i = 0; i < lists_.size(); ++i) {
         const Pose& X_WO = world_->obstacles[i].X_WO;
@@ -34,14 +33,24 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
             lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
+}
 
-    contacts_.clear();
+std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double margin) {
+    collect(record, margin);
     pairs_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const std::uint64_t id = rows_.id(i);
-        const NearPair& pair = pairs_.emplace_back(
-            NearPair{int(id >> 56), int(id >> 28 & 0xfffffff), int(id & 0xfffffff), rows_.gap()[i]});
-        const Sphere leaf = world_->tool->leaf(pair.toolLeaf);
+        pairs_.push_back({int(id >> 56), int(id >> 28 & 0xfffffff), int(id & 0xfffffff), rows_.gap()[i]});
+    }
+    return pairs_;
+}
+
+std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
+                                                  int most) {
+    collect(record, margin);
+    contacts_.clear();
+    for (int i = 0; i < rows_.size(); ++i) {
+        const Sphere leaf = world_->tool->leaf(int(rows_.id(i) >> 28 & 0xfffffff));
         const Vec3 n = rows_.row(i).head<3>();
         const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
         contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});

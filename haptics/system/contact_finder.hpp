@@ -33,10 +33,12 @@ class ContactFinder {
     /// next call.
     std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin,
                                        int most = 400);
-    /// All pairs that the last find() saw, none left out.
-    std::span<const NearPair> pairs() const { return pairs_; }
+    /// All pairs with gap <= margin mm at the graphic tool's pose, the nearest 32,768 where there are more of them.
+    /// Valid until the next call.
+    std::span<const NearPair> pairs(const TickRecord& record, double margin);
 
   private:
+    void collect(const TickRecord& record, double margin);
     void thin(int most);
 
     std::shared_ptr<const World> world_;

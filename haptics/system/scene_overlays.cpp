@@ -84,9 +84,8 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
     place_.reset();
     nearest_.reset();
     const bool gaps = options.trees() && options.byGap;
-    if (options.contacts || options.section || gaps) {
-        const auto found =
-            finder_.find(record, settings, gaps ? std::max(options.contactMargin, kShownGap) : options.contactMargin);
+    if (options.contacts || options.section) {
+        const auto found = finder_.find(record, settings, options.contactMargin);
         contacts_.assign(found.begin(), found.end());
     }
     if (gaps) {
@@ -94,7 +93,7 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
         obstacleGaps_.resize(world_->obstacles.size());
         for (std::size_t i = 0; i < obstacleGaps_.size(); ++i)
             obstacleGaps_[i].assign(static_cast<std::size_t>(world_->obstacles[i].tree->leafCount()), kFar);
-        for (const NearPair& pair : finder_.pairs()) {
+        for (const NearPair& pair : finder_.pairs(record, kShownGap)) {
             const auto keep = [&](std::vector<float>& of, int leaf) {
                 float& gap = of[static_cast<std::size_t>(leaf)];
                 gap = std::min(gap, static_cast<float>(pair.gap));
@@ -108,7 +107,6 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
 
     ContactPlace sum;
     double count = 0, load = 0;
-    std::erase_if(contacts_, [&](const ContactPoint& c) { return c.load <= kLoaded && c.gap > options.contactMargin; });
     for (const ContactPoint& contact : contacts_) {
         ++count;
         load += std::max(contact.load, kLoaded);
