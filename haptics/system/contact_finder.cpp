@@ -40,7 +40,7 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double 
     pairs_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const std::uint64_t id = rows_.id(i);
-        pairs_.push_back({int(id >> 56), int(id >> 28 & 0xfffffff), int(id & 0xfffffff), rows_.gap()[i]});
+        pairs_.push_back({obstacleOf(id), toolLeafOf(id), obstacleLeafOf(id), rows_.gap()[i]});
     }
     return pairs_;
 }
@@ -50,7 +50,7 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
     collect(record, margin);
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
-        const Sphere leaf = world_->tool->leaf(int(rows_.id(i) >> 28 & 0xfffffff));
+        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
         const Vec3 n = rows_.row(i).head<3>();
         const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
         contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
