@@ -9,6 +9,6 @@ uniform float opacity;
 out vec4 color;
 
 void main() {
-    vec3 radiance = shade(worldPosition, normalize(worldNormal), toLinear(arrowColor.rgb), 0.0, 0.5);
+    vec3 radiance = shade(worldPosition, normalize(worldNormal), toLinear(arrowColor.rgb), 0.0, 0.5, 1.0);
     color = vec4(display(radiance), arrowColor.a * opacity);
 }

@@ -1,4 +1,6 @@
 #version 330 core
+#include "lighting.glsl"
+
 in vec2 ground;
 
 uniform vec3 gridCenter;
@@ -29,5 +31,8 @@ void main() {
     color = vec4(vec3(0.62, 0.66, 0.72), max(0.34 * strong, 0.16 * weak));
     color = mix(color, vec4(0.85, 0.36, 0.36, 0.6), axis.y);
     color = mix(color, vec4(0.36, 0.52, 0.9, 0.6), axis.x);
-    color.a *= fade;
+    // Beneath the lines lies what shadow falls on the floor.
+    float shade = 0.5 * (1.0 - keyLight(vec3(ground.x, gridCenter.y, ground.y), vec3(0.0, 1.0, 0.0)));
+    float covered = color.a + shade * (1.0 - color.a);
+    color = vec4(color.rgb * color.a / max(covered, 1e-4), covered * fade);
 }

@@ -1,11 +1,15 @@
 // Metal-rough shading in a small studio that turns with the camera about the vertical: a gradient from floor to
-// ceiling, two soft boxes for metals to reflect, and a key light. Linear radiance in, sRGB out.
+// ceiling, two soft boxes for metals to reflect, and a key light that casts shadows. Linear radiance in, sRGB out.
 const float kPi = 3.14159265;
 
 uniform vec3 eye;
 uniform mat3 rig;   // world direction to studio direction: x to the right, y up, z towards the viewer
+uniform vec3 keyDirection;   // in the studio, unit length
+uniform bool shadowed;
+uniform sampler2DShadow shadowMap;
+uniform mat4 shadowMatrix;   // world to the map, 0 to 1
+uniform float shadowTexel;   // in the world
 
-const vec3 kKeyDirection = vec3(-0.45, 0.74, 0.5);   // unit length to three digits
 const vec3 kRimDirection = vec3(0.86, 0.33, -0.39);
 const float kKeyIntensity = 2.2;
 
@@ -34,6 +38,17 @@ vec3 display(vec3 radiance) {
     return toSrgb(clamp(toneMap(radiance), 0.0, 1.0));
 }
 
+// How much of the key light reaches a point of a surface with this normal: 3 x 3 filtered comparisons.
+float keyLight(vec3 position, vec3 normal) {
+    if (!shadowed) return 1.0;
+    vec3 at = (shadowMatrix * vec4(position + 1.5 * shadowTexel * normal, 1.0)).xyz;
+    float spread = 1.2 / float(textureSize(shadowMap, 0).x);
+    float lit = 0.0;
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) lit += texture(shadowMap, at + vec3(spread * vec2(x, y), 0.0));
+    return lit / 9.0;
+}
+
 // A rectangular light about a direction, its edge as soft as the surface is rough.
 float softBox(vec3 d, vec3 center, vec2 halfSize, float softness) {
     float facing = dot(d, center);
@@ -44,14 +59,14 @@ float softBox(vec3 d, vec3 center, vec2 halfSize, float softness) {
     return inside.x * inside.y;
 }
 
-// What a surface of this roughness mirrors in a studio direction.
-vec3 environment(vec3 d, float roughness) {
+// What a surface of this roughness mirrors in a studio direction; `key`: how much of the key's soft box it sees.
+vec3 environment(vec3 d, float roughness, float key) {
     float blur = mix(0.06, 0.9, roughness);
     float above = smoothstep(-blur, blur, d.y + 0.05);
     vec3 floorColor = vec3(0.29, 0.262, 0.235) * (1.0 + 0.6 * d.y);
     vec3 wallColor = mix(vec3(0.67, 0.66, 0.65), vec3(0.36, 0.36, 0.37), smoothstep(0.0, 1.0, d.y));
-    float softness = mix(0.08, 0.7, roughness);
-    vec3 boxes = vec3(2.6, 2.5, 2.35) * softBox(d, kKeyDirection, vec2(0.75, 0.45), softness)
+    float softness = mix(0.16, 0.7, roughness);
+    vec3 boxes = key * vec3(2.1, 2.03, 1.92) * softBox(d, keyDirection, vec2(0.75, 0.45), softness)
                + vec3(1.0, 1.1, 1.25) * softBox(d, kRimDirection, vec2(0.35, 1.1), softness);
     return mix(floorColor, wallColor, above) + boxes * mix(1.0, 0.55, roughness);
 }
@@ -78,20 +93,22 @@ vec3 specular(vec3 f0, float roughness, float nl, float nv, float nh, float vh) 
     return (f0 + (1.0 - f0) * pow(1.0 - vh, 5.0)) * distribution * visibility;
 }
 
-// Radiance towards the eye; all in world space, normal of unit length and facing the eye.
-vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float roughness) {
+// Radiance towards the eye; all in world space, normal of unit length and facing the eye. `lit`: of the key light.
+vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float roughness, float lit) {
     roughness = clamp(roughness, 0.08, 1.0);
     vec3 f0 = mix(vec3(0.04), baseColor, metallic);
     vec3 diffuse = baseColor * (1.0 - metallic);
 
     vec3 n = rig * normal;
     vec3 v = rig * normalize(eye - position);
-    vec3 h = normalize(v + kKeyDirection);
+    vec3 h = normalize(v + keyDirection);
     float nv = clamp(dot(n, v), 1e-3, 1.0);
-    float nl = clamp(dot(n, kKeyDirection), 0.0, 1.0);
+    float nl = clamp(dot(n, keyDirection), 0.0, 1.0);
 
     vec3 key = diffuse / kPi;
     if (nl > 0.0) key += specular(f0, roughness, nl, nv, clamp(dot(n, h), 0.0, 1.0), clamp(dot(v, h), 0.0, 1.0));
-    return key * kKeyIntensity * nl + diffuse * ambient(n)
-         + environmentReflectance(f0, roughness, nv) * environment(reflect(-v, n), roughness);
+    // What hides the key hides some of the room, too.
+    float open = mix(0.72, 1.0, lit);
+    return key * kKeyIntensity * nl * lit + diffuse * ambient(n) * open
+         + environmentReflectance(f0, roughness, nv) * environment(reflect(-v, n), roughness, mix(0.25, 1.0, lit)) * open;
 }

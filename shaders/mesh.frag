@@ -5,21 +5,40 @@ in vec3 worldPosition, worldNormal;
 in vec2 uv;
 
 uniform vec4 baseColor;
-uniform float metallic, roughness, alpha;
-uniform bool textured, sectioned;
-uniform sampler2D baseTexture;
+uniform vec3 emissive;
+uniform float metallic, roughness, normalScale, alpha;
+uniform bool baseTextured, surfaceTextured, normalTextured, emissiveTextured, sectioned;
+uniform sampler2D baseTexture, surfaceTexture, normalTexture, emissiveTexture;
 
 out vec4 color;
 
+// The normal map in a tangent frame out of derivatives (Schueler 2013), so that meshes need no tangents.
+vec3 bumped(vec3 n) {
+    vec3 along = cross(dFdy(worldPosition), n), up = cross(n, dFdx(worldPosition));
+    vec2 across = dFdx(uv), down = dFdy(uv);
+    vec3 t = along * across.x + up * down.x, b = along * across.y + up * down.y;
+    float longest = max(dot(t, t), dot(b, b));
+    if (longest <= 0.0) return n;
+    vec3 m = texture(normalTexture, uv).xyz * 2.0 - 1.0;
+    m.xy *= normalScale * inversesqrt(longest);
+    return normalize(t * m.x - b * m.y + n * m.z);   // v of glTF points down
+}
+
 void main() {
     vec3 base = baseColor.rgb;
-    if (textured) base *= texture(baseTexture, uv).rgb;
+    if (baseTextured) base *= texture(baseTexture, uv).rgb;
     if (sectioned && !gl_FrontFacing) {   // the inside of a cut solid: matt and dark, so that the cut reads as one
         color = vec4(display(0.25 * base), alpha);
         return;
     }
-    vec3 normal = normalize(worldNormal) * (gl_FrontFacing ? 1.0 : -1.0);
-    color.rgb = display(shade(worldPosition, normal, base, metallic, roughness));
+    vec2 surface = vec2(roughness, metallic);
+    if (surfaceTextured) surface *= texture(surfaceTexture, uv).gb;
+    vec3 glow = emissive;
+    if (emissiveTextured) glow *= texture(emissiveTexture, uv).rgb;
+    vec3 smoothNormal = normalize(worldNormal) * (gl_FrontFacing ? 1.0 : -1.0);
+    vec3 normal = normalTextured ? bumped(smoothNormal) : smoothNormal;
+    float lit = alpha < 1.0 ? 1.0 : keyLight(worldPosition, smoothNormal);
+    color.rgb = display(shade(worldPosition, normal, base, surface.y, surface.x, lit) + glow);
 
     // A ghost is denser at its rim, which keeps its shape readable.
     float rim = 1.0 - clamp(dot(normal, normalize(eye - worldPosition)), 0.0, 1.0);

@@ -29,7 +29,7 @@ void main() {
 
     vec3 normal = (hit - toCenter) / sphereRadius;
     vec3 base = toLinear(sphereColor.rgb);
-    color.rgb = display(inside ? 0.25 * base : shade(eye + hit, normal, base, 0.0, 0.45));
+    color.rgb = display(inside ? 0.25 * base : shade(eye + hit, normal, base, 0.0, 0.45, keyLight(eye + hit, normal)));
     color.a = coverage * (translucent ? sphereColor.a : 1.0);
     vec4 clip = viewProjection * vec4(eye + hit, 1.0);
     gl_FragDepth = clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0);

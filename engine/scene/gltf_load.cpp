@@ -86,15 +86,18 @@ Bytes uriBytes(const fs::path& file, const std::string& label, const std::string
     return uri.starts_with("data:") ? dataUriBytes(file, label, uri) : externalBytes(file, label, uri);
 }
 
-/// Which images are base colours.
+/// Which images the materials' textures show.
 std::set<std::size_t> usedImages(const json& checked) {
     std::set<std::size_t> used;
-    for (const json& material : checked.value("materials", json::array())) {
-        const auto texture = json::json_pointer("/pbrMetallicRoughness/baseColorTexture/index");
-        if (!material.contains(texture)) continue;
-        const json& source = checked["textures"][material[texture].get<std::size_t>()];
-        if (source.contains("source")) used.insert(source["source"].get<std::size_t>());
-    }
+    for (const json& material : checked.value("materials", json::array()))
+        for (const char* kind :
+             {"/pbrMetallicRoughness/baseColorTexture/index", "/pbrMetallicRoughness/metallicRoughnessTexture/index",
+              "/normalTexture/index", "/emissiveTexture/index"}) {
+            const json::json_pointer texture(kind);
+            if (!material.contains(texture)) continue;
+            const json& source = checked["textures"][material[texture].get<std::size_t>()];
+            if (source.contains("source")) used.insert(source["source"].get<std::size_t>());
+        }
     return used;
 }
 

@@ -146,8 +146,31 @@ class SceneReader {
                 fail(nodeName(node), "is its own ancestor; remove the cycle from the children lists");
     }
 
+    /// The set of texture coordinates that a material's textures use: that of the first one it has.
+    static int texcoordSet(const tinygltf::Material& material) {
+        const auto& pbr = material.pbrMetallicRoughness;
+        for (const auto& [texture, set] : {std::pair{pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord},
+                                           {pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord},
+                                           {material.normalTexture.index, material.normalTexture.texCoord},
+                                           {material.emissiveTexture.index, material.emissiveTexture.texCoord}})
+            if (texture >= 0) return set;
+        return 0;
+    }
+
     void readMaterials() {
         std::vector<int> imageIndex(model_.images.size(), -1);
+        const auto imageOf = [&](const auto& texture, int set) {
+            if (texture.index < 0) return -1;
+            const std::string name = label("texture", texture.index, at(model_.textures, texture.index).name);
+            const int source = at(model_.textures, texture.index).source;
+            if (source < 0) warn(name, "has no PNG or JPEG image and is left out");
+            if (source >= 0 && texture.texCoord != set)
+                warn(name, "uses another set of coordinates than its material's first texture and is left out");
+            if (source < 0 || texture.texCoord != set) return -1;
+            int& index = imageIndex[static_cast<std::size_t>(source)];
+            if (index < 0) index = addImage(scene_, rgba8(at(model_.images, source)));
+            return index;
+        };
         for (const tinygltf::Material& from : model_.materials) {
             const auto& pbr = from.pbrMetallicRoughness;
             Material material;
@@ -157,16 +180,15 @@ class SceneReader {
                     static_cast<float>(std::clamp(pbr.baseColorFactor[static_cast<std::size_t>(k)], 0.0, 1.0));
             material.metallic = static_cast<float>(std::clamp(pbr.metallicFactor, 0.0, 1.0));
             material.roughness = static_cast<float>(std::clamp(pbr.roughnessFactor, 0.0, 1.0));
-            const int texture = pbr.baseColorTexture.index;
-            const int source = texture < 0 ? -1 : at(model_.textures, texture).source;
-            if (source >= 0) {
-                int& index = imageIndex[static_cast<std::size_t>(source)];
-                if (index < 0) index = addImage(scene_, rgba8(at(model_.images, source)));
-                material.texture = index;
-            } else if (texture >= 0) {
-                warn(label("texture", texture, at(model_.textures, texture).name),
-                     "has no PNG or JPEG image and is left out");
-            }
+            for (int k = 0; k < 3; ++k)
+                material.emissive[k] =
+                    static_cast<float>(std::max(from.emissiveFactor[static_cast<std::size_t>(k)], 0.0));
+            material.normalScale = static_cast<float>(from.normalTexture.scale);
+            const int set = texcoordSet(from);
+            material.texture = imageOf(pbr.baseColorTexture, set);
+            material.metallicRoughnessTexture = imageOf(pbr.metallicRoughnessTexture, set);
+            material.normalTexture = imageOf(from.normalTexture, set);
+            material.emissiveTexture = imageOf(from.emissiveTexture, set);
             addMaterial(scene_, std::move(material));
         }
     }
@@ -214,9 +236,7 @@ class SceneReader {
             warn(name, "has no POSITION and is left out");
             return nullptr;
         }
-        const int set = primitive.material < 0
-                            ? 0
-                            : at(model_.materials, primitive.material).pbrMetallicRoughness.baseColorTexture.texCoord;
+        const int set = primitive.material < 0 ? 0 : texcoordSet(at(model_.materials, primitive.material));
         const std::string texcoordKey = "TEXCOORD_" + std::to_string(set);
         const int texcoord = attribute(texcoordKey);
         auto& shared = geometries_[{position, normal, texcoord, primitive.indices, primitive.mode}];

@@ -46,6 +46,10 @@ Field object(const char* name, std::vector<Field> fields) {
 Field objects(const char* name, std::vector<Field> fields) {
     return {name, Field::Objects, 0, 0, {}, nullptr, std::move(fields)};
 }
+Field texture(const char* name, std::vector<Field> more = {}) {
+    more.insert(more.end(), {required(index("index", "textures")), integer("texCoord", 0)});
+    return object(name, std::move(more));
+}
 Field componentType(std::vector<json> choices) {
     return {"componentType", Field::Integer, 0, kMaxInt, std::move(choices)};
 }
@@ -78,11 +82,12 @@ const std::vector<Field>& documentFields() {
                           numbers("translation", 3), numbers("rotation", 4), numbers("scale", 3)}),
         index("scene", "scenes"),
         objects("scenes", {text("name"), indices("nodes", "nodes")}),
-        objects("materials",
-                {text("name"),
-                 object("pbrMetallicRoughness",
-                        {numbers("baseColorFactor", 4), number("metallicFactor"), number("roughnessFactor"),
-                         object("baseColorTexture", {required(index("index", "textures")), integer("texCoord", 0)})})}),
+        objects("materials", {text("name"),
+                              object("pbrMetallicRoughness", {numbers("baseColorFactor", 4), number("metallicFactor"),
+                                                              number("roughnessFactor"), texture("baseColorTexture"),
+                                                              texture("metallicRoughnessTexture")}),
+                              texture("normalTexture", {number("scale")}), texture("emissiveTexture"),
+                              numbers("emissiveFactor", 3)}),
         objects("textures", {text("name"), index("source", "images")}),
         objects("images", {text("name"), text("uri"), text("mimeType"), index("bufferView", "bufferViews")}),
         objects("animations",

@@ -169,8 +169,8 @@ class SceneWriter {
                 fail(user, "uses material " + std::to_string(primitive.material) + ", which does not exist; add it");
             if (primitive.material >= 0) {
                 item["material"] = primitive.material;
-                if (scene_.materials[static_cast<std::size_t>(primitive.material)].texture >= 0 &&
-                    primitive.mesh->texcoords.empty())
+                const auto textures = scene_.materials[static_cast<std::size_t>(primitive.material)].textures();
+                if (primitive.mesh->texcoords.empty() && std::ranges::any_of(textures, [](int t) { return t >= 0; }))
                     fail(user, "has a textured material but no texture coordinates; add them or remove the texture");
             }
             mesh["primitives"].push_back(std::move(item));
@@ -204,10 +204,20 @@ class SceneWriter {
             const Material& material = scene_.materials[i];
             json factors = {{"metallicFactor", material.metallic}, {"roughnessFactor", material.roughness}};
             for (int k = 0; k < 4; ++k) factors["baseColorFactor"].push_back(material.baseColor[k]);
-            if (material.texture >= static_cast<int>(scene_.images.size()))
-                fail(objectLabel("material", i, material.name), "uses an image that does not exist; add it");
-            if (material.texture >= 0) factors["baseColorTexture"] = {{"index", material.texture}};
+            const auto addTexture = [&](json& to, const char* key, int image) {
+                if (image >= static_cast<int>(scene_.images.size()))
+                    fail(objectLabel("material", i, material.name), "uses an image that does not exist; add it");
+                if (image >= 0) to[key] = {{"index", image}};
+            };
+            addTexture(factors, "baseColorTexture", material.texture);
+            addTexture(factors, "metallicRoughnessTexture", material.metallicRoughnessTexture);
             json item = {{"pbrMetallicRoughness", std::move(factors)}};
+            addTexture(item, "normalTexture", material.normalTexture);
+            if (material.normalTexture >= 0 && material.normalScale != 1)
+                item["normalTexture"]["scale"] = material.normalScale;
+            addTexture(item, "emissiveTexture", material.emissiveTexture);
+            if (material.emissive != glm::vec3(0))
+                for (int k = 0; k < 3; ++k) item["emissiveFactor"].push_back(material.emissive[k]);
             if (!material.name.empty()) item["name"] = material.name;
             if (material.baseColor.a < 1) item["alphaMode"] = "BLEND";
             add("materials", std::move(item));

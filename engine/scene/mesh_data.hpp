@@ -1,5 +1,6 @@
 #pragma once
 // Geometry and looks as plain data, before any GPU knows of them.
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
@@ -22,12 +23,20 @@ struct Image {
     std::vector<std::uint8_t> rgba;
 };
 
-/// The metal-rough factors of glTF.
+/// The metal-rough material of glTF: linear factors, and textures that multiply them. Textures are indices into
+/// Scene::images, -1 for none, and share the mesh's one set of coordinates.
 struct Material {
     std::string name;
     glm::vec4 baseColor{1};
     float metallic = 0, roughness = 0.6f;
-    int texture = -1;  ///< base-colour texture: index into Scene::images, -1 for none
+    int texture = -1;                   ///< of the base colour, sRGB
+    int metallicRoughnessTexture = -1;  ///< roughness in green, metalness in blue
+    int normalTexture = -1;             ///< tangent space
+    int emissiveTexture = -1;           ///< sRGB
+    float normalScale = 1;
+    glm::vec3 emissive{0};
+
+    std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
 };
 
 /// Smooth unit normals: at each position the mean of its triangles' normals weighted by area; +z where that is zero.

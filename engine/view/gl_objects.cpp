@@ -110,10 +110,10 @@ void FramebufferTag::destroy(GLuint id) { glDeleteFramebuffers(1, &id); }
 GLuint ProgramTag::create() { return glCreateProgram(); }
 void ProgramTag::destroy(GLuint id) { glDeleteProgram(id); }
 
-Texture::Texture(const Image& image) {
+Texture::Texture(const Image& image, bool srgb) {
     glBindTexture(GL_TEXTURE_2D, id());
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8_ALPHA8, image.width, image.height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
-                 image.rgba.data());
+    glTexImage2D(GL_TEXTURE_2D, 0, srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, image.width, image.height, 0, GL_RGBA,
+                 GL_UNSIGNED_BYTE, image.rgba.data());
     glGenerateMipmap(GL_TEXTURE_2D);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -179,7 +179,7 @@ void RenderTarget::begin(int width, int height) {
             glFramebufferRenderbuffer(GL_FRAMEBUFFER, point, GL_RENDERBUFFER, storage.id());
         };
         attach(multisampled_, GL_COLOR_ATTACHMENT0, color_, samples_, GL_RGBA8);
-        attach(multisampled_, GL_DEPTH_ATTACHMENT, depth_, samples_, GL_DEPTH_COMPONENT24);
+        attach(multisampled_, GL_DEPTH_STENCIL_ATTACHMENT, depth_, samples_, GL_DEPTH24_STENCIL8);
         attach(plain_, GL_COLOR_ATTACHMENT0, plainColor_, 0, GL_RGBA8);
         for (const Framebuffer* framebuffer : {&multisampled_, &plain_}) {
             glBindFramebuffer(GL_FRAMEBUFFER, framebuffer->id());

@@ -76,10 +76,12 @@ class Buffer : public GlObject<BufferTag> {
     }
 };
 
-/// A 2-D colour texture with mipmaps, from an sRGB picture.
+/// A 2-D texture.
 class Texture : public GlObject<TextureTag> {
   public:
-    explicit Texture(const Image& image);
+    Texture() = default;
+    /// With mipmaps. `srgb`: the picture's colours are sRGB, else its numbers are taken as they stand.
+    Texture(const Image& image, bool srgb);
 };
 
 /// Folder of the GLSL files: the environment variable TOUCHSTONE_SHADERS, else the one the build knows.
@@ -108,7 +110,7 @@ class ShaderProgram : public GlObject<ProgramTag> {
     mutable std::unordered_map<std::string, GLint> locations_;
 };
 
-/// A multisampled colour and depth target, and the plain one it is resolved into. Sized on demand.
+/// A multisampled colour, depth and stencil target, and the plain one it is resolved into. Sized on demand.
 class RenderTarget {
   public:
     explicit RenderTarget(int samples);  ///< as many as the driver has, at most this

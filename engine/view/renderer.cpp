@@ -1,33 +1,18 @@
 #include "engine/view/renderer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <glm/gtc/constants.hpp>
-#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
+#include "engine/view/arrow_shape.hpp"
 #include "engine/view/gl_context.hpp"
-#include "engine/view/gl_objects.hpp"
+#include "engine/view/renderer_impl.hpp"
 
 namespace touchstone::engine {
-
-struct GpuMesh::Buffers {
-    VertexArray array;
-    Buffer positions, normals, texcoords, indices;
-    GLsizei indexCount = 0;
-    bool hasTexcoords = false;
-    glm::vec3 center{0};  ///< of the bounding box, for sorting
-};
-
-struct GpuTexture::Storage {
-    Texture texture;
-};
-
 namespace {
-
-constexpr float kHeadRadius = 2.4f, kHeadLength = 6;  // of an arrow, in shaft radii
 
 void attribute(GLuint index, GLint size, std::size_t stride, std::size_t offset, GLuint divisor) {
     glEnableVertexAttribArray(index);
@@ -36,93 +21,13 @@ void attribute(GLuint index, GLint size, std::size_t stride, std::size_t offset,
     glVertexAttribDivisor(index, divisor);
 }
 
-/// A shape drawn once for each element of a vector that is streamed to the GPU.
-struct Instances {
-    VertexArray array;
-    Buffer stream;
-
-    template <class T>
-    void draw(std::span<const T> instances, GLsizei vertices, GLenum mode = GL_TRIANGLE_STRIP) {
-        glBindVertexArray(array.id());
-        stream.write(GL_ARRAY_BUFFER, instances, GL_STREAM_DRAW);
-        glDrawArraysInstanced(mode, 0, vertices, static_cast<GLsizei>(instances.size()));
-    }
-};
-
-struct ArrowVertex {
-    glm::vec4 profile, ring;  // see arrow.vert
-};
-
-/// Triangles of a shaft with head about the axis, outside counter-clockwise.
-std::vector<ArrowVertex> arrowShape() {
-    constexpr int kSides = 24;
-    struct Ring {
-        float radius, lengths, heads;
-    };
-    // Outline from the tail's centre to the tip; the last stretch is the cone.
-    constexpr std::array<Ring, 5> outline{Ring{0, 0, 0}, Ring{1, 0, 0}, Ring{1, 1, 1}, Ring{kHeadRadius, 1, 1},
-                                          Ring{0, 1, 0}};
-    constexpr std::array<glm::vec2, 4> normals{glm::vec2{0, -1}, {1, 0}, {0, -1}, {0, 0}};  // outwards, along
-
-    std::vector<ArrowVertex> vertices;
-    for (std::size_t k = 0; k + 1 < outline.size(); ++k)
-        for (int side = 0; side < kSides; ++side) {
-            const auto corner = [&](const Ring& ring, int s) {
-                const float angle = glm::two_pi<float>() * static_cast<float>(s) / kSides;
-                const bool cone = k + 2 == outline.size();
-                vertices.push_back({{ring.radius, ring.lengths, ring.heads, cone ? 1.f : 0.f},
-                                    {std::cos(angle), std::sin(angle), normals[k].x, normals[k].y}});
-            };
-            for (const auto& [ring, step] : {std::pair{k, 0}, {k, 1}, {k + 1, 1}, {k, 0}, {k + 1, 1}, {k + 1, 0}})
-                corner(outline[ring], side + step);
-        }
-    return vertices;
-}
-
 /// Directions of the world in the studio of lighting.glsl, which turns with the camera about the vertical.
 glm::mat3 studioRig(const OrbitCamera& camera) {
     const glm::vec3 right = camera.right(), up{0, 1, 0};
     return glm::transpose(glm::mat3(right, up, glm::cross(right, up)));
 }
 
-struct Blend {
-    Blend() { glEnable(GL_BLEND); }
-    ~Blend() { glDisable(GL_BLEND); }
-};
-
 }  // namespace
-
-struct Renderer::Impl {
-    explicit Impl(int samples);
-
-    void draw(const Frame& frame, int width, int height);
-
-    void begin(const ShaderProgram& program) const;
-    void drawBackground(const Background& background);
-    void drawItem(const DrawItem& item) const;
-    void drawOpaqueItems();
-    void drawGhosts();
-    void drawSpheres(std::span<const Sphere> spheres, bool translucent);
-    void drawGrid();
-    void drawArrows(float opacity);
-    void drawLines(float opacity);
-
-    RenderTarget target;
-    ShaderProgram background{"background.vert", "background.frag"}, mesh{"mesh.vert", "mesh.frag"},
-        sphere{"sphere.vert", "sphere.frag"}, arrow{"arrow.vert", "arrow.frag"}, line{"line.vert", "line.frag"},
-        grid{"grid.vert", "grid.frag"};
-    VertexArray nothing;  // for shaders that make their vertices up
-    Instances spheres, arrows, lines;
-    Buffer arrowVertices;
-    GLsizei arrowVertexCount = 0;
-
-    // Of the frame being drawn:
-    const Frame* frame = nullptr;
-    glm::mat4 viewProjection{1};
-    glm::mat3 rig{1};
-    glm::vec3 eye{0};
-    glm::vec2 size{1};
-};
 
 Renderer::Impl::Impl(int samples) : target(samples) {
     glBindVertexArray(spheres.array.id());
@@ -137,6 +42,12 @@ Renderer::Impl::Impl(int samples) : target(samples) {
     attribute(1, 3, sizeof(Line), offsetof(Line, b), 1);
     attribute(2, 4, sizeof(Line), offsetof(Line, color), 1);
     attribute(3, 1, sizeof(Line), offsetof(Line, width), 1);
+
+    glBindVertexArray(glyphs.array.id());
+    glBindBuffer(GL_ARRAY_BUFFER, glyphs.stream.id());
+    attribute(0, 4, sizeof(Glyph), offsetof(Glyph, pixels), 1);
+    attribute(1, 4, sizeof(Glyph), offsetof(Glyph, texels), 1);
+    attribute(2, 4, sizeof(Glyph), offsetof(Glyph, color), 1);
 
     const std::vector<ArrowVertex> shape = arrowShape();
     arrowVertexCount = static_cast<GLsizei>(shape.size());
@@ -159,6 +70,19 @@ void Renderer::Impl::begin(const ShaderProgram& program) const {
     program.set("viewport", size);
     program.set("pixelScale", frame->pixelScale);
     program.set("section", frame->section.value_or(glm::vec4(0, 0, 0, 1)));
+    program.set("keyDirection", kKeyDirection);
+    const glm::mat4 toMap = glm::translate(glm::mat4(1), glm::vec3(0.5f)) * glm::scale(glm::mat4(1), glm::vec3(0.5f));
+    program.set("shadowed", frame->shadows && !casters.empty() ? 1 : 0);
+    program.set("shadowMap", kShadowUnit);
+    program.set("shadowMatrix", toMap * light.viewProjection);
+    program.set("shadowTexel", light.texel);
+}
+
+void Renderer::Impl::drawQuad(GLenum mode, GLsizei vertices) {
+    glBindVertexArray(nothing.id());
+    glDrawArrays(mode, 0, vertices);
+    ++cost.calls;
+    cost.triangles += static_cast<std::size_t>(vertices - 2);
 }
 
 void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
@@ -167,8 +91,8 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     viewProjection = frame->camera.projection(size.x / size.y) * frame->camera.view();
     eye = frame->camera.eye();
     rig = studioRig(frame->camera);
+    cost = {};
 
-    target.begin(width, height);
     // ImGui and others share the context, so every state that matters is set here.
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_STENCIL_TEST);
@@ -181,12 +105,16 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glFrontFace(GL_CCW);
-    glClear(GL_DEPTH_BUFFER_BIT);
+    glStencilMask(0xff);
+    glDepthFunc(GL_LESS);
 
+    drawShadows();
+    target.begin(width, height);
+    glClear(GL_DEPTH_BUFFER_BIT);
     drawBackground(frame->background);
     glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
     drawOpaqueItems();
+    if (frame->section) drawCaps();
     drawSpheres(frame->spheres, false);
     drawGrid();
 
@@ -205,6 +133,7 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     drawGhosts();
 
     glDisable(GL_DEPTH_TEST);
+    drawLabels();
     glBindVertexArray(0);
     glUseProgram(0);
     target.resolve();
@@ -216,65 +145,7 @@ void Renderer::Impl::drawBackground(const Background& colors) {
     background.set("top", colors.top);
     background.set("bottom", colors.bottom);
     glDisable(GL_DEPTH_TEST);
-    glBindVertexArray(nothing.id());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-}
-
-void Renderer::Impl::drawItem(const DrawItem& item) const {
-    const glm::mat3 linear(item.model);
-    mesh.set("model", item.model);
-    mesh.set("normalMatrix", glm::inverseTranspose(linear));
-    mesh.set("baseColor", item.material.baseColor);
-    mesh.set("metallic", item.material.metallic);
-    mesh.set("roughness", item.material.roughness);
-    mesh.set("alpha", item.alpha);
-    const bool textured = item.texture && item.mesh.buffers->hasTexcoords;
-    mesh.set("textured", textured ? 1 : 0);
-    if (textured) glBindTexture(GL_TEXTURE_2D, item.texture.storage->texture.id());
-    // A mirroring turns counter-clockwise into clockwise; the shader tells the outside by it.
-    glFrontFace(glm::determinant(linear) < 0 ? GL_CW : GL_CCW);
-    glBindVertexArray(item.mesh.buffers->array.id());
-    glDrawElements(GL_TRIANGLES, item.mesh.buffers->indexCount, GL_UNSIGNED_INT, nullptr);
-    glFrontFace(GL_CCW);
-}
-
-void Renderer::Impl::drawOpaqueItems() {
-    begin(mesh);
-    mesh.set("sectioned", frame->section ? 1 : 0);
-    glActiveTexture(GL_TEXTURE0);
-    if (frame->section) glEnable(GL_CLIP_DISTANCE0);
-    for (const DrawItem& item : frame->items)
-        if (item.mesh && item.alpha >= 1) drawItem(item);
-    glDisable(GL_CLIP_DISTANCE0);
-}
-
-void Renderer::Impl::drawGhosts() {
-    std::vector<std::pair<float, const DrawItem*>> ghosts;
-    for (const DrawItem& item : frame->items)
-        if (item.mesh && item.alpha > 0 && item.alpha < 1) {
-            const glm::vec3 center(item.model * glm::vec4(item.mesh.buffers->center, 1));
-            ghosts.emplace_back(glm::dot(center - eye, frame->camera.forward()), &item);
-        }
-    std::stable_sort(ghosts.begin(), ghosts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-
-    begin(mesh);
-    mesh.set("sectioned", frame->section ? 1 : 0);
-    if (frame->section) glEnable(GL_CLIP_DISTANCE0);
-    // Pushed back a little, a ghost disappears where it coincides with its solid instead of flickering through it.
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(1, 2);
-    const Blend blend;
-    for (const auto& [depth, item] : ghosts) {
-        // First its depth alone, then its nearest surface only: even translucency whatever the order of triangles.
-        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-        drawItem(*item);
-        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        glDepthFunc(GL_EQUAL);
-        drawItem(*item);
-        glDepthFunc(GL_LESS);
-    }
-    glDisable(GL_POLYGON_OFFSET_FILL);
-    glDisable(GL_CLIP_DISTANCE0);
+    drawQuad(GL_TRIANGLES, 3);
 }
 
 void Renderer::Impl::drawSpheres(std::span<const Sphere> all, bool translucent) {
@@ -294,12 +165,12 @@ void Renderer::Impl::drawSpheres(std::span<const Sphere> all, bool translucent) 
         });
         const Blend blend;
         glDepthMask(GL_FALSE);
-        spheres.draw<Sphere>(chosen, 4);
+        spheres.draw<Sphere>(chosen, 4, cost);
         glDepthMask(GL_TRUE);
     } else {
         // The outline's partial coverage becomes a share of the samples: soft edges without sorting.
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
-        spheres.draw<Sphere>(chosen, 4);
+        spheres.draw<Sphere>(chosen, 4, cost);
         glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }
 }
@@ -316,20 +187,19 @@ void Renderer::Impl::drawGrid() {
     grid.set("weakOpacity", 1 - (decades - std::floor(decades)));
     const Blend blend;
     glDepthMask(GL_FALSE);
-    glBindVertexArray(nothing.id());
-    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    drawQuad();
     glDepthMask(GL_TRUE);
 }
 
 void Renderer::Impl::drawArrows(float opacity) {
     if (frame->arrows.empty()) return;
     begin(arrow);
-    arrow.set("headRadius", kHeadRadius);
-    arrow.set("headLength", kHeadLength);
+    arrow.set("headRadius", kArrowHeadRadius);
+    arrow.set("headLength", kArrowHeadLength);
     arrow.set("opacity", opacity);
     const Blend blend;
     glEnable(GL_CULL_FACE);
-    arrows.draw<Arrow>(frame->arrows, arrowVertexCount, GL_TRIANGLES);
+    arrows.draw<Arrow>(frame->arrows, arrowVertexCount, cost, GL_TRIANGLES);
     glDisable(GL_CULL_FACE);
 }
 
@@ -338,7 +208,22 @@ void Renderer::Impl::drawLines(float opacity) {
     begin(line);
     line.set("opacity", opacity);
     const Blend blend;
-    lines.draw<Line>(frame->lines, 4);
+    lines.draw<Line>(frame->lines, 4, cost);
+}
+
+void Renderer::Impl::drawLabels() {
+    if (frame->labels.empty()) return;
+    if (!font || font->pixelScale() != frame->pixelScale) font = std::make_unique<LabelFont>(frame->pixelScale);
+    std::vector<Glyph> all;
+    for (const Label& text : frame->labels)
+        if (const auto at = frame->camera.project(text.at, size))
+            font->append(all, text.text, *at + glm::vec2(14 * frame->pixelScale, 0), text.color);
+    if (all.empty()) return;
+    begin(label);
+    label.set("glyphs", 0);
+    font->bindTexture(GL_TEXTURE0);
+    const Blend blend;
+    glyphs.draw<Glyph>(all, 4, cost);
 }
 
 Renderer::Renderer(int samples) : impl_(std::make_unique<Impl>(samples)) {}
@@ -356,7 +241,7 @@ GpuMesh Renderer::upload(const MeshData& data) {
         low = glm::min(low, p);
         high = glm::max(high, p);
     }
-    buffers->center = 0.5f * (low + high);
+    buffers->ball = {0.5f * (low + high), 0.5f * glm::distance(low, high)};
 
     glBindVertexArray(buffers->array.id());
     buffers->positions.write(GL_ARRAY_BUFFER, std::span(data.positions), GL_STATIC_DRAW);
@@ -372,9 +257,12 @@ GpuMesh Renderer::upload(const MeshData& data) {
     return {std::move(buffers)};
 }
 
-GpuTexture Renderer::upload(const Image& image) {
-    return {std::make_shared<GpuTexture::Storage>(GpuTexture::Storage{Texture(image)})};
+GpuTexture Renderer::upload(const Image& image, bool srgb) {
+    glActiveTexture(GL_TEXTURE0);
+    return {std::make_shared<GpuTexture::Storage>(GpuTexture::Storage{Texture(image, srgb)})};
 }
+
+const DrawCost& Renderer::cost() const { return impl_->cost; }
 
 void Renderer::draw(const Frame& frame, const Viewport& viewport, unsigned framebuffer) {
     if (viewport.width <= 0 || viewport.height <= 0) return;

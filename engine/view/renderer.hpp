@@ -1,9 +1,10 @@
 #pragma once
-// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, grid. Lengths in metres, y is up. Materials are
-// linear as in glTF; all other colours are sRGB, as one picks them from the screen.
+// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, labels, grid. Lengths in metres, y is up.
+// Materials are linear as in glTF; all other colours are sRGB, as one picks them from the screen.
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/scene/mesh_data.hpp"
@@ -20,7 +21,7 @@ struct GpuMesh {
     explicit operator bool() const { return buffers != nullptr; }
 };
 
-/// A base-colour texture on the GPU, shared like GpuMesh.
+/// A texture on the GPU, shared like GpuMesh.
 struct GpuTexture {
     struct Storage;
     std::shared_ptr<const Storage> storage;
@@ -31,9 +32,11 @@ struct GpuTexture {
 struct DrawItem {
     GpuMesh mesh;
     glm::mat4 model{1};  ///< to world; may mirror (negative determinant)
-    Material material;   ///< its texture index is not looked at: `texture` is what is drawn
-    GpuTexture texture;
-    float alpha = 1;  ///< below 1: a ghost, through which all else is seen
+    Material material;   ///< its texture indices are not looked at: the textures below are what is drawn
+    GpuTexture texture;  ///< of the base colour
+    float alpha = 1;     ///< below 1: a ghost, through which all else is seen
+    GpuTexture metallicRoughness = {}, normal = {}, emissive = {};
+    int body = 0;  ///< items of one number bound a solid together, whose cut a section fills; 0: not filled
 };
 
 /// A straight line with round ends; a == b gives a dot of this width.
@@ -55,6 +58,13 @@ struct Sphere {
     glm::vec4 color{1};  ///< alpha below 1 is drawn translucent
 };
 
+/// A text over all else, a little to the right of a point.
+struct Label {
+    glm::vec3 at;
+    std::string text;  ///< UTF-8, Latin-1
+    glm::vec4 color{1};
+};
+
 struct Grid {
     bool visible = true;
     float height = 0;  ///< y of its plane
@@ -71,11 +81,19 @@ struct Frame {
     std::vector<Sphere> spheres;
     std::vector<Arrow> arrows;
     std::vector<Line> lines;
+    std::vector<Label> labels;
     Grid grid;
     Background background;
+    bool shadows = true;               ///< of the opaque items, by the key light
     float pixelScale = 1;              ///< Window::scale(), for widths in pixels
     float hiddenOpacity = 0.45f;       ///< how strongly arrows and lines show through what stands before them
     std::optional<glm::vec4> section;  ///< plane (n, d): items and spheres are cut away where n·p + d < 0
+};
+
+/// What the last frame asked of the driver.
+struct DrawCost {
+    int calls = 0;
+    std::size_t triangles = 0;
 };
 
 /// Pixels of the target framebuffer, from its lower-left corner.
@@ -93,10 +111,12 @@ class Renderer {
     Renderer& operator=(const Renderer&) = delete;
 
     GpuMesh upload(const MeshData& mesh);
-    GpuTexture upload(const Image& image);  ///< an sRGB picture
+    /// A picture in sRGB, or numbers to be taken as they stand.
+    GpuTexture upload(const Image& image, bool srgb = true);
 
     /// Draws into a framebuffer object, or the window (0). An empty viewport draws nothing.
     void draw(const Frame& frame, const Viewport& viewport, unsigned framebuffer = 0);
+    const DrawCost& cost() const;
 
   private:
     friend Image renderToImage(Renderer& renderer, const Frame& frame, int width, int height);

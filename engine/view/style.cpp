@@ -9,30 +9,29 @@
 namespace touchstone::engine {
 namespace {
 
-void loadFont(float scale) {
-    constexpr float kSize = 16, kOwnSize = 13;  // pixels; ImGui's own font is drawn for 13
+ImVec4 mix(const ImVec4& a, const ImVec4& b, float t) {
+    return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z), a.w + t * (b.w - a.w)};
+}
+
+}  // namespace
+
+void addSansFont(ImFontAtlas& fonts, float pixels) {
     constexpr std::array kFonts{
         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf", "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
         "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf"};
     // Latin-1 with µ, ·, ° and ², Greek, dashes and quotation marks.
     static constexpr std::array<ImWchar, 7> kGlyphs{0x20, 0xff, 0x370, 0x3ff, 0x2010, 0x2026, 0};
-    ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
     std::error_code ignored;
     for (const char* file : kFonts)
         if (std::filesystem::exists(file, ignored) &&
-            fonts.AddFontFromFileTTF(file, std::round(kSize * scale), nullptr, kGlyphs.data()))
+            fonts.AddFontFromFileTTF(file, std::round(pixels), nullptr, kGlyphs.data()))
             return;
+    constexpr float kOwnShare = 13.f / 16;  // ImGui's own font is drawn for 13 pixels
     ImFontConfig own;
-    own.SizePixels = std::round(kOwnSize * scale);
+    own.SizePixels = std::round(kOwnShare * pixels);
     fonts.AddFontDefault(&own);
 }
-
-ImVec4 mix(const ImVec4& a, const ImVec4& b, float t) {
-    return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z), a.w + t * (b.w - a.w)};
-}
-
-}  // namespace
 
 void applyStyle(float scale) {
     ImGuiStyle style;
@@ -81,7 +80,8 @@ void applyStyle(float scale) {
     c[ImGuiCol_TextSelectedBg] = faded(accent, 0.4f);
     c[ImGuiCol_NavHighlight] = accent;
     ImGui::GetStyle() = style;
-    loadFont(scale);
+    constexpr float kFontSize = 16;  // pixels
+    addSansFont(*ImGui::GetIO().Fonts, kFontSize * scale);
 }
 
 }  // namespace touchstone::engine

@@ -126,6 +126,13 @@ void Window::endFrame(Image* picture) {
     glfwSwapBuffers(handle());
 }
 
+int Window::interfaceDrawCalls() const {
+    const ImDrawData* data = ImGui::GetDrawData();
+    int calls = 0;
+    for (int i = 0; data && i < data->CmdListsCount; ++i) calls += data->CmdLists[i]->CmdBuffer.Size;
+    return calls;
+}
+
 void Window::close() { glfwSetWindowShouldClose(handle(), GLFW_TRUE); }
 void Window::setTitle(const std::string& title) { glfwSetWindowTitle(handle(), title.c_str()); }
 void Window::setVsync(bool on) { glfwSwapInterval(on ? 1 : 0); }

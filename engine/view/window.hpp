@@ -41,6 +41,8 @@ class Window {
     /// Draws ImGui and swaps. If picture is given it receives the finished frame, read before the swap.
     void endFrame(Image* picture = nullptr);
 
+    int interfaceDrawCalls() const;  ///< of ImGui in the last frame
+
     void close();  ///< makes the next beginFrame() return false
     void setTitle(const std::string& title);
     void setVsync(bool on);

@@ -91,6 +91,7 @@ class App {
     void carryOut();
     bool timeIsUp();
     void lookAtAll(const Area& picture);
+    void noteCost(double cpuMs);
 
     const WindowRunOptions& options_;
     engine::Window window_;
@@ -111,6 +112,7 @@ class App {
     MenuState menu_;
     PanelRequests requests_;
     ItemRects items_, drawnItems_;
+    FrameCost cost_, shownCost_;
     std::optional<glm::vec2> toolOnScreen_;
     std::optional<Clock::time_point> runningSince_;
 };
@@ -131,8 +133,9 @@ int App::run() {
     for (long number = 0; !last; ++number) {
         std::this_thread::sleep_until(began + (viewed_ || !session_.opening() ? kShortestFrame : kOpeningFrame));
         began = Clock::now();
+        const double cpuBegan = threadCpuMicroseconds();
         if (options_.onFrame) {
-            WindowFrame frame{window_, session_, display_, drawnItems_, toolOnScreen_, number};
+            WindowFrame frame{window_, session_, display_, drawnItems_, toolOnScreen_, number, cost_};
             options_.onFrame(frame);
         }
         last = timeIsUp();
@@ -158,10 +161,17 @@ int App::run() {
         engine::Image picture;
         window_.endFrame(wanted ? &picture : nullptr);
         std::swap(items_, drawnItems_);
+        noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
         if (wanted) engine::writePng(options_.screenshot, picture);
     }
     if (options_.onEnd) options_.onEnd(session_);
     return options_.scene.empty() || session_.scene() ? 0 : 1;
+}
+
+void App::noteCost(double cpuMs) {
+    cost_ = {.cpuMs = cpuMs, .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls()};
+    constexpr double kShare = 0.1;  // of the newest frame, so that one can read it
+    shownCost_ = {.cpuMs = shownCost_.cpuMs + kShare * (cpuMs - shownCost_.cpuMs), .drawCalls = cost_.drawCalls};
 }
 
 /// False once the window is closed; before that it stays for one more frame if a picture of it is wanted.
@@ -198,7 +208,7 @@ void App::lookAtAll(const Area& picture) {
     if (requests_.frameCamera)  // the direction one has turned to stays
         view_->fit(camera_, X_WT, aspect);
     else
-        camera_ = view_->look(X_WT, aspect);
+        camera_ = view_->look(options_.view, record, session_.settings(), aspect);
 }
 
 void App::drawPicture(const Area& area) {
@@ -245,7 +255,7 @@ void App::drawPanels(const Layout& layout) {
             drawPlotsPanel(session_.history(), session_.settings(), plotsPanel_, &items_);
         endPanel();
         if (beginPanel("Status", layout.status))
-            drawStatusPanel({session_.snapshot(), session_.realTime(), device, session_.messages()});
+            drawStatusPanel({session_.snapshot(), session_.realTime(), device, session_.messages(), shownCost_});
         endPanel();
     }
     drawHints(layout.picture);
@@ -329,6 +339,8 @@ void App::handleKeys() {
     if (pressed(GLFW_KEY_F)) requests_.frameCamera = true;
     if (pressed(GLFW_KEY_H)) menu_.panels = !menu_.panels;
     if (pressed(GLFW_KEY_S)) session_.setSettings(withSolversSwapped(session_.settings()));
+    for (const DisplaySwitch& which : displaySwitches())
+        if (pressed(which.key)) turn(display_, which, !isOn(display_, which));  // GLFW's keys are capital letters
     if (pressed(GLFW_KEY_SPACE)) {
         Settings settings = session_.settings();
         settings.pause = !settings.pause;

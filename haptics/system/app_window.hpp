@@ -19,6 +19,7 @@ struct WindowFrame {
     const ItemRects& items;                 ///< controls as drawn in the frame before
     std::optional<glm::vec2> toolOnScreen;  ///< C in screen units, where it was drawn
     long number = 0;                        ///< frames since the window opened
+    FrameCost cost;                         ///< of the frame before
 };
 
 struct WindowRunOptions {
@@ -29,6 +30,7 @@ struct WindowRunOptions {
     std::filesystem::path screenshot;                 ///< picture of the last frame with its panels; empty: none
     engine::WindowOptions window;
     DisplayOptions display;
+    std::string view;                           ///< as SceneView::look(), of the first scene
     std::function<void(WindowFrame&)> onFrame;  ///< before each frame's events are handled
     std::function<void(LiveSession&)> onEnd;    ///< after the last frame, while the loop still runs
 };

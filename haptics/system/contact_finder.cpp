@@ -23,8 +23,7 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
 }
 
-std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
-                                                  int most) {
+void ContactFinder::collect(const TickRecord& record, double margin) {
     rows_.clear();
     for (std::size_t i = 0; i < lists_.size(); ++i) {
         const Pose& X_WO = world_->obstacles[i].X_WO;
@@ -34,7 +33,21 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
             lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
+}
 
+std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double margin) {
+    collect(record, margin);
+    pairs_.clear();
+    for (int i = 0; i < rows_.size(); ++i) {
+        const std::uint64_t id = rows_.id(i);
+        pairs_.push_back({obstacleOf(id), toolLeafOf(id), obstacleLeafOf(id), rows_.gap()[i]});
+    }
+    return pairs_;
+}
+
+std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
+                                                  int most) {
+    collect(record, margin);
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));

@@ -16,6 +16,12 @@ struct ContactPoint {
     double load = 0;          ///< N along n_W, of the exact solver on these rows
 };
 
+/// Two leaves and their gap, mm.
+struct NearPair {
+    int obstacle = 0, toolLeaf = 0, obstacleLeaf = 0;
+    double gap = 0;
+};
+
 /// Finds the leaf pairs of a world that touch, or nearly, and what they carry. Not for the loop: milliseconds when
 /// thousands of pairs are near, and it allocates.
 class ContactFinder {
@@ -27,8 +33,12 @@ class ContactFinder {
     /// next call.
     std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin,
                                        int most = 400);
+    /// All pairs with gap <= margin mm at the graphic tool's pose, the nearest 32,768 where there are more of them.
+    /// Valid until the next call.
+    std::span<const NearPair> pairs(const TickRecord& record, double margin);
 
   private:
+    void collect(const TickRecord& record, double margin);
     void thin(int most);
 
     std::shared_ptr<const World> world_;
@@ -37,6 +47,7 @@ class ContactFinder {
     RowSet rows_;
     std::unique_ptr<Solver> solver_;
     std::vector<ContactPoint> contacts_;
+    std::vector<NearPair> pairs_;
 };
 
 }  // namespace touchstone::system

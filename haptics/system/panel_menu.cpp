@@ -93,6 +93,13 @@ void drawHelpDialog(MenuState& state) {
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(does);
         }
+        for (const DisplaySwitch& which : displaySwitches()) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::Text("%c", which.key);
+            ImGui::TableNextColumn();
+            ImGui::Text("show or hide: %s", which.title);
+        }
         ImGui::EndTable();
     }
     if (ImGui::Button("Close")) ImGui::CloseCurrentPopup();
@@ -141,12 +148,12 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             ImGui::MenuItem("Panels", "H", &state.panels);
             if (ImGui::MenuItem("Everything in view", "F")) requests.frameCamera = true;
             ImGui::Separator();
-            ImGui::MenuItem("Contacts", nullptr, &display.contacts);
-            ImGui::MenuItem("Force and torque", nullptr, &display.arrows);
-            ImGui::MenuItem("Ghost of the device", nullptr, &display.ghost);
-            ImGui::MenuItem("Goal", nullptr, &display.goal);
-            ImGui::MenuItem("Grid", nullptr, &display.grid);
-            ImGui::MenuItem("Cut open", nullptr, &display.cut);
+            for (const DisplaySwitch& which : displaySwitches()) {
+                const bool on = isOn(display, which);
+                const char key[]{which.key, '\0'};
+                if (ImGui::MenuItem(which.title, key, on)) turn(display, which, !on);
+                tooltip(which.help);
+            }
             ImGui::EndMenu();
         }
         noteItem(items, "menu view");

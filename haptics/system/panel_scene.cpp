@@ -156,31 +156,31 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, ItemRects* 
 }
 
 void drawDisplay(const HapticScene& scene, DisplayOptions& display, ItemRects* items) {
-    const struct {
-        const char* text;
-        bool DisplayOptions::*option;
-        const char* help;
-    } switches[]{
-        {"Contacts", &DisplayOptions::contacts,
-         "Pairs that touch, with their normals; those that carry force are red."},
-        {"Force", &DisplayOptions::arrows,
-         "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
-        {"Ghost", &DisplayOptions::ghost, "Where the device wants the tool."},
-        {"Goal", &DisplayOptions::goal, "Where the tool is to come to rest."},
-        {"Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
-        {"Cut", &DisplayOptions::cut, "Cuts the scene open at the tool's centre, towards you."},
-    };
     const float width = ImGui::GetContentRegionAvail().x;
     std::size_t column = 0;
-    for (const auto& [text, option, help] : switches) {
+    for (const DisplaySwitch& which : displaySwitches()) {
         constexpr std::array kColumns{0.f, 0.40f, 0.71f};  // of the width
         if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
         column = (column + 1) % kColumns.size();
-        ImGui::Checkbox(text, &(display.*option));
-        noteItem(items, text);
-        tooltip(help);
+        bool on = isOn(display, which);
+        if (ImGui::Checkbox(which.title, &on)) turn(display, which, on);
+        noteItem(items, which.title);
+        tooltip(std::string(which.help) + " Key " + which.key + ".");
     }
     if (!scene.world) return;
+    if (display.section) {
+        ImGui::SetNextItemWidth(8.5f * ImGui::GetFontSize() - ImGui::GetStyle().WindowPadding.x);
+        int axis = display.sectionAxis + 1;
+        if (ImGui::Combo("##axis", &axis, "facing you\0across x\0across y\0across z\0")) display.sectionAxis = axis - 1;
+        noteItem(items, "section axis");
+        tooltip("How the section lies.");
+        ImGui::SameLine(8.5f * ImGui::GetFontSize());
+        ImGui::SetNextItemWidth(-1);
+        const double most = scene.world->reach(), least = -most;
+        ImGui::SliderScalar("##offset", ImGuiDataType_Double, &display.sectionOffset, &least, &most, "%.2f mm");
+        noteItem(items, "section offset");
+        tooltip("How far the section lies from the contacts, mm towards you.");
+    }
     drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
 }
@@ -196,7 +196,7 @@ void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, Sc
         ImGui::PopTextWrapPos();
     }
     const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = (edited ? 6.9f : 5.9f) * line;
+    const float below = ((edited ? 8.9f : 7.9f) + (display.section && scene.world ? 1 : 0)) * line;
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
     for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
     ImGui::EndChild();

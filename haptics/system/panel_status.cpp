@@ -73,6 +73,9 @@ void drawHealth(const StatusView& view) {
           : view.realTime ? view.realTime->message.c_str()
                           : "");
 
+    value("Picture", number("%.1f ms", view.frame.cpuMs) + ", " + std::to_string(view.frame.drawCalls) + " draws",
+          false, "Processor time of the window's thread a frame, and calls to the graphics driver.");
+
     const TickRecord& r = s.record;
     const bool clamped = s.fade >= 1 && r.wrench_out.force.norm() < 0.999 * r.wrench_o.force.norm();
     value("Force", number("%.2f N", r.wrench_C.force.norm()) + (clamped ? " (saturated)" : ""), clamped,

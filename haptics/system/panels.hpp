@@ -46,11 +46,18 @@ struct PlotsPanelState {
 /// The tick over time: stage times against the budget of `settings.rate`, rows, force, torque, shadow error, depth.
 void drawPlotsPanel(const TickHistory& history, const Settings& settings, PlotsPanelState& state, ItemRects* items);
 
+/// What a frame took of the window's thread.
+struct FrameCost {
+    double cpuMs = 0;  ///< from the end of its wait for the frame before to the swap
+    int drawCalls = 0;
+};
+
 struct StatusView {
     const LoopSnapshot* snapshot = nullptr;  ///< null before the first scene runs
     const RealTimeStatus* realTime = nullptr;
     const std::string& device;
     const std::vector<Message>& messages;
+    FrameCost frame = {};  ///< smoothed
 };
 
 /// Health of the loop and the messages, newest last.

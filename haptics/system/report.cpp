@@ -81,7 +81,7 @@ ordered_json toJson(const Report& report) {
     ordered_json checks = ordered_json::array();
     for (const OutcomeCheck& check : report.checks)
         checks.push_back({{"name", check.name}, {"limit", check.limit}, {"value", check.value}, {"met", check.met}});
-    return {
+    ordered_json json{
         {"scene", report.scene},
         {"mode", report.mode},
         {"solver", report.solver},
@@ -119,6 +119,11 @@ ordered_json toJson(const Report& report) {
         {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
         {"settings", report.settings},
     };
+    if (report.frameCpuMs.max) {
+        json["frame_cpu_ms"] = object(report.frameCpuMs, {kP50, kP99, kMax});
+        json["draw_calls"] = counts(report.drawCalls);
+    }
+    return json;
 }
 
 void RunStatistics::add(const TickRecord& record, double penetration, double dt) {

@@ -39,6 +39,7 @@ struct Report {
     KktResiduals kkt;
     std::uint64_t infeasible = 0;           ///< ticks
     std::optional<std::uint64_t> overruns;  ///< null when headless
+    Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent when headless
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;
     std::uint64_t safetyTrips = 0;     ///< beginnings, of all guards

@@ -1,20 +1,18 @@
 #include "haptics/system/scene_view.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <limits>
 #include <map>
 
 #include "engine/view/gl_context.hpp"
-#include "engine/view/image_file.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::system {
 namespace {
 
-constexpr glm::vec4 kForceColor{1.00f, 0.36f, 0.22f, 1}, kTorqueColor{0.66f, 0.48f, 1.00f, 1};
-constexpr glm::vec4 kContactColor{0.30f, 0.85f, 0.95f, 1}, kLoadColor{1.00f, 0.30f, 0.15f, 1};
 constexpr glm::vec3 kGhostTint{0.45f, 0.70f, 1.00f}, kGoalTint{0.25f, 0.85f, 0.40f};
 
 // Below these the device's ghost would only flicker on the tool.
@@ -39,17 +37,25 @@ bool isBelow(const engine::Registry& registry, engine::Entity node, engine::Enti
 
 }  // namespace
 
-glm::vec4 sphereColor(bool tool, int level, int index) {
-    const float a = std::fmod(0.618034f * static_cast<float>(index), 1.f),
-                b = std::fmod(0.754878f * static_cast<float>(index), 1.f);
-    const glm::vec3 low = tool ? glm::vec3(0.95f, 0.55f, 0.15f) : glm::vec3(0.20f, 0.50f, 0.80f);
-    const glm::vec3 high = tool ? glm::vec3(1.00f, 0.85f, 0.40f) : glm::vec3(0.45f, 0.80f, 0.85f);
-    return {glm::mix(low, high, a) * (0.8f + 0.2f * b), level == 0 ? 1.f : 0.22f};
+std::span<const SceneDirection> sceneDirections() {
+    constexpr float kRight = glm::half_pi<float>(), kDown = kRight - 0.01f;
+    static constexpr std::array<SceneDirection, 6> kDirections{{{"front", 0, 0},
+                                                                {"back", 2 * kRight, 0},
+                                                                {"left", -kRight, 0},
+                                                                {"right", kRight, 0},
+                                                                {"top", 0, kDown},
+                                                                {"bottom", 0, -kDown}}};
+    return kDirections;
 }
 
-double arrowLength(double newtons) {
-    constexpr double kLongest = 1.8, kHalfwayNewtons = 10;
-    return kLongest * newtons / (newtons + kHalfwayNewtons);
+std::string checkView(std::string_view name) {
+    if (name.empty() || name == kContactView) return {};
+    std::string names;
+    for (const SceneDirection& direction : sceneDirections()) {
+        if (direction.name == name) return {};
+        names += std::string(direction.name) + ", ";
+    }
+    return "'" + std::string(name) + "' is no view; choose from " + names + std::string(kContactView);
 }
 
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect) {
@@ -82,36 +88,51 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
     const engine::Entity tool = scene.roles.tool;
     if (tool) toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(registry, tool)));
 
-    std::vector<engine::GpuTexture> textures;
-    for (const engine::Image& image : scene.scene.images) textures.push_back(renderer.upload(image));
+    std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it is one of colours
+    const auto textureOf = [&](int image, bool colors) {
+        if (image < 0) return engine::GpuTexture{};
+        auto [texture, isNew] = textures.try_emplace({image, colors});
+        if (isNew) texture->second = renderer.upload(scene.scene.images[static_cast<std::size_t>(image)], colors);
+        return texture->second;
+    };
+    std::vector<engine::Entity> bodies;
+    for (const engine::Entity obstacle : scene.roles.obstacles) bodies.push_back(obstacle);
+    if (tool) bodies.push_back(tool);
     std::map<const engine::MeshData*, engine::GpuMesh> uploaded;
-    registry.each<engine::MeshInstance, engine::WorldTransform>(
-        [&](engine::Entity node, const engine::MeshInstance& instance, const engine::WorldTransform& world) {
-            const engine::Entity owner = roleOwner(registry, node);
-            for (const engine::Primitive& primitive : instance.primitives) {
-                if (primitive.mesh->indices.empty()) continue;
-                Part part{.node = node, .item = {}, .moves = tool && isBelow(registry, node, tool)};
-                part.role = owner ? registry.get<Role>(owner) : Role::Visual;
-                auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
-                if (isNew) mesh->second = renderer.upload(*primitive.mesh);
-                part.item.mesh = mesh->second;
-                part.item.model = world.matrix;
-                if (primitive.material >= 0) {
-                    part.item.material = scene.scene.materials[static_cast<std::size_t>(primitive.material)];
-                    if (const int texture = part.item.material.texture; texture >= 0)
-                        part.item.texture = textures[static_cast<std::size_t>(texture)];
-                }
-                part.low = part.high = primitive.mesh->positions.front();
-                for (const glm::vec3& p : primitive.mesh->positions) {
-                    part.low = glm::min(part.low, p);
-                    part.high = glm::max(part.high, p);
-                }
-                parts_.push_back(std::move(part));
+    registry.each<engine::MeshInstance, engine::WorldTransform>([&](engine::Entity node,
+                                                                    const engine::MeshInstance& instance,
+                                                                    const engine::WorldTransform& world) {
+        const engine::Entity owner = roleOwner(registry, node);
+        for (const engine::Primitive& primitive : instance.primitives) {
+            if (primitive.mesh->indices.empty()) continue;
+            Part part{.node = node, .item = {}, .moves = tool && isBelow(registry, node, tool)};
+            part.role = owner ? registry.get<Role>(owner) : Role::Visual;
+            auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
+            if (isNew) mesh->second = renderer.upload(*primitive.mesh);
+            part.item.mesh = mesh->second;
+            part.item.model = world.matrix;
+            if (primitive.material >= 0) {
+                const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(primitive.material)];
+                part.item.material = material;
+                part.item.texture = textureOf(material.texture, true);
+                part.item.metallicRoughness = textureOf(material.metallicRoughnessTexture, false);
+                part.item.normal = textureOf(material.normalTexture, false);
+                part.item.emissive = textureOf(material.emissiveTexture, true);
             }
-        });
+            // What a tree was built of and found closed has an inside to show.
+            if (const SphereTree* tree = owner ? treeOf(scene, owner) : nullptr; tree && tree->certificate.closed)
+                part.item.body = 1 + static_cast<int>(std::find(bodies.begin(), bodies.end(), owner) - bodies.begin());
+            part.low = part.high = primitive.mesh->positions.front();
+            for (const glm::vec3& p : primitive.mesh->positions) {
+                part.low = glm::min(part.low, p);
+                part.high = glm::max(part.high, p);
+            }
+            parts_.push_back(std::move(part));
+        }
+    });
 
     if (scene.world) {
-        contacts_ = std::make_unique<ContactFinder>(scene.world);
+        overlays_ = std::make_unique<SceneOverlays>(scene.world);
         reach_ = std::max(scene.world->reach(), 1e-3);
     }
     floor_ = std::numeric_limits<float>::infinity();
@@ -171,23 +192,74 @@ engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
     return camera;
 }
 
+engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* record, const Settings& settings,
+                                    float aspect) {
+    const Pose* X_WT = record ? &record->X_WT : scene_.world ? &scene_.world->X_WT_start : nullptr;
+    engine::OrbitCamera camera = look(X_WT, aspect);
+    for (const SceneDirection& direction : sceneDirections())
+        if (direction.name == name) {
+            camera.yaw = direction.yaw;
+            camera.pitch = direction.pitch;
+            fit(camera, X_WT, aspect);
+        }
+    if (name != kContactView || !overlays_) return camera;
+    TickRecord start;
+    start.X_WT = start.X_WT_device = scene_.world->X_WT_start;
+    DisplayOptions nearest;
+    nearest.clearance = true;
+    overlays_->find(record ? *record : start, settings, nearest);
+    const auto place = overlays_->contactPlace() ? overlays_->contactPlace() : overlays_->nearestPlace();
+    if (!place) return camera;
+    const Vec3& n = place->n_W;
+    // Across the normal, from the side that is nearer to the front; from above it all looks alike.
+    if (std::hypot(n.x(), n.z()) > 0.3)
+        camera.yaw = kAside + static_cast<float>(std::remainder(std::atan2(-n.z(), n.x()), glm::pi<double>()));
+    const double radius = std::max(0.3 * reach_, 1.2 * place->reach);
+    camera.frame(glm::vec3(toMetres(place->p_W)), static_cast<float>(toMetres(radius)), aspect);
+    return camera;
+}
+
+void SceneView::follow(const TickRecord& record) {
+    if (overlays_) overlays_->follow(record);
+}
+
+glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const {
+    const glm::vec3 forward = camera.forward();
+    glm::vec3 n(0);  // away from the viewer
+    if (options.sectionAxis >= 0) {
+        n[options.sectionAxis] = forward[options.sectionAxis] < 0 ? -1.f : 1.f;
+    } else {
+        constexpr float kSteep = 1;  // radians: beyond, one looks down on a level cut
+        n = std::abs(camera.pitch) > kSteep ? glm::vec3(0, forward.y < 0 ? -1 : 1, 0)
+                                            : glm::normalize(glm::vec3(forward.x, 0, forward.z));
+    }
+    const glm::vec3 p(toMetres(p_W));
+    return glm::vec4(n, static_cast<float>(toMetres(options.sectionOffset)) - glm::dot(n, p));
+}
+
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
                      const DisplayOptions& options) {
     frame.grid = {.visible = options.grid, .height = floor_};
     addParts(frame, record, options);
-    if (!scene_.world) return;
+    if (!overlays_) return;
 
     const Pose X_WT = record ? record->X_WT : scene_.world->X_WT_start;
-    addSpheres(frame, *scene_.world->tool, X_WT, options.toolLevel, true);
-    for (const Obstacle& obstacle : scene_.world->obstacles)
-        addSpheres(frame, *obstacle.tree, obstacle.X_WO, options.obstacleLevel, false);
-    if (options.cut) {
-        const glm::vec3 n = -frame.camera.forward();
-        const glm::vec3 p_WC(toMetres(X_WT * scene_.world->p_TC()));
-        frame.section = glm::vec4(-n, glm::dot(n, p_WC));
+    if (record) {
+        overlays_->follow(*record);
+        overlays_->find(*record, settings, options);
     }
-    if (record && options.contacts) addContacts(frame, *record, settings, options.contactMargin);
-    if (record && options.arrows) addArrows(frame, *record);
+    if (options.section) {
+        // Through the contacts, without jumping when they come and go.
+        constexpr double kFollow = 0.12;  // of the way in a frame
+        const auto place = record ? overlays_->contactPlace() : std::nullopt;
+        const Vec3 wanted = place ? place->p_W : X_WT * scene_.world->p_TC();
+        cutAt_ = cutAt_ ? Vec3(*cutAt_ + kFollow * (wanted - *cutAt_)) : wanted;
+        frame.section = section(frame.camera, *cutAt_, options);
+    } else {
+        cutAt_.reset();
+    }
+    overlays_->addSpheres(frame, X_WT, options);
+    if (record) overlays_->add(frame, *record, options);
 }
 
 void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const {
@@ -204,12 +276,18 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
         }
         frame.items.push_back(std::move(item));
     }
-    if (options.goal && scene_.roles.goal && !goalShown)
-        addGhost(frame, scene_.roles.goal->X_WT, kGoalTint, 0.8f, 0.14f);
+    if (options.goal && scene_.roles.goal) addGoal(frame, X_WT ? *X_WT : Pose{}, goalShown);
     if (record && options.ghost) {
         const bool apart = (record->X_WT.p - record->X_WT_device.p).norm() > kApartMm ||
                            logRotation(record->X_WT_device.q * record->X_WT.q.conjugate()).norm() > kApartRad;
-        if (apart) addGhost(frame, record->X_WT_device, kGhostTint, 0.55f, 0.28f);
+        if (apart) {
+            addGhost(frame, record->X_WT_device, kGhostTint, 0.55f, 0.28f);
+            const Vec3 p_TC = scene_.world->p_TC();
+            const glm::vec3 C(toMetres(record->X_WT * p_TC)), wanted(toMetres(record->X_WT_device * p_TC));
+            const glm::vec4 color(kGhostTint, 1);
+            frame.lines.push_back({C, wanted, color, 1.5f});
+            frame.lines.push_back({wanted, wanted, color, 7});
+        }
     }
 }
 
@@ -225,56 +303,31 @@ void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint,
     }
 }
 
-void SceneView::addContacts(engine::Frame& frame, const TickRecord& record, const Settings& settings, double margin) {
-    const std::span<const ContactPoint> contacts = contacts_->find(record, settings, margin);
-    double total = 1e-9;
-    for (const ContactPoint& contact : contacts) total += contact.load;
-    // The loaded ones come first and are to be drawn last, over the others.
-    for (auto contact = contacts.rbegin(); contact != contacts.rend(); ++contact) {
-        // Normals of loaded contacts share out the length of the force's arrow.
-        const bool loaded = contact->load > 1e-3;
-        const double length = reach_ * (loaded ? 0.15 + 0.6 * arrowLength(total) * contact->load / total : 0.05);
-        const glm::vec3 p(toMetres(contact->p_W)), q(toMetres(Vec3(contact->p_W + length * contact->n_W)));
-        const glm::vec4 color = loaded ? kLoadColor : kContactColor;
-        frame.lines.push_back({p, q, color, loaded ? 3.5f : 1.5f});
-        frame.lines.push_back({p, p, color, loaded ? 14.f : 6.f});
-    }
+void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const {
+    const GoalRegion& goal = *scene_.roles.goal;
+    if (!meshShown) addGhost(frame, goal.X_WT, kGoalTint, 0.8f, 0.14f);
+    // The ball in which the tool node's origin has to be, brighter once it is.
+    const bool inside = (X_WT.p - goal.X_WT.p).norm() <= goal.tolerance &&
+                        logRotation(X_WT.q * goal.X_WT.q.conjugate()).norm() <= goal.toleranceAngle;
+    const glm::vec3 origin(toMetres(goal.X_WT.p)), node(toMetres(X_WT.p));
+    frame.spheres.push_back({.center = origin,
+                             .radius = static_cast<float>(toMetres(goal.tolerance)),
+                             .color = glm::vec4(kGoalTint, inside ? 0.5f : 0.25f)});
+    frame.lines.push_back({node, node, glm::vec4(kGoalTint, 1), 6});
 }
 
-void SceneView::addArrows(engine::Frame& frame, const TickRecord& record) const {
-    const Vec3 C = record.X_WT * scene_.world->p_TC();
-    const auto add = [&](const Vec3& v, double newtons, const glm::vec4& color, double thickness) {
-        if (newtons < 1e-3) return;
-        const Vec3 tip = C + reach_ * arrowLength(newtons) * v.normalized();
-        frame.arrows.push_back({glm::vec3(toMetres(C)), glm::vec3(toMetres(tip)),
-                                static_cast<float>(toMetres(thickness * reach_)), color});
-    };
-    add(record.wrench_C.force, record.wrench_C.force.norm(), kForceColor, 0.016);
-    add(record.wrench_C.torque, record.wrench_C.torque.norm() / reach_, kTorqueColor, 0.012);
-}
-
-void SceneView::addSpheres(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool) const {
-    if (level < 0) return;
-    level = std::min(level, static_cast<int>(tree.levels.size()) - 1);
-    const int count = tree.levels[static_cast<std::size_t>(level)].count;
-    for (int i = 0; i < count; ++i) {
-        const Sphere s = tree.block(level, i);
-        frame.spheres.push_back({.center = glm::vec3(toMetres(Vec3(X_WB * Vec3(s.x, s.y, s.z)))),
-                                 .radius = static_cast<float>(toMetres(double(s.r))),
-                                 .color = sphereColor(tool, level, i)});
-    }
-}
-
-void renderScreenshot(const HapticScene& scene, const TickRecord& record, const Settings& settings,
-                      const DisplayOptions& options, const std::filesystem::path& file, int width, int height) {
+engine::Image renderScene(const HapticScene& scene, const TickRecord& record, const Settings& settings,
+                          const ScenePicture& picture) {
     const engine::HeadlessContext context;
     engine::Renderer renderer;
     SceneView view(renderer, scene);
+    for (const TickRecord& before : picture.before) view.follow(before);
     engine::Frame frame;
-    frame.camera = view.look(&record.X_WT, static_cast<float>(width) / static_cast<float>(height));
+    frame.camera = view.look(picture.view, &record, settings,
+                             static_cast<float>(picture.width) / static_cast<float>(picture.height));
     frame.hiddenOpacity = kHiddenOpacity;
-    view.fill(frame, &record, settings, options);
-    engine::writePng(file, engine::renderToImage(renderer, frame, width, height));
+    view.fill(frame, &record, settings, picture.display);
+    return engine::renderToImage(renderer, frame, picture.width, picture.height);
 }
 
 }  // namespace touchstone::system

@@ -1,38 +1,33 @@
 #pragma once
 // A scene and what its tick does, as a frame for the renderer.
-#include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/view/renderer.hpp"
 #include "haptics/loop/step.hpp"
-#include "haptics/system/contact_finder.hpp"
+#include "haptics/system/display_options.hpp"
+#include "haptics/system/scene_overlays.hpp"
 #include "haptics/system/scene_world.hpp"
 
 namespace touchstone::system {
 
-/// What is drawn besides the meshes whose Visibility is on.
-struct DisplayOptions {
-    bool ghost = true;     ///< the device's pose, where it is apart from the tool
-    bool contacts = true;  ///< points and normals
-    bool arrows = true;    ///< force and torque on the hand at C
-    bool goal = true;      ///< where the tool is to come to rest
-    bool grid = true;
-    bool cut = false;            ///< cut the scene open at C, towards the viewer
-    int toolLevel = -1;          ///< sphere-tree level drawn over the tool: 0 leaves, -1 none
-    int obstacleLevel = -1;      ///< likewise over the obstacles
-    double contactMargin = 0.2;  ///< mm: pairs this near are shown as contacts
-};
-
 /// Contacts lie between the bodies: how strongly they and the arrows show through what hides them.
 inline constexpr float kHiddenOpacity = 0.65f;
 
-/// Length in the picture, in units of the tool's reach, of an arrow for a force in N: proportional while small, and
-/// never longer than 1.8, so that it stays in the picture. A torque is shown as the force that makes it at the reach.
-double arrowLength(double newtons);
-
-/// Colour of a sphere of a tree: neighbours differ a little in hue and brightness, so that each can be seen.
-glm::vec4 sphereColor(bool tool, int level, int index);
+/// Directions from which a scene is seen by name: front, back, left, right, top, bottom, and contact, near where the
+/// bodies touch.
+struct SceneDirection {
+    std::string_view name;
+    float yaw, pitch;  ///< radians
+};
+std::span<const SceneDirection> sceneDirections();
+inline constexpr std::string_view kContactView = "contact";
+/// Nothing for the empty name and those known, else one sentence.
+std::string checkView(std::string_view name);
 
 /// Brings the points into the middle of the picture, seen from the camera's direction. Without points it stays.
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect);
@@ -45,12 +40,16 @@ class SceneView {
     /// Appends the scene as it stands after a tick to `frame`, seen with frame.camera. `record` null: the tool stands
     /// where its node does, without contacts or arrows.
     void fill(engine::Frame& frame, const TickRecord* record, const Settings& settings, const DisplayOptions& options);
+    /// Notes a tick for the trace; fill() does so with its own.
+    void follow(const TickRecord& record);
 
     /// Brings all visible parts into view, the tool at this pose (null: where its node stands), from the camera's
     /// direction.
     void fit(engine::OrbitCamera& camera, const Pose* X_WT, float aspect) const;
     /// The same from the front and above, turned so that one sees between tool and obstacles.
     engine::OrbitCamera look(const Pose* X_WT, float aspect) const;
+    /// A view by name, which checkView() knows; look() for the empty name. Null: the tool stands where it starts.
+    engine::OrbitCamera look(std::string_view name, const TickRecord* record, const Settings& settings, float aspect);
 
   private:
     struct Part {
@@ -66,21 +65,29 @@ class SceneView {
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
     void addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const;
     void addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const;
-    void addContacts(engine::Frame& frame, const TickRecord& record, const Settings& settings, double margin);
-    void addArrows(engine::Frame& frame, const TickRecord& record) const;
-    void addSpheres(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool) const;
+    void addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const;
+    /// Plane for Frame::section through a point, mm, the half towards the viewer cut away.
+    glm::vec4 section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const;
 
     const HapticScene& scene_;
     std::vector<Part> parts_;
     glm::dmat4 toolFromWorld_{1};              ///< inverse of the tool node's rigid matrix in the file
-    std::unique_ptr<ContactFinder> contacts_;  ///< null without a world
+    std::unique_ptr<SceneOverlays> overlays_;  ///< null without a world
+    std::optional<Vec3> cutAt_;                ///< where the section goes through, mm; follows the contacts slowly
     double reach_ = 50;                        ///< ρ, mm
     float floor_ = 0;                          ///< height of the grid, metres
 };
 
-/// Draws a tick of a scene into a PNG file, without display. Throws std::runtime_error with one sentence when there is
-/// no OpenGL or the file cannot be written.
-void renderScreenshot(const HapticScene& scene, const TickRecord& record, const Settings& settings,
-                      const DisplayOptions& options, const std::filesystem::path& file, int width, int height);
+/// A picture of a tick, drawn without display.
+struct ScenePicture {
+    DisplayOptions display = {};
+    std::string view = {};  ///< as SceneView::look()
+    int width = 1280, height = 800;
+    std::span<const TickRecord> before = {};  ///< ticks whose way the trace shows
+};
+
+/// Throws std::runtime_error with one sentence when there is no OpenGL.
+engine::Image renderScene(const HapticScene& scene, const TickRecord& record, const Settings& settings,
+                          const ScenePicture& picture = {});
 
 }  // namespace touchstone::system

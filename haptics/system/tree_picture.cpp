@@ -4,6 +4,7 @@
 
 #include "engine/view/gl_context.hpp"
 #include "engine/view/image_file.hpp"
+#include "haptics/system/scene_overlays.hpp"
 #include "haptics/system/scene_view.hpp"
 #include "haptics/system/units.hpp"
 

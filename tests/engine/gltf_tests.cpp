@@ -242,7 +242,7 @@ TEST_CASE("glTF: extras and extensions are kept as they stand", "[gltf]") {
     CHECK_FALSE(scene.registry.has<NodeMarking>(scene.nodes[0]));
 }
 
-TEST_CASE("glTF: base-colour images from buffer views, data URIs and files; others are not opened", "[gltf]") {
+TEST_CASE("glTF: images from buffer views, data URIs and files; others are not opened", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     auto& json = draft.json;
@@ -251,9 +251,9 @@ TEST_CASE("glTF: base-colour images from buffer views, data URIs and files; othe
     json["accessors"].erase(json["accessors"].size() - 1);
     const auto view = json["bufferViews"].size() - 1;
     writeFile(folder / "wood.png", png);
-    json["images"] = {{{"uri", "missing normal map.png"}}, {{"bufferView", view}, {"mimeType", "image/png"}}};
+    json["images"] = {{{"uri", "missing occlusion map.png"}}, {{"bufferView", view}, {"mimeType", "image/png"}}};
     json["textures"] = {{{"source", 0}}, {{"source", 1}}};
-    json["materials"][0]["normalTexture"]["index"] = 0;
+    json["materials"][0]["occlusionTexture"]["index"] = 0;
     json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 1;
     const Bytes pixels = {255, 0, 0, 255, 0, 255, 0, 128};
     for (int form = 0; form < 3; ++form) {
@@ -279,6 +279,13 @@ TEST_CASE("glTF: a texture uses the set of coordinates it names", "[gltf]") {
     draft.json["textures"] = {{{"source", 0}}};
     draft.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
     CHECK(firstMesh(draft.read(folder)).texcoords[0] == glm::vec2(9, 9));
+    // A mesh has one set: a texture on another than the base colour's is left out, and the reader says so.
+    draft.json["materials"][0]["normalTexture"] = {{"index", 0}, {"texCoord", 0}};
+    const Scene scene = draft.read(folder);
+    CHECK(scene.materials[0].texture == 0);
+    CHECK(scene.materials[0].normalTexture == -1);
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(scene.warnings[0].find("another set of coordinates") != std::string::npos);
 }
 
 TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
@@ -287,7 +294,9 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
     scene.name = "round trip";
     scene.extras = {{"touchstone", {{"settings", {{"margin", 0.5}}}}}};
     const int image = addImage(scene, {2, 1, {255, 0, 0, 255, 0, 255, 0, 128}});
-    const int gold = addMaterial(scene, {"gold", {1, 0.75, 0.25, 1}, 1, 0.25f, image});
+    const int worn = addImage(scene, {1, 1, {0, 128, 255, 255}}), bumps = addImage(scene, {1, 1, {128, 128, 255, 255}});
+    const int gold =
+        addMaterial(scene, {"gold", {1, 0.75, 0.25, 1}, 1, 0.25f, image, worn, bumps, image, 0.5f, {0.25f, 0, 1}});
     const auto mesh = std::make_shared<MeshData>(
         MeshData{kSquare, std::vector<glm::vec3>(4, {0, 0, 1}), {{0, 1}, {1, 1}, {1, 0}, {0, 0}}, {0, 1, 2, 0, 2, 3}});
     LocalTransform turned;
@@ -339,6 +348,9 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
         CHECK(primitive.mesh->indices == mesh->indices);
         CHECK(again.materials[0].baseColor == scene.materials[0].baseColor);
         CHECK(again.materials[0].roughness == 0.25f);
+        CHECK(again.materials[0].textures() == scene.materials[0].textures());
+        CHECK(again.materials[0].normalScale == 0.5f);
+        CHECK(again.materials[0].emissive == scene.materials[0].emissive);
         CHECK(again.images[0].rgba == scene.images[0].rgba);
         REQUIRE(again.animations.size() == 1);
         REQUIRE(again.animations[0].channels.size() == 2);

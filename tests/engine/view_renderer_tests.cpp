@@ -402,3 +402,136 @@ TEST_CASE("renderer: the same frame gives the same picture, and an empty mesh no
     REQUIRE(stage.draw(frame).rgba == stage.draw(frame).rgba);
     REQUIRE(glGetError() == GL_NO_ERROR);
 }
+
+TEST_CASE("renderer: what stands in the key light darkens what lies behind it, and nothing else", "[gl]") {
+    Stage stage;
+    // The light comes from the upper left and the front, (-0.45, 0.74, 0.5) seen from a camera that looks along -z: a
+    // small plate 0.2 m above the middle of a floor casts its shadow 0.2 m * 0.45 / 0.74 = 0.12 m to the right and
+    // 0.135 m back.
+    const glm::mat4 flat = glm::rotate(glm::mat4(1), -glm::half_pi<float>(), glm::vec3(1, 0, 0));
+    Frame frame = darkFrame();
+    frame.camera.pitch = 1;
+    frame.items = {{stage.renderer.upload(quadMesh(0.8f, 0.8f)), flat, matt({0.5f, 0.5f, 0.5f}), {}, 1},
+                   {stage.renderer.upload(quadMesh(0.06f, 0.06f)),
+                    glm::translate(glm::mat4(1), glm::vec3(0, 0.2f, 0)) * flat,
+                    matt({0.5f, 0.5f, 0.5f}),
+                    {},
+                    1}};
+    const auto at = [&](const Image& image, glm::vec3 p) {
+        return pixel(image, frame.camera.project(p, kViewport).value()).x;
+    };
+    const glm::vec3 inShadow{0.122f, 0, -0.135f}, beside{-0.12f, 0, 0.135f};
+    const Image lit = stage.draw(frame);
+    REQUIRE(at(lit, inShadow) < at(lit, beside) - 40);
+    frame.shadows = false;
+    const Image plain = stage.draw(frame);
+    REQUIRE(std::abs(at(plain, inShadow) - at(plain, beside)) < 10);
+    REQUIRE(std::abs(at(lit, beside) - at(plain, beside)) <= 2);
+}
+
+TEST_CASE("renderer: the cut of a closed body is filled, that of a hollow one has its hole", "[gl]") {
+    Stage stage;
+    Frame frame = darkFrame();
+    const Material red = matt({0.8f, 0.1f, 0.1f});
+    const GpuMesh ball = stage.renderer.upload(sphereMesh(0.6f));
+    MeshData inner = sphereMesh(0.3f);
+    for (std::size_t i = 0; i < inner.indices.size(); i += 3) std::swap(inner.indices[i], inner.indices[i + 1]);
+    for (glm::vec3& n : inner.normals) n = -n;
+    frame.items = {{ball, glm::mat4(1), red, {}, 1}};
+    frame.items[0].body = 1;
+    frame.section = glm::vec4(0, 0, -1, 0);
+    // Hatched between 0.62 and 0.34 of the base colour, both far above the dark inside of one that is not filled, and
+    // the same wherever one looks.
+    const auto brightness = [&](const Image& image, glm::vec2 middle) {
+        float sum = 0;
+        for (int y = -9; y < 9; ++y)
+            for (int x = -9; x < 9; ++x)
+                sum += static_cast<float>(pixel(image, middle + glm::vec2(x, y)).x) / (18 * 18);
+        return sum;
+    };
+    const glm::vec2 middle = kViewport / 2.f, rim = middle + glm::vec2(45, 0);
+    Image image = stage.draw(frame);
+    REQUIRE(brightness(image, middle) > 150);
+    REQUIRE(brightness(image, middle) == Approx(brightness(image, rim)).margin(3));
+
+    frame.items.push_back({stage.renderer.upload(inner), glm::mat4(1), red, {}, 1});
+    frame.items[1].body = 1;
+    image = stage.draw(frame);
+    REQUIRE(brightness(image, rim) > 150);
+    // Through the hole one sees the inner wall, lit and without hatching.
+    const glm::ivec3 wall = pixel(image, middle);
+    REQUIRE(difference(wall, pixel(image, middle + glm::vec2(4, 0))) <= 6);
+}
+
+TEST_CASE("renderer: textures of surface, normals and emission do what glTF says", "[gl]") {
+    Stage stage;
+    Frame frame = darkFrame();
+    const auto texture = [&](std::array<std::uint8_t, 3> c, bool srgb) {
+        return stage.renderer.upload(Image{1, 1, {c[0], c[1], c[2], 255}}, srgb);
+    };
+    const GpuMesh quad = stage.renderer.upload(quadMesh(0.8f, 0.8f));
+    DrawItem item{quad, glm::mat4(1), {"m", {0.9f, 0.6f, 0.2f, 1}, 1, 1, -1}, {}, 1};
+    const auto shown = [&](const DrawItem& of) {
+        frame.items = {of};
+        return pixel(stage.draw(frame), kViewport / 2.f);
+    };
+    // Green is roughness, blue metalness: the texture's factors are those of the material without it.
+    DrawItem textured = item;
+    textured.metallicRoughness = texture({7, 128, 51}, false);
+    item.material.roughness = 128 / 255.f;
+    item.material.metallic = 51 / 255.f;
+    requireColor(shown(textured), shown(item));
+
+    // A flat normal map changes nothing; one that leans to the left looks like the quad turned there, and one that
+    // leans up (green) like the quad turned up. sin 30 degrees = 0.5.
+    item.material = matt({0.6f, 0.6f, 0.6f});
+    DrawItem bumped = item;
+    bumped.normal = texture({128, 128, 255}, false);
+    requireColor(shown(bumped), shown(item), 3);
+    const auto turned = [&](glm::vec3 axis, float angle) {
+        DrawItem other = item;
+        other.model = glm::rotate(glm::mat4(1), angle, axis);
+        return shown(other);
+    };
+    const float tilt = glm::radians(30.f);
+    bumped.normal = texture({64, 128, 238}, false);
+    requireColor(shown(bumped), turned({0, 1, 0}, -tilt), 4);
+    bumped.normal = texture({128, 191, 238}, false);
+    requireColor(shown(bumped), turned({1, 0, 0}, -tilt), 4);
+
+    // Emission comes on top: sRGB 188 is 0.503 in linear light.
+    DrawItem glowing{quad, glm::mat4(1), {"black", {0, 0, 0, 1}, 0, 1, -1}, {}, 1}, factor = glowing;
+    glowing.material.emissive = {1, 1, 1};
+    glowing.emissive = texture({188, 0, 0}, true);
+    factor.material.emissive = {0.503f, 0, 0};
+    requireColor(shown(glowing), shown(factor));
+    REQUIRE(shown(glowing).x > 150);
+}
+
+TEST_CASE("renderer: a label stands beside its point, over all, and calls are counted", "[gl]") {
+    Stage stage;
+    Frame frame = darkFrame();
+    frame.items = {{stage.renderer.upload(quadMesh(0.9f, 0.9f)), glm::mat4(1), matt({0, 0, 0}), {}, 1}};
+    frame.shadows = false;
+    stage.draw(frame);
+    REQUIRE(stage.renderer.cost().calls == 2);  // background, quad
+    REQUIRE(stage.renderer.cost().triangles == 3);
+    frame.labels = {{{0, 0, -1}, "1.5 mN·m", {1, 1, 1, 1}}, {{0, 0, 5}, "behind the eye", {1, 1, 1, 1}}};
+    const Image image = stage.draw(frame);
+    REQUIRE(stage.renderer.cost().calls == 3);  // all labels are one
+    int left = kWidth, right = 0, top = kHeight, bottom = 0;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            if (pixel(image, x, y).x > 150) {
+                left = std::min(left, x);
+                right = std::max(right, x);
+                top = std::min(top, y);
+                bottom = std::max(bottom, y);
+            }
+    // A font of about 15 pixels: whatever it is, eight letters are 30 to 110 wide and at most 16 high.
+    REQUIRE(left >= kWidth / 2 + 10);
+    REQUIRE(right - left > 30);
+    REQUIRE(right - left < 110);
+    REQUIRE(bottom - top < 16);
+    REQUIRE(std::abs((top + bottom) / 2 - kHeight / 2) < 6);
+}

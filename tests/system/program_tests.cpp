@@ -249,3 +249,14 @@ TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]"
     CHECK(answer.code == 0);
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
 }
+
+TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[system]") {
+    const Program touchstone;
+    const std::string run = "run " + pressFile(touchstone) + " --headless --seconds 0.1 ";
+    Answer answer = touchstone(run + "--show contacts,halo");
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.err, Contains("'halo'") && Contains("clearance"));
+    answer = touchstone(run + "--view behind");
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.err, Contains("'behind'") && Contains("front"));
+}

@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include "engine/view/gl_context.hpp"
-#include "engine/view/image_file.hpp"
 #include "haptics/system/scene_view.hpp"
 #include "haptics/system/units.hpp"
 #include "tests/support/sphere_models.hpp"
@@ -68,8 +67,100 @@ TEST_CASE("scene view: arrows grow with the force and stay in the picture", "[sc
     CHECK(arrowLength(1e6) < 1.8);
 }
 
+TEST_CASE("overlays: clearance, contact place and gaps of two balls", "[overlays]") {
+    // R 5 above R 10 at the origin, 0.4 mm apart: (0, 10, 0) and (0, 10.4, 0).
+    const auto world = std::make_shared<const World>(worldOf(ball(5), ball(10), at(0, 20, 0)));
+    SceneOverlays overlays(world);
+    const TickRecord apart = recordAt(at(0, 15.4, 0), at(0, 15.4, 0));
+    DisplayOptions options;
+    options.clearance = true;
+    overlays.find(apart, {}, options);
+    CHECK_FALSE(overlays.contactPlace());  // beyond the margin of 0.2 mm
+    REQUIRE(overlays.nearestPlace());
+    CHECK((overlays.nearestPlace()->p_W - Vec3(0, 10.2, 0)).norm() < 1e-5);
+    CHECK((overlays.nearestPlace()->n_W - Vec3(0, 1, 0)).norm() < 1e-6);
+    engine::Frame frame;
+    overlays.add(frame, apart, options);
+    REQUIRE(frame.labels.size() == 1);
+    CHECK(frame.labels[0].text == "0.400 mm");
+    options.values = false;
+    frame = {};
+    overlays.add(frame, apart, options);
+    CHECK(frame.labels.empty());
+    CHECK(frame.lines.size() == 3);  // the line and its two ends
+
+    options.showTrees(0);
+    options.byGap = true;
+    overlays.find(apart, {}, options);
+    frame = {};
+    overlays.addSpheres(frame, apart.X_WT, options);
+    REQUIRE(frame.spheres.size() == 2);
+    for (const engine::Sphere& sphere : frame.spheres)
+        CHECK(glm::length(glm::vec3(sphere.color) - gapColor(0.4)) < 1e-3f);
+
+    const TickRecord touching = recordAt(at(0, 15, 0), at(0, 14, 0));
+    overlays.find(touching, {}, options);
+    REQUIRE(overlays.contactPlace());
+    CHECK((overlays.contactPlace()->p_W - Vec3(0, 10, 0)).norm() < 1e-5);
+    CHECK(overlays.contactPlace()->n_W.y() == Approx(1));
+}
+
+TEST_CASE("overlays: the trace keeps its spacing, drops the oldest and begins anew with the run", "[overlays]") {
+    ToolTrace trace(1);
+    std::uint64_t tick = 0;
+    for (int i = 0; i < 20; ++i) trace.add(Vec3(0.25 * i, 0, 0), tick++);
+    CHECK(trace.points().size() == 5);  // 0, 1, 2, 3 and 4 mm
+    for (int i = 0; i < 10000; ++i) trace.add(Vec3(10 + 2 * i, 0, 0), tick++);
+    CHECK(trace.points().size() <= 4000);
+    CHECK(trace.points().back().x() == 10 + 2 * 9999);
+    trace.add(Vec3::Zero(), 0);
+    CHECK(trace.points().size() == 1);
+}
+
+TEST_CASE("overlays: levels of a tree differ in colour, gaps go from red to grey", "[overlays]") {
+    for (const bool tool : {false, true})
+        for (int level = 0; level < 3; ++level)
+            CHECK(glm::length(glm::vec3(sphereColor(tool, level, 0)) - glm::vec3(sphereColor(tool, level + 1, 0))) >
+                  0.15f);
+    CHECK(gapColor(0).r > 2 * gapColor(0).b);
+    CHECK(gapColor(-1) == gapColor(0));
+    CHECK(gapColor(kShownGap).b > gapColor(kShownGap).r);
+    CHECK(gapColor(10 * kShownGap) == gapColor(kShownGap));
+}
+
+TEST_CASE("scene view: views by name look along their axes, and contact comes near", "[gl]") {
+    const HapticScene scene = openScene(holdScene());
+    const engine::HeadlessContext context;
+    engine::Renderer renderer;
+    SceneView view(renderer, scene);
+    const TickRecord record = recordAt(at(0, 10, 0), at(0, 8, 0));  // the cube rests on the slab
+    const auto looking = [&](std::string_view name) {
+        REQUIRE(checkView(name) == "");
+        return view.look(name, &record, {}, 1.6f);
+    };
+    CHECK(glm::length(looking("front").forward() - glm::vec3(0, 0, -1)) < 0.02f);
+    CHECK(glm::length(looking("back").forward() - glm::vec3(0, 0, 1)) < 0.02f);
+    CHECK(glm::length(looking("right").forward() - glm::vec3(-1, 0, 0)) < 0.02f);
+    CHECK(glm::length(looking("left").forward() - glm::vec3(1, 0, 0)) < 0.02f);
+    CHECK(glm::length(looking("top").forward() - glm::vec3(0, -1, 0)) < 0.02f);
+    CHECK(glm::length(looking("bottom").forward() - glm::vec3(0, 1, 0)) < 0.02f);
+    const engine::OrbitCamera near = looking(kContactView);
+    CHECK(near.distance < 0.7f * looking("").distance);
+    CHECK(glm::length(near.target - glm::vec3(0, 0.005f, 0)) < 0.002f);
+    CHECK(checkView("nowhere").find("'nowhere'") != std::string::npos);
+
+    // A section takes away what is nearer to the viewer, through the place of contact.
+    engine::Frame frame;
+    frame.camera = looking("front");
+    DisplayOptions cut;
+    cut.section = true;
+    view.fill(frame, &record, {}, cut);
+    REQUIRE(frame.section);
+    CHECK(glm::dot(*frame.section, glm::vec4(0, 0, 0.02f, 1)) < 0);
+    CHECK(glm::dot(*frame.section, glm::vec4(0, 0, -0.02f, 1)) > 0);
+}
+
 TEST_CASE("scene view: tool and obstacle have their colours where they must be", "[gl]") {
-    const TempFolder folder;
     const HapticScene scene = openScene(holdScene());
     REQUIRE(scene.world);
     const Pose X_WT = at(15, 10, 0);  // on the slab, beside its middle
@@ -77,9 +168,7 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     DisplayOptions plain;
     plain.contacts = plain.arrows = plain.grid = false;
     const auto picture = [&](const TickRecord& record, const DisplayOptions& options) {
-        const auto file = folder.path() / "picture.png";
-        renderScreenshot(scene, record, {}, options, file, kWidth, kHeight);
-        return engine::readPng(file);
+        return renderScene(scene, record, {}, {.display = options, .width = kWidth, .height = kHeight});
     };
     const engine::OrbitCamera camera = [&] {
         const engine::HeadlessContext context;

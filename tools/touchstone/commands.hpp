@@ -28,6 +28,7 @@ struct RunOptions {
     std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings
     std::vector<std::string> set;                                      ///< KEY=VALUE
     std::filesystem::path report, ticks, screenshot, dumpQp;           ///< empty: none
+    std::string show, view;                                            ///< of the picture: applyShowList(), checkView()
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.

@@ -9,6 +9,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
 #include "haptics/qp/solver.hpp"
+#include "haptics/system/display_options.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace {
@@ -46,6 +47,10 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
     run->add_option("--ticks", options.ticks, "write every tick to a CSV file");
     run->add_option("--dump-qp", options.dumpQp, "headless: write every problem that was solved, for `touchstone qp`");
     run->add_option("--screenshot", options.screenshot, "write a picture of the last tick to a PNG file");
+    run->add_option("--show", options.show,
+                    "what to draw besides, with commas between: " + namesOf(system::displaySwitches()) +
+                        "; no-NAME hides, trees:LEVEL, section:x");
+    run->add_option("--view", options.view, "from where: front, back, left, right, top, bottom, or contact: near it");
     run->add_flag_callback(
         "--help-settings",
         [] {
@@ -58,6 +63,7 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         "Examples:\n"
         "  touchstone run bunnies\n"
         "  touchstone run spline --headless --report spline.json\n"
+        "  touchstone run spline --headless --screenshot in.png --show section,clearance --view contact\n"
         "  touchstone run bunnies --mode paper --headless --seconds 2 --ticks paper.csv\n"
         "  touchstone run part.glb --device replay:hand.csv --shadow none --set stiffness=0.5\n");
     run->callback([&] { command = [&] { return app::run(options); }; });

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 
+#include "engine/view/image_file.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/system/app_window.hpp"
 #include "haptics/system/device_choice.hpp"
@@ -20,7 +21,14 @@
 namespace touchstone::app {
 namespace {
 
-constexpr int kPictureWidth = 1600, kPictureHeight = 1000;
+/// What the picture or the window is to show.
+system::DisplayOptions chosenDisplay(const RunOptions& options) {
+    system::DisplayOptions display;
+    if (const std::string wrong = system::applyShowList(display, options.show); !wrong.empty())
+        throw UsageError("--show: " + wrong);
+    if (const std::string wrong = system::checkView(options.view); !wrong.empty()) throw UsageError("--view: " + wrong);
+    return display;
+}
 
 /// The scene's settings as the command line changes them.
 Settings chosenSettings(const Settings& scene, const RunOptions& options) {
@@ -67,9 +75,13 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.paced = options.paced;
     const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
-    if (table)
+    system::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
+    std::vector<TickRecord> ticks;  // for the trace
+    const bool traced = picture.display.trace && !options.screenshot.empty();
+    if (table || traced)
         headless.onTick = [&](const TickRecord& record, double penetration) {
-            table->add(record, penetration, settings.rate);
+            if (table) table->add(record, penetration, settings.rate);
+            if (traced) ticks.push_back(record);
         };
     std::ofstream problems;
     if (!options.dumpQp.empty()) {
@@ -85,8 +97,9 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     if (table) table->close();
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
+    picture.before = ticks;
     if (!options.screenshot.empty())
-        system::renderScreenshot(scene, run.last, settings, {}, options.screenshot, kPictureWidth, kPictureHeight);
+        engine::writePng(options.screenshot, system::renderScene(scene, run.last, settings, picture));
     return run.report.met() ? kOk : kOutcomeUnmet;
 }
 
@@ -103,8 +116,13 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
     window.seconds = options.seconds;
     window.screenshot = options.screenshot;
+    window.display = chosenDisplay(options);
+    window.view = options.view;
     if (table || !options.report.empty()) {
-        window.onFrame = [&](system::WindowFrame& frame) { session = &frame.session; };
+        window.onFrame = [&](system::WindowFrame& frame) {
+            session = &frame.session;
+            if (frame.number > 0) live.addFrame(frame.cost);
+        };
         window.session.onTick = [&](const TickRecord& record) {
             if (session) live.add(record, *session);
         };
@@ -129,6 +147,7 @@ bool hasDisplay() {
 
 int run(const RunOptions& options) {
     withCommandLine({}, options);  // what does not exist is told before a scene is read
+    chosenDisplay(options);
     const std::filesystem::path file = findScene(options.scene);
     if (options.headless) return runHeadless(options, file);
     if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");

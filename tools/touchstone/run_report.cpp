@@ -70,10 +70,17 @@ void LiveReport::add(const TickRecord& record, const system::LiveSession& sessio
     if (table_) table_->add(record, penetration, rate);
 }
 
+void LiveReport::addFrame(const system::FrameCost& cost) {
+    frameMs_.push_back(cost.cpuMs);
+    drawCalls_.push_back(cost.drawCalls);
+}
+
 system::Report LiveReport::finish(const system::LiveSession& session) const {
     const std::string scene = session.scene() ? system::sceneName(*session.scene()) : "";
     system::Report report = system::reportOf(scene, session.device(), session.settings());
     statistics_.write(report);
+    report.frameCpuMs = system::percentiles(frameMs_);
+    report.drawCalls = system::percentiles(drawCalls_);
     if (const LoopSnapshot* snapshot = session.snapshot()) {
         report.overruns = snapshot->overruns;
         report.dropped = snapshot->dropped;

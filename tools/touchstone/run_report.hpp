@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "haptics/system/panels.hpp"
 #include "haptics/system/report.hpp"
 #include "haptics/system/session.hpp"
 #include "tools/touchstone/tick_table.hpp"
@@ -21,6 +22,8 @@ class LiveReport {
     /// `table`: null for none.
     explicit LiveReport(TickTable* table) : table_(table) {}
     void add(const TickRecord& record, const system::LiveSession& session);
+    /// What a frame of the window cost.
+    void addFrame(const system::FrameCost& cost);
     system::Report finish(const system::LiveSession& session) const;
 
   private:
@@ -28,6 +31,7 @@ class LiveReport {
     system::RunStatistics statistics_;
     std::unique_ptr<system::OutcomeJudge> judge_;
     std::uint64_t scene_ = 0, last_ = 0;
+    std::vector<double> frameMs_, drawCalls_;
 };
 
 }  // namespace touchstone::app

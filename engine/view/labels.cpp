@@ -1,0 +1,50 @@
+#include "engine/view/labels.hpp"
+
+#include <cmath>
+
+#include "engine/view/style.hpp"
+
+namespace touchstone::engine {
+
+LabelFont::LabelFont(float pixelScale) : pixelScale_(pixelScale) {
+    constexpr float kSize = 15;
+    addSansFont(atlas_, kSize * pixelScale);
+    unsigned char* pixels = nullptr;
+    int width = 0, height = 0;
+    atlas_.GetTexDataAsRGBA32(&pixels, &width, &height);
+    texture_.emplace(Image{width, height, {pixels, pixels + 4 * static_cast<std::size_t>(width) * height}}, false);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);  // the texels are narrower than pixels
+    atlas_.ClearTexData();
+}
+
+void LabelFont::append(std::vector<Glyph>& glyphs, std::string_view text, glm::vec2 at, glm::vec4 color) const {
+    const ImFont& font = *atlas_.Fonts[0];
+    const float size = font.FontSize, pad = 0.3f * size;
+    at = glm::round(glm::vec2(at.x, at.y - 0.5f * size));
+    const std::size_t ground = glyphs.size();
+    glyphs.push_back({});
+    float x = at.x;
+    for (std::size_t i = 0; i < text.size();) {
+        // UTF-8 of one or two bytes: all that Latin-1 needs.
+        const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(k < text.size() ? text[k] : 0); };
+        const bool two = byte(i) >= 0xc0;
+        const unsigned code = two ? (byte(i) & 0x1fu) << 6 | (byte(i + 1) & 0x3fu) : byte(i);
+        i += two ? 2 : 1;
+        const ImFontGlyph* g = font.FindGlyph(static_cast<ImWchar>(code));
+        if (!g) continue;
+        if (g->Visible)
+            glyphs.push_back({{x + g->X0, at.y + g->Y0, x + g->X1, at.y + g->Y1}, {g->U0, g->V0, g->U1, g->V1}, color});
+        x += g->AdvanceX;
+    }
+    const glm::vec2 white(atlas_.TexUvWhitePixel.x, atlas_.TexUvWhitePixel.y);
+    glyphs[ground] = {{at.x - pad, at.y - 0.4f * pad, x + pad, at.y + size + 0.4f * pad},
+                      {white, white},
+                      {0.05f, 0.055f, 0.065f, 0.72f * color.a}};
+}
+
+void LabelFont::bindTexture(GLenum unit) const {
+    glActiveTexture(unit);
+    glBindTexture(GL_TEXTURE_2D, texture_->id());
+}
+
+}  // namespace touchstone::engine

@@ -1,0 +1,93 @@
+#pragma once
+// What the parts of the renderer share.
+#include <algorithm>
+
+#include "engine/view/gl_objects.hpp"
+#include "engine/view/labels.hpp"
+#include "engine/view/renderer.hpp"
+#include "engine/view/shadow_map.hpp"
+
+namespace touchstone::engine {
+
+inline constexpr int kShadowUnit = 4;  // of the shaders' textures, after those of a material
+
+/// Towards the key light in the studio of lighting.glsl.
+inline const glm::vec3 kKeyDirection = glm::normalize(glm::vec3(-0.45f, 0.74f, 0.5f));
+
+struct GpuMesh::Buffers {
+    VertexArray array;
+    Buffer positions, normals, texcoords, indices;
+    GLsizei indexCount = 0;
+    bool hasTexcoords = false;
+    Ball ball;  ///< about the bounding box
+};
+
+struct GpuTexture::Storage {
+    Texture texture;
+};
+
+/// A shape drawn once for each element of a vector that is streamed to the GPU.
+struct Instances {
+    VertexArray array;
+    Buffer stream;
+
+    template <class T>
+    void draw(std::span<const T> instances, GLsizei vertices, DrawCost& cost, GLenum mode = GL_TRIANGLE_STRIP) {
+        glBindVertexArray(array.id());
+        stream.write(GL_ARRAY_BUFFER, instances, GL_STREAM_DRAW);
+        glDrawArraysInstanced(mode, 0, vertices, static_cast<GLsizei>(instances.size()));
+        ++cost.calls;
+        cost.triangles += instances.size() * static_cast<std::size_t>(mode == GL_TRIANGLES ? vertices / 3 : 2);
+    }
+};
+
+struct Blend {
+    Blend() { glEnable(GL_BLEND); }
+    ~Blend() { glDisable(GL_BLEND); }
+};
+
+struct Renderer::Impl {
+    explicit Impl(int samples);
+
+    void draw(const Frame& frame, int width, int height);
+
+    void begin(const ShaderProgram& program) const;
+    void drawShadows();
+    void drawBackground(const Background& background);
+    void drawMesh(const ShaderProgram& program, const DrawItem& item);
+    void cullWhereClosed(const DrawItem& item) const;
+    void drawItem(const DrawItem& item);
+    void drawOpaqueItems();
+    void drawCaps();
+    void drawQuad(GLenum mode = GL_TRIANGLE_STRIP, GLsizei vertices = 4);
+    void drawGhosts();
+    void drawSpheres(std::span<const Sphere> spheres, bool translucent);
+    void drawGrid();
+    void drawArrows(float opacity);
+    void drawLines(float opacity);
+    void drawLabels();
+
+    RenderTarget target;
+    ShadowMap shadowMap{2048};
+    ShaderProgram background{"background.vert", "background.frag"}, mesh{"mesh.vert", "mesh.frag"},
+        sphere{"sphere.vert", "sphere.frag"}, arrow{"arrow.vert", "arrow.frag"}, line{"line.vert", "line.frag"},
+        grid{"grid.vert", "grid.frag"}, shadow{"shadow.vert", "shadow.frag"}, cap{"cap.vert", "cap.frag"},
+        label{"label.vert", "label.frag"};
+    VertexArray nothing;  // for shaders that make their vertices up
+    Instances spheres, arrows, lines, glyphs;
+    std::unique_ptr<LabelFont> font;  // made when there is something to write
+    Buffer arrowVertices;
+    GLsizei arrowVertexCount = 0;
+
+    // Of the frame being drawn:
+    const Frame* frame = nullptr;
+    glm::mat4 viewProjection{1};
+    glm::mat3 rig{1};
+    glm::vec3 eye{0};
+    glm::vec2 size{1};
+    std::vector<Ball> casters;
+    LightView light;
+    DrawCost cost;
+};
+
+}  // namespace touchstone::engine

@@ -1,0 +1,88 @@
+// Pictures of scenes against those in tests/scenes/pictures, which tools/renew_pictures makes anew.
+#include <catch2/catch.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "engine/view/image_file.hpp"
+#include "haptics/system/headless_run.hpp"
+#include "haptics/system/scene_view.hpp"
+#include "tests/support/image_difference.hpp"
+
+using namespace touchstone;
+using test::difference;
+using test::ImageDifference;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of 255, and of the pixels (see image_difference.hpp). Another driver's samples are closer than none: drawn without
+// multisampling, the pictures differ by up to 0.8 and, but for spheres, whose edges are made of samples, 0.002.
+constexpr double kMostMean = 1, kMostShare = 0.003;
+
+bool alike(const ImageDifference& d) { return d.mean <= kMostMean && d.share <= kMostShare; }
+
+struct PictureCase {
+    const char *name, *scene;
+    double seconds;
+    const char *show, *view;
+    const char* change;  ///< of what is shown, which the tolerance must not forgive
+};
+
+// Labels are left out: systems have different fonts.
+constexpr PictureCase kCases[]{
+    {"bunnies", "bunnies", 2.6, "no-values", "", "no-forces,no-ghost"},
+    {"bunnies-contact", "bunnies", 2.6, "no-values,section", "contact", "no-contacts"},
+    {"bunnies-gaps", "bunnies", 2.6, "no-values,trees,gaps,clearance", "contact", "no-gaps"},
+    {"spline-section", "spline", 1.4, "no-values,section,trace", "", "no-section"},
+    {"spline-inside", "spline", 2.8, "no-values,section,clearance", "contact", "section:x"},
+    {"spline-trees", "spline", 0.6, "no-values,trees:1", "", "trees:2"},
+    {"wedge", "wedge", 2.2, "no-values", "front", "no-ghost"},
+};
+
+}  // namespace
+
+TEST_CASE("pictures: scenes look as they did, within what drivers may differ by", "[gl][slow]") {
+    const fs::path folder = fs::path(TOUCHSTONE_SOURCE_DIR) / "tests/scenes/pictures";
+    const fs::path drawn = fs::path(TOUCHSTONE_BINARY_DIR) / "pictures";
+    fs::create_directories(drawn);
+    const bool renew = std::getenv("TOUCHSTONE_RENEW_PICTURES") != nullptr;
+
+    std::string opened;
+    system::HapticScene scene;
+    for (const PictureCase& which : kCases) {
+        CAPTURE(which.name);
+        if (opened != which.scene)
+            scene = system::openScene(fs::path(TOUCHSTONE_BINARY_DIR) / "scenes" / (std::string(which.scene) + ".glb"),
+                                      {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+        opened = which.scene;
+        REQUIRE(scene.world);
+
+        system::HeadlessOptions options;
+        options.timing = false;
+        options.seconds = which.seconds;
+        std::vector<TickRecord> ticks;
+        options.onTick = [&](const TickRecord& record, double) { ticks.push_back(record); };
+        const TickRecord last = system::runHeadless(scene, scene.settings, options).last;
+
+        system::ScenePicture picture{.view = which.view, .width = 320, .height = 200, .before = ticks};
+        REQUIRE(applyShowList(picture.display, which.show) == "");
+        const engine::Image image = renderScene(scene, last, scene.settings, picture);
+        const fs::path reference = folder / (std::string(which.name) + ".png");
+        if (renew) engine::writePng(reference, image);
+
+        const fs::path written = drawn / reference.filename();
+        engine::writePng(written, image);
+        const ImageDifference d = difference(image, engine::readPng(reference));
+        INFO("mean difference " << d.mean << ", share of pixels " << d.share << "; compare " << written << " with "
+                                << reference);
+        CHECK(alike(d));
+
+        REQUIRE(applyShowList(picture.display, which.change) == "");
+        const ImageDifference changed =
+            difference(renderScene(scene, last, scene.settings, picture), engine::readPng(reference));
+        INFO(which.change << ": mean difference " << changed.mean << ", share of pixels " << changed.share);
+        CHECK_FALSE(alike(changed));
+    }
+}
