@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/view/window.hpp"
+#include "haptics/system/live_measure.hpp"
 #include "haptics/system/panels.hpp"
 #include "haptics/system/session.hpp"
 
@@ -16,6 +17,7 @@ struct WindowFrame {
     engine::Window& window;
     LiveSession& session;
     DisplayOptions& display;
+    LiveMeasure& measure;
     const ItemRects& items;                 ///< controls as drawn in the frame before
     std::optional<glm::vec2> toolOnScreen;  ///< C in screen units, where it was drawn
     long number = 0;                        ///< frames since the window opened

@@ -26,12 +26,12 @@ TEST_CASE("plots: a ring is read from its oldest sample", "[plots]") {
 
 TEST_CASE("plots: columns hold the range of their samples", "[plots]") {
     const std::vector<float> data{1, 5, 2, 2, -3, 0};
-    REQUIRE(minMaxColumns(whole(data), 6, 3) == std::vector<ColumnRange>{{1, 5}, {2, 2}, {-3, 0}});
+    REQUIRE(minMaxColumns(whole(data), {6}, 3) == std::vector<ColumnRange>{{1, 5}, {2, 2}, {-3, 0}});
 }
 
 TEST_CASE("plots: a short series stands at the right, the rest is empty", "[plots]") {
     const std::vector<float> data{7, 8};
-    const auto columns = minMaxColumns(whole(data), 8, 4);
+    const auto columns = minMaxColumns(whole(data), {8}, 4);
     REQUIRE(columns[0].empty());
     REQUIRE(columns[1].empty());
     REQUIRE(columns[2].empty());
@@ -40,22 +40,22 @@ TEST_CASE("plots: a short series stands at the right, the rest is empty", "[plot
 
 TEST_CASE("plots: only the newest samples of a long series are shown", "[plots]") {
     const std::vector<float> data{100, 1, 2, 3, 4};
-    REQUIRE(minMaxColumns(whole(data), 4, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
+    REQUIRE(minMaxColumns(whole(data), {4}, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
 }
 
 TEST_CASE("plots: with fewer samples than columns each repeats", "[plots]") {
     const std::vector<float> data{1, 2};
-    REQUIRE(minMaxColumns(whole(data), 2, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
+    REQUIRE(minMaxColumns(whole(data), {2}, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
 }
 
 TEST_CASE("plots: NaN and infinity leave no mark, and nothing gives empty columns", "[plots]") {
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     const std::vector<float> data{nan, 2, infinity, nan};
-    const auto columns = minMaxColumns(whole(data), 4, 2);
+    const auto columns = minMaxColumns(whole(data), {4}, 2);
     REQUIRE(columns[0] == ColumnRange{2, 2});
     REQUIRE(columns[1].empty());
-    REQUIRE(minMaxColumns(RingView{}, 0, 3) == std::vector<ColumnRange>(3));
-    REQUIRE(minMaxColumns(whole(data), 4, 0).empty());
+    REQUIRE(minMaxColumns(RingView{}, {0}, 3) == std::vector<ColumnRange>(3));
+    REQUIRE(minMaxColumns(whole(data), {4}, 0).empty());
 }
 
 TEST_CASE("plots: a spike of one sample is seen wherever it is, and the newest sample in the last column", "[plots]") {
@@ -73,7 +73,7 @@ TEST_CASE("plots: a spike of one sample is seen wherever it is, and the newest s
         data[(view.next + capacity - view.count + spike) % capacity] = 9;
         data[(view.next + capacity - 1) % capacity] += 1;  // the newest
 
-        const auto columns = minMaxColumns(view, window, columnCount);
+        const auto columns = minMaxColumns(view, {window}, columnCount);
         INFO("capacity " << capacity << " window " << window << " columns " << columnCount << " spike " << spike);
         float largest = 0;
         for (const ColumnRange& c : columns)

@@ -3,7 +3,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "haptics/system/panel_plots.hpp"
 #include "haptics/system/panels.hpp"
+#include "haptics/system/status_bar.hpp"
 #include "haptics/system/tree_words.hpp"
 #include "tests/system/ui_scene.hpp"
 
@@ -218,6 +220,7 @@ TEST_CASE("tree words: certificate, options and time left read as sentences do",
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
     Bench bench;
     PlotsPanelState plots;
+    PlotsRequests asked;
     TickHistory history(64);
     LoopSnapshot snapshot;
     const RealTimeStatus realTime{.message = "no priority"};
@@ -226,8 +229,9 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     PanelRequests requests;
     const auto draw = [&](const LoopSnapshot* shown) {
         bench.frame([&] {
-            drawPlotsPanel(history, {}, plots, &bench.items);
-            drawStatusPanel({shown, &realTime, device, messages});
+            drawPlotsPanel({history, {}, nullptr, {}, ""}, plots, asked, &bench.items);
+            drawStatusPanel(messages);
+            drawStatusBar({shown, &realTime, device, {}}, &bench.items);
             drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
         });
     };
