@@ -50,7 +50,8 @@ class Trial {
             if (!goOn()) return false;
             solver_->reset();
             const auto screened = [&] { return &screen_.run(contact_.rows, screening, contact_.reach, set.trust); };
-            if (!settings.paperForm) solver_->solve({contact_.stiffness, contact_.wantedBefore, screened()}, settings);
+            if (contact_.options.warm && !settings.paperForm)
+                solver_->solve({contact_.stiffness, contact_.wantedBefore, screened()}, settings);
             const std::uint64_t start = clock.now();
             const QpProblem now{contact_.stiffness, contact_.wanted, screened()};
             const SolveResult result = solver_->solve(now, settings);
@@ -80,12 +81,12 @@ class Trial {
 }  // namespace
 
 std::optional<FrozenContact> freezeContact(const World& world, const Settings& settings, const TickRecord& before,
-                                           const TickRecord& now, bool allRows) {
+                                           const TickRecord& now, const SweepOptions& options) {
     Settings exact = settings;
     exact.solver = kExactSolver;
     exact.shadow = -1;
     exact.pause = false;
-    if (allRows) exact.adaptiveMargin = false;
+    if (options.allRows) exact.adaptiveMargin = false;
     std::optional<FrozenContact> largest;
     StepState state(world);
     std::unique_ptr<Solver>& renderer = state.renderer(kExactSolver);
@@ -97,6 +98,7 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
                                     .stiffness = problem.stiffness,
                                     .wanted = problem.wanted,
                                     .wantedBefore = problem.wanted,
+                                    .options = options,
                                     .settings = settings,
                                     .reach = world.reach(),
                                     .tick = now.tick};
@@ -194,14 +196,14 @@ SweepRun::~SweepRun() = default;
 void SweepRun::cancel() { job_.reset(); }
 
 void SweepRun::start(std::shared_ptr<const World> world, const Settings& settings, const TickRecord& before,
-                     const TickRecord& now, bool allRows) {
+                     const TickRecord& now, const SweepOptions& options) {
     cancel();
     refusal_.clear();
     job_ = std::make_unique<Job>();
     job_->thread = std::jthread(
-        [job = job_.get(), world = std::move(world), settings, before, now, allRows](const std::stop_token& stop) {
+        [job = job_.get(), world = std::move(world), settings, before, now, options](const std::stop_token& stop) {
             try {
-                if (const auto contact = freezeContact(*world, settings, before, now, allRows))
+                if (const auto contact = freezeContact(*world, settings, before, now, options))
                     job->sweep = sweepContact(*contact, [&](double fraction) {
                         job->progress = fraction;
                         return !stop.stop_requested();

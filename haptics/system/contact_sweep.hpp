@@ -14,21 +14,26 @@
 
 namespace touchstone::system {
 
+struct SweepOptions {
+    bool allRows = false;  ///< of every pair within the margin; else those that the tick's own search comes to need
+    bool warm = false;     ///< in default mode: solvers start where the device was a tick earlier; else cold
+};
+
 /// The largest problem that the exact solver has in a tick.
 struct FrozenContact {
     RowSet rows;
     Vec6 stiffness, wanted;
-    Vec6 wantedBefore;  ///< where the device was a tick earlier: from there a solver starts warm
+    Vec6 wantedBefore;  ///< where the device was a tick earlier
+    SweepOptions options;
     Settings settings;
     double reach = 0;  ///< of the tool, mm: what screening goes by
     std::uint64_t tick = 0;
 };
 
-/// Repeats the tick `now`, which came after `before`, with memory of its own: the loop takes no part. With `allRows`
-/// every pair within the margin has its row, else those that the tick's own search comes to need. Nothing where no row
-/// is near. Tens of milliseconds.
+/// Repeats the tick `now`, which came after `before`, with memory of its own: the loop takes no part. Nothing where no
+/// row is near. Tens of milliseconds.
 std::optional<FrozenContact> freezeContact(const World& world, const Settings& settings, const TickRecord& before,
-                                           const TickRecord& now, bool allRows);
+                                           const TickRecord& now, const SweepOptions& options);
 
 /// One solver at one tolerance.
 struct SweepPoint {
@@ -48,8 +53,8 @@ struct Sweep {
     std::vector<SweepPoint> points;  ///< in the order of solverTable(), each from coarse to fine
 };
 
-/// Every solver with the limits of the settings; in default mode warm, as in the loop, in paper mode cold, as
-/// published. `progress` is told 0 to 1 and cancels with false: then nothing comes back.
+/// Every solver with the limits of the settings. `progress` is told 0 to 1 and cancels with false: then nothing comes
+/// back.
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 
 /// Time and error of a solver at any tolerance, between its points on logarithmic axes; nothing without points.
@@ -67,7 +72,7 @@ class SweepRun {
 
     /// In place of one that runs.
     void start(std::shared_ptr<const World> world, const Settings& settings, const TickRecord& before,
-               const TickRecord& now, bool allRows);
+               const TickRecord& now, const SweepOptions& options);
     void cancel();
     /// To be called once a frame: takes over what is ready.
     void poll();

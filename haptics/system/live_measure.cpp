@@ -54,7 +54,7 @@ void LiveMeasure::sweep(LiveSession& session) {
         return;
     }
     sweeps_.start(session.scene()->world, session.snapshot()->settings, *history.before(), *history.newest(),
-                  panel.allRows);
+                  panel.sweep);
 }
 
 void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) {

@@ -62,8 +62,11 @@ class Panel {
         constexpr std::array kWindows{0.25, 1.0, 4.0, 16.0};
         for (const double seconds : kWindows) {
             const std::string label = text("%g s", seconds);
-            if (seconds != kWindows.front()) ImGui::SameLine();
-            if (ImGui::RadioButton(label.c_str(), state_.seconds == seconds)) state_.seconds = seconds;
+            if (seconds != kWindows.front()) ImGui::SameLine(0, 2);
+            const bool chosen = state_.seconds == seconds;
+            if (!chosen) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+            if (ImGui::Button(label.c_str())) state_.seconds = seconds;
+            if (!chosen) ImGui::PopStyleColor();
             noteItem(items_, label);
             tooltip("Time across the plots. Wheel over a plot zooms, dragging one looks back.");
         }
@@ -152,7 +155,7 @@ class Panel {
         tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
         noteItem(items_, "late");
 
-        const float height = heightOf(4, 17.5f);
+        const float height = heightOf(4, 18);
         plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
              static_cast<float>(1e6 / rate()));
         plot("Its stages", "µs", height,
@@ -298,12 +301,20 @@ class Panel {
             if (ImGui::Button("Sweep this contact")) requests_.sweep = true;
             noteItem(items_, "sweep");
             tooltip(
-                "Takes the rows of the newest tick and runs every solver over its tolerances on them, beside the loop: "
-                "medians of repeated solves, warm as in the loop (paper mode: cold).");
+                "Takes the rows of the newest tick and runs every solver over its tolerances on them, beside the "
+                "loop: medians of repeated solves.");
             ImGui::SameLine();
-            ImGui::Checkbox("all rows in the margin", &state_.allRows);
+            ImGui::Checkbox("all rows", &state_.sweep.allRows);
             noteItem(items_, "all rows");
-            tooltip("Else the rows that the tick's adaptive margin came to need, which are few.");
+            tooltip(
+                "Of all pairs within the margin; else those that the tick's adaptive margin came to need, which are "
+                "few.");
+            ImGui::SameLine();
+            ImGui::Checkbox("warm", &state_.sweep.warm);
+            noteItem(items_, "warm");
+            tooltip(
+                "Solvers start from their answer to the tick before, as in the loop; else cold. Paper mode's are "
+                "cold always.");
         }
         if (!view_.refusal.empty())
             ImGui::TextColored({1, 0.78f, 0.35f, 1}, "%s", view_.refusal.c_str());

@@ -20,7 +20,7 @@ struct PlotsPanelState {
     std::shared_ptr<const TickHistory> held;    ///< what is shown in place of the ticks that come in
     std::uint64_t cloudFrom = 0;                ///< of the ticks pushed, the first one of the present solvers
     std::optional<PlotsTab> bring;              ///< a tab to bring to the front in the next frame
-    bool allRows = false;                       ///< of the next sweep
+    SweepOptions sweep;                         ///< of the next one
     bool readOut = true;                        ///< values under the mouse are told
     std::array<char, 512> exportName{"plots"};  ///< path without extension
     std::optional<float> cursor;                ///< shared by the plots, fraction of the width

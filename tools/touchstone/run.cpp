@@ -6,7 +6,9 @@
 #include <memory>
 
 #include "haptics/device/mouse.hpp"
+#include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/app_window.hpp"
+#include "haptics/system/contact_sweep.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
 #include "haptics/system/scene_view.hpp"
@@ -50,7 +52,7 @@ system::HapticScene openForRun(const std::filesystem::path& file, const RunOptio
     system::HapticScene scene = lookInto(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"},
-                                     std::pair{options.dumpQp, "problems"}})
+                                     std::pair{options.dumpQp, "problems"}, std::pair{options.sweep, "sweep"}})
         if (!path.empty()) requireWritable(path, what);
 
     scene =
@@ -67,10 +69,12 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.paced = options.paced;
     const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
-    if (table)
-        headless.onTick = [&](const TickRecord& record, double penetration) {
-            table->add(record, penetration, settings.rate);
-        };
+    TickRecord before, now;
+    headless.onTick = [&](const TickRecord& record, double penetration) {
+        before = now;
+        now = record;
+        if (table) table->add(record, penetration, settings.rate);
+    };
     std::ofstream problems;
     if (!options.dumpQp.empty()) {
         problems.open(options.dumpQp, std::ios::binary);
@@ -85,9 +89,21 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     if (table) table->close();
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
+    if (!options.sweep.empty()) {
+        const auto contact = system::freezeContact(*scene.world, settings, before, now, {});
+        if (!contact) throw std::runtime_error("there is nothing to sweep: no rows are near in the last tick");
+        writeSweep(*system::sweepContact(*contact), options.sweep);
+    }
     if (!options.screenshot.empty())
         system::renderScreenshot(scene, run.last, settings, {}, options.screenshot, kPictureWidth, kPictureHeight);
     return run.report.met() ? kOk : kOutcomeUnmet;
+}
+
+std::optional<system::PlotsTab> tabOf(const std::string& name) {
+    if (name.empty()) return std::nullopt;
+    return name == "time"      ? system::PlotsTab::Time
+           : name == "contact" ? system::PlotsTab::Contact
+                               : system::PlotsTab::Trade;
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
@@ -103,17 +119,34 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
     window.seconds = options.seconds;
     window.screenshot = options.screenshot;
-    if (table || !options.report.empty()) {
-        window.onFrame = [&](system::WindowFrame& frame) { session = &frame.session; };
-        window.session.onTick = [&](const TickRecord& record) {
-            if (session) live.add(record, *session);
-        };
-        window.onEnd = [&](system::LiveSession& ended) {
-            if (!options.report.empty()) writeReport(live.finish(ended), options.report);
-        };
-    }
+    const bool reported = table || !options.report.empty();
+    WindowLoad load;
+    std::optional<std::uint64_t> began;  // ns
+    bool swept = options.sweep.empty(), written = false;
+    window.onFrame = [&](system::WindowFrame& frame) {
+        session = &frame.session;
+        load.frame(frame.session);
+        if (frame.number == 0) frame.measure.panel.bring = tabOf(options.plots);
+        if (!began && session->running()) began = steadyNanoseconds();
+        if (!swept && began && 1e-9 * static_cast<double>(steadyNanoseconds() - *began) > 0.6 * *options.seconds) {
+            swept = true;
+            frame.measure.sweep(*session);
+        }
+        if (const system::Sweep* sweep = frame.measure.sweeps().result(); sweep && !written && !options.sweep.empty()) {
+            written = true;
+            system::writeSweep(*sweep, options.sweep);
+        }
+    };
+    window.session.onTick = [&](const TickRecord& record) {
+        if (options.seconds) load.add(record);
+        if (session && reported) live.add(record, *session);
+    };
+    window.onEnd = [&](system::LiveSession& ended) {
+        if (!options.report.empty()) writeReport(live.finish(ended), options.report);
+    };
     const int code = system::runWindow(window);
     if (table) table->close();
+    if (options.seconds) load.print();
     return code;
 }
 
@@ -133,6 +166,8 @@ int run(const RunOptions& options) {
     if (options.headless) return runHeadless(options, file);
     if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
+    if (!options.sweep.empty() && !options.seconds)
+        throw UsageError("--sweep in a window needs --seconds: it takes the tick at three fifths of them");
     if (!hasDisplay())
         throw std::runtime_error(
             "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "haptics/loop/rt_thread.hpp"
 #include "tools/touchstone/console.hpp"
 
 namespace touchstone::app {
@@ -81,6 +82,38 @@ system::Report LiveReport::finish(const system::LiveSession& session) const {
         if (judge_) report.checks = judge_->checks(session.device() == "demo" && snapshot->finished);
     }
     return report;
+}
+
+void WindowLoad::add(const TickRecord& record) {
+    if (tickUs_.empty()) overrunsBefore_ = record.overruns;
+    overruns_ = record.overruns;
+    tickUs_.push_back(record.totalUs);
+    periodUs_.push_back(record.periodUs);
+}
+
+void WindowLoad::frame(const system::LiveSession& session) {
+    const double cpu = threadCpuMicroseconds();
+    const std::uint64_t clock = steadyNanoseconds();
+    if (clock_ != 0) {
+        frameUs_.push_back(cpu - cpu_);
+        frameMs_.push_back(1e-6 * static_cast<double>(clock - clock_));
+    }
+    if (session.running()) {
+        cpu_ = cpu;
+        clock_ = clock;
+        dropped_ = session.snapshot()->dropped;
+    }
+}
+
+void WindowLoad::print() const {
+    std::printf("window: %zu frames, %zu ticks\n", frameUs_.size(), tickUs_.size());
+    printPercentiles("frame", system::percentiles(frameUs_), "µs of the window's thread");
+    printPercentiles("frame", system::percentiles(frameMs_), "ms from frame to frame");
+    printPercentiles("tick", system::percentiles(tickUs_), "µs, shadow included");
+    printPercentiles("period", system::percentiles(periodUs_), "µs from tick to tick");
+    std::printf("  %llu ticks ended late, %llu were not recorded\n",
+                static_cast<unsigned long long>(overruns_ - overrunsBefore_),
+                static_cast<unsigned long long>(dropped_));
 }
 
 }  // namespace touchstone::app

@@ -2,6 +2,7 @@
 // The report of a run, on paper and while a window is open.
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "haptics/system/report.hpp"
 #include "haptics/system/session.hpp"
@@ -28,6 +29,22 @@ class LiveReport {
     system::RunStatistics statistics_;
     std::unique_ptr<system::OutcomeJudge> judge_;
     std::uint64_t scene_ = 0, last_ = 0;
+};
+
+/// What a window costs, and what the loop does under it.
+class WindowLoad {
+  public:
+    void add(const TickRecord& record);
+    /// To be called once a frame, on the window's thread.
+    void frame(const system::LiveSession& session);
+    /// Frames and ticks since the scene ran, on the output stream.
+    void print() const;
+
+  private:
+    std::vector<double> tickUs_, periodUs_, frameUs_, frameMs_;
+    double cpu_ = 0;           // µs, at the last frame
+    std::uint64_t clock_ = 0;  // ns, likewise; 0 before a scene ran
+    std::uint64_t overruns_ = 0, overrunsBefore_ = 0, dropped_ = 0;
 };
 
 }  // namespace touchstone::app
