@@ -43,6 +43,28 @@ TEST_CASE("plots: only the newest samples of a long series are shown", "[plots]"
     REQUIRE(minMaxColumns(whole(data), {4}, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
 }
 
+TEST_CASE("plots: a stretch may end before the newest sample", "[plots]") {
+    const std::vector<float> data{1, 2, 3, 4, 5};
+    REQUIRE(minMaxColumns(whole(data), {2, 1}, 2) == std::vector<ColumnRange>{{3, 3}, {4, 4}});
+    const auto columns = minMaxColumns(whole(data), {4, 3}, 4);  // two samples are left
+    REQUIRE(columns[1].empty());
+    REQUIRE(columns[3] == ColumnRange{2, 2});
+    const RingView turned{data.data(), 5, 2, 5};  // 3 4 5 1 2
+    const auto pieces = samplesIn(turned, {3, 1});
+    REQUIRE(std::vector<float>(pieces[0].begin(), pieces[0].end()) == std::vector<float>{4, 5});
+    REQUIRE(std::vector<float>(pieces[1].begin(), pieces[1].end()) == std::vector<float>{1});
+    REQUIRE(samplesIn(turned, {3, 5})[0].empty());
+    REQUIRE(samplesIn(turned, {3, 9})[0].empty());
+}
+
+TEST_CASE("plots: a histogram counts every sample once, by decades", "[plots]") {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<float> data{0.001f, 0, 2, 3, 20, 30, 40, 999, 1e9f, nan};
+    const auto counts = logHistogram(whole(data), {10, 0}, 1, 1000, 3);
+    REQUIRE(counts == std::vector<std::size_t>{4, 3, 2});
+    REQUIRE(logHistogram(whole(data), {2, 0}, 1, 1000, 3) == std::vector<std::size_t>{0, 0, 1});
+}
+
 TEST_CASE("plots: with fewer samples than columns each repeats", "[plots]") {
     const std::vector<float> data{1, 2};
     REQUIRE(minMaxColumns(whole(data), {2}, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
