@@ -183,12 +183,12 @@ class Panel {
     }
 
     void drawContact() {
-        const float height = heightOf(6, 6 + 6 + 7.5f);
+        const float height = heightOf(6, 23);
         plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
         plot("Torque about C", "mN·m", height, {{"tick", of(Channel::Torque), kBlue}});
         plot("Near pairs", "", height, {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
         plot("Iterations", "", height,
-             {{"solver", of(Channel::Iterations), kOrange}, {"shadow", of(Channel::ShadowIterations), kViolet}});
+             {{"shadow", of(Channel::ShadowIterations), kViolet}, {"solver", of(Channel::Iterations), kOrange}});
         plot("Residual", "", height,
              {{"entered, mm", of(Channel::ResidualGap), kRed}, {"missing, N", of(Channel::ResidualForce), kOrange}},
              true);
