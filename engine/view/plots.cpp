@@ -489,8 +489,8 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
     const glm::vec2 mouse{ImGui::GetIO().MousePos.x, ImGui::GetIO().MousePos.y};
     const std::string* nearest = nullptr;
     float distance = 10 * shape.unit;
-    canvas.list.PushClipRect({canvas.topLeft.x - 4 * shape.unit, canvas.topLeft.y - 4 * shape.unit},
-                             {canvas.bottomRight.x + 4 * shape.unit, canvas.bottomRight.y + 4 * shape.unit}, true);
+    canvas.list.PushClipRect({canvas.topLeft.x - 8 * shape.unit, canvas.topLeft.y - 8 * shape.unit},
+                             {canvas.bottomRight.x + 8 * shape.unit, canvas.bottomRight.y + 8 * shape.unit}, true);
     for (const Layer& layer : layers) {
         const ImU32 ink = color(layer.color);
         if (layer.style == Layer::Style::Cloud) {
@@ -499,7 +499,11 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
         }
         for (std::size_t i = 0; i < layer.points.size(); ++i) {
             const ImVec2 at = place(layer.points[i]);
-            const float size = (layer.style == Layer::Style::Marker ? 5.5f : 2.5f) * shape.unit;
+            const bool alone = layer.points.size() == 1;
+            const float size = shape.unit * (layer.style == Layer::Style::Marker  ? 7.f
+                                             : layer.style == Layer::Style::Steps ? 5.f
+                                             : alone                              ? 3.5f
+                                                                                  : 2.5f);
             if (i > 0 && layer.style != Layer::Style::Marker) {
                 const ImVec2 before = place(layer.points[i - 1]);
                 if (layer.style == Layer::Style::Steps) {
@@ -509,10 +513,10 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
                     canvas.list.AddLine(before, at, ink, 1.5f * shape.unit);
                 }
             }
-            if (layer.style == Layer::Style::Marker)
-                canvas.list.AddCircle(at, size, ink, 0, 2 * shape.unit);
-            else if (layer.style == Layer::Style::Line)
+            if (layer.style == Layer::Style::Line)
                 canvas.list.AddCircleFilled(at, size, ink);
+            else
+                canvas.list.AddCircle(at, size, ink, 0, shape.unit * (layer.style == Layer::Style::Marker ? 2 : 1.2f));
             if (i < layer.notes.size()) {
                 const float d = glm::distance(mouse, glm::vec2(at.x, at.y));
                 if (d < distance) {

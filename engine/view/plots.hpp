@@ -105,7 +105,12 @@ void drawShares(const char* label, std::span<const Share> shares, const char* un
 
 /// One layer of a chart of pairs.
 struct Layer {
-    enum class Style { Cloud, Line, Steps, Marker };
+    enum class Style {
+        Cloud,   ///< cells as bright as they hold points
+        Line,    ///< dots, joined
+        Steps,   ///< rings, joined by steps: what is best so far
+        Marker,  ///< a ring
+    };
     std::string name;  ///< in the legend; empty: not there
     std::vector<glm::vec2> points;
     glm::vec4 color{1};

@@ -12,7 +12,8 @@ namespace touchstone::system {
 namespace {
 
 constexpr glm::vec4 kBlue{0.40f, 0.68f, 1.00f, 1}, kOrange{1.00f, 0.62f, 0.25f, 1}, kViolet{0.74f, 0.58f, 1.00f, 1},
-    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGrey{0.62f, 0.64f, 0.67f, 1}, kWhite{1};
+    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGrey{0.62f, 0.64f, 0.67f, 1},
+    kYellow{1.00f, 0.90f, 0.45f, 1}, kWhite{1};
 constexpr double kShortest = 0.01;  // s across the width
 constexpr double kReadable = 0.25;  // s for which numbers stand still
 
@@ -239,7 +240,7 @@ class Panel {
         const auto place = [](const SweepPoint& p) {
             return glm::vec2(static_cast<float>(p.us), static_cast<float>(p.forceError));
         };
-        engine::Layer front{.name = "Pareto front", .points = {}, .color = kWhite};
+        engine::Layer front{.name = "Pareto front", .points = {}, .color = kYellow};
         front.style = engine::Layer::Style::Steps;
         std::vector<const SweepPoint*> best;
         for (const SweepPoint& p : view_.sweep->points)

@@ -41,7 +41,7 @@ class WindowLoad {
     void print() const;
 
   private:
-    std::vector<double> tickUs_, periodUs_, frameUs_, frameMs_;
+    std::vector<double> stepUs_, tickUs_, periodUs_, frameUs_, frameMs_;
     double cpu_ = 0;           // µs, at the last frame
     std::uint64_t clock_ = 0;  // ns, likewise; 0 before a scene ran
     std::uint64_t overruns_ = 0, overrunsBefore_ = 0, dropped_ = 0;
