@@ -69,10 +69,9 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.paced = options.paced;
     const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
-    TickRecord before, now;
+    system::TickHistory last(2);
     headless.onTick = [&](const TickRecord& record, double penetration) {
-        before = now;
-        now = record;
+        last.push(record);
         if (table) table->add(record, penetration, settings.rate);
     };
     std::ofstream problems;
@@ -90,8 +89,12 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
     if (!options.sweep.empty()) {
-        const auto contact = system::freezeContact(*scene.world, settings, before, now, {});
-        if (!contact) throw std::runtime_error("there is nothing to sweep: no rows are near in the last tick");
+        std::optional<system::FrozenContact> contact;
+        if (last.newest()) contact = system::freezeContact(*scene.world, settings, *last.before(), *last.newest(), {});
+        if (!contact)
+            throw std::runtime_error(
+                "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
+                "--seconds");
         writeSweep(*system::sweepContact(*contact), options.sweep);
     }
     if (!options.screenshot.empty())
