@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,17 @@ struct DeviceLimits {
     double peakForce = 22;    ///< N
     double peakTorque = 170;  ///< mN·m on each axis
 };
+
+/// What decides whether a stiffness can be rendered passively: a spring of k that is sampled every T and held is stable
+/// where damping >= k T (0.5 + delay) (Colgate; with delay by experiment).
+struct DeviceDynamics {
+    double damping = 0;  ///< of device and hand together, N·s/m
+    double delay = 0;    ///< from reading the pose to the wrench on the hand, ticks
+};
+/// N·s/m, of N/mm and ticks of 1/rate; the same of mN·m/rad is mN·m·ms/rad.
+inline double leastDamping(double stiffness, double rate, double delay) {
+    return stiffness * 1000 / rate * (0.5 + delay);
+}
 
 struct DeviceReading {
     Pose X_WT;              ///< wanted pose of the tool node, scene frame
@@ -32,6 +44,8 @@ class Device {
     /// Wrench on the hand about the tool node's origin, world axes, after the safety stage.
     virtual void write(const Wrench& wrench_o) noexcept = 0;
     virtual DeviceLimits limits() const noexcept { return {}; }
+    /// Nothing where they are not known, or the wrench moves nothing.
+    virtual std::optional<DeviceDynamics> dynamics() const noexcept { return {}; }
 };
 
 class Motion;

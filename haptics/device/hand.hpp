@@ -31,6 +31,7 @@ class Hand {
     /// Input that is not finite leaves everything as it was.
     const Pose& advance(const Pose& X_WT_target, const Wrench& wrench_o, double dt) noexcept;
 
+    const HandParameters& parameters() const { return parameters_; }
     const Pose& pose() const { return X_WT_; }
     const Vec3& velocity() const { return v_; }         ///< of o, mm/ms
     const Vec3& angularVelocity() const { return w_; }  ///< world axes, rad/ms

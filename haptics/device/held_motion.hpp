@@ -18,6 +18,9 @@ class HeldMotion final : public Device {
     HeldMotion(std::shared_ptr<const Motion> motion, const HandParameters& hand, int delay = 0);
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override;
+    std::optional<DeviceDynamics> dynamics() const noexcept override {
+        return {{hand_.parameters().damping, static_cast<double>(delay_)}};
+    }
 
     /// Work of the wrench on the hand since time 0, ∫(F·v + T·ω)dt, mJ.
     double work() const { return work_; }

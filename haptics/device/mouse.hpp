@@ -34,6 +34,7 @@ class MouseDevice final : public Device {
     MouseDevice(std::shared_ptr<MouseTarget> target, const Pose& X_WT_start, const HandParameters& hand = {});
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override { wrench_o_ = wrench_o; }
+    std::optional<DeviceDynamics> dynamics() const noexcept override { return {{hand_.parameters().damping, 0}}; }
 
   private:
     std::shared_ptr<MouseTarget> source_;

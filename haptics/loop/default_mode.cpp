@@ -277,16 +277,12 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     const QpProblem problem{tick_.stiffness(), wanted, &s_.rows};
-    SolverSettings solverSettings;
-    solverSettings.tolerance = set_.tolerance;
-    solverSettings.maxIterations = set_.iterationCap;
-    solverSettings.workLimit = set_.solverWork;
-    solverSettings.elasticWeight = set_.elasticWeight;
+    const SolverSettings limits = solverSettings(set_);
     const bool exact = solverTable()[set_.solver].exact;
 
     const std::uint64_t start = tick_.now();
     const QpProblem few{problem.stiffness, wanted, exact ? problem.rows : &tick_.screened(s_.rows)};
-    SolveResult result = s_.renderers[set_.solver]->solve(few, solverSettings);
+    SolveResult result = s_.renderers[set_.solver]->solve(few, limits);
     if (!exact) {
         if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // no row is in the way
         if (few.rows->size() < problem.rows->size()) {
@@ -303,10 +299,10 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     if (exact) {
         s_.rememberContacts(s_.rows, result);
     } else {
-        if (tick_.audit) s_.rememberContacts(s_.rows, s_.reference->solve(problem, solverSettings));
+        if (tick_.audit) s_.rememberContacts(s_.rows, s_.reference->solve(problem, limits));
         if (result.kkt.primal_mm > kViolation) {
             const std::uint64_t again = tick_.now();
-            const SolveResult onto = s_.projector->solve({problem.stiffness, result.x, &s_.rows}, solverSettings);
+            const SolveResult onto = s_.projector->solve({problem.stiffness, result.x, &s_.rows}, limits);
             if (onto.status == SolveStatus::Invalid) return false;
             if (onto.status == SolveStatus::Elastic) tick_.record.flags |= kInfeasible;
             tick_.record.projection = std::max(tick_.record.projection, s_.lengthOf(onto.x - result.x));
@@ -329,14 +325,14 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
 /// still is feasible, and so is every answer. False if the lists have no room.
 bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
     tick_.record.flags |= kNotDeeper;
-    SolverSettings solverSettings;
-    solverSettings.elasticWeight = set_.elasticWeight;
+    SolverSettings soft;
+    soft.elasticWeight = set_.elasticWeight;
     for (bool added = true; added;) {
         const std::uint64_t start = tick_.now();
         s_.relaxed.clear();
         for (int i = 0; i < s_.rows.size(); ++i)
             s_.relaxed.push(s_.rows.row(i), std::max(0.0, s_.rows.gap()[i]), s_.rows.id(i));
-        const SolveResult result = s_.projector->solve({tick_.stiffness(), wanted, &s_.relaxed}, solverSettings);
+        const SolveResult result = s_.projector->solve({tick_.stiffness(), wanted, &s_.relaxed}, soft);
         s_.rememberContacts(s_.relaxed, result);
         x = result.x;
         tick_.addTime(tick_.record.solveUs, start);

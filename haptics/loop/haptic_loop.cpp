@@ -89,9 +89,14 @@ void HapticLoop::run(const std::stop_token& stop) {
     RateMeter meter;
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
+    std::uint64_t begunBefore = steadyNanoseconds();
     while (!stop.stop_requested()) {
         takeRequests();
+        const std::uint64_t began = steadyNanoseconds();
         snapshot.record = driver_.tick(clocks);
+        snapshot.record.periodUs = 1e-3 * static_cast<double>(began - begunBefore);
+        snapshot.record.overruns = pacer.overruns();
+        begunBefore = began;
         if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
 
         ring_.push(snapshot.record);
@@ -103,7 +108,10 @@ void HapticLoop::run(const std::stop_token& stop) {
         snapshot.rate = meter.tick(steadyNanoseconds());
         snapshot.fade = driver_.fade();
         snapshot.finished = driver_.finished();
-        snapshot.trips = driver_.session().safety.counts();
+        const SafetyStage& safety = driver_.session().safety;
+        snapshot.trips = safety.counts();
+        for (std::size_t i = 0; i < snapshot.tripping.size(); ++i)
+            snapshot.tripping[i] = safety.active(static_cast<Trip>(i));
         snapshots_.write(snapshot);
 
         if (driver_.settings().rate != rate) pacer.setRate(rate = driver_.settings().rate);

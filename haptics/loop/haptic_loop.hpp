@@ -36,6 +36,7 @@ struct LoopSnapshot {
     double fade = 0;                            ///< share of the force let through for a fade, 0 to 1
     bool finished = false;                      ///< the device's motion has ended
     std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip
+    std::array<bool, kTripCount> tripping{};    ///< the guard acted in this tick
 };
 
 /// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,

@@ -117,13 +117,9 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
     s.contacts.clear();
     if (record.rows) {
         const QpProblem problem{tick.stiffness(), Vec6::Zero(), &s.rows};
-        SolverSettings solverSettings;
-        solverSettings.paperForm = true;
-        solverSettings.tolerance = set.tolerance;
-        solverSettings.workLimit = set.paperWork;
-        solverSettings.elasticWeight = set.elasticWeight;
+        const SolverSettings limits = solverSettings(set);
         start = tick.now();
-        SolveResult result = s.renderers[set.solver]->solve(problem, solverSettings);
+        SolveResult result = s.renderers[set.solver]->solve(problem, limits);
         tick.addTime(record.solveUs, start);
         result.kkt.primal_mm = violation(s.rows, result.x);
         tick.note(result);
@@ -133,7 +129,7 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
         if (solverTable()[set.solver].exact)
             s.rememberContacts(s.rows, result);
         else if (tick.audit)
-            s.rememberContacts(s.rows, s.reference->solve(problem, solverSettings));
+            s.rememberContacts(s.rows, s.reference->solve(problem, limits));
     }
     s.graphic = record.rows ? poseOf(q_h + dq) : device;  // (20)
     s.freeRadius = 0;

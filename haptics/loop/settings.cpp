@@ -237,6 +237,16 @@ std::string getSetting(const Settings& settings, std::string_view key) {
         row->field);
 }
 
+SolverSettings solverSettings(const Settings& settings) {
+    SolverSettings s;
+    s.paperForm = settings.mode == Mode::Paper;
+    s.tolerance = settings.tolerance;
+    if (!s.paperForm) s.maxIterations = settings.iterationCap;
+    s.workLimit = s.paperForm ? settings.paperWork : settings.solverWork;
+    s.elasticWeight = settings.elasticWeight;
+    return s;
+}
+
 std::string checkSettings(const Settings& settings) {
     for (const auto& [info, field] : kRows) {
         const auto number = [&, &info = info](auto member, bool whole) -> std::string {

@@ -41,6 +41,9 @@ struct Settings {
     bool pause = false;                    ///< hold the tool where it is, force zero
 };
 
+/// What the solver that moves the tool is given in these settings' mode.
+SolverSettings solverSettings(const Settings& settings);
+
 /// One tunable value by name: the row that the command line, scene files, panels and help all read.
 struct SettingInfo {
     std::string_view key;   ///< as in --set KEY=VALUE

@@ -118,12 +118,8 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     }
     record.shadowRows = shared.rows->size();
 
-    SolverSettings s;
-    s.paperForm = paper;
-    s.tolerance = settings.tolerance;
-    s.maxIterations = paper ? s.maxIterations : settings.iterationCap;
+    SolverSettings s = solverSettings(settings);
     s.workLimit = settings.shadowWork;
-    s.elasticWeight = settings.elasticWeight;
     const SolveResult shadow = state.shadows[settings.shadow]->solve(shared, s);
     record.shadowIterations = shadow.iterations;
     record.shadowStatus = shadow.status;
@@ -134,9 +130,9 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     Vec6 exact = rendered;
     if (record.shadowRowsCut || !(renderedIsExact || solverTable()[settings.shadow].exact))
         exact = state.reference->solve(shared, s).x;
-    const Vec6 error = shadow.x - exact;
-    record.shadowForceError = settings.stiffness * error.head<3>().norm();
-    record.shadowTorqueError = settings.torsion * error.tail<3>().norm();
+    const WrenchError error = wrenchError(shared, shadow.x, exact);
+    record.shadowForceError = error.force_N;
+    record.shadowTorqueError = error.torque_mNm;
 }
 
 TickRecord step([[maybe_unused]] const World& world, const Settings& settings, const StepInput& input,

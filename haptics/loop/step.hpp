@@ -68,7 +68,9 @@ struct TickRecord {
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
-    double helperUs = 0;  ///< of the thread beside the ticks, set by the caller
+    double helperUs = 0;         ///< of the thread beside the ticks, set by the caller
+    double periodUs = 0;         ///< by the clock, since the tick before began; set by the loop, 0 without one
+    std::uint64_t overruns = 0;  ///< deadlines missed by the ticks before this one; set by the loop
 };
 
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.

@@ -103,4 +103,9 @@ KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<con
     return kktResiduals(problem, x, multipliers, simd::least(least));
 }
 
+WrenchError wrenchError(const QpProblem& problem, const Vec6& x, const Vec6& exact) {
+    const Vec6 error = problem.stiffness.cwiseProduct(x - exact);
+    return {error.head<3>().norm(), error.tail<3>().norm()};
+}
+
 }  // namespace touchstone

@@ -68,6 +68,12 @@ struct KktResiduals {
     double complementarity_mJ = 0;  ///< max |y_i s_i|
 };
 
+/// How far an answer's wrench on the hand is from that of another answer to the same problem.
+struct WrenchError {
+    double force_N = 0, torque_mNm = 0;
+};
+WrenchError wrenchError(const QpProblem& problem, const Vec6& x, const Vec6& exact);
+
 /// A row that carries load: index into the problem's rows and its multiplier y, N on unit rows.
 struct Multiplier {
     int row = 0;

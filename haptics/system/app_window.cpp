@@ -47,6 +47,8 @@ struct Layout {
     }
 };
 
+float statusBarHeight() { return 1.5f * ImGui::GetFontSize(); }
+
 bool beginPanel(const char* title, const Area& area) {
     ImGui::SetNextWindowPos(area.position);
     ImGui::SetNextWindowSize(area.size);
@@ -85,6 +87,7 @@ class App {
     void refreshScene();
     void drawPicture(const Area& area);
     void drawPanels(const Layout& layout);
+    void drawBar();
     void drawHints(const Area& picture) const;
     void handleMouse(const Area& picture);
     void handleKeys();
@@ -108,7 +111,7 @@ class App {
 
     DisplayOptions display_;
     ScenePanelState scenePanel_;
-    PlotsPanelState plotsPanel_;
+    LiveMeasure measure_;
     MenuState menu_;
     PanelRequests requests_;
     ItemRects items_, drawnItems_;
@@ -135,7 +138,7 @@ int App::run() {
         began = Clock::now();
         const double cpuBegan = threadCpuMicroseconds();
         if (options_.onFrame) {
-            WindowFrame frame{window_, session_, display_, drawnItems_, toolOnScreen_, number, cost_};
+            WindowFrame frame{window_, session_, display_, measure_, drawnItems_, toolOnScreen_, number, cost_};
             options_.onFrame(frame);
         }
         last = timeIsUp();
@@ -144,7 +147,8 @@ int App::run() {
         refreshScene();
 
         const float top = ImGui::GetFrameHeight();  // of the menu bar
-        const Layout layout(window_.size(), top, ImGui::GetFontSize(), menu_.panels);
+        const glm::vec2 aboveBar = glm::vec2(window_.size()) - glm::vec2(0, statusBarHeight());
+        const Layout layout(aboveBar, top, ImGui::GetFontSize(), menu_.panels);
         items_.clear();
         if (viewedNumber_ != session_.sceneNumber()) {
             viewedNumber_ = session_.sceneNumber();
@@ -159,7 +163,8 @@ int App::run() {
 
         const bool wanted = last && !options_.screenshot.empty();
         engine::Image picture;
-        window_.endFrame(wanted ? &picture : nullptr);
+        window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr);
+        if (measure_.wantsPicture()) measure_.take(picture, window_.size(), session_);
         std::swap(items_, drawnItems_);
         noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
         if (wanted) engine::writePng(options_.screenshot, picture);
@@ -251,16 +256,32 @@ void App::drawPanels(const Layout& layout) {
             if (drawHapticsPanel(settings, requests_, &items_)) session_.setSettings(settings);
         }
         endPanel();
-        if (beginPanel("Plots", layout.plots))
-            drawPlotsPanel(session_.history(), session_.settings(), plotsPanel_, &items_);
+        if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
         endPanel();
-        if (beginPanel("Status", layout.status))
-            drawStatusPanel({session_.snapshot(), session_.realTime(), device, session_.messages(), shownCost_});
+        if (beginPanel("Status", layout.status)) drawStatusPanel(session_.messages());
         endPanel();
     }
+    drawBar();
     drawHints(layout.picture);
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
+}
+
+/// At the bottom, whatever else is shown.
+void App::drawBar() {
+    const float height = statusBarHeight();
+    const glm::vec2 window = window_.size();
+    ImGui::SetNextWindowPos({0, window.y - height});
+    ImGui::SetNextWindowSize({window.x, height});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.6f * ImGui::GetFontSize(), 0.2f * ImGui::GetFontSize()});
+    ImGui::Begin("Health", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
+    drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_},
+                  &items_);
+    ImGui::End();
+    ImGui::PopStyleVar(2);
 }
 
 /// Over the picture: what the mouse does until it has done it, and the newest warning while it is new.

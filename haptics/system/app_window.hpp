@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "engine/view/window.hpp"
+#include "haptics/system/live_measure.hpp"
 #include "haptics/system/panels.hpp"
 #include "haptics/system/session.hpp"
+#include "haptics/system/status_bar.hpp"
 
 namespace touchstone::system {
 
@@ -16,6 +18,7 @@ struct WindowFrame {
     engine::Window& window;
     LiveSession& session;
     DisplayOptions& display;
+    LiveMeasure& measure;
     const ItemRects& items;                 ///< controls as drawn in the frame before
     std::optional<glm::vec2> toolOnScreen;  ///< C in screen units, where it was drawn
     long number = 0;                        ///< frames since the window opened

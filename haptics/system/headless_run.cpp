@@ -9,27 +9,10 @@
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/system/device_choice.hpp"
+#include "haptics/system/watched_solver.hpp"
 
 namespace touchstone::system {
 namespace {
-
-/// A solver that shows what it was given and what it answered.
-class WatchedSolver final : public Solver {
-  public:
-    using Watch = std::function<void(const QpProblem&, const SolveResult&)>;
-    WatchedSolver(std::unique_ptr<Solver> solver, Watch watch) : solver_(std::move(solver)), watch_(std::move(watch)) {}
-
-    SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override {
-        const SolveResult result = solver_->solve(problem, settings);
-        watch_(problem, result);
-        return result;
-    }
-    void reset() noexcept override { solver_->reset(); }
-
-  private:
-    std::unique_ptr<Solver> solver_;
-    Watch watch_;
-};
 
 /// The run from its start, tick by tick, until the motion or the asked time ends.
 class Pass {

@@ -1,67 +1,369 @@
+#include "haptics/system/panel_plots.hpp"
+
 #include <imgui.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
-#include "haptics/system/panels.hpp"
+#include "haptics/system/pareto.hpp"
 
 namespace touchstone::system {
 namespace {
 
 constexpr glm::vec4 kBlue{0.40f, 0.68f, 1.00f, 1}, kOrange{1.00f, 0.62f, 0.25f, 1}, kViolet{0.74f, 0.58f, 1.00f, 1},
-    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1};
+    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGrey{0.62f, 0.64f, 0.67f, 1},
+    kYellow{1.00f, 0.90f, 0.45f, 1}, kWhite{1};
+constexpr double kShortest = 0.01;  // s across the width
+constexpr double kReadable = 0.25;  // s for which numbers stand still
 
-}  // namespace
+std::string text(const char* format, auto... values) {
+    std::array<char, 160> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), format, values...);
+    return buffer.data();
+}
 
-void drawPlotsPanel(const TickHistory& history, const Settings& settings, PlotsPanelState& state, ItemRects* items) {
-    constexpr std::array kWindows{0.25, 1.0, 4.0, 16.0};
-    for (const double seconds : kWindows) {
-        std::array<char, 16> label{};
-        std::snprintf(label.data(), label.size(), "%g s", seconds);
-        if (seconds != kWindows.front()) ImGui::SameLine();
-        if (ImGui::RadioButton(label.data(), state.seconds == seconds)) state.seconds = seconds;
-        noteItem(items, label.data());
+/// The panel in one frame.
+class Panel {
+  public:
+    Panel(const PlotsView& view, PlotsPanelState& state, PlotsRequests& requests, ItemRects* items)
+        : view_(view), state_(state), requests_(requests), items_(items), history_(&shown()) {}
+
+    void draw() {
+        drawControls();
+        history_ = &shown();
+        stretch_ = shownStretch(*history_, state_, view_.settings.rate);
+        ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
+        ImGui::BeginGroup();
+        if (ImGui::BeginTabBar("plots")) {
+            tab(PlotsTab::Time, "Time", &Panel::drawTime);
+            tab(PlotsTab::Contact, "Contact", &Panel::drawContact);
+            tab(PlotsTab::Trade, "Speed against error", &Panel::drawTrade);
+            ImGui::EndTabBar();
+        }
+        ImGui::EndGroup();
+        const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+        state_.area = {low.x, low.y, high.x, high.y};
+        ImGui::PopStyleVar();
+        state_.bring.reset();
+        state_.cursor = mouse_.cursor;
+        follow();
     }
 
-    const double wanted = state.seconds * settings.rate;
-    const auto window = static_cast<std::size_t>(std::min(wanted, double(TickHistory::kCapacity)));
-    constexpr int kPlots = 6;
-    // Around the plots stand titles, time axes and lines of values.
-    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
-    const float line = ImGui::GetTextLineHeightWithSpacing();
-    constexpr float kTextLines = 6 + 6 + 11.5f;
-    const float height = std::max((ImGui::GetContentRegionAvail().y - kTextLines * line) / kPlots - 4, 2.2f * line);
+  private:
+    const TickHistory& shown() const { return state_.held ? *state_.held : view_.history; }
+    double rate() const { return view_.settings.rate; }
 
-    const auto plot = [&](const char* title, const char* unit, std::initializer_list<engine::Series> series,
-                          bool logarithmic = false, std::optional<float> budget = {}) {
+    void hold(bool on) {
+        state_.held = on ? std::make_shared<const TickHistory>(view_.history) : nullptr;
+        state_.behind = 0;
+    }
+
+    void drawControls() {
+        constexpr std::array kWindows{0.25, 1.0, 4.0, 16.0};
+        for (const double seconds : kWindows) {
+            const std::string label = text("%g s", seconds);
+            if (seconds != kWindows.front()) ImGui::SameLine(0, 2);
+            const bool chosen = state_.seconds == seconds;
+            if (!chosen) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+            if (ImGui::Button(label.c_str())) state_.seconds = seconds;
+            if (!chosen) ImGui::PopStyleColor();
+            noteItem(items_, label);
+            tooltip("Time across the plots. Wheel over a plot zooms, dragging one looks back.");
+        }
+        ImGui::SameLine();
+        if (ImGui::Button(state_.held ? "Go on" : "Hold")) hold(!state_.held);
+        noteItem(items_, "hold plots");
+        tooltip("Holds the plots, not the loop: zoom in with the wheel, drag to look back.");
+        ImGui::SameLine();
+        if (ImGui::Button("Export")) ImGui::OpenPopup("export");
+        noteItem(items_, "export");
+        tooltip("The ticks shown as a table, the plots as a picture.");
+        if (ImGui::BeginPopup("export")) {
+            drawExport();
+            ImGui::EndPopup();
+        }
+    }
+
+    void drawExport() {
+        ImGui::TextUnformatted("File, without its ending");
+        ImGui::SetNextItemWidth(20 * ImGui::GetFontSize());
+        ImGui::InputText("##name", state_.exportName.data(), state_.exportName.size());
+        noteItem(items_, "export name");
+        const std::string name = state_.exportName.data();
+        const auto button = [&](const char* label, const char* ending, bool possible, std::filesystem::path& file) {
+            ImGui::BeginDisabled(!possible || name.empty());
+            if (ImGui::Button(label)) {
+                file = name + ending;
+                ImGui::CloseCurrentPopup();
+            }
+            ImGui::EndDisabled();
+            noteItem(items_, label);
+            ImGui::SameLine();
+        };
+        button("Ticks, CSV", ".csv", history_->size() > 0, requests_.ticksCsv);
+        button("Plots, PNG", ".png", true, requests_.png);
+        button("Sweep, CSV", "-sweep.csv", view_.sweep != nullptr, requests_.sweepCsv);
+        ImGui::NewLine();
+    }
+
+    void tab(PlotsTab which, const char* label, void (Panel::*body)()) {
+        const bool bring = state_.bring == which;
+        const bool open = ImGui::BeginTabItem(label, nullptr, bring ? ImGuiTabItemFlags_SetSelected : 0);
+        noteItem(items_, std::string("tab ") + label);
+        if (!open) return;
+        (this->*body)();
+        ImGui::EndTabItem();
+    }
+
+    /// Height of each of some plots that share what lines of text leave.
+    float heightOf(int plots, float lines) const {
+        const float line = ImGui::GetTextLineHeightWithSpacing();
+        return std::max((ImGui::GetContentRegionAvail().y - lines * line) / static_cast<float>(plots) - 4, 2.2f * line);
+    }
+
+    engine::RingView of(Channel channel) const { return history_->view(channel); }
+
+    void plot(const char* title, const char* unit, float height, std::initializer_list<engine::Series> series,
+              bool logarithmic = false, std::optional<float> budget = {}) {
         engine::PlotOptions options;
         options.unit = unit;
         options.logarithmic = logarithmic;
         options.budget = budget;
         options.height = height;
-        options.window = window;
-        options.samplePeriodMs = static_cast<float>(1000 / settings.rate);
-        engine::drawSeries(title, {series.begin(), series.size()}, options);
+        options.stretch = stretch_;
+        options.samplePeriodMs = static_cast<float>(1000 / rate());
+        if (budget) options.marks = of(Channel::Late);
+        options.cursor = state_.cursor;
+        options.readOut = state_.readOut;
+        const engine::PlotMouse mouse = engine::drawSeries(title, {series.begin(), series.size()}, options);
+        noteItem(items_, std::string("plot ") + title);
+        if (mouse.cursor || mouse.dragging) mouse_ = mouse;
+    }
+
+    void drawTime() {
+        StretchTimes& times = state_.times;
+        if (ImGui::GetTime() - state_.timesAt > kReadable || state_.timesAt < 0) {
+            times = stretchTimes(*history_, stretch_);
+            state_.timesAt = ImGui::GetTime();
+        }
+        ImGui::Text("%zu ticks: p50 %.1f, p99 %.1f, max %.1f µs", times.ticks, double(times.p50), double(times.p99),
+                    double(times.most));
+        tooltip("Processor time of the ticks shown, shadow included. The loop's own helpers are not in it.");
+        ImGui::SameLine();
+        ImGui::TextColored(times.late ? ImVec4(1, 0.78f, 0.35f, 1) : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled),
+                           "%zu late", times.late);
+        tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
+        noteItem(items_, "late");
+
+        const float height = heightOf(4, 18);
+        plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
+             static_cast<float>(1e6 / rate()));
+        plot("Its stages", "µs", height,
+             {{"collision", of(Channel::CollisionUs), kGreen},
+              {"solve", of(Channel::SolveUs), kOrange},
+              {"shadow", of(Channel::ShadowUs), kViolet}},
+             true);
+        const float rest = std::max(times.total - times.collision - times.solve - times.shadow, 0.f);
+        const std::array<engine::Share, 4> shares{{{"collision", times.collision, kGreen},
+                                                   {"solve", times.solve, kOrange},
+                                                   {"shadow", times.shadow, kViolet},
+                                                   {"rest", rest, kGrey}}};
+        engine::drawShares("Mean of the stages", shares, "µs");
+        const std::array<std::pair<const char*, float>, 3> levels{
+            {{"p50", times.p50}, {"p99", times.p99}, {"max", times.most}}};
+        engine::drawHistogram("How often a tick takes how long", of(Channel::TotalUs), stretch_, kBlue,
+                              {.unit = "µs",
+                               .low = 0.1f,
+                               .high = 10000,
+                               .bins = 100,
+                               .height = height,
+                               .levels = levels,
+                               .readOut = state_.readOut});
+        plot("From tick to tick, by the clock", "µs", height, {{"period", of(Channel::PeriodUs), kBlue}});
+    }
+
+    void drawContact() {
+        const float height = heightOf(6, 23);
+        plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
+        plot("Torque about C", "mN·m", height, {{"tick", of(Channel::Torque), kBlue}});
+        plot("Near pairs", "", height, {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
+        plot("Iterations", "", height,
+             {{"shadow", of(Channel::ShadowIterations), kViolet}, {"solver", of(Channel::Iterations), kOrange}});
+        plot("Residual", "", height,
+             {{"entered, mm", of(Channel::ResidualGap), kRed}, {"missing, N", of(Channel::ResidualForce), kOrange}},
+             true);
+        plot("Depth", "mm", height,
+             {{"device behind tool", of(Channel::Separation), kBlue},
+              {"hover", of(Channel::Hover), kGreen},
+              {"penetration", of(Channel::Penetration), kRed}},
+             true);
+    }
+
+    /// Where the shadow is exact it measures the rendering solver, whose time then counts.
+    bool shadowIsExact() const {
+        const int shadow = view_.settings.shadow;
+        return shadow >= 0 && solverTable()[static_cast<std::size_t>(shadow)].exact;
+    }
+
+    engine::Layer cloud() const {
+        const int measured = shadowIsExact() ? view_.settings.solver : view_.settings.shadow;
+        engine::Layer layer{.name = {}, .points = {}, .color = kViolet};
+        if (measured < 0) return layer;
+        layer.name = "ticks, " + std::string(solverTable()[static_cast<std::size_t>(measured)].name);
+        // Ticks of other solvers are left out.
+        const std::uint64_t since = history_->pushed() - std::min(state_.cloudFrom, history_->pushed());
+        engine::Stretch stretch = stretch_;
+        stretch.window = std::min<std::uint64_t>(stretch.window, since - std::min<std::uint64_t>(since, stretch.skip));
+        const auto times = engine::samplesIn(of(shadowIsExact() ? Channel::SolveUs : Channel::ShadowUs), stretch);
+        const auto errors = engine::samplesIn(of(Channel::ShadowForceError), stretch);
+        const auto shadows = engine::samplesIn(of(Channel::ShadowUs), stretch);
+        for (std::size_t piece = 0; piece < times.size(); ++piece)
+            for (std::size_t i = 0; i < times[piece].size(); ++i)
+                if (shadows[piece][i] > 0) layer.points.emplace_back(times[piece][i], errors[piece][i]);
+        return layer;
+    }
+
+    std::string note(const SweepPoint& p) const {
+        const SolverInfo& info = solverTable()[static_cast<std::size_t>(p.solver)];
+        std::string words(info.name);
+        if (!info.exact) words += text(" at %.3g %s", p.tolerance, view_.sweep->mode == Mode::Paper ? "N·mm" : "N");
+        words += text("\n%.3g µs, %.3g N, %.3g mN·m, %d iterations", p.us, p.forceError, p.torqueError, p.iterations);
+        if (p.status != SolveStatus::Solved) words += std::string("\n") + name(p.status);
+        if (p.onFront) words += "\non the Pareto front: nothing is faster and less wrong";
+        return words;
+    }
+
+    std::vector<engine::Layer> sweepLayers() const {
+        std::vector<engine::Layer> layers;
+        if (!view_.sweep) return layers;
+        const auto place = [](const SweepPoint& p) {
+            return glm::vec2(static_cast<float>(p.us), static_cast<float>(p.forceError));
+        };
+        engine::Layer front{.name = "Pareto front", .points = {}, .color = kYellow};
+        front.style = engine::Layer::Style::Steps;
+        std::vector<const SweepPoint*> best;
+        for (const SweepPoint& p : view_.sweep->points)
+            if (p.onFront) best.push_back(&p);
+        std::sort(best.begin(), best.end(), [](auto* a, auto* b) { return a->us < b->us; });
+        for (const SweepPoint* p : best) front.points.push_back(place(*p));
+        layers.push_back(front);
+
+        constexpr std::array kColors{kGreen, kOrange, kBlue, kRed};
+        for (std::size_t solver = 0; solver < solverTable().size(); ++solver) {
+            const SolverInfo& info = solverTable()[solver];
+            engine::Layer curve{.name = std::string(info.name), .points = {}, .color = kColors[solver % 4]};
+            curve.style = engine::Layer::Style::Line;
+            for (const SweepPoint& p : view_.sweep->points) {
+                if (p.solver != static_cast<int>(solver) || p.status == SolveStatus::Invalid) continue;
+                curve.points.push_back(place(p));
+                curve.notes.push_back(note(p));
+            }
+            layers.push_back(curve);
+            if (info.exact) continue;
+            engine::Layer marker{.name = {}, .points = {}, .color = kWhite};
+            marker.style = engine::Layer::Style::Marker;
+            if (const auto at = pointAt(*view_.sweep, static_cast<int>(solver), view_.settings.tolerance)) {
+                marker.name = text("at the tolerance: %.3g µs, %.2g N", at->us, at->forceError);
+                marker.points.push_back(place(*at));
+                marker.notes.push_back("the tolerance of the slider\n" + note(*at));
+            }
+            layers.push_back(marker);
+        }
+        return layers;
+    }
+
+    void drawTrade() {
+        drawSweepControls();
+        std::vector<engine::Layer> layers = sweepLayers();
+        layers.insert(layers.begin(), cloud());
+        const float height = heightOf(5, 13.5f);
+        engine::drawChart("Time against force error", layers,
+                          {.xName = "time of the solver",
+                           .xUnit = "µs",
+                           .yName = "force error against the exact answer",
+                           .yUnit = "N",
+                           .xLeast = 1e-2f,
+                           .yLeast = static_cast<float>(kLeastError),
+                           .height = 3 * height,
+                           .readOut = state_.readOut});
+        noteItem(items_, "plot speed against error");
+        plot("Shadow's force error", "N", height, {{"error", of(Channel::ShadowForceError), kViolet}}, true);
+        plot("Its time", "µs", height, {{"shadow", of(Channel::ShadowUs), kViolet}}, true);
+    }
+
+    void drawSweepControls() {
+        if (view_.sweepProgress) {
+            if (ImGui::Button("Cancel")) requests_.cancelSweep = true;
+            noteItem(items_, "cancel sweep");
+            ImGui::SameLine();
+            ImGui::ProgressBar(static_cast<float>(*view_.sweepProgress), {-1, 0}, "sweeping");
+        } else {
+            if (ImGui::Button("Sweep this contact")) requests_.sweep = true;
+            noteItem(items_, "sweep");
+            tooltip(
+                "Takes the rows of the newest tick and runs every solver over its tolerances on them, beside the "
+                "loop: medians of repeated solves.");
+            ImGui::SameLine();
+            ImGui::Checkbox("all rows", &state_.sweep.allRows);
+            noteItem(items_, "all rows");
+            tooltip(
+                "Of all pairs within the margin; else those that the tick's adaptive margin came to need, which are "
+                "few.");
+            ImGui::SameLine();
+            ImGui::Checkbox("warm", &state_.sweep.warm);
+            noteItem(items_, "warm");
+            tooltip(
+                "Solvers start from their answer to the tick before, as in the loop; else cold. Paper mode's are "
+                "cold always.");
+        }
+        if (!view_.refusal.empty())
+            ImGui::TextColored({1, 0.78f, 0.35f, 1}, "%s", view_.refusal.c_str());
+        else if (view_.sweep)
+            ImGui::TextDisabled("Swept: tick %llu, %d rows", static_cast<unsigned long long>(view_.sweep->tick),
+                                view_.sweep->rows);
+        else
+            ImGui::TextDisabled("Points are the ticks shown; a sweep adds a curve for each solver.");
+    }
+
+    /// What the mouse did over the plots.
+    void follow() {
+        const double kept = static_cast<double>(history_->size()) / rate();
+        if (mouse_.dragging && mouse_.drag != 0 && !state_.held) hold(true);
+        if (mouse_.zoom != 1) {
+            const double longest = static_cast<double>(TickHistory::kCapacity) / rate();
+            const double seconds =
+                std::clamp(state_.seconds * static_cast<double>(mouse_.zoom), kShortest, std::max(longest, kShortest));
+            // The time under the mouse stays there, unless ticks come in: then the newest stay at the edge.
+            if (state_.held)
+                state_.behind += (1 - static_cast<double>(mouse_.cursor.value_or(1))) * (state_.seconds - seconds);
+            state_.seconds = seconds;
+        }
+        if (state_.held) state_.behind += static_cast<double>(mouse_.drag) * state_.seconds;
+        state_.behind = std::clamp(state_.behind, 0.0, std::max(kept - state_.seconds, 0.0));
+    }
+
+    const PlotsView& view_;
+    PlotsPanelState& state_;
+    PlotsRequests& requests_;
+    ItemRects* items_;
+    const TickHistory* history_;
+    engine::Stretch stretch_;
+    engine::PlotMouse mouse_;
+};
+
+}  // namespace
+
+engine::Stretch shownStretch(const TickHistory& history, const PlotsPanelState& state, double rate) {
+    const auto ticks = [&](double seconds) {
+        return static_cast<std::size_t>(std::clamp(seconds * rate, 0.0, double(TickHistory::kCapacity)));
     };
-    const auto of = [&](Channel channel) { return history.view(channel); };
-    plot("Time of a tick", "µs",
-         {{"total", of(Channel::TotalUs), kBlue},
-          {"collision", of(Channel::CollisionUs), kGreen},
-          {"solve", of(Channel::SolveUs), kOrange},
-          {"shadow", of(Channel::ShadowUs), kViolet}},
-         true, static_cast<float>(1e6 / settings.rate));
-    plot("Near pairs", "", {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
-    plot("Force", "N", {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
-    plot("Torque about C", "mN·m", {{"tick", of(Channel::Torque), kBlue}});
-    plot("Shadow's force error", "N", {{"error", of(Channel::ShadowForceError), kViolet}});
-    plot("Depth", "mm",
-         {{"device behind tool", of(Channel::Separation), kBlue},
-          {"hover", of(Channel::Hover), kGreen},
-          {"penetration", of(Channel::Penetration), kRed}},
-         true);
-    ImGui::PopStyleVar();
+    return {.window = std::max<std::size_t>(ticks(state.seconds), 1),
+            .skip = std::min(ticks(state.behind), history.size())};
+}
+
+void drawPlotsPanel(const PlotsView& view, PlotsPanelState& state, PlotsRequests& requests, ItemRects* items) {
+    Panel(view, state, requests, items).draw();
 }
 
 }  // namespace touchstone::system

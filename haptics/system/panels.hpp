@@ -39,29 +39,8 @@ void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, Sc
 /// Pause, reset, and the settings one tunes. Returns true when `settings` changed; they then pass checkSettings().
 bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* items);
 
-struct PlotsPanelState {
-    double seconds = 4;  ///< across the width
-};
-
-/// The tick over time: stage times against the budget of `settings.rate`, rows, force, torque, shadow error, depth.
-void drawPlotsPanel(const TickHistory& history, const Settings& settings, PlotsPanelState& state, ItemRects* items);
-
-/// What a frame took of the window's thread.
-struct FrameCost {
-    double cpuMs = 0;  ///< from the end of its wait for the frame before to the swap
-    int drawCalls = 0;
-};
-
-struct StatusView {
-    const LoopSnapshot* snapshot = nullptr;  ///< null before the first scene runs
-    const RealTimeStatus* realTime = nullptr;
-    const std::string& device;
-    const std::vector<Message>& messages;
-    FrameCost frame = {};  ///< smoothed
-};
-
-/// Health of the loop and the messages, newest last.
-void drawStatusPanel(const StatusView& view);
+/// The messages, newest last.
+void drawStatusPanel(const std::vector<Message>& messages);
 
 struct MenuView {
     const std::vector<std::filesystem::path>& scenes;  ///< those found

@@ -151,6 +151,7 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     } else {
         device = startDevice(*next.scene, choice);
     }
+    facts_ = {device->limits(), device->dynamics()};
     if (loop_) {
         loop_->open(next.scene->world, settings, std::move(device));
         ++loopSession_;
@@ -223,7 +224,7 @@ void LiveSession::tellTrips(const LoopSnapshot& snapshot) {
         const std::uint64_t events = snapshot.trips[i].events;
         if (events > 0 && toldTrips_[i] == 0)
             say(Message::Kind::Warning,
-                std::string("Safety: ") + name(static_cast<Trip>(i)) + "; the status panel counts how often");
+                std::string("Safety: ") + name(static_cast<Trip>(i)) + "; the bar at the bottom counts how often");
         toldTrips_[i] = events;
     }
 }

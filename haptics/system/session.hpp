@@ -13,6 +13,7 @@
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/system/scene_world.hpp"
+#include "haptics/system/status_bar.hpp"
 #include "haptics/system/tick_history.hpp"
 
 namespace touchstone::system {
@@ -101,6 +102,7 @@ class LiveSession {
 
     /// NAME or NAME:FILE of the device that runs.
     const std::string& device() const { return device_; }
+    const DeviceFacts& deviceFacts() const { return facts_; }
     /// Another device in place of the present one. The mouse takes the tool over where it is.
     void chooseDevice(const std::string& choice);
     /// Where the mouse's hand is to go; null while another device holds the tool.
@@ -131,6 +133,7 @@ class LiveSession {
 
     Settings settings_;
     std::string device_;
+    DeviceFacts facts_;
     std::shared_ptr<MouseTarget> mouse_;
     TickHistory history_;
     std::array<std::uint64_t, kTripCount> toldTrips_{};

@@ -26,12 +26,12 @@ TEST_CASE("plots: a ring is read from its oldest sample", "[plots]") {
 
 TEST_CASE("plots: columns hold the range of their samples", "[plots]") {
     const std::vector<float> data{1, 5, 2, 2, -3, 0};
-    REQUIRE(minMaxColumns(whole(data), 6, 3) == std::vector<ColumnRange>{{1, 5}, {2, 2}, {-3, 0}});
+    REQUIRE(minMaxColumns(whole(data), {6}, 3) == std::vector<ColumnRange>{{1, 5}, {2, 2}, {-3, 0}});
 }
 
 TEST_CASE("plots: a short series stands at the right, the rest is empty", "[plots]") {
     const std::vector<float> data{7, 8};
-    const auto columns = minMaxColumns(whole(data), 8, 4);
+    const auto columns = minMaxColumns(whole(data), {8}, 4);
     REQUIRE(columns[0].empty());
     REQUIRE(columns[1].empty());
     REQUIRE(columns[2].empty());
@@ -40,22 +40,44 @@ TEST_CASE("plots: a short series stands at the right, the rest is empty", "[plot
 
 TEST_CASE("plots: only the newest samples of a long series are shown", "[plots]") {
     const std::vector<float> data{100, 1, 2, 3, 4};
-    REQUIRE(minMaxColumns(whole(data), 4, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
+    REQUIRE(minMaxColumns(whole(data), {4}, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
+}
+
+TEST_CASE("plots: a stretch may end before the newest sample", "[plots]") {
+    const std::vector<float> data{1, 2, 3, 4, 5};
+    REQUIRE(minMaxColumns(whole(data), {2, 1}, 2) == std::vector<ColumnRange>{{3, 3}, {4, 4}});
+    const auto columns = minMaxColumns(whole(data), {4, 3}, 4);  // two samples are left
+    REQUIRE(columns[1].empty());
+    REQUIRE(columns[3] == ColumnRange{2, 2});
+    const RingView turned{data.data(), 5, 2, 5};  // 3 4 5 1 2
+    const auto pieces = samplesIn(turned, {3, 1});
+    REQUIRE(std::vector<float>(pieces[0].begin(), pieces[0].end()) == std::vector<float>{4, 5});
+    REQUIRE(std::vector<float>(pieces[1].begin(), pieces[1].end()) == std::vector<float>{1});
+    REQUIRE(samplesIn(turned, {3, 5})[0].empty());
+    REQUIRE(samplesIn(turned, {3, 9})[0].empty());
+}
+
+TEST_CASE("plots: a histogram counts every sample once, by decades", "[plots]") {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<float> data{0.001f, 0, 2, 3, 20, 30, 40, 999, 1e9f, nan};
+    const auto counts = logHistogram(whole(data), {10, 0}, 1, 1000, 3);
+    REQUIRE(counts == std::vector<std::size_t>{4, 3, 2});
+    REQUIRE(logHistogram(whole(data), {2, 0}, 1, 1000, 3) == std::vector<std::size_t>{0, 0, 1});
 }
 
 TEST_CASE("plots: with fewer samples than columns each repeats", "[plots]") {
     const std::vector<float> data{1, 2};
-    REQUIRE(minMaxColumns(whole(data), 2, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
+    REQUIRE(minMaxColumns(whole(data), {2}, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
 }
 
 TEST_CASE("plots: NaN and infinity leave no mark, and nothing gives empty columns", "[plots]") {
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     const std::vector<float> data{nan, 2, infinity, nan};
-    const auto columns = minMaxColumns(whole(data), 4, 2);
+    const auto columns = minMaxColumns(whole(data), {4}, 2);
     REQUIRE(columns[0] == ColumnRange{2, 2});
     REQUIRE(columns[1].empty());
-    REQUIRE(minMaxColumns(RingView{}, 0, 3) == std::vector<ColumnRange>(3));
-    REQUIRE(minMaxColumns(whole(data), 4, 0).empty());
+    REQUIRE(minMaxColumns(RingView{}, {0}, 3) == std::vector<ColumnRange>(3));
+    REQUIRE(minMaxColumns(whole(data), {4}, 0).empty());
 }
 
 TEST_CASE("plots: a spike of one sample is seen wherever it is, and the newest sample in the last column", "[plots]") {
@@ -73,7 +95,7 @@ TEST_CASE("plots: a spike of one sample is seen wherever it is, and the newest s
         data[(view.next + capacity - view.count + spike) % capacity] = 9;
         data[(view.next + capacity - 1) % capacity] += 1;  // the newest
 
-        const auto columns = minMaxColumns(view, window, columnCount);
+        const auto columns = minMaxColumns(view, {window}, columnCount);
         INFO("capacity " << capacity << " window " << window << " columns " << columnCount << " spike " << spike);
         float largest = 0;
         for (const ColumnRange& c : columns)

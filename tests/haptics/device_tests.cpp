@@ -21,6 +21,22 @@ TEST_CASE("device table: the four devices are found by name, others are not", "[
     CHECK(findDevice("") == nullptr);
 }
 
+TEST_CASE("devices: those that yield to the wrench say what damps them", "[devices]") {
+    DeviceContext context;
+    context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {4, {}}});
+    context.file = "0.1,500,2.5,3";
+    const auto hand = findDevice("hand")->make(context)->dynamics();
+    REQUIRE(hand);
+    CHECK(hand->damping == 2.5);
+    CHECK(hand->delay == 3);
+    context.mouse = std::make_shared<MouseTarget>();
+    CHECK(findDevice("mouse")->make(context)->dynamics()->damping == HandParameters{}.damping);
+    context.file.clear();
+    CHECK_FALSE(findDevice("demo")->make(context)->dynamics());  // nothing moves it
+    CHECK(leastDamping(1, 1000, 0) == Approx(0.5));              // 1 N/mm at 1 kHz: 0.5 N·s/m
+    CHECK(leastDamping(1, 10'000, 1) == Approx(0.15));
+}
+
 TEST_CASE("devices: without what they need they say so", "[devices]") {
     CHECK_THROWS_WITH(findDevice("demo")->make({}), Contains("no demonstration"));
     CHECK_THROWS_WITH(findDevice("mouse")->make({}), Contains("needs the window"));

@@ -60,6 +60,33 @@ bool waitFor(HapticLoop& loop, const std::function<bool(const LoopSnapshot&)>& w
 
 }  // namespace
 
+TEST_CASE("haptic loop: a tick knows how many deadlines were missed before it", "[loop][thread]") {
+    /// Every tenth reading takes several ticks.
+    class SlowDevice final : public Device {
+      public:
+        DeviceReading read(double, double) noexcept override {
+            if (++reads_ % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            return {.X_WT = {{0, 0, 20}, Quat::Identity()}};
+        }
+        void write(const Wrench&) noexcept override {}
+
+      private:
+        int reads_ = 0;
+    };
+    HapticLoop loop(groundWorld(), {}, std::make_unique<SlowDevice>(), kOptions);
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 100; }));
+    TickRecord record, before;
+    REQUIRE(loop.pop(before));
+    CHECK(before.overruns == 0);
+    for (int i = 1; i < 100 && loop.pop(record); ++i, before = record) {
+        CHECK(record.periodUs > 0);
+        CHECK(record.overruns >= before.overruns);
+        if (i % 10 != 0) continue;  // the tick after a slow one
+        CHECK(record.overruns > before.overruns);
+        CHECK(record.periodUs > 4999);
+    }
+}
+
 TEST_CASE("haptic loop: ticks, delivers every tick in order, and leaves zero force behind", "[loop][thread]") {
     Watch watch;
     {

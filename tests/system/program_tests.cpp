@@ -62,6 +62,21 @@ TEST_CASE("program: a headless run writes a whole report, and the same hash agai
     CHECK(again.at("shadow") == "none");
 }
 
+TEST_CASE("program: a sweep of the last tick is a table of every solver", "[system]") {
+    const Program touchstone;
+    const std::string run = "run " + pressFile(touchstone) + " --sweep " + touchstone.file("sweep.csv");
+    const Answer answer = touchstone(run + " --headless --seconds 0.4 --set adaptive_margin=off");
+    INFO(answer.err);
+    REQUIRE((answer.code == 0 || answer.code == 3));
+    const std::string table = textOf(touchstone.file("sweep.csv"));
+    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N") &&
+                          Contains("dual-active-set") && Contains("active-set") && Contains("pqp,0.01,"));
+
+    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // one tick has none before it
+    CHECK(touchstone(run).code == 2);
+    CHECK(touchstone("run --plots everything").code == 2);
+}
+
 TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone("run " + pressFile(touchstone, {{"min_peak_force_N", 100}}) + " --headless");

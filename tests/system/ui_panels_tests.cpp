@@ -3,7 +3,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "haptics/system/panel_plots.hpp"
 #include "haptics/system/panels.hpp"
+#include "haptics/system/status_bar.hpp"
 #include "haptics/system/tree_words.hpp"
 #include "tests/system/ui_scene.hpp"
 
@@ -133,6 +135,163 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
     CHECK(requests.refusal.find("stiffness") != std::string::npos);
 }
 
+TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do itself", "[panels]") {
+    Bench bench;
+    TickHistory history;
+    const auto tick = [&] {
+        TickRecord record;
+        record.tick = history.pushed();
+        record.totalUs = 10;
+        record.shadowUs = 5;
+        record.shadowForceError = 1e-3;
+        history.push(record);
+    };
+    for (int i = 0; i < 5000; ++i) tick();
+    const Settings settings;
+    Sweep sweep;
+    sweep.points = {{.solver = kExactSolver, .us = 1, .onFront = true},
+                    {.solver = findSolver("pqp"), .tolerance = 0.1, .us = 2, .forceError = 0.1},
+                    {.solver = findSolver("pqp"), .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
+    const Sweep* swept = nullptr;
+    std::optional<double> progress;
+    PlotsPanelState state;
+    PlotsRequests asked;
+    const auto draw = [&] { drawPlotsPanel({history, settings, swept, progress, ""}, state, asked, &bench.items); };
+
+    bench.click("1 s", draw);
+    CHECK(state.seconds == 1);
+    // The wheel over a plot zooms; while ticks come in, the newest stays at the edge.
+    const auto over = [&](const std::string& item) {
+        const glm::vec4 r = bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        bench.frame(draw);
+    };
+    over("plot Its stages");
+    ImGui::GetIO().MouseWheel = 1;
+    bench.frame(draw);
+    ImGui::GetIO().MouseWheel = 0;
+    bench.frame(draw);
+    CHECK(state.seconds < 1);
+    CHECK(state.behind == 0);
+
+    bench.click("hold plots", draw);
+    REQUIRE(state.held);
+    tick();
+    CHECK(state.held->pushed() == 5000);  // the ticks that come in do not move what is looked at
+    // Dragged to the right, the plot shows what came before.
+    over("plot Its stages");
+    ImGui::GetIO().MouseDown[0] = true;
+    bench.frame(draw);
+    ImGui::GetIO().MousePos.x += 40;
+    bench.frame(draw);
+    ImGui::GetIO().MouseDown[0] = false;
+    bench.frame(draw);
+    CHECK(state.behind > 0);
+    CHECK(shownStretch(*state.held, state, settings.rate).skip > 0);
+    bench.click("hold plots", draw);
+    CHECK_FALSE(state.held);
+    CHECK(state.behind == 0);
+    CHECK(shownStretch(history, state, settings.rate).skip == 0);
+
+    bench.click("export", draw);
+    bench.click("Ticks, CSV", draw);
+    CHECK(asked.ticksCsv == "plots.csv");
+    bench.click("export", draw);
+    bench.click("Sweep, CSV", draw);
+    CHECK(asked.sweepCsv.empty());  // there is none yet
+
+    ImGui::GetIO().MousePos = {-100, -100};
+    bench.click("hold plots", draw);  // closes the popup
+    bench.click("tab Contact", draw);
+    bench.frame(draw);
+    CHECK(bench.items.count("plot Residual") == 1);
+    bench.click("tab Speed against error", draw);
+    bench.click("sweep", draw);
+    CHECK(asked.sweep);
+    bench.click("all rows", draw, 0.05f);
+    CHECK(state.sweep.allRows);
+    const int without = ImGui::GetDrawData()->TotalVtxCount;
+    swept = &sweep;
+    bench.frame(draw);
+    CHECK(ImGui::GetDrawData()->TotalVtxCount > without);  // curves, front and marker
+    progress = 0.5;
+    bench.click("cancel sweep", draw, 0.5f);
+    CHECK(asked.cancelSweep);
+}
+
+TEST_CASE("status bar: says how the loop is, and marks what is not as it should be", "[panels]") {
+    LoopSnapshot snapshot;
+    snapshot.rate = 1000;
+    snapshot.ticks = 1000;
+    snapshot.fade = 1;
+    const RealTimeStatus realTime{.scheduled = true, .message = {}};
+    const std::string device = "mouse";
+    DeviceFacts facts;
+    const auto item = [&](const std::string& name) {
+        for (const HealthItem& found : healthItems({&snapshot, &realTime, device, facts}))
+            if (found.name == name) return found;
+        FAIL("there is no " << name);
+        return HealthItem{};
+    };
+    CHECK(healthItems({nullptr, &realTime, device, facts}).empty());
+    for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
+        CAPTURE(all.name);
+        CHECK_FALSE(all.attention);
+        CHECK(all.help.size() > 20);
+    }
+    CHECK(item("Device").value == "mouse");
+
+    snapshot.rate = 900;
+    CHECK(item("Rate").attention);
+    snapshot.overruns = 10;
+    CHECK_FALSE(item("Late").attention);
+    snapshot.overruns = 11;
+    CHECK(item("Late").attention);
+    snapshot.dropped = 1;
+    CHECK(item("Dropped").attention);
+
+    snapshot.trips[int(Trip::StaleReading)] = {2, 9};
+    CHECK(item("Safety").value == "ok, 2 trips");
+    CHECK_FALSE(item("Safety").attention);
+    snapshot.tripping[int(Trip::StaleReading)] = true;
+    CHECK(item("Safety").value == name(Trip::StaleReading));
+    CHECK(item("Safety").attention);
+
+    snapshot.record.wrench_o.force = Vec3(11, 0, 0);
+    CHECK(item("Load").value == "50 %");
+    snapshot.record.wrench_o.torque = Vec3(0, -153, 0);
+    CHECK(item("Load").value == "90 %");
+    snapshot.tripping[int(Trip::ForceClamped)] = true;
+    CHECK(item("Load").value == "saturated");
+    CHECK(item("Load").attention);
+
+    // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
+    CHECK(item("Passive").value == "from 1.5 N·s/m");
+    facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
+    CHECK(item("Passive").value == "+0.4 N·s/m");
+    CHECK_FALSE(item("Passive").attention);
+    snapshot.settings.stiffness = 2;
+    CHECK(item("Passive").value == "-0.1 N·s/m");
+    CHECK(item("Passive").attention);
+    snapshot.settings.rate = 10'000;
+    CHECK_FALSE(item("Passive").attention);
+
+    // Each is explained on hover.
+    Bench bench;
+    const auto draw = [&] { drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
+    bench.frame(draw);
+    const int without = ImGui::GetDrawData()->TotalVtxCount;
+    for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
+        CAPTURE(all.name);
+        REQUIRE(bench.items.count(std::string("health ") + all.name) == 1);
+        const glm::vec4 r = bench.items.at(std::string("health ") + all.name);
+        if (r.z > 390) continue;  // beyond this narrow window
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        CHECK(ImGui::GetDrawData()->TotalVtxCount > without);
+    }
+}
+
 TEST_CASE("scene panel: hides nodes, chooses levels and asks for roles", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene());
@@ -218,6 +377,7 @@ TEST_CASE("tree words: certificate, options and time left read as sentences do",
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
     Bench bench;
     PlotsPanelState plots;
+    PlotsRequests asked;
     TickHistory history(64);
     LoopSnapshot snapshot;
     const RealTimeStatus realTime{.message = "no priority"};
@@ -226,8 +386,9 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     PanelRequests requests;
     const auto draw = [&](const LoopSnapshot* shown) {
         bench.frame([&] {
-            drawPlotsPanel(history, {}, plots, &bench.items);
-            drawStatusPanel({shown, &realTime, device, messages});
+            drawPlotsPanel({history, {}, nullptr, {}, ""}, plots, asked, &bench.items);
+            drawStatusPanel(messages);
+            drawStatusBar({shown, &realTime, device, {}}, &bench.items);
             drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
         });
     };

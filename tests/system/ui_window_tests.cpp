@@ -1,6 +1,8 @@
 // The real window under a (virtual) display, used like a user does: through GLFW's cursor and its callbacks.
 #include <catch2/catch.hpp>
+#include <cstdio>
 #include <cstdlib>
+#include <set>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -162,6 +164,159 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
     CHECK(runWindow(options) == 0);
     CAPTURE(int(phase));
     CHECK(phase == Done);
+}
+
+TEST_CASE("window: dragging the tolerance while PQP renders changes its error", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.session.adjust = [](Settings settings) {
+        settings.solver = findSolver("pqp");
+        settings.shadow = kExactSolver;  // measures the solver that renders
+        settings.tolerance = 0.5;
+        settings.adaptiveMargin = false;
+        return settings;
+    };
+    enum { Wait, Move, Press, Drag, Release, Settle, Done } phase = Wait;
+    UserMouse hand;
+    int frames = 0;
+    double before = 0, after = 0, tolerance = 0;
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        const auto slider = frame.items.find("tolerance");
+        ++frames;
+        switch (phase) {
+            case Wait:
+                if (!session.running() || !session.snapshot()->finished || session.snapshot()->fade < 1 ||
+                    slider == frame.items.end())
+                    break;
+                before = session.record()->shadowForceError;
+                hand.at = {slider->second.x + 0.95f * (slider->second.z - slider->second.x), middle(slider->second).y};
+                phase = Move, frames = 0;
+                break;
+            case Move:
+                if (frames >= 3) hand.down = true, phase = Press, frames = 0;
+                break;
+            case Press:
+                if (frames >= 3) phase = Drag, frames = 0;
+                break;
+            case Drag:  // to the left: a finer answer
+                hand.at.x -= 0.8f * (slider->second.z - slider->second.x) / 8;
+                if (frames >= 8) phase = Release, frames = 0;
+                break;
+            case Release:
+                hand.down = false;
+                tolerance = session.settings().tolerance;
+                if (frames >= 3) phase = Settle, frames = 0;
+                break;
+            case Settle:  // it starts warm, so its answer gets better from tick to tick
+                after = session.record()->shadowForceError;
+                if (session.snapshot()->settings.tolerance == tolerance && after < 0.1 * before) phase = Done;
+                break;
+            case Done:
+                frame.window.close();
+                break;
+        }
+        hand.act(frame.window);
+    };
+    CHECK(runWindow(options) == 0);
+    CAPTURE(int(phase), before, after, tolerance);
+    CHECK(phase == Done);
+    CHECK(tolerance < 1e-3);
+    CHECK(before > 1e-3);
+}
+
+TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots become a picture", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    const std::filesystem::path picture = folder.path() / "plots.png";
+
+    enum { Wait, Tab, Sweep, Swept, Drag, Export, Picture, Done } phase = Wait;
+    UserMouse hand;
+    int frames = 0;
+    std::size_t points = 0;
+    std::optional<SweepPoint> before, after;
+    /// Moves, presses and releases in a few frames; true at the end.
+    const auto click = [&](const WindowFrame& frame, const char* item) {
+        const auto found = frame.items.find(item);
+        if (found == frame.items.end()) return false;
+        hand.at = middle(found->second);
+        hand.down = frames >= 3 && frames < 6;
+        return frames >= 9;
+    };
+    const auto next = [&](auto to) {
+        phase = to;
+        frames = 0;
+    };
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        const SweepRun& sweeps = frame.measure.sweeps();
+        ++frames;
+        switch (phase) {
+            case Wait:
+                if (session.running() && session.snapshot()->finished) next(Tab);
+                break;
+            case Tab:
+                if (click(frame, "tab Speed against error")) next(Sweep);
+                break;
+            case Sweep:
+                if (click(frame, "sweep")) next(Swept);
+                break;
+            case Swept:
+                if (!sweeps.result()) break;
+                points = sweeps.result()->points.size();
+                before = pointAt(*sweeps.result(), findSolver("pqp"), session.settings().tolerance);
+                next(Drag);
+                break;
+            case Drag: {
+                const auto slider = frame.items.find("tolerance");
+                if (slider == frame.items.end()) break;
+                hand.at = {slider->second.z - 4 - static_cast<float>(frames), middle(slider->second).y};
+                hand.down = frames >= 3 && frames < 20;
+                if (frames < 23) break;
+                after = pointAt(*sweeps.result(), findSolver("pqp"), session.settings().tolerance);
+                std::snprintf(frame.measure.panel.exportName.data(), frame.measure.panel.exportName.size(), "%s",
+                              (folder.path() / "plots").c_str());
+                next(Export);
+                break;
+            }
+            case Export:
+                if (frames < 10) {
+                    click(frame, "export");
+                } else if (frame.items.count("Plots, PNG")) {
+                    frames = std::max(frames, 20);
+                    hand.at = middle(frame.items.at("Plots, PNG"));
+                    hand.down = frames >= 23 && frames < 26;
+                }
+                if (std::filesystem::exists(picture)) next(Picture);
+                break;
+            case Picture:
+                hand.down = false;
+                if (frames >= 3) next(Done);
+                break;
+            case Done:
+                frame.window.close();
+                break;
+        }
+        hand.act(frame.window);
+    };
+    CHECK(runWindow(options) == 0);
+    CAPTURE(int(phase));
+    REQUIRE(phase == Done);
+    CHECK(points > solverTable().size());
+    REQUIRE((before && after));
+    CHECK(after->tolerance > before->tolerance);
+    CHECK(after->forceError != before->forceError);
+    // The plots alone, not the window, and something is drawn there.
+    const engine::Image png = engine::readPng(picture);
+    CHECK(png.width > 200);
+    CHECK(png.width < 640);
+    CHECK(png.height > 400);
+    std::set<std::uint32_t> colors;
+    for (std::size_t i = 0; i + 3 < png.rgba.size(); i += 4)
+        colors.insert(std::uint32_t(png.rgba[i]) << 16 | std::uint32_t(png.rgba[i + 1]) << 8 | png.rgba[i + 2]);
+    CHECK(colors.size() > 50);
 }
 
 TEST_CASE("window: a scene that cannot be opened is told, and ends a run that has an end", "[ui]") {

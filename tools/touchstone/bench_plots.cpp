@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "haptics/system/pareto.hpp"
 #include "tools/touchstone/bench.hpp"
 
 namespace touchstone::app {
@@ -27,7 +28,8 @@ set grid linecolor rgb grey linewidth 0.3
 )";
 constexpr const char* kColours[] = {"#2f81f7", "#e07020", "#1f9d55", "#c03060", "#8a5cd0",
                                     "#b08800", "#20a0a0", "#606870", "#d05090"};
-constexpr double kLeastError = 1e-9, kLeastTime = 0.01;  // N, µs: what is less is drawn here
+using system::kLeastError;
+constexpr double kLeastTime = 0.01;  // µs: what is less is drawn here
 
 std::string colour(std::size_t i) { return kColours[i % std::size(kColours)]; }
 std::string text(double value) {
@@ -54,7 +56,7 @@ void draw(const fs::path& folder, const std::string& name, const std::string& bo
     }
 }
 
-using Points = std::vector<std::pair<double, double>>;
+using Points = std::vector<system::TimeAndError>;
 
 /// Data blocks and the plot command of lines through points.
 class Lines {
@@ -118,12 +120,9 @@ std::string choiceOf(const ordered_json& row) {
            (str(row, "mode") == "paper" ? " paper" : "");
 }
 
-/// What is not dominated: nothing else is both faster and less wrong.
-Points front(Points points) {
-    std::sort(points.begin(), points.end());
+Points front(const Points& points) {
     Points best;
-    for (const auto& point : points)
-        if (best.empty() || point.second < best.back().second) best.push_back(point);
+    for (const std::size_t i : system::paretoFront(points)) best.push_back(points[i]);
     return best;
 }
 

@@ -74,7 +74,7 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
             result.iterations += solved.iterations / static_cast<double>(problems.size());
             result.unsolved += solved.status != SolveStatus::Solved;
             exact->reset();
-            errors[i] = problem.stiffness[0] * (solved.x - exact->solve(problem, {}).x).head<3>().norm();
+            errors[i] = wrenchError(problem, solved.x, exact->solve(problem, {}).x).force_N;
         }
     }
     result.medianUs = *system::percentile(times, 50);

@@ -27,8 +27,9 @@ struct RunOptions {
     std::string device;  ///< empty: the demonstration; in a window without one, the mouse
     std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings
     std::vector<std::string> set;                                      ///< KEY=VALUE
-    std::filesystem::path report, ticks, screenshot, dumpQp;           ///< empty: none
+    std::filesystem::path report, ticks, screenshot, dumpQp, sweep;    ///< empty: none
     std::string show, view;                                            ///< of the picture: applyShowList(), checkView()
+    std::string plots;  ///< what a window shows first: time, contact or trade
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.

@@ -46,6 +46,12 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
     run->add_option("--report", options.report, "write what was measured to a JSON file");
     run->add_option("--ticks", options.ticks, "write every tick to a CSV file");
     run->add_option("--dump-qp", options.dumpQp, "headless: write every problem that was solved, for `touchstone qp`");
+    run->add_option(
+        "--sweep", options.sweep,
+        "every solver over its tolerances on the rows of one tick, to a CSV file: headless the last tick, in "
+        "a window, which shows it, the one at three fifths of --seconds");
+    run->add_option("--plots", options.plots, "what the window's plots show first: time, contact or trade")
+        ->check(CLI::IsMember({"time", "contact", "trade"}));
     run->add_option("--screenshot", options.screenshot, "write a picture of the last tick to a PNG file");
     run->add_option("--show", options.show,
                     "what to draw besides, with commas between: " + namesOf(system::displaySwitches()) +

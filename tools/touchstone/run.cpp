@@ -7,7 +7,9 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/device/mouse.hpp"
+#include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/app_window.hpp"
+#include "haptics/system/contact_sweep.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
 #include "haptics/system/scene_view.hpp"
@@ -58,7 +60,7 @@ system::HapticScene openForRun(const std::filesystem::path& file, const RunOptio
     system::HapticScene scene = lookInto(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"},
-                                     std::pair{options.dumpQp, "problems"}})
+                                     std::pair{options.dumpQp, "problems"}, std::pair{options.sweep, "sweep"}})
         if (!path.empty()) requireWritable(path, what);
 
     scene =
@@ -78,11 +80,12 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     system::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
     const bool traced = picture.display.trace && !options.screenshot.empty();
-    if (table || traced)
-        headless.onTick = [&](const TickRecord& record, double penetration) {
-            if (table) table->add(record, penetration, settings.rate);
-            if (traced) ticks.push_back(record);
-        };
+    system::TickHistory last(2);
+    headless.onTick = [&](const TickRecord& record, double penetration) {
+        last.push(record);
+        if (table) table->add(record, penetration, settings.rate);
+        if (traced) ticks.push_back(record);
+    };
     std::ofstream problems;
     if (!options.dumpQp.empty()) {
         problems.open(options.dumpQp, std::ios::binary);
@@ -98,9 +101,25 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
     picture.before = ticks;
+    if (!options.sweep.empty()) {
+        std::optional<system::FrozenContact> contact;
+        if (last.newest()) contact = system::freezeContact(*scene.world, settings, *last.before(), *last.newest(), {});
+        if (!contact)
+            throw std::runtime_error(
+                "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
+                "--seconds");
+        writeSweep(*system::sweepContact(*contact), options.sweep);
+    }
     if (!options.screenshot.empty())
         engine::writePng(options.screenshot, system::renderScene(scene, run.last, settings, picture));
     return run.report.met() ? kOk : kOutcomeUnmet;
+}
+
+std::optional<system::PlotsTab> tabOf(const std::string& name) {
+    if (name.empty()) return std::nullopt;
+    return name == "time"      ? system::PlotsTab::Time
+           : name == "contact" ? system::PlotsTab::Contact
+                               : system::PlotsTab::Trade;
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
@@ -118,20 +137,37 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.screenshot = options.screenshot;
     window.display = chosenDisplay(options);
     window.view = options.view;
-    if (table || !options.report.empty()) {
-        window.onFrame = [&](system::WindowFrame& frame) {
-            session = &frame.session;
-            if (frame.number > 0) live.addFrame(frame.cost);
-        };
-        window.session.onTick = [&](const TickRecord& record) {
-            if (session) live.add(record, *session);
-        };
-        window.onEnd = [&](system::LiveSession& ended) {
-            if (!options.report.empty()) writeReport(live.finish(ended), options.report);
-        };
-    }
+    const bool reported = table || !options.report.empty();
+    WindowLoad load;
+    std::optional<std::uint64_t> began;  // ns
+    bool swept = options.sweep.empty(), written = false;
+    window.onFrame = [&](system::WindowFrame& frame) {
+        session = &frame.session;
+        if (frame.number > 0) {
+            load.frame(frame.session, frame.cost);
+            live.addFrame(frame.cost);
+        }
+        if (frame.number == 0) frame.measure.panel.bring = tabOf(options.plots);
+        if (!began && session->running()) began = steadyNanoseconds();
+        if (!swept && began && 1e-9 * static_cast<double>(steadyNanoseconds() - *began) > 0.6 * *options.seconds) {
+            swept = true;
+            frame.measure.sweep(*session);
+        }
+        if (const system::Sweep* sweep = frame.measure.sweeps().result(); sweep && !written && !options.sweep.empty()) {
+            written = true;
+            system::writeSweep(*sweep, options.sweep);
+        }
+    };
+    window.session.onTick = [&](const TickRecord& record) {
+        if (options.seconds) load.add(record);
+        if (session && reported) live.add(record, *session);
+    };
+    window.onEnd = [&](system::LiveSession& ended) {
+        if (!options.report.empty()) writeReport(live.finish(ended), options.report);
+    };
     const int code = system::runWindow(window);
     if (table) table->close();
+    if (options.seconds) load.print();
     return code;
 }
 
@@ -152,6 +188,8 @@ int run(const RunOptions& options) {
     if (options.headless) return runHeadless(options, file);
     if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
+    if (!options.sweep.empty() && !options.seconds)
+        throw UsageError("--sweep in a window needs --seconds: it takes the tick at three fifths of them");
     if (!hasDisplay())
         throw std::runtime_error(
             "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "

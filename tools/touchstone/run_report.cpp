@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "haptics/loop/rt_thread.hpp"
 #include "tools/touchstone/console.hpp"
 
 namespace touchstone::app {
@@ -88,6 +89,40 @@ system::Report LiveReport::finish(const system::LiveSession& session) const {
         if (judge_) report.checks = judge_->checks(session.device() == "demo" && snapshot->finished);
     }
     return report;
+}
+
+void WindowLoad::add(const TickRecord& record) {
+    if (tickUs_.empty()) overrunsBefore_ = record.overruns;
+    overruns_ = record.overruns;
+    tickUs_.push_back(record.totalUs);
+    stepUs_.push_back(record.totalUs - record.shadowUs);
+    periodUs_.push_back(record.periodUs);
+}
+
+void WindowLoad::frame(const system::LiveSession& session, const system::FrameCost& cost) {
+    const std::uint64_t clock = steadyNanoseconds();
+    if (clock_ != 0) {
+        cpuMs_.push_back(cost.cpuMs);
+        drawCalls_.push_back(cost.drawCalls);
+        frameMs_.push_back(1e-6 * static_cast<double>(clock - clock_));
+    }
+    if (session.running()) {
+        clock_ = clock;
+        dropped_ = session.snapshot()->dropped;
+    }
+}
+
+void WindowLoad::print() const {
+    std::printf("window: %zu frames, %zu ticks\n", cpuMs_.size(), tickUs_.size());
+    printPercentiles("frame", system::percentiles(cpuMs_), "ms of the window's thread");
+    printPercentiles("drawing", system::percentiles(drawCalls_), "calls a frame");
+    printPercentiles("frame", system::percentiles(frameMs_), "ms from frame to frame");
+    printPercentiles("step", system::percentiles(stepUs_), "µs");
+    printPercentiles("with shadow", system::percentiles(tickUs_), "µs");
+    printPercentiles("period", system::percentiles(periodUs_), "µs from tick to tick");
+    std::printf("  %llu ticks ended late, %llu were not recorded\n",
+                static_cast<unsigned long long>(overruns_ - overrunsBefore_),
+                static_cast<unsigned long long>(dropped_));
 }
 
 }  // namespace touchstone::app

@@ -2,10 +2,11 @@
 // The report of a run, on paper and while a window is open.
 #include <filesystem>
 #include <memory>
+#include <vector>
 
-#include "haptics/system/panels.hpp"
 #include "haptics/system/report.hpp"
 #include "haptics/system/session.hpp"
+#include "haptics/system/status_bar.hpp"
 #include "tools/touchstone/tick_table.hpp"
 
 namespace touchstone::app {
@@ -32,6 +33,21 @@ class LiveReport {
     std::unique_ptr<system::OutcomeJudge> judge_;
     std::uint64_t scene_ = 0, last_ = 0;
     std::vector<double> frameMs_, drawCalls_;
+};
+
+/// What a window costs, and what the loop does under it.
+class WindowLoad {
+  public:
+    void add(const TickRecord& record);
+    /// To be called once a frame, on the window's thread.
+    void frame(const system::LiveSession& session, const system::FrameCost& cost);
+    /// Frames and ticks since the scene ran, on the output stream.
+    void print() const;
+
+  private:
+    std::vector<double> stepUs_, tickUs_, periodUs_, cpuMs_, frameMs_, drawCalls_;
+    std::uint64_t clock_ = 0;  // ns, at the last frame; 0 before a scene ran
+    std::uint64_t overruns_ = 0, overrunsBefore_ = 0, dropped_ = 0;
 };
 
 }  // namespace touchstone::app

@@ -1,0 +1,158 @@
+#include "haptics/system/status_bar.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+namespace touchstone::system {
+namespace {
+
+std::string text(const char* format, auto... values) {
+    std::array<char, 320> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), format, values...);
+    return buffer.data();
+}
+
+HealthItem safetyItem(const LoopSnapshot& s) {
+    HealthItem item{.name = "Safety", .value = "ok", .help = "The safety stage lets the tick's wrench through."};
+    std::uint64_t events = 0;
+    std::string past;
+    for (std::size_t i = 0; i < s.trips.size(); ++i) {
+        const Trip trip = static_cast<Trip>(i);
+        if (s.trips[i].events > 0)
+            past += text("\n%s: %llu times, %llu ticks", name(trip), static_cast<unsigned long long>(s.trips[i].events),
+                         static_cast<unsigned long long>(s.trips[i].ticks));
+        events += s.trips[i].events;
+        if (s.tripping[i]) {
+            item.value = name(trip);
+            item.help = "The safety stage holds the wrench back in this tick.";
+            item.attention = true;
+        }
+    }
+    if (!item.attention && events > 0) item.value += text(", %llu trips", static_cast<unsigned long long>(events));
+    item.help += past.empty() ? "" : "\nSince the scene began:" + past;
+    return item;
+}
+
+HealthItem saturationItem(const LoopSnapshot& s, const DeviceLimits& limits) {
+    const Wrench& wanted = s.record.wrench_o;
+    const double force = wanted.force.norm(), torque = wanted.torque.cwiseAbs().maxCoeff();
+    const double share = std::max(force / limits.peakForce, torque / limits.peakTorque);
+    const bool saturated = s.tripping[static_cast<std::size_t>(Trip::ForceClamped)] ||
+                           s.tripping[static_cast<std::size_t>(Trip::TorqueClamped)];
+    return {
+        .name = "Load",
+        .value = saturated ? text("saturated") : text("%.0f %%", 100 * share),
+        .help = text("Wanted of what the device can give: %.2f of %g N, %.0f of %g mN·m on an axis. Beyond that the "
+                     "contact feels softer than it is.",
+                     force, limits.peakForce, torque, limits.peakTorque),
+        .attention = saturated};
+}
+
+HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDynamics>& dynamics) {
+    constexpr double kUsualDelay = 1;  // ticks: what a driver of its own adds
+    const double delay = dynamics ? dynamics->delay : kUsualDelay;
+    const double least = leastDamping(settings.stiffness, settings.rate, delay);
+    const std::string law = text(
+        "A contact of stiffness k that is sampled every T feels passive where the damping of device and hand is at "
+        "least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m, with a delay of d ticks. ",
+        settings.stiffness, 1000 / settings.rate, delay, least);
+    if (!dynamics)
+        return {.name = "Passive",
+                .value = text("from %.2g N·s/m", least),
+                .help = law +
+                        "This device does not say what damping it has, or nothing moves it; one tick of delay is "
+                        "taken."};
+    const double margin = dynamics->damping - least;
+    return {
+        .name = "Passive",
+        .value = text("%+.2g N·s/m", margin),
+        .help = law + text("This device has %.3g N·s/m: the margin is %+.3g. Below zero the tool may buzz: lower the "
+                           "stiffness or raise the rate.",
+                           dynamics->damping, margin),
+        .attention = margin < 0};
+}
+
+HealthItem tickItem(const LoopSnapshot& s) {
+    const TickRecord& r = s.record;
+    std::string value = s.settings.pause ? "paused" : s.fade < 1 ? "fading" : name(r.status);
+    if (r.flags & kNonFinite) value += ", not finite";
+    if (r.flags & kRowsTruncated) value += ", rows truncated";
+    if (r.flags & kListOverflow) value += ", list overflow";
+    if (r.flags & kBadInput) value += ", bad input";
+    return {.name = "Tick",
+            .value = value,
+            .help = text("What the solver says of the newest tick, and what was out of the ordinary. Force %.2f N, "
+                         "torque %.0f mN·m about C.",
+                         r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
+            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput)) != 0};
+}
+
+}  // namespace
+
+std::vector<HealthItem> healthItems(const HealthView& view) {
+    if (!view.snapshot) return {};
+    const LoopSnapshot& s = *view.snapshot;
+    const bool realTime = view.realTime && view.realTime->scheduled;
+    const auto count = [](std::uint64_t n) { return std::to_string(n); };
+    return {
+        {.name = "Rate",
+         .value = text("%.0f Hz", s.rate),
+         .help = text("Ticks per second over the last quarter of a second; %g are asked for.", s.settings.rate),
+         .attention = s.rate > 0 && s.rate < 0.98 * s.settings.rate},
+        {.name = "Late",
+         .value = count(s.overruns),
+         .help = text("Ticks that ended after their deadline, of %llu since the loop began. The next tick then begins "
+                      "at once. More than one in a hundred is marked.",
+                      static_cast<unsigned long long>(s.ticks)),
+         .attention = s.ticks > 0 && double(s.overruns) > 0.01 * double(s.ticks)},
+        {.name = "Dropped",
+         .value = count(s.dropped),
+         .help =
+             "Ticks that the plots have not seen because the window was too slow. The loop itself waits for nobody.",
+         .attention = s.dropped > 0},
+        {.name = "Device",
+         .value = view.device + (s.finished ? " (ended)" : ""),
+         .help = "What holds the tool. Menu Device chooses another."},
+        safetyItem(s),
+        saturationItem(s, view.facts.limits),
+        passivityItem(s.settings, view.facts.dynamics),
+        tickItem(s),
+        {.name = "Priority",
+         .value = realTime ? "real time" : "normal",
+         .help = realTime        ? "The haptic thread runs under SCHED_FIFO."
+                 : view.realTime ? view.realTime->message
+                                 : "",
+         .attention = !realTime},
+        {.name = "Picture",
+         .value = text("%.1f ms", view.frame.cpuMs),
+         .help =
+             text("Processor time of the window's thread a frame, in which it makes %d calls to the graphics driver. "
+                  "The loop has a thread of its own, and another beside it finds pair lists ahead: that one took "
+                  "%.0f µs in the last tick.",
+                  view.frame.drawCalls, s.record.helperUs)},
+    };
+}
+
+void drawStatusBar(const HealthView& view, ItemRects* items) {
+    const std::vector<HealthItem> all = healthItems(view);
+    if (all.empty()) ImGui::TextDisabled("No scene runs.");
+    const float em = ImGui::GetFontSize();
+    for (const HealthItem& item : all) {
+        if (&item != &all.front()) ImGui::SameLine(0, 1.2f * em);
+        ImGui::BeginGroup();
+        ImGui::TextDisabled("%s", item.name);
+        ImGui::SameLine(0, 0.35f * em);
+        if (item.attention)
+            ImGui::TextColored({1.00f, 0.78f, 0.35f, 1}, "%s", item.value.c_str());
+        else
+            ImGui::TextUnformatted(item.value.c_str());
+        ImGui::EndGroup();
+        noteItem(items, std::string("health ") + item.name);
+        tooltip(item.help);
+    }
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,47 @@
+#pragma once
+// Health of the loop at a glance.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/widgets.hpp"
+
+namespace touchstone::system {
+
+/// What a device says of itself.
+struct DeviceFacts {
+    DeviceLimits limits;
+    std::optional<DeviceDynamics> dynamics;  ///< nothing where it is not known, or the wrench moves nothing
+};
+
+/// What a frame took of the window's thread.
+struct FrameCost {
+    double cpuMs = 0;  ///< from the end of its wait for the frame before to the swap
+    int drawCalls = 0;
+};
+
+struct HealthView {
+    const LoopSnapshot* snapshot = nullptr;  ///< null before the first scene runs
+    const RealTimeStatus* realTime = nullptr;
+    const std::string& device;
+    DeviceFacts facts;
+    FrameCost frame = {};  ///< smoothed
+};
+
+/// One statement: what, how it stands, and what that means.
+struct HealthItem {
+    const char* name = "";
+    std::string value;
+    std::string help;
+    bool attention = false;  ///< not as it should be
+};
+
+/// Rate, late ticks, dropped records, device, safety, saturation, passivity, the tick's answer and priority; none
+/// without a snapshot.
+std::vector<HealthItem> healthItems(const HealthView& view);
+
+/// The same in one line of the current ImGui window, each explained on hover.
+void drawStatusBar(const HealthView& view, ItemRects* items);
+
+}  // namespace touchstone::system
