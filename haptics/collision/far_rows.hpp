@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptics/collision/sphere_tree.hpp"
 #include "haptics/math/aligned.hpp"
-#include "haptics/math/rigid.hpp"
 #include "haptics/math/simd.hpp"
 
 namespace touchstone {
@@ -18,10 +18,10 @@ class FarRows {
     int size() const { return size_; }
     void clear() { size_ = 0; }
     bool isFull() const { return size_ > capacity_ - 8; }
-    /// Rows of one tool leaf against lanes of an obstacle bucket. d: centres from obstacle to tool, r: from C to the
-    /// tool leaf's centre. Pre: not full.
-    void append(int toolLeaf, int firstObstacleLeaf, const simd::Float8 d[3], const simd::Float8& distance,
-                const simd::Float8& gap, const float r[3], simd::Mask mask);
+    /// Rows of one tool leaf against the eight obstacle leaves from `first`, those with a gap up to the limit. c:
+    /// centre of the tool leaf, r: from C to it. Pre: not full.
+    void append(int toolLeaf, const float c[3], float radius, const float r[3], const TreeLevel& obstacle, int first,
+                float limit);
 
     int toolLeaf(int i) const { return toolLeaf_[i]; }
     int obstacleLeaf(int i) const { return obstacleLeaf_[i]; }
@@ -48,5 +48,28 @@ class FarRows {
     AlignedVector<float> left_;
     std::vector<std::int32_t> toolLeaf_, obstacleLeaf_;
 };
+
+/// Inline, and without a branch on how many there are: it is most of what a long step costs where surfaces conform.
+inline void FarRows::append(int toolLeaf, const float c[3], float radius, const float r[3], const TreeLevel& obstacle,
+                            int first, float limit) {
+    using namespace simd;
+    Float8 nx = c[0] - load(&obstacle.x[first]), ny = c[1] - load(&obstacle.y[first]),
+           nz = c[2] - load(&obstacle.z[first]);
+    const Float8 distance = simd::sqrt(nx * nx + ny * ny + nz * nz);
+    const Float8 gap = distance - (load(&obstacle.r[first]) + radius);
+    const Mask mask = lessEqual(gap, splat(limit));
+    const Float8 inverse = 1.0f / max(distance, splat(1e-20f));
+    nx *= inverse, ny *= inverse, nz *= inverse;
+    compressStore(&columns_[0][size_], nx, mask);
+    compressStore(&columns_[1][size_], ny, mask);
+    compressStore(&columns_[2][size_], nz, mask);
+    compressStore(&columns_[3][size_], r[1] * nz - r[2] * ny, mask);
+    compressStore(&columns_[4][size_], r[2] * nx - r[0] * nz, mask);
+    compressStore(&columns_[5][size_], r[0] * ny - r[1] * nx, mask);
+    compressStore(&columns_[6][size_], gap, mask);
+    compressStore(&toolLeaf_[size_], splat(std::int32_t(toolLeaf)), mask);
+    compressStore(&obstacleLeaf_[size_], splat(std::int32_t(first)) + lanes(), mask);
+    size_ += std::popcount(mask);
+}
 
 }  // namespace touchstone

@@ -82,18 +82,17 @@ double NeighbourList::crossingMargin(const Course& step) const {
     return length * length / (2 * leastSum_) + bend + 2 * kCrossed;
 }
 
-/// visit(toolLeaf, c_O, bucket, mask) for every entry within `onCourse` on a course that has a leaf within margin at
-/// its start, by float tests that may hit a little too much, until it returns false.
+/// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
+/// too much, until it returns false.
 template <class Visit>
-void NeighbourList::forEachHit(const Course& course, double onCourse, double margin, Visit&& visit) const {
-    const Pose& X_OT = course.X_OT;
+void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
     const Mat3 R = X_OT.R();
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    finder_.forEachWithin(near_, course, onCourse, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(near_, X_OT, margin, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -182,26 +181,22 @@ bool NeighbourList::findFar(const Course& step, double margin) {
     far_.clear();
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
-    const Vec3 C = X_OT * center_;
+    const Mat3 R = X_OT.R();
+    int placed = -1;
+    float c[3] = {}, r[3] = {}, radius = 0;
     bool fits = true;
-    const auto visit = [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    finder_.forEachWithin(near_, few ? step : X_OT, few ? onStep : margin, [&](const LeafBucket& entry) {
+        if (entry.toolLeaf != placed) {
+            placed = entry.toolLeaf;
+            const Sphere s = tool_->leaf(placed);
+            const Vec3 arm = R * (s.center() - center_), at = R * s.center() + X_OT.p;
+            for (int k = 0; k < 3; ++k) c[k] = float(at[k]), r[k] = float(arm[k]);
+            radius = s.r;
+        }
         fits = !far_.isFull();
-        if (!fits) return false;
-        const int first = bucket * SphereTree::kBranching;
-        const Float8 d[3] = {splat(float(c_O.x())) - load(&leaves.x[first]),
-                             splat(float(c_O.y())) - load(&leaves.y[first]),
-                             splat(float(c_O.z())) - load(&leaves.z[first])};
-        const Float8 distance = simd::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-        const Float8 gap = distance - (load(&leaves.r[first]) + splat(tool_->leaf(toolLeaf).r));
-        const Vec3 r = c_O - C;
-        const float arm[3] = {float(r.x()), float(r.y()), float(r.z())};
-        far_.append(toolLeaf, first, d, distance, gap, arm, mask & lessEqual(gap, splat(limit)));
-        return true;
-    };
-    if (few)
-        forEachHit(step, onStep, margin, visit);
-    else
-        forEachHit(X_OT, margin, visit);
+        if (fits) far_.append(placed, c, radius, r, leaves, entry.bucket * SphereTree::kBranching, limit);
+        return fits;
+    });
     if (!fits) farMargin_ = -1;
     return fits;
 }

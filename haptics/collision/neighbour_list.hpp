@@ -91,11 +91,7 @@ class NeighbourList {
     Course ahead(const Course& asked, double ticks, double slack) const;
     bool findFar(const Course& step, double margin);
     template <class Visit>
-    void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
-        forEachHit(X_OT, margin, margin, visit);
-    }
-    template <class Visit>
-    void forEachHit(const Course& course, double onCourse, double margin, Visit&& visit) const;
+    void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
