@@ -56,10 +56,10 @@ bool NeighbourList::complete(const Course& course, double margin, double slack) 
             !finder_.find(course, margin, all_))
             return false;
     }
-    // Where a tick goes further than the slack the next one finds anew in any case.
-    Course next =
-        Course(course.X_OT, shift_, turn_).length(reach_) < slack ? ahead(course, kNarrowTicks, narrow) : course;
-    if (finder_.reserve(*from, next) < margin + narrow / 2) next = course;
+    // Looking ahead pays while the tool keeps to its course, and where the next tick need not find anew in any case.
+    Course next = ahead(course, kNarrowTicks, narrow);
+    if (from->margin - finder_.reserve(*from, next) > narrow || next.length(reach_) > kNarrowTicks * slack)
+        next = course;
     finder_.narrow(*from, next, std::min(margin + narrow, finder_.reserve(*from, next)), near_);
     return true;
 }
@@ -175,7 +175,9 @@ bool NeighbourList::findFar(const Course& step, double margin) {
     const Pose& X_OT = step.X_OT;
     const double onStep = crossingMargin(step);
     const bool few = onStep < margin && finder_.reserve(near_, step) >= onStep;
-    if (!few && farMargin_ == margin && far_X_OT_.p == X_OT.p && far_X_OT_.q.coeffs() == X_OT.q.coeffs()) return true;
+    // Rows of pairs further than the margin were not crossed: the margin is the step's length, or the greatest there
+    // is.
+    if (!few && farMargin_ >= margin && far_X_OT_.p == X_OT.p && far_X_OT_.q.coeffs() == X_OT.q.coeffs()) return true;
     farMargin_ = few ? -1 : margin;
     far_X_OT_ = X_OT;
     far_.clear();

@@ -8,11 +8,11 @@
 namespace touchstone {
 namespace {
 
-constexpr double kCourseMs = 10;  // how far ahead it finds,
-constexpr double kLongest = 2.5;  // mm, at most
-constexpr double kLeadMs = 4;     // of that is left when it finds anew: finding takes about half of it in a tight fit
-constexpr double kRenew = 0.4;    // or of the slack is spent
-constexpr auto kRest = std::chrono::microseconds(100);  // between looks at the mailbox: a tick must not have to wake it
+constexpr double kLeadMs = 2, kLead = 2;  // of the course is left when it finds anew, and as much more as finding took
+constexpr double kUseMs = 6;              // is how long a course serves beside,
+constexpr double kLongest = 2.5;          // mm, at most
+constexpr double kRenew = 0.4;            // of the slack is spent when it finds anew, too
+constexpr double kRest = 0.8, kLeastRestMs = 0.1;  // between looks at the mailbox, in ticks: none has to wake it
 
 }  // namespace
 
@@ -36,7 +36,8 @@ void ListKeeper::run(const std::stop_token& stop) {
     double spent = threadCpuMicroseconds();
     while (!stop.stop_requested()) {
         if (!requests_.update() || requests_.get().margin < 0) {
-            std::this_thread::sleep_for(kRest);
+            const double ms = std::max(kRest * requests_.get().tickMs, kLeastRestMs);
+            std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(ms));
             continue;
         }
         serve(requests_.get());
@@ -52,13 +53,16 @@ void ListKeeper::serve(const Request& r) {
         const Course tick{X_OT, X_OT * part->center - before * part->center,
                           logRotation(X_OT.q * before.q.conjugate())};
         const double fastest = kLongest / std::max(tick.length(part->reach), 1e-9);  // ticks
-        const Course next = tick.times(std::min(kLeadMs / r.tickMs, fastest));
+        const double leadMs = kLeadMs + kLead * part->findMs;
+        const Course next = tick.times(std::min(leadMs / r.tickMs, fastest));
         const double margin = r.margin + r.slack;
         const double left = part->margin - deviation(part->course, next, part->center, part->reach);
         if (part->margin >= 0 && left >= margin - kRenew * r.slack) continue;
         PairEntries& entries = part->entries.back();
-        const Course course = tick.times(std::min(kCourseMs / r.tickMs, fastest));
+        const Course course = tick.times(std::min((leadMs + kUseMs) / r.tickMs, fastest));
+        const double began = threadCpuMicroseconds();
         if (!part->finder.find(course, margin, entries)) continue;  // too deep: the tick sees to it
+        part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
         part->entries.publish();
         part->course = course;
         part->margin = margin;

@@ -52,6 +52,7 @@ class ListKeeper {
         TripleBuffer<PairEntries> entries;  // from it to the tick
         Course course;                      // of what it published last
         double margin = -1;
+        double findMs = 0;  ///< what finding them took
     };
 
     void run(const std::stop_token& stop);

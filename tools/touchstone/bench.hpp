@@ -23,6 +23,7 @@ struct BenchCase {
     int leaves = 0;          ///< of every part; 0: as the scene asks
     int linearisations = 0;  ///< 0: as the scene asks; paper mode has none
     std::string screening = "none";
+    bool helper = false;       ///< timed by the clock, with the thread that finds lists ahead
     bool fixedMargin = false;  ///< all rows within the margin go to the solver, for screening to have something to do
     double rate = 0;           ///< Hz; 0: as the scene asks
 
@@ -48,9 +49,10 @@ struct BenchEffort {
     int runs;           ///< the median of them is given; of the greatest the smallest
     std::size_t ticks;  ///< of each run at least; the motion is repeated
     double seconds;     ///< of processor time after which a run begins no further repetition
+    std::size_t paced;  ///< ticks of a run by the clock, in place of `ticks`
     int samples;        ///< ticks whose error is split
 };
-inline constexpr BenchEffort kQuick{3, 2000, 0.1, 3}, kFull{5, 50'000, 2, 8};
+inline constexpr BenchEffort kQuick{3, 2000, 0.1, 2000, 3}, kFull{5, 50'000, 2, 10'000, 8};
 
 /// Cases of one scene with the same leaves, their timed runs interleaved. `opened` is that scene.
 std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<const BenchCase> cases,

@@ -16,8 +16,8 @@ namespace {
 constexpr double kExactResidual = 1e-6;
 /// The device's depth beyond the tool, mm: upper ends of the classes that times are told by.
 constexpr int kDepths[] = {1, 2, 5, 10, 20, 40};
-constexpr std::size_t kStages = 3;  // step, collision, solve
-constexpr const char* kStageNames[kStages] = {"step", "collision", "solve"};
+constexpr const char* kStageNames[] = {"step", "collision", "solve", "helper", "both"};  // both: step and helper
+constexpr std::size_t kStages = std::size(kStageNames);
 
 /// Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
 class Judge {
@@ -164,6 +164,7 @@ class Measuring {
         report_ = system::runHeadless(scene_, settings_, options_).report;
         options_.onSolve = nullptr;
         options_.onTick = nullptr;
+        options_.paced = case_.helper;
     }
 
     void splitErrors(const MeshReference& reference, int samples) {
@@ -201,12 +202,15 @@ class Measuring {
                 times[0].push_back(run.ticks[i].step);
                 times[1].push_back(run.ticks[i].collision);
                 times[2].push_back(run.ticks[i].solve);
+                times[3].push_back(run.ticks[i].helper);
+                times[4].push_back(run.ticks[i].step + run.ticks[i].helper);
                 const double depth = records_[i].wrench_C.force.norm() / settings_.stiffness;
                 const auto at = std::lower_bound(std::begin(kDepths), std::end(kDepths), depth) - std::begin(kDepths);
                 if (depth > 0 && at < std::ssize(kDepths))
                     timing_.byDepth[static_cast<std::size_t>(at)].push_back(run.ticks[i].step);
             }
-        } while (times[0].size() < effort.ticks && threadCpuMicroseconds() - start < 1e6 * effort.seconds);
+        } while (times[0].size() < (case_.helper ? effort.paced : effort.ticks) &&
+                 threadCpuMicroseconds() - start < 1e6 * effort.seconds);
         std::vector<double> equal = timeConstant(times[0].size(), median(times[0]));
         timing_.add(times, equal);
     }

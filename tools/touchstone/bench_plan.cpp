@@ -15,6 +15,7 @@ constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 
 constexpr int kQuickLeaves[] = {512, 1024, 2048};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
+constexpr const char* kFits[] = {"spline", "spline-01"};  // where walks are what a tick may spend most on
 constexpr double kUsualTolerance = 0.01;
 
 std::string number(double value) {
@@ -109,8 +110,8 @@ class Planner {
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
     return scene + "/" + motion + "/" + mode + "/" + solver + part("/tolerance=", tolerance) +
-           part("/leaves=", leaves) + part("/linearisations=", linearisations) + (fixedMargin ? "/fixed-margin" : "") +
-           (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
+           part("/leaves=", leaves) + part("/linearisations=", linearisations) + (helper ? "/helper" : "") +
+           (fixedMargin ? "/fixed-margin" : "") + (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
 
 Settings BenchCase::settings(const Settings& usual) const {
@@ -147,6 +148,7 @@ BenchPlan planBench(const BenchCommand& command) {
     std::vector<std::string> scenes = command.scenes;
     if (scenes.empty()) scenes = {"bunnies", "spline", "wedge", "plate", "pinch"};
     if (hard && command.scenes.empty()) scenes.push_back("spline-05");
+    if (!hard && !command.quick && command.scenes.empty()) scenes.push_back("spline-01");
 
     Planner planner(command.quick);
     for (const std::string& scene : scenes) {
@@ -163,6 +165,8 @@ BenchPlan planBench(const BenchCommand& command) {
             } else if (first && scene == scenes.front()) {
                 planner.addTrade(wanted);
             } else if (first || !command.quick || motion.find("-deep") != std::string::npos) {
+                planner.add(wanted);
+                wanted.helper = std::find(std::begin(kFits), std::end(kFits), scene) != std::end(kFits);
                 planner.add(wanted);
             }
         }
