@@ -32,11 +32,6 @@ std::pair<glm::vec3, glm::vec3> boxOf(const std::vector<glm::vec3>& points) {
     return {low, high};
 }
 
-bool isBelow(const engine::Registry& registry, engine::Entity node, engine::Entity ancestor) {
-    while (node && node != ancestor) node = registry.get<engine::Hierarchy>(node).parent;
-    return bool(node);
-}
-
 }  // namespace
 
 glm::vec4 sphereColor(bool tool, int level, int index) {
@@ -90,7 +85,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
             const engine::Entity owner = roleOwner(registry, node);
             for (const engine::Primitive& primitive : instance.primitives) {
                 if (primitive.mesh->indices.empty()) continue;
-                Part part{.node = node, .item = {}, .moves = tool && isBelow(registry, node, tool)};
+                Part part{.node = node, .item = {}, .moves = tool && engine::isBelow(registry, node, tool)};
                 part.role = owner ? registry.get<Role>(owner) : Role::Visual;
                 auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
                 if (isNew) mesh->second = renderer.upload(*primitive.mesh);
@@ -110,33 +105,24 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
             }
         });
 
-    if (scene.world) {
-        contacts_ = std::make_unique<ContactFinder>(scene.world);
-        reach_ = std::max(scene.world->reach(), 1e-3);
-    }
+    if (scene.world) reach_ = std::max(scene.world->reach(), 1e-3);
     floor_ = std::numeric_limits<float>::infinity();
     // The tool may go below the floor: the floor does not follow it.
     for (const glm::vec3& p : corners(nullptr, !scene.world, true)) floor_ = std::min(floor_, p.y);
     if (!std::isfinite(floor_)) floor_ = 0;
 }
 
-bool SceneView::visible(engine::Entity node) const {
-    const engine::Registry& registry = scene_.scene.registry;
-    for (; node; node = registry.get<engine::Hierarchy>(node).parent)
-        if (const auto* visibility = registry.find<engine::Visibility>(node); visibility && !visibility->visible)
-            return false;
-    return true;
-}
-
 glm::mat4 SceneView::modelAt(const Part& part, const Pose* X_WT) const {
-    if (!part.moves || !X_WT) return part.item.model;
-    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * glm::dmat4(part.item.model));
+    const engine::Registry& registry = scene_.scene.registry;
+    const glm::dmat4& placed = registry.get<engine::WorldTransform>(part.node).matrix;
+    if (!part.moves || !X_WT) return glm::mat4(placed);
+    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * placed);
 }
 
 std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fixed) const {
     std::vector<glm::vec3> points;
     for (const Part& part : parts_) {
-        if (!(part.moves ? moving : fixed) || !visible(part.node)) continue;
+        if (!(part.moves ? moving : fixed) || !engine::isVisible(scene_.scene.registry, part.node)) continue;
         const glm::mat4 model = modelAt(part, X_WT);
         for (int corner = 0; corner < 8; ++corner) {
             const glm::vec3 p{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
@@ -173,6 +159,12 @@ engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
 
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
                      const DisplayOptions& options) {
+    if (scene_.roles.tool)  // nodes may have been moved since the last frame
+        toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(scene_.scene.registry, scene_.roles.tool)));
+    if (contactWorld_ != scene_.world) {
+        contactWorld_ = scene_.world;
+        contacts_ = contactWorld_ ? std::make_unique<ContactFinder>(contactWorld_) : nullptr;
+    }
     frame.grid = {.visible = options.grid, .height = floor_};
     addParts(frame, record, options);
     if (!scene_.world) return;
@@ -195,7 +187,8 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
     const Pose* X_WT = record ? &record->X_WT : scene_.world ? &start : nullptr;
     bool goalShown = false;
     for (const Part& part : parts_) {
-        if (!visible(part.node) || (part.role == Role::Goal && !options.goal)) continue;
+        if (!engine::isVisible(scene_.scene.registry, part.node) || (part.role == Role::Goal && !options.goal))
+            continue;
         engine::DrawItem item = part.item;
         item.model = modelAt(part, X_WT);
         if (part.role == Role::Goal) {
@@ -215,7 +208,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
 
 void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const {
     for (const Part& part : parts_) {
-        if (!part.moves || !visible(part.node)) continue;
+        if (!part.moves || !engine::isVisible(scene_.scene.registry, part.node)) continue;
         engine::DrawItem item = part.item;
         item.model = modelAt(part, &X_WT);
         item.material.baseColor = glm::vec4(glm::mix(glm::vec3(item.material.baseColor), tint, share), 1);

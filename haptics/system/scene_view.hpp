@@ -37,7 +37,8 @@ glm::vec4 sphereColor(bool tool, int level, int index);
 /// Brings the points into the middle of the picture, seen from the camera's direction. Without points it stays.
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect);
 
-/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility and nothing else may change meanwhile.
+/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility, where nodes stand and the
+/// world may change meanwhile, and nothing else.
 class SceneView {
   public:
     SceneView(engine::Renderer& renderer, const HapticScene& scene);
@@ -60,7 +61,6 @@ class SceneView {
         bool moves = false;         ///< belongs to the tool's subtree
         glm::vec3 low{0}, high{0};  ///< bounding box in its own frame
     };
-    bool visible(engine::Entity node) const;
     glm::mat4 modelAt(const Part& part, const Pose* X_WT) const;
     /// Corners of the bounding boxes of all visible parts that move, that do not, or both; metres.
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
@@ -74,8 +74,9 @@ class SceneView {
     std::vector<Part> parts_;
     glm::dmat4 toolFromWorld_{1};              ///< inverse of the tool node's rigid matrix in the file
     std::unique_ptr<ContactFinder> contacts_;  ///< null without a world
-    double reach_ = 50;                        ///< ρ, mm
-    float floor_ = 0;                          ///< height of the grid, metres
+    std::shared_ptr<const World> contactWorld_;
+    double reach_ = 50;  ///< ρ, mm
+    float floor_ = 0;    ///< height of the grid, metres
 };
 
 /// Draws a tick of a scene into a PNG file, without display. Throws std::runtime_error with one sentence when there is

@@ -67,8 +67,9 @@ class Bench {
 TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
     bench.click("more", draw);  // opens the rest
     bench.frame(draw);
     for (const SettingInfo& info : settingTable()) {
@@ -80,8 +81,9 @@ TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
 TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
 
     bench.click("swap", draw);
     CHECK(settings.solver == findSolver("pqp"));
@@ -110,8 +112,9 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
           "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
     ImGuiIO& io = ImGui::GetIO();
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
     const auto type = [&](const std::string& text) {
@@ -133,13 +136,12 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
     CHECK(requests.refusal.find("stiffness") != std::string::npos);
 }
 
-TEST_CASE("scene panel: hides nodes, chooses levels and asks for roles", "[panels]") {
+TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene());
     DisplayOptions display;
     ScenePanelState state;
-    PanelRequests requests;
-    const auto draw = [&] { drawScenePanel(scene, true, display, state, requests, &bench.items); };
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
 
     bench.click("visible cube", draw);
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
@@ -149,14 +151,8 @@ TEST_CASE("scene panel: hides nodes, chooses levels and asks for roles", "[panel
     CHECK(display.obstacleLevel == -1);
     bench.click("Contacts", draw, 0.1f);
     CHECK_FALSE(display.contacts);
-
     bench.click("node slab", draw, 0.3f);
     CHECK(state.selected == scene.roles.obstacles[0]);
-    bench.click("role", draw);
-    bench.click("role goal", draw);
-    REQUIRE(requests.role);
-    CHECK(requests.role->first == scene.roles.obstacles[0]);
-    CHECK(requests.role->second == Role::Goal);
 }
 
 TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
@@ -171,7 +167,7 @@ TEST_CASE("scene panel: below each part it says how good its tree is, and on hov
     DisplayOptions display;
     ScenePanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawScenePanel(scene, false, display, state, requests, &bench.items); };
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
     bench.frame(draw);
     REQUIRE(bench.items.count("tree cube") == 1);
     REQUIRE(bench.items.count("tree slab") == 1);
@@ -227,7 +223,8 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     const auto draw = [&](const LoopSnapshot* shown) {
         bench.frame([&] {
             drawPlotsPanel(history, {}, plots, &bench.items);
-            drawStatusPanel({shown, &realTime, device, messages});
+            drawStatusPanel({shown, &realTime, device});
+            drawLogPanel(messages, &bench.items);
             drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
         });
     };

@@ -45,7 +45,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     };
     LiveSession session(options);
     CHECK_FALSE(session.running());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     CHECK(session.opening().has_value());
     REQUIRE(waitUntilRunning(session));
     CHECK(session.device() == "demo");
@@ -71,13 +71,13 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
 TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
 
     const auto broken = folder.path() / "broken.glb";
     std::ofstream(broken) << "no scene";
     for (const auto& file : {broken, folder.path() / "missing.gltf"}) {
-        session.open({file, {}});
+        session.open({file});
         REQUIRE(patiently([&] {
             session.update();
             return !session.opening();
@@ -97,10 +97,10 @@ TEST_CASE("session: another scene takes the place of the one that runs", "[sessi
     const TempFolder folder;
     LiveSession session(uncached());
     const auto file = holdFile(folder);
-    session.open({file, {}});
+    session.open({file});
     REQUIRE(waitUntilRunning(session));
-    session.open({file, {}});  // is not waited for: the next one is wanted
-    session.open({file, {}});
+    session.open({file});  // is not waited for: the next one is wanted
+    session.open({file});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2 && !session.opening();
@@ -117,7 +117,7 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     writeGltf(unmarked, file);
 
     LiveSession session(uncached());
-    session.open({file, {}});
+    session.open({file});
     REQUIRE(patiently([&] {
         session.update();
         return session.scene() != nullptr;
@@ -126,26 +126,26 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     CHECK_FALSE(session.scene()->missing.empty());
     CHECK(session.record() == nullptr);
 
-    session.giveRole(session.scene()->scene.nodes[0], Role::Tool);
+    session.edit({GiveRole{0, Role::Tool}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
-    session.giveRole(session.scene()->scene.nodes[1], Role::Obstacle);
+    session.edit({GiveRole{1, Role::Obstacle}});
     REQUIRE(waitUntilRunning(session));
 
     const auto saved = folder.path() / "marked.glb";
-    session.saveRoles(saved);
+    CHECK(session.save(saved, false));
     CHECK(errors(session).empty());
     LiveSession another(uncached());
-    another.open({saved, {}});
+    another.open({saved});
     CHECK(waitUntilRunning(another));
 }
 
 TEST_CASE("session: devices change while it runs; one that cannot start changes nothing", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
     CHECK(session.mouse() == nullptr);
 
@@ -174,7 +174,7 @@ TEST_CASE("session: devices change while it runs; one that cannot start changes 
 TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     session.cancelOpening();
     CHECK_FALSE(session.opening());
     CHECK(patiently([&] {
