@@ -155,6 +155,97 @@ TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
     CHECK(state.selected == scene.roles.obstacles[0]);
 }
 
+TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.roles.obstacles[0], state, requests, &bench.items); };
+    bench.click("role", draw);
+    bench.click("role goal", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Goal}});
+    requests = {};
+
+    bench.click("build tree", draw);
+    CHECK(requests.edits.empty());  // nothing was chosen that it does not have
+    bench.click("tree by", draw);
+    bench.click("tree by error", draw);
+    bench.click("build tree", draw);
+    REQUIRE(requests.edits.size() == 1);
+    const auto& chosen = std::get<ChooseTree>(requests.edits[0]);
+    CHECK(chosen.node == 1);
+    CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].tree->certificate.protrusion));
+    CHECK(bench.items.count("tree words") == 1);
+    CHECK(bench.items.count("material 1") == 1);
+
+    bench.click("shown", draw, 0.1f);
+    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
+}
+
+TEST_CASE("inspector: a position that is typed puts the node there, in mm", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    ImGuiIO& io = ImGui::GetIO();
+    for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+    io.KeyCtrl = true;
+    bench.click("position", draw, 0.1f);
+    io.KeyCtrl = false;
+    for (const char c : std::string("12.5")) io.AddInputCharacter(static_cast<unsigned>(c));
+    bench.frame(draw);
+    io.KeysDown[ImGuiKey_Enter] = true;
+    bench.frame(draw);
+    io.KeysDown[ImGuiKey_Enter] = false;
+    bench.frame(draw);
+    REQUIRE(requests.edits.size() == 1);
+    const auto& place = std::get<PlaceNode>(requests.edits[0]);
+    CHECK(place.node == 1);
+    CHECK(place.to.translation.x == Approx(0.0125).margin(1e-12));
+    CHECK(place.to.translation.y == place.from.translation.y);
+    CHECK(place.to.rotation == place.from.rotation);
+}
+
+TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {
+    Bench bench;
+    engine::Scene unmarked = holdScene();
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
+    HapticScene scene = openScene(std::move(unmarked));
+    PanelRequests requests;
+    engine::Entity selected;
+    const auto draw = [&] { drawGuide(scene, selected, requests, &bench.items); };
+    bench.click("guide cube", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{0, Role::Tool}});
+    selected = scene.scene.nodes[1];
+    bench.click("guide selected", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Tool}});
+
+    scene.roles.tool = scene.scene.nodes[0];
+    bench.click("guide all", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Obstacle}});
+}
+
+TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panels]") {
+    Bench bench;
+    Settings scene, settings;
+    scene.margin = scene.trust = 0.2;
+    settings.stiffness = 3;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel(scene, settings, state, requests, &bench.items); };
+    bench.click("preset paper", draw);
+    CHECK(settings.mode == Mode::Paper);
+    CHECK(settings.margin == 0.2);
+    CHECK(settings.trust == 0.2);
+    bench.click("preset default", draw);
+    CHECK(settings == scene);
+    bench.click("strength", draw, 0.95f);
+    CHECK(state.strength > 2);
+    bench.click("copy command", draw);
+    CHECK(requests.copyCommand);
+}
+
 TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene());

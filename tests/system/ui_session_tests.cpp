@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "haptics/system/session.hpp"
+#include "haptics/system/units.hpp"
 #include "tests/system/ui_scene.hpp"
 
 using namespace touchstone;
@@ -216,4 +217,112 @@ TEST_CASE("tick history: keeps the newest ticks in order", "[session]") {
     CHECK(force[2] == Approx(25));
     history.clear();
     CHECK(history.view(Channel::Rows).count == 0);
+}
+
+TEST_CASE("session: a body that is moved by hand is a new world of the same trees, and goes back", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto first = session.scene();
+    const auto before = first->world;
+    const engine::LocalTransform from = first->scene.registry.get<engine::LocalTransform>(first->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.y -= 0.02;
+
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    session.edit({PlaceNode{1, from, to}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.scene()->world != before;
+    }));
+    CHECK(session.scene() == first);  // nothing was opened again
+    CHECK(session.sceneNumber() == 1);
+    const World& moved = *session.scene()->world;
+    CHECK(moved.obstacles[0].tree == before->obstacles[0].tree);
+    CHECK((moved.obstacles[0].X_WO.p - Vec3(before->obstacles[0].X_WO.p - Vec3(0, 20, 0))).norm() < 1e-9);
+    CHECK(session.settings() == settings);
+    // The demonstration now ends above the slab: no force is left.
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->finished && session.record()->wrench_C.force.norm() < 1e-9;
+    }));
+    CHECK(session.request().edits.size() == 1);
+
+    session.setEdits({});
+    REQUIRE(patiently([&] {
+        session.update();
+        return (session.scene()->world->obstacles[0].X_WO.p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
+               session.snapshot()->finished && session.record()->wrench_C.force.norm() > 1;
+    }));
+    CHECK(errors(session).empty());
+}
+
+TEST_CASE("session: another tree is built beside the loop, which goes on, and what was tuned stays", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    const int leaves = session.scene()->world->tool->leafCount();
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    CHECK(session.opening());
+    CHECK(session.running());
+    session.cancelOpening();
+    CHECK_FALSE(session.opening());
+    CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2;
+    }));
+    CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
+    CHECK(session.settings() == settings);
+
+    // A part that cannot be read changes nothing.
+    session.edit({AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return !session.opening();
+    }));
+    CHECK(errors(session).find("missing.glb") != std::string::npos);
+    CHECK(session.newest().edits.size() == 1);
+    CHECK(session.running());
+}
+
+TEST_CASE("session: a saved scene is read back as it was, settings and all", "[session]") {
+    const TempFolder folder;
+    const auto saved = folder.path() / "saved.glb";
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto from = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.x += 0.005;
+    to.rotation = glm::normalize(glm::dquat(glm::dvec3(0, 0.4, 0)));
+    session.edit({PlaceNode{1, from, to}});
+    Settings settings = session.settings();
+    settings.stiffness = 1.75;
+    session.setSettings(settings);
+    CHECK_FALSE(session.save(folder.path() / "no" / "such" / "folder.glb", true));
+    REQUIRE(session.save(saved, true));
+    CHECK(session.request().file == saved);
+    CHECK(session.newest().edits.empty());
+    const Pose X_WO = toPose(engine::worldPose(session.scene()->scene.registry, session.scene()->scene.nodes[1]));
+
+    session.reload();
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2 && session.running();
+    }));
+    CHECK(session.settings() == settings);
+    const Pose& again = session.scene()->world->obstacles[0].X_WO;
+    CHECK((again.p - X_WO.p).norm() < 1e-9);
+    CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }
