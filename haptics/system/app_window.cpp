@@ -74,7 +74,7 @@ class App {
     void drawPicture(const Area& area);
     void drawPanels(const Layout& layout);
     void drawHints(const Area& picture) const;
-    void drawInspectorWindow(const Area& picture);
+    void drawLeftPanel();
     void drawGuideWindow(const Area& picture);
     void drawPull(const Area& picture) const;
     void handleMouse(const Area& picture);
@@ -111,6 +111,7 @@ class App {
     DisplayOptions display_;
     ScenePanelState scenePanel_;
     InspectorState inspector_;
+    engine::Entity pageNode_;  // that the left panel's second page was of
     HapticsPanelState hapticsPanel_;
     PlotsPanelState plotsPanel_;
     MenuState menu_;
@@ -277,11 +278,7 @@ void App::drawPanels(const Layout& layout) {
             }
         }
         endPanel();
-        if (beginPanel("Haptics", layout.haptics)) {
-            Settings settings = session_.settings();
-            const Settings& own = viewed_ ? viewed_->settings : settings;
-            if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
-        }
+        if (beginPanel("Haptics", layout.haptics)) drawLeftPanel();
         endPanel();
         if (beginPanel("Plots", layout.plots))
             drawPlotsPanel(session_.history(), session_.settings(), plotsPanel_, &items_);
@@ -292,7 +289,6 @@ void App::drawPanels(const Layout& layout) {
         endPanel();
         drawSplitters(layout, ImGui::GetFontSize(), sizes_);
     }
-    drawInspectorWindow(layout.picture);
     drawGuideWindow(layout.picture);
     drawHints(layout.picture);
     drawDialogs(menu, menu_, requests_, &items_);
@@ -324,17 +320,32 @@ void App::drawHints(const Area& picture) const {
                  warning->text.c_str(), nullptr, width);
 }
 
-void App::drawInspectorWindow(const Area& picture) {
-    if (!viewed_ || !menu_.panels || !viewed_->scene.registry.alive(selection_.node())) return;
-    const float em = ImGui::GetFontSize(), width = 19 * em;
-    ImGui::SetNextWindowPos({picture.position.x + picture.size.x - width - 0.7f * em, picture.position.y + 0.7f * em},
-                            ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(picture.size.y, 10 * em)});
-    bool open = true;
-    if (ImGui::Begin("Selected", &open, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing))
-        drawInspector(*viewed_, selection_.node(), inspector_, requests_, &items_);
-    ImGui::End();
-    if (!open) selection_.select({});
+/// The settings; while something is selected it has a page beside them.
+void App::drawLeftPanel() {
+    const auto drawSettings = [&] {
+        Settings settings = session_.settings();
+        const Settings& own = viewed_ ? viewed_->settings : settings;
+        if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
+    };
+    const engine::Entity node = selection_.node();
+    const bool isNew = node != pageNode_;
+    pageNode_ = node;
+    if (!viewed_ || !viewed_->scene.registry.alive(node)) {
+        drawSettings();
+        return;
+    }
+    if (!ImGui::BeginTabBar("pages")) return;
+    if (ImGui::BeginTabItem("Settings")) {
+        drawSettings();
+        ImGui::EndTabItem();
+    }
+    noteItem(&items_, "page settings");
+    if (ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+        drawInspector(*viewed_, node, inspector_, requests_, &items_);
+        ImGui::EndTabItem();
+    }
+    noteItem(&items_, "page selected");
+    ImGui::EndTabBar();
 }
 
 void App::drawGuideWindow(const Area& picture) {

@@ -9,7 +9,7 @@ namespace touchstone::system {
 namespace {
 
 constexpr float kNarrowest = 12, kLowest = 5;  // of a panel, in units of the font's size
-constexpr float kStatusLines = 4.4f;
+constexpr float kStatusLines = 5.4f;
 constexpr const char* kIniName = "Touchstone";
 
 PanelSizes& sizesOf(ImGuiSettingsHandler* handler) { return *static_cast<PanelSizes*>(handler->UserData); }
