@@ -300,7 +300,7 @@ void App::drawHints(const Area& picture) const {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float em = ImGui::GetFontSize();
     if (session_.running() && !everHeld_) {
-        const char* hint = "Drag the tool: left button moves, wheel in depth, right button turns. Help says more.";
+        const char* hint = "Drag the tool: left moves it, right turns it. F1 tells all.";
         const ImVec2 size = ImGui::CalcTextSize(hint);
         list.AddText({picture.position.x + 0.5f * (picture.size.x - size.x),
                       picture.position.y + picture.size.y - size.y - 0.6f * em},

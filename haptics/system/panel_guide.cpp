@@ -22,8 +22,10 @@ void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests&
     const engine::Scene& whole = scene.scene;
     const bool wantsTool = !scene.roles.tool;
     ImGui::TextUnformatted(wantsTool ? "Which part do you hold?" : "What does the tool touch?");
+    ImGui::PushTextWrapPos(0);
     ImGui::TextDisabled("%s", wantsTool ? "Choose the tool here, or click it in the picture."
                                         : "Choose an obstacle, or take all that is left.");
+    ImGui::PopTextWrapPos();
     const std::vector<engine::Entity> nodes = candidates(whole);
     const Role role = wantsTool ? Role::Tool : Role::Obstacle;
     const auto rows = static_cast<float>(std::min<std::size_t>(nodes.size(), 8));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #define GLM_ENABLE_EXPERIMENTAL
 #include <glm/gtx/euler_angles.hpp>
@@ -79,8 +80,11 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
     const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
     if (!state.placing) {
         state.position = kMmPerMetre * local.translation;
-        glm::extractEulerAngleXYZ(glm::mat4_cast(local.rotation), state.angles.x, state.angles.y, state.angles.z);
-        state.angles = glm::degrees(state.angles);
+        // About the vertical first: what stands upright is turned by one number.
+        glm::extractEulerAngleYXZ(glm::mat4_cast(local.rotation), state.angles.y, state.angles.x, state.angles.z);
+        constexpr double kShown = 1e-6;  // rounding is no angle
+        for (int k = 0; k < 3; ++k)
+            state.angles[k] = std::abs(state.angles[k]) < kShown ? 0 : glm::degrees(state.angles[k]);
     }
     bool done = false, active = false;
     drawLabel("Position");
@@ -88,13 +92,14 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
                          "x, y, z in the frame of the node above, mm. Drag, or Ctrl and click to type.");
     drawLabel("Rotation");
     active |= drawTriple("##rotation", state.angles, 0.5f, "%.1f°", done, items,
-                         "About x, then the turned y, then the turned z, degrees. Drag, or Ctrl and click to type.");
+                         "About x, y and z, degrees: the turn about y first, then about the turned x, then about the "
+                         "turned z. Drag, or Ctrl and click to type.");
     state.placing = active;
     if (done) {
         engine::LocalTransform to = local;
         to.translation = state.position / kMmPerMetre;
         const glm::dvec3 a = glm::radians(state.angles);
-        to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleXYZ(a.x, a.y, a.z)));
+        to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
         if (to != local) requests.edits = {PlaceNode{index, local, to}};
     }
     if (node == scene.roles.tool && scene.demonstration) ImGui::TextDisabled("The demonstration starts elsewhere.");

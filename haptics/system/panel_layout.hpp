@@ -14,7 +14,7 @@ struct Area {
 /// What the user may drag.
 struct PanelSizes {
     float left = 20, right = 25, bottom = 12;  ///< in units of the font's size
-    float haptics = 0.66f;                     ///< share of the left column
+    float haptics = 0.6f;                      ///< share of the left column
 
     /// Has ImGui's ini file remember these. Before the first frame; they must outlive ImGui's context.
     void remember();

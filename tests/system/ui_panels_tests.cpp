@@ -182,7 +182,7 @@ TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
 }
 
-TEST_CASE("inspector: a position that is typed puts the node there, in mm", "[panels]") {
+TEST_CASE("inspector: a place that is typed puts the node there, in mm and degrees", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
     InspectorState state;
@@ -190,21 +190,30 @@ TEST_CASE("inspector: a position that is typed puts the node there, in mm", "[pa
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
     ImGuiIO& io = ImGui::GetIO();
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
-    io.KeyCtrl = true;
-    bench.click("position", draw, 0.1f);
-    io.KeyCtrl = false;
-    for (const char c : std::string("12.5")) io.AddInputCharacter(static_cast<unsigned>(c));
-    bench.frame(draw);
-    io.KeysDown[ImGuiKey_Enter] = true;
-    bench.frame(draw);
-    io.KeysDown[ImGuiKey_Enter] = false;
-    bench.frame(draw);
-    REQUIRE(requests.edits.size() == 1);
-    const auto& place = std::get<PlaceNode>(requests.edits[0]);
-    CHECK(place.node == 1);
-    CHECK(place.to.translation.x == Approx(0.0125).margin(1e-12));
-    CHECK(place.to.translation.y == place.from.translation.y);
-    CHECK(place.to.rotation == place.from.rotation);
+    const auto type = [&](const std::string& item, float fraction, const std::string& text) {
+        requests = {};
+        io.KeyCtrl = true;
+        bench.click(item, draw, fraction);
+        io.KeyCtrl = false;
+        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
+        bench.frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = true;
+        bench.frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = false;
+        bench.frame(draw);
+        REQUIRE(requests.edits.size() == 1);
+        return std::get<PlaceNode>(requests.edits[0]);
+    };
+    const PlaceNode moved = type("position", 0.1f, "12.5");
+    CHECK(moved.node == 1);
+    CHECK(moved.to.translation.x == Approx(0.0125).margin(1e-12));
+    CHECK(moved.to.translation.y == moved.from.translation.y);
+    CHECK(moved.to.rotation == moved.from.rotation);
+
+    const PlaceNode turned = type("rotation", 0.5f, "120");
+    CHECK(turned.to.translation == turned.from.translation);
+    const glm::dquat wanted = glm::angleAxis(glm::radians(120.0), glm::dvec3(0, 1, 0));
+    CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
 }
 
 TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {
