@@ -213,7 +213,10 @@ bool App::timeIsUp() {
 void App::refreshScene() {
     if (viewed_ == session_.scene()) return;
     view_.reset();
-    if (viewed_) selection_.moveTo(viewed_->scene, session_.scene()->scene);
+    if (viewed_ && viewedFile_ == session_.request().file)
+        selection_.moveTo(viewed_->scene, session_.scene()->scene);
+    else
+        selection_.select({});
     viewed_ = session_.scene();
     view_ = std::make_unique<SceneView>(renderer_, *viewed_);
     grab_.reset();
@@ -471,7 +474,7 @@ void App::handleKeys() {
     if (pressed(GLFW_KEY_R)) requests_.restart = true;
     if (pressed(GLFW_KEY_F)) (selection_.node() ? requests_.frameSelection : requests_.frameCamera) = true;
     if (pressed(GLFW_KEY_A) || pressed(GLFW_KEY_HOME)) requests_.frameCamera = true;
-    if (pressed(GLFW_KEY_L)) inspector_.ownAxes = !inspector_.ownAxes;
+    if (pressed(GLFW_KEY_E)) inspector_.ownAxes = !inspector_.ownAxes;
     if (pressed(GLFW_KEY_H)) menu_.panels = !menu_.panels;
     if (pressed(GLFW_KEY_S)) session_.setSettings(withSolversSwapped(session_.settings()));
     if (pressed(GLFW_KEY_SPACE)) {

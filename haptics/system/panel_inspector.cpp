@@ -213,7 +213,7 @@ void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& stat
     drawPlace(scene, node, index, state, requests, items);
     ImGui::Checkbox("Own axes", &state.ownAxes);
     noteItem(items, "own axes");
-    tooltip("The handles in the picture stand along the node's axes in place of the scene's.\nKey L");
+    tooltip("The handles in the picture stand along the node's axes in place of the scene's.\nKey E");
     ImGui::SameLine();
     if (ImGui::Button("Frame")) requests.frameSelection = true;
     noteItem(items, "frame");

@@ -117,7 +117,7 @@ void drawHelpDialog(MenuState& state) {
         {"Arrows, comma and full stop while held", "turn it about the view's axes and about the line of sight"},
         {"Click", "selects what is under the cursor; beside everything, nothing"},
         {"Drag a handle of the selected", "moves or turns it; with Ctrl in steps of 1 mm and 5°; Escape takes it back"},
-        {"L", "handles along its own axes, or the scene's"},
+        {"E", "handles along its own axes, or the scene's"},
         {"Left button elsewhere", "turns the view"},
         {"Right or middle button elsewhere", "shifts the view"},
         {"Wheel", "nearer and further, towards the cursor"},

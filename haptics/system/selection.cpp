@@ -40,6 +40,10 @@ Selection::Wish Selection::update(const MouseFrame& mouse, const engine::OrbitCa
     engine::Registry& registry = scene.scene.registry;
     if (!box_) box_ = boxOf(registry, node_);
     const bool held = isHeld(scene, node_, tool);
+    if (!held && tool.running && scene.roles.tool && engine::isBelow(registry, node_, scene.roles.tool)) {
+        gizmo_.reset();  // a part of the tool goes where the tool goes
+        return {};
+    }
     GizmoPlace place{
         .X_WB = held ? tool.X_WT_device : toPose(engine::worldPose(registry, node_)), .ownAxes = ownAxes, .size = size};
     const Pose X_WN = held ? tool.X_WT : place.X_WB;
@@ -81,7 +85,7 @@ std::vector<glm::vec3> Selection::corners(const HapticScene& scene, const ToolPo
 
 void Selection::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
                      const HapticScene& scene, const ToolPoses& tool) const {
-    if (!place_) return;
+    if (!node_) return;
     const std::vector<glm::vec3> points = corners(scene, tool);
     for (std::size_t i = 0; i < points.size(); ++i)
         for (const std::size_t bit : {1u, 2u, 4u}) {
@@ -91,7 +95,7 @@ void Selection::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::v
                 list.AddLine({corner.x + a->x, corner.y + a->y}, {corner.x + b->x, corner.y + b->y},
                              IM_COL32(255, 255, 255, 70), 1.5f);
         }
-    gizmo_.draw(list, camera, corner, viewport, *place_);
+    if (place_) gizmo_.draw(list, camera, corner, viewport, *place_);
 }
 
 }  // namespace touchstone::system

@@ -44,7 +44,7 @@ class Selection {
               const HapticScene& scene, const ToolPoses& tool) const;
     /// Corners of the node's box in the scene, metres; empty without meshes.
     std::vector<glm::vec3> corners(const HapticScene& scene, const ToolPoses& tool) const;
-    /// Where the handles stand; nothing while nothing is selected.
+    /// Where the handles stand; nothing while nothing is selected, or a part of a running tool.
     const std::optional<GizmoPlace>& handles() const { return place_; }
 
   private:
