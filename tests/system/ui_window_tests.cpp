@@ -39,6 +39,12 @@ struct UserMouse {
     }
 };
 
+void pressWithControl(engine::Window& window, int key, bool down) {
+    for (const int which : {GLFW_KEY_LEFT_CONTROL, key})
+        ImGui_ImplGlfw_KeyCallback(window.handle(), which, 0, down ? GLFW_PRESS : GLFW_RELEASE,
+                                   down ? GLFW_MOD_CONTROL : 0);
+}
+
 glm::vec2 middle(const glm::vec4& r) { return {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)}; }
 
 /// Options for a window on the scene that fails rather than hangs: it closes by itself after a while.
@@ -62,7 +68,7 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
     WindowRunOptions options = optionsFor(holdFile(folder));
     options.screenshot = folder.path() / "window.png";
 
-    enum { Wait, Move, Press, Drag, Release, Settle, Done } phase = Wait;
+    enum { Wait, Move, Press, Drag, Release, Settle, Undo, Done } phase = Wait;
     UserMouse hand;
     int frames = 0;
     double before = 0, set = 0;
@@ -100,7 +106,11 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
             case Settle:  // the stiffness ramps over 200 ms
                 if (session.snapshot()->settings.stiffness == set &&
                     std::abs(felt(*session.record()) - set) < 1e-3 * set)
-                    phase = Done;
+                    phase = Undo, frames = 0;
+                break;
+            case Undo:  // the whole drag is one step
+                pressWithControl(frame.window, GLFW_KEY_Z, frames >= 3 && frames < 7);
+                if (session.settings().stiffness == 1) phase = Done;
                 break;
             case Done:
                 frame.window.close();
@@ -178,10 +188,6 @@ TEST_CASE("window: a body is selected by a click, dragged by its handle, and und
     UserMouse hand;
     int frames = 0;
     double start = 0, dragged = 0;
-    const auto key = [](engine::Window& window, int which, int action, int mods) {
-        ImGui_ImplGlfw_KeyCallback(window.handle(), GLFW_KEY_LEFT_CONTROL, 0, action, mods);
-        ImGui_ImplGlfw_KeyCallback(window.handle(), which, 0, action, mods);
-    };
     const auto go = [&](auto next) {
         phase = next;
         frames = 0;
@@ -233,8 +239,7 @@ TEST_CASE("window: a body is selected by a click, dragged by its handle, and und
                 go(Undo);
                 break;
             case Undo:
-                key(frame.window, GLFW_KEY_Z, frames < 4 ? GLFW_PRESS : GLFW_RELEASE,
-                    frames < 4 ? GLFW_MOD_CONTROL : 0);
+                pressWithControl(frame.window, GLFW_KEY_Z, frames < 4);
                 if (frames >= 6) go(Undone);
                 break;
             case Undone:
@@ -323,10 +328,7 @@ TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it
             case Dialog: {
                 if (frames < 10) break;  // until the new world is there
                 const bool down = frames < 14;
-                ImGui_ImplGlfw_KeyCallback(frame.window.handle(), GLFW_KEY_LEFT_CONTROL, 0,
-                                           down ? GLFW_PRESS : GLFW_RELEASE, down ? GLFW_MOD_CONTROL : 0);
-                ImGui_ImplGlfw_KeyCallback(frame.window.handle(), GLFW_KEY_S, 0, down ? GLFW_PRESS : GLFW_RELEASE,
-                                           down ? GLFW_MOD_CONTROL : 0);
+                pressWithControl(frame.window, GLFW_KEY_S, down);
                 if (const auto button = frame.items.find("Save"); !down && button != frame.items.end()) {
                     hand.at = middle(button->second);
                     go(Press);
