@@ -14,13 +14,11 @@ std::span<const Preset> presetTable() {
              settings.rate = 1000;
              return settings;
          }},
-        {"10 kHz",
-         "The default at ten ticks a millisecond: one linearisation a tick, and no shadow, for there is no time.",
+        {"10 kHz", "The default at ten ticks a millisecond, without a shadow, for which there is no time.",
          [](const Settings& scene) {
              Settings settings = withMode(scene, Mode::Default);
              settings.rate = 10'000;
              settings.shadow = -1;
-             settings.linearisations = 1;
              return settings;
          }},
     };
