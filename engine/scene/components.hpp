@@ -22,6 +22,8 @@ struct LocalTransform {
     glm::dquat rotation{1, 0, 0, 0};
     glm::dvec3 scale{1};
     glm::dmat3 shear{1};
+
+    friend bool operator==(const LocalTransform&, const LocalTransform&) = default;
 };
 
 struct Hierarchy {

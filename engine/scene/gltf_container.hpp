@@ -34,6 +34,9 @@ GltfContainer readContainer(const std::filesystem::path& file);
 /// A binary chunk with its header, padded to a multiple of 4 bytes.
 std::vector<std::uint8_t> binChunk(std::vector<std::uint8_t> contents);
 
+/// Fields of a glTF node that stands there: a matrix if it is sheared, else what differs from the identity.
+nlohmann::json placeFields(const LocalTransform& local);
+
 /// Wraps JSON and following chunks (each a multiple of 4 bytes with its header) into a .glb.
 std::vector<std::uint8_t> glbBytes(std::string json, std::span<const std::uint8_t> followers);
 

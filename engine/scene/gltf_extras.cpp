@@ -1,4 +1,4 @@
-// Markings saved back into an existing file: updateExtras() of gltf_write.hpp.
+// Markings and places saved back into an existing file: updateGltf() of gltf_write.hpp.
 #include <algorithm>
 
 #include "engine/scene/gltf_container.hpp"
@@ -12,17 +12,31 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
+ordered_json& objectOf(const fs::path& file, ordered_json& document, const char* array, const char* kind, int index) {
+    const std::size_t count = document.contains(array) ? document[array].size() : 0;
+    if (index < 0 || static_cast<std::size_t>(index) >= count)
+        failIn(file, "", std::string("has no ") + kind + " " + std::to_string(index) + "; open the file again");
+    return document[array][static_cast<std::size_t>(index)];
+}
+
 void replaceExtras(const fs::path& file, ordered_json& document, const char* array, const char* kind,
                    const std::map<int, json>& update) {
     for (const auto& [index, extras] : update) {
-        const std::size_t count = document.contains(array) ? document[array].size() : 0;
-        if (index < 0 || static_cast<std::size_t>(index) >= count)
-            failIn(file, "", std::string("has no ") + kind + " " + std::to_string(index) + "; open the file again");
-        ordered_json& object = document[array][static_cast<std::size_t>(index)];
+        ordered_json& object = objectOf(file, document, array, kind, index);
         if (extras.is_null())
             object.erase("extras");
-        else
+        else if (!object.contains("extras") ||
+                 json::parse(object["extras"].dump()) != extras)  // else their order stays
             object["extras"] = extras;
+    }
+}
+
+void replacePlaces(const fs::path& file, ordered_json& document, const std::map<int, LocalTransform>& update) {
+    for (const auto& [index, local] : update) {
+        ordered_json& node = objectOf(file, document, "nodes", "node", index);
+        for (const char* key : {"matrix", "translation", "rotation", "scale"}) node.erase(key);
+        const json fields = placeFields(local);
+        for (const auto& [key, value] : fields.items()) node[key] = value;
     }
 }
 
@@ -45,12 +59,13 @@ int indentation(const std::string& text) {
 
 }  // namespace
 
-void updateExtras(const fs::path& in, const fs::path& out, const ExtrasUpdate& update) {
+void updateGltf(const fs::path& in, const fs::path& out, const GltfUpdate& update) {
     const GltfContainer container = readContainer(in);
     checkedDocument(in, parseJson(in, container.json));
     ordered_json document = parseOrderedJson(in, container.json);
     replaceExtras(in, document, "nodes", "node", update.nodes);
     replaceExtras(in, document, "scenes", "scene", update.scenes);
+    replacePlaces(in, document, update.places);
 
     std::error_code error;
     const auto folder = [](const fs::path& file) {

@@ -281,14 +281,8 @@ class SceneWriter {
             for (const Animation& animation : scene_.animations)
                 if (animates(animation, node))
                     fail(label, "is animated but sheared, which glTF cannot hold; remove the shear");
-            for (int k = 0; k < 16; ++k) item["matrix"].push_back(matrix[k / 4][k % 4]);
-            return;
         }
-        const glm::dvec3 &t = local.translation, &s = local.scale;
-        const glm::dquat r = glm::normalize(local.rotation);
-        if (t != glm::dvec3(0)) item["translation"] = {t.x, t.y, t.z};
-        if (r != glm::dquat(1, 0, 0, 0)) item["rotation"] = {r.x, r.y, r.z, r.w};
-        if (s != glm::dvec3(1)) item["scale"] = {s.x, s.y, s.z};
+        item.update(placeFields(local));
     }
 
     void writeAnimations() {
@@ -374,6 +368,21 @@ class SceneWriter {
 };
 
 }  // namespace
+
+json placeFields(const LocalTransform& local) {
+    json fields = json::object();
+    if (local.shear != glm::dmat3(1)) {
+        const glm::dmat4 matrix = localMatrix(local);
+        for (int k = 0; k < 16; ++k) fields["matrix"].push_back(matrix[k / 4][k % 4]);
+        return fields;
+    }
+    const glm::dvec3 &t = local.translation, &s = local.scale;
+    const glm::dquat r = glm::normalize(local.rotation);
+    if (t != glm::dvec3(0)) fields["translation"] = {t.x, t.y, t.z};
+    if (r != glm::dquat(1, 0, 0, 0)) fields["rotation"] = {r.x, r.y, r.z, r.w};
+    if (s != glm::dvec3(1)) fields["scale"] = {s.x, s.y, s.z};
+    return fields;
+}
 
 void writeGltf(const Scene& scene, const std::filesystem::path& file) {
     if (scene.roots.empty()) failIn(file, "", "cannot be written: the scene has no nodes; add one");

@@ -13,15 +13,17 @@ namespace touchstone::engine {
 /// Throws SceneError when the scene is invalid or the file cannot be written.
 void writeGltf(const Scene& scene, const std::filesystem::path& file);
 
-/// Extras to replace in an existing file, by glTF index; a null value removes them.
-struct ExtrasUpdate {
+/// What to replace in an existing file, by glTF index: extras of nodes and scenes (a null value removes them), and
+/// where nodes stand.
+struct GltfUpdate {
     std::map<int, nlohmann::json> nodes;
     std::map<int, nlohmann::json> scenes;
+    std::map<int, LocalTransform> places;
 };
 
-/// Copies `in` to `out` with only those extras replaced; the two may be the same file. Buffers stay byte for byte, the
+/// Copies `in` to `out` with only that replaced; the two may be the same file. Buffers stay byte for byte, the
 /// rest of the JSON keeps its order and values. A .gltf with external files can only be saved into its own folder.
 /// Throws SceneError; `out` is then untouched.
-void updateExtras(const std::filesystem::path& in, const std::filesystem::path& out, const ExtrasUpdate& update);
+void updateGltf(const std::filesystem::path& in, const std::filesystem::path& out, const GltfUpdate& update);
 
 }  // namespace touchstone::engine

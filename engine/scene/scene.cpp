@@ -51,6 +51,51 @@ int nodeIndex(const Scene& scene, Entity node) {
     return found == scene.nodes.end() ? -1 : static_cast<int>(found - scene.nodes.begin());
 }
 
+Entity appendScene(Scene& scene, const Scene& part, std::string name) {
+    const int firstImage = static_cast<int>(scene.images.size()),
+              firstMaterial = static_cast<int>(scene.materials.size());
+    scene.images.insert(scene.images.end(), part.images.begin(), part.images.end());
+    for (Material material : part.materials) {
+        for (int* image : {&material.texture, &material.metallicRoughnessTexture, &material.normalTexture,
+                           &material.emissiveTexture})
+            if (*image >= 0) *image += firstImage;
+        scene.materials.push_back(std::move(material));
+    }
+    struct Visit {
+        Entity from, below;
+    };
+    const Entity root = addNode(scene, std::move(name));
+    std::vector<Visit> open;
+    const auto visitLater = [&](const std::vector<Entity>& nodes, Entity below) {
+        for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) open.push_back({*node, below});  // first on top
+    };
+    visitLater(part.roots, root);
+    while (!open.empty()) {
+        const Visit visit = open.back();
+        open.pop_back();
+        const Registry& from = part.registry;
+        const Entity node =
+            addNode(scene, from.get<Name>(visit.from).value, visit.below, from.get<LocalTransform>(visit.from));
+        if (const MeshInstance* instance = from.find<MeshInstance>(visit.from))
+            for (const Primitive& primitive : instance->primitives)
+                addMesh(scene, node, primitive.mesh, primitive.material < 0 ? -1 : firstMaterial + primitive.material);
+        visitLater(from.get<Hierarchy>(visit.from).children, node);
+    }
+    return root;
+}
+
+bool isBelow(const Registry& registry, Entity node, Entity ancestor) {
+    while (node && node != ancestor) node = registry.get<Hierarchy>(node).parent;
+    return bool(node);
+}
+
+bool isVisible(const Registry& registry, Entity node) {
+    for (; node; node = registry.get<Hierarchy>(node).parent)
+        if (const Visibility* visibility = registry.find<Visibility>(node); visibility && !visibility->visible)
+            return false;
+    return true;
+}
+
 std::string printable(const std::string& text) {
     constexpr std::size_t kLongest = 60;
     std::size_t end = std::min(text.size(), kLongest);

@@ -56,6 +56,15 @@ void setExtras(Scene& scene, Entity node, nlohmann::json extras);
 /// glTF index of a node, -1 when it has none.
 int nodeIndex(const Scene& scene, Entity node);
 
+/// Puts what the other scene shows below a new root of this name, and returns that. Geometry and looks come along;
+/// markings and animations stay behind.
+Entity appendScene(Scene& scene, const Scene& part, std::string name);
+
+/// `node` is `ancestor` or hangs below it.
+bool isBelow(const Registry& registry, Entity node, Entity ancestor);
+/// Neither the node nor one above it is hidden.
+bool isVisible(const Registry& registry, Entity node);
+
 /// Text of a file as a sentence may quote it: without control characters, shortened to 60 bytes.
 std::string printable(const std::string& text);
 

@@ -7,8 +7,13 @@
 
 namespace touchstone::engine {
 
+namespace {
+
+constexpr float kMaxPitch = glm::half_pi<float>() - 0.01f;  // straight down, `up` would be undefined
+
+}  // namespace
+
 void OrbitCamera::orbit(float yawRadians, float pitchRadians) {
-    constexpr float kMaxPitch = glm::half_pi<float>() - 0.01f;  // straight down, `up` would be undefined
     yaw = std::remainder(yaw - yawRadians, glm::two_pi<float>());
     pitch = std::clamp(pitch + pitchRadians, -kMaxPitch, kMaxPitch);
 }
@@ -21,6 +26,21 @@ void OrbitCamera::pan(glm::vec2 pixels, float viewportHeight) {
 void OrbitCamera::zoom(float steps) {
     constexpr float kNearest = 1e-4f, kFarthest = 1e4f;
     distance = std::clamp(distance * std::exp(-steps / 8), kNearest, kFarthest);
+}
+
+void OrbitCamera::zoom(float steps, glm::vec2 pixel, glm::vec2 viewport) {
+    const glm::vec3 before = onViewPlane(pixel, viewport, target);
+    zoom(steps);
+    target += before - onViewPlane(pixel, viewport, target);
+}
+
+void OrbitCamera::look(StandardView view) {
+    constexpr float kQuarter = glm::half_pi<float>();
+    pitch = view == StandardView::Top ? kMaxPitch : view == StandardView::Bottom ? -kMaxPitch : 0;
+    yaw = view == StandardView::Right  ? kQuarter
+          : view == StandardView::Left ? -kQuarter
+          : view == StandardView::Back ? 2 * kQuarter
+                                       : 0;
 }
 
 void OrbitCamera::frame(glm::vec3 centre, float radius, float aspect) {

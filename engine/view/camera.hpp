@@ -12,6 +12,8 @@ struct Ray {
     glm::vec3 at(float t) const { return origin + t * direction; }
 };
 
+enum class StandardView { Front, Back, Right, Left, Top, Bottom };
+
 /// Looks at `target` from `distance` along yaw (about y, 0 looks along -z) and pitch (positive from above).
 struct OrbitCamera {
     glm::vec3 target{0};
@@ -27,6 +29,12 @@ struct OrbitCamera {
 
     /// Multiplies the distance by exp(-steps/8): one wheel step nearer is about 12 percent.
     void zoom(float steps);
+
+    /// The same towards what lies under a pixel at the target's depth, which stays there.
+    void zoom(float steps, glm::vec2 pixel, glm::vec2 viewport);
+
+    /// Turns to a side of the scene, +y up: the front is seen along -z. Target and distance stay.
+    void look(StandardView view);
 
     /// Makes the sphere fill a viewport of this aspect ratio (width / height), keeping the direction of view.
     void frame(glm::vec3 centre, float radius, float aspect);

@@ -29,6 +29,8 @@ struct TreeOptions {
     Interior interior = Interior::Shell;
     std::uint64_t seed = 1;  ///< shifts the samples: other trees, equally good
     int threads = 2;         ///< the result does not depend on it
+
+    friend bool operator==(const TreeOptions&, const TreeOptions&) = default;
 };
 
 struct BuildStatus {

@@ -21,6 +21,16 @@ HandParameters HandParameters::fromTranslation(double mass, double spring, doubl
             .torsionDamping = damping * kLever};
 }
 
+HandParameters HandParameters::times(double strength) const {
+    const double root = std::sqrt(strength);
+    HandParameters other = *this;
+    other.spring *= strength;
+    other.torsionSpring *= strength;
+    other.damping *= root;
+    other.torsionDamping *= root;
+    return other;
+}
+
 Hand::Oscillator::Oscillator(double mass, double damping, double spring, double dt) {
     const double decay = damping / (2 * mass);
     const double stiffness = spring / mass;
@@ -87,6 +97,11 @@ const Pose& Hand::advance(const Pose& X_WT_target, const Wrench& wrench_o, doubl
     rotation_.apply(turn, w_);
     X_WT_.q = (expRotation(turn + twistBalance - start) * X_WT_.q).normalized();
     return X_WT_;
+}
+
+void Hand::setParameters(const HandParameters& parameters) noexcept {
+    parameters_ = parameters;
+    dt_ = 0;  // the oscillators are made anew
 }
 
 double Hand::energy(const Pose& X_WT_target) const {

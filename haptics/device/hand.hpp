@@ -16,6 +16,8 @@ struct HandParameters {
 
     /// Rotation like translation at a lever: inertia m·(50 mm)², spring and damping times (45 mm)².
     static HandParameters fromTranslation(double mass, double spring, double damping);
+    /// A hand that pulls so many times as hard and swings no more: springs times `strength`, damping times its root.
+    HandParameters times(double strength) const;
 };
 
 /// A rigid body on a spring and a damper, in translation of the tool node's origin o and in rotation about it. Solved
@@ -25,6 +27,8 @@ class Hand {
   public:
     explicit Hand(const HandParameters& parameters, const Pose& X_WT);
 
+    /// Other parameters from the next tick on; pose and velocity stay.
+    void setParameters(const HandParameters& parameters) noexcept;
     /// At rest at X_WT.
     void reset(const Pose& X_WT) noexcept;
     /// `dt` ms on, pulled to `X_WT_target`, under the wrench on the hand about o on world axes. Returns the new pose.

@@ -1,11 +1,17 @@
 #include "haptics/device/mouse.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace touchstone {
 
 MouseDevice::MouseDevice(std::shared_ptr<MouseTarget> target, const Pose& X_WT_start, const HandParameters& hand)
-    : source_(std::move(target)), X_WT_start_(X_WT_start), X_WT_target_(X_WT_start), hand_(hand, X_WT_start) {}
+    : source_(std::move(target)),
+      X_WT_start_(X_WT_start),
+      X_WT_target_(X_WT_start),
+      parameters_(hand),
+      hand_(hand, X_WT_start) {}
 
 DeviceReading MouseDevice::read(double t, double dt) noexcept {
     if (t <= 0) {
@@ -15,8 +21,15 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
         source_->update();  // what was asked for before the start is forgotten
         return {.X_WT = X_WT_start_};
     }
-    if (source_->update() && source_->get().grabbed && source_->get().X_WT.isFinite())
-        X_WT_target_ = source_->get().X_WT;
+    if (source_->update()) {
+        const MouseTarget::State& wanted = source_->get();
+        if (wanted.grabbed && wanted.X_WT.isFinite()) X_WT_target_ = wanted.X_WT;
+        if (wanted.strength != strength_ && std::isfinite(wanted.strength)) {
+            strength_ = wanted.strength;
+            hand_.setParameters(
+                parameters_.times(std::clamp(strength_, MouseTarget::kWeakest, MouseTarget::kStrongest)));
+        }
+    }
     return {.X_WT = hand_.advance(X_WT_target_, wrench_o_, dt)};
 }
 

@@ -13,12 +13,14 @@ class MouseTarget {
     struct State {
         bool grabbed = false;  ///< false: the hand stays at the last target it was given
         Pose X_WT;             ///< wanted pose of the tool node, scene frame
+        double strength = 1;   ///< of the hand's pull, kWeakest to kStrongest
     };
+    static constexpr double kWeakest = 0.1, kStrongest = 4;
 
     /// Window only.
-    void grab(const Pose& X_WT) { states_.write({true, X_WT}); }
+    void grab(const Pose& X_WT, double strength = 1) { states_.write({true, X_WT, strength}); }
     /// Window only: the hand holds on where it was, so that the force stays while a slider is dragged.
-    void release() { states_.write({}); }
+    void release(double strength = 1) { states_.write({false, {}, strength}); }
 
     /// Device only: takes the newest state; false if nothing came since the last call.
     bool update() { return states_.update(); }
@@ -40,6 +42,8 @@ class MouseDevice final : public Device {
     std::shared_ptr<MouseTarget> source_;
     Pose X_WT_start_;
     Pose X_WT_target_;
+    HandParameters parameters_;
+    double strength_ = 1;
     Hand hand_;
     Wrench wrench_o_;
 };

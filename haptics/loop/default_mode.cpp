@@ -153,7 +153,7 @@ bool DefaultTick::collect(double margin) {
 void DefaultTick::addLastContacts() {
     RowSet& known = s_.relaxed;
     known.clear();
-    for (const auto& [id, force] : s_.contacts)
+    for (const std::uint64_t id : s_.lastLoaded)
         if (const int k = obstacleOf(id); s_.rows.find(id) < 0)
             s_.lists[k].appendRow(s_.inObstacle(k, s_.graphic), s_.R_WO[k], set_.margin, toolLeafOf(id),
                                   obstacleLeafOf(id), known);
@@ -296,6 +296,9 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     if (result.status == SolveStatus::Invalid) return false;
 
     step.rendered = result.x;
+    s_.lastLoaded.clear();
+    for (const Multiplier& m : result.multipliers) s_.lastLoaded.push_back(few.rows->id(m.row));
+    std::sort(s_.lastLoaded.begin(), s_.lastLoaded.end());
     if (exact) {
         s_.rememberContacts(s_.rows, result);
     } else {

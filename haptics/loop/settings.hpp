@@ -39,6 +39,8 @@ struct Settings {
     int shadowRows = 300;                  ///< deepest rows the shadow takes
     double rate = 1000;                    ///< Hz
     bool pause = false;                    ///< hold the tool where it is, force zero
+
+    friend bool operator==(const Settings&, const Settings&) = default;
 };
 
 /// What the solver that moves the tool is given in these settings' mode.

@@ -27,6 +27,7 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     order.resize(kRowCapacity);
     nearest.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
+    lastLoaded.reserve(kRowCapacity);
 }
 
 StepState::StepState(const World& world) : impl(std::make_unique<Impl>(world)) { reset(world.X_WT_start); }
@@ -43,6 +44,7 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.lastStep = 0;
     s.motion.setZero();
     s.contacts.clear();
+    s.lastLoaded.clear();
     for (NeighbourList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();
@@ -64,7 +66,6 @@ void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& re
     // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.
     for (const Multiplier& m : result.multipliers)
         contacts.push_back({from.id(m.row), m.value * from.row(m.row).head<3>().norm()});
-    std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
 }
 
 double StepState::Impl::hoverAt(const Pose& q) const {

@@ -43,7 +43,8 @@ struct StepState::Impl {
         std::uint64_t id;
         double force;  ///< N
     };
-    std::vector<Contact> contacts;  ///< loaded contacts of the last exact solve, ids ascending
+    std::vector<std::uint64_t> lastLoaded;  ///< contacts with multipliers in the last solve, ids ascending
+    std::vector<Contact> contacts;          ///< loaded contacts of the tick's last exact solve
 
     // Remembered from tick to tick.
     std::uint64_t tick = 0;

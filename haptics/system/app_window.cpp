@@ -12,7 +12,11 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/system/mouse_grab.hpp"
+#include "haptics/system/panel_layout.hpp"
+#include "haptics/system/presets.hpp"
+#include "haptics/system/undo.hpp"
 #include "haptics/system/units.hpp"
+#include "haptics/system/user_files.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -23,29 +27,6 @@ using Clock = std::chrono::steady_clock;
 // there.
 constexpr auto kShortestFrame = std::chrono::milliseconds(8), kOpeningFrame = std::chrono::milliseconds(60);
 constexpr double kMessageSeconds = 8;  // how long a warning stays over the picture
-
-/// A rectangle of the window, screen units from its upper-left corner.
-struct Area {
-    ImVec2 position, size;
-};
-
-/// Where the panels stand; the scene gets what they leave.
-struct Layout {
-    Area scene, haptics, plots, status, picture;
-
-    Layout(glm::vec2 window, float top, float em, bool panels) {
-        const float left = panels ? std::min(20 * em, 0.3f * window.x) : 0;
-        const float right = panels ? std::min(25 * em, 0.32f * window.x) : 0;
-        const float bottom = panels ? std::min(9 * em, 0.25f * window.y) : 0;
-        const float height = std::max(window.y - top, 1.f);
-        const float hapticsHeight = std::min(33.5f * em, 0.63f * height);
-        scene = {{0, top}, {left, height - hapticsHeight}};
-        haptics = {{0, top + height - hapticsHeight}, {left, hapticsHeight}};
-        plots = {{window.x - right, top}, {right, height}};
-        picture = {{left, top}, {std::max(window.x - left - right, 1.f), std::max(height - bottom, 1.f)}};
-        status = {{left, window.y - bottom}, {picture.size.x, bottom}};
-    }
-};
 
 float statusBarHeight() { return 1.5f * ImGui::GetFontSize(); }
 
@@ -77,6 +58,13 @@ std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem:
     return scenes;
 }
 
+/// All that undo goes back to.
+struct UserState {
+    std::vector<SceneEdit> edits;
+    Settings settings;  ///< never paused: pausing is no change
+    friend bool operator==(const UserState&, const UserState&) = default;
+};
+
 class App {
   public:
     explicit App(const WindowRunOptions& options);
@@ -89,31 +77,51 @@ class App {
     void drawPanels(const Layout& layout);
     void drawBar();
     void drawHints(const Area& picture) const;
+    void drawLeftPanel();
+    void drawGuideWindow(const Area& picture);
+    void drawPull(const Area& picture) const;
     void handleMouse(const Area& picture);
     void handleKeys();
     void carryOut();
+    void noteState();
+    void goTo(const std::optional<UserState>& state);
+    void copyCommand();
     bool timeIsUp();
     void lookAtAll(const Area& picture);
     void noteCost(double cpuMs);
+    ToolPoses toolPoses() const;
 
     const WindowRunOptions& options_;
+    PanelSizes sizes_;  // these two outlive the window, which writes them when it closes
+    std::string iniFile_;
     engine::Window window_;
     engine::Renderer renderer_;
     LiveSession session_;
     std::vector<std::filesystem::path> scenes_;
+    RecentScenes recent_;
 
     std::shared_ptr<HapticScene> viewed_;  // outlives the view of it
     std::unique_ptr<SceneView> view_;
     std::uint64_t viewedNumber_ = 0;
+    std::filesystem::path viewedFile_;
+    std::string title_;
     engine::OrbitCamera camera_;
+    Area picture_;
     MouseGrab grab_;
+    Selection selection_;
+    double strength_ = 1;  // of the hand that the mouse device was told of last
     bool holding_ = false, everHeld_ = false;
 
     DisplayOptions display_;
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
+    InspectorState inspector_;
+    engine::Entity pageNode_;  // that the left panel's second page was of
+    HapticsPanelState hapticsPanel_;
     MenuState menu_;
     PanelRequests requests_;
+    UndoStack<UserState> undo_;
+    std::filesystem::path undoFile_;  // that the states are of
     ItemRects items_, drawnItems_;
     FrameCost cost_, shownCost_;
     std::optional<glm::vec2> toolOnScreen_;
@@ -121,13 +129,23 @@ class App {
 };
 
 App::App(const WindowRunOptions& options)
-    : options_(options), window_(options.window), session_(options.session), display_(options.display) {
+    : options_(options),
+      window_(options.window),
+      session_(options.session),
+      recent_(options.configFolder),
+      display_(options.display) {
+    if (std::error_code error; !options.configFolder.empty()) {
+        std::filesystem::create_directories(options.configFolder, error);
+        iniFile_ = options.configFolder / "window.ini";
+        ImGui::GetIO().IniFilename = iniFile_.c_str();
+        sizes_.remember();
+    }
     scenes_ = findScenes(options.sceneFolders);
     window_.onDrop([this](const std::vector<std::filesystem::path>& files) { requests_.open = files.front(); });
     if (options.scene.empty())
         menu_.openDialog = true;
     else
-        session_.open({.file = options.scene, .roles = {}});
+        session_.open({.file = options.scene});
 }
 
 int App::run() {
@@ -138,7 +156,11 @@ int App::run() {
         began = Clock::now();
         const double cpuBegan = threadCpuMicroseconds();
         if (options_.onFrame) {
-            WindowFrame frame{window_, session_, display_, measure_, drawnItems_, toolOnScreen_, number, cost_};
+            const ImVec2 low = picture_.position, size = picture_.size;
+            WindowFrame frame{
+                window_,     session_,      display_, measure_,
+                drawnItems_, toolOnScreen_, camera_,  glm::vec4(low.x, low.y, low.x + size.x, low.y + size.y),
+                selection_,  number,        cost_};
             options_.onFrame(frame);
         }
         last = timeIsUp();
@@ -148,11 +170,13 @@ int App::run() {
 
         const float top = ImGui::GetFrameHeight();  // of the menu bar
         const glm::vec2 aboveBar = glm::vec2(window_.size()) - glm::vec2(0, statusBarHeight());
-        const Layout layout(aboveBar, top, ImGui::GetFontSize(), menu_.panels);
+        const Layout layout(aboveBar, top, ImGui::GetFontSize(), sizes_, menu_.panels);
+        picture_ = layout.picture;
         items_.clear();
         if (viewedNumber_ != session_.sceneNumber()) {
             viewedNumber_ = session_.sceneNumber();
-            lookAtAll(layout.picture);
+            if (viewedFile_ != session_.request().file) lookAtAll(layout.picture);  // else it was only changed
+            viewedFile_ = session_.request().file;
         }
         handleKeys();
         handleMouse(layout.picture);
@@ -160,6 +184,7 @@ int App::run() {
         drawPanels(layout);
         if (requests_.frameCamera) lookAtAll(layout.picture);
         carryOut();
+        noteState();
 
         const bool wanted = last && !options_.screenshot.empty();
         engine::Image picture;
@@ -198,11 +223,14 @@ bool App::timeIsUp() {
 void App::refreshScene() {
     if (viewed_ == session_.scene()) return;
     view_.reset();
+    if (viewed_ && viewedFile_ == session_.request().file)
+        selection_.moveTo(viewed_->scene, session_.scene()->scene);
+    else
+        selection_.select({});
     viewed_ = session_.scene();
     view_ = std::make_unique<SceneView>(renderer_, *viewed_);
-    scenePanel_ = {};
     grab_.reset();
-    window_.setTitle("Touchstone - " + session_.request().file.stem().string());
+    recent_.add(session_.request().file);
 }
 
 void App::lookAtAll(const Area& picture) {
@@ -238,30 +266,41 @@ void App::drawPicture(const Area& area) {
 
 void App::drawPanels(const Layout& layout) {
     const std::string& device = session_.device();
-    const MenuView menu{scenes_, device, session_.running(), viewed_ && viewed_->demonstration};
+    const MenuView menu{.scenes = scenes_,
+                        .recent = recent_.list(),
+                        .file = session_.request().file,
+                        .device = device,
+                        .running = session_.running(),
+                        .hasScene = viewed_ != nullptr,
+                        .hasDemonstration = viewed_ && viewed_->demonstration,
+                        .hasSelection = bool(selection_.node()),
+                        .canUndo = undo_.canUndo(),
+                        .canRedo = undo_.canRedo()};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = findScenes(options_.sceneFolders);
 
     if (menu_.panels) {
         if (beginPanel("Scene", layout.scene)) {
-            if (viewed_)
-                drawScenePanel(*viewed_, !session_.request().roles.empty(), display_, scenePanel_, requests_, &items_);
-            else
+            if (viewed_) {
+                scenePanel_.selected = selection_.node();
+                drawScenePanel(*viewed_, display_, scenePanel_, &items_);
+                selection_.select(scenePanel_.selected);
+            } else {
                 ImGui::TextDisabled("No scene is open.");
+            }
         }
         endPanel();
-        if (beginPanel("Haptics", layout.haptics)) {
-            Settings settings = session_.settings();
-            if (drawHapticsPanel(settings, requests_, &items_)) session_.setSettings(settings);
-        }
+        if (beginPanel("Haptics", layout.haptics)) drawLeftPanel();
         endPanel();
         if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
         endPanel();
-        if (beginPanel("Status", layout.status)) drawStatusPanel(session_.messages());
+        if (beginPanel("Log", layout.log)) drawLogPanel(session_.messages(), &items_);
         endPanel();
+        drawSplitters(layout, ImGui::GetFontSize(), sizes_);
     }
     drawBar();
+    drawGuideWindow(layout.picture);
     drawHints(layout.picture);
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
@@ -289,7 +328,7 @@ void App::drawHints(const Area& picture) const {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float em = ImGui::GetFontSize();
     if (session_.running() && !everHeld_) {
-        const char* hint = "Drag the tool: left button moves, wheel in depth, right button turns. Help says more.";
+        const char* hint = "Drag the tool: left moves it, right turns it. F1 tells all.";
         const ImVec2 size = ImGui::CalcTextSize(hint);
         list.AddText({picture.position.x + 0.5f * (picture.size.x - size.x),
                       picture.position.y + picture.size.y - size.y - 0.6f * em},
@@ -309,8 +348,74 @@ void App::drawHints(const Area& picture) const {
                  warning->text.c_str(), nullptr, width);
 }
 
+/// The settings; while something is selected it has a page beside them.
+void App::drawLeftPanel() {
+    const auto drawSettings = [&] {
+        Settings settings = session_.settings();
+        const Settings& own = viewed_ ? viewed_->settings : settings;
+        if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
+    };
+    const engine::Entity node = selection_.node();
+    const bool isNew = node != pageNode_;
+    pageNode_ = node;
+    if (!viewed_ || !viewed_->scene.registry.alive(node)) {
+        drawSettings();
+        return;
+    }
+    if (!ImGui::BeginTabBar("pages")) return;
+    if (ImGui::BeginTabItem("Settings")) {
+        drawSettings();
+        ImGui::EndTabItem();
+    }
+    noteItem(&items_, "page settings");
+    if (ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+        drawInspector(*viewed_, node, inspector_, requests_, &items_);
+        ImGui::EndTabItem();
+    }
+    noteItem(&items_, "page selected");
+    ImGui::EndTabBar();
+}
+
+void App::drawGuideWindow(const Area& picture) {
+    if (!viewed_ || viewed_->missing.empty() || session_.opening()) return;
+    const float em = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos({picture.position.x + 0.7f * em, picture.position.y + 0.7f * em});
+    ImGui::SetNextWindowSize({18 * em, 0});
+    ImGui::Begin("Roles", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
+    drawGuide(*viewed_, selection_.node(), requests_, &items_);
+    ImGui::End();
+}
+
+/// While the tool is held: from the point that is held to where the mouse wants it. It lengthens where the tool is held
+/// back.
+void App::drawPull(const Area& picture) const {
+    const TickRecord* record = session_.record();
+    if (!grab_.holding() || !record) return;
+    const glm::vec2 viewport(picture.size.x, picture.size.y);
+    const auto a = camera_.project(glm::vec3(toMetres(record->X_WT * grab_.heldPoint())), viewport);
+    const auto b = camera_.project(glm::vec3(toMetres(grab_.anchor())), viewport);
+    if (!a || !b) return;
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    const ImVec2 from{picture.position.x + a->x, picture.position.y + a->y},
+        to{picture.position.x + b->x, picture.position.y + b->y};
+    constexpr ImU32 kColor = IM_COL32(255, 215, 110, 230);
+    list.AddLine(from, to, kColor, 2);
+    list.AddCircleFilled(from, 4, kColor);
+    list.AddCircle(to, 6, kColor, 0, 2);
+}
+
+ToolPoses App::toolPoses() const {
+    const TickRecord* record = session_.record();
+    if (!record) return {};
+    return {record->X_WT, session_.device() == "mouse" ? record->X_WT_device : record->X_WT, true};
+}
+
 void App::handleMouse(const Area& picture) {
     const ImGuiIO& io = ImGui::GetIO();
+    const auto down = [](int key) { return ImGui::IsKeyDown(key); };
+    const auto between = [&](int less, int more) { return float(down(more)) - float(down(less)); };
     MouseFrame mouse;
     mouse.cursor = {io.MousePos.x - picture.position.x, io.MousePos.y - picture.position.y};
     mouse.viewport = {picture.size.x, picture.size.y};
@@ -319,45 +424,82 @@ void App::handleMouse(const Area& picture) {
     mouse.middle = io.MouseDown[2];
     mouse.turnKey = io.KeyShift;
     mouse.wheel = io.MouseWheel;
+    if (!io.WantTextInput) {
+        constexpr float kStepsPerSecond = 15, kRadiansPerSecond = 1;
+        mouse.depthKeys = kStepsPerSecond * io.DeltaTime * between(GLFW_KEY_PAGE_DOWN, GLFW_KEY_PAGE_UP);
+        mouse.turnKeys = kRadiansPerSecond * io.DeltaTime *
+                         glm::vec3(between(GLFW_KEY_UP, GLFW_KEY_DOWN), between(GLFW_KEY_LEFT, GLFW_KEY_RIGHT),
+                                   between(GLFW_KEY_COMMA, GLFW_KEY_PERIOD));
+    }
     const bool inside = ImGui::IsMousePosValid() && mouse.cursor.x >= 0 && mouse.cursor.y >= 0 &&
                         mouse.cursor.x < mouse.viewport.x && mouse.cursor.y < mouse.viewport.y;
     mouse.elsewhere = io.WantCaptureMouse || !inside;
 
     const TickRecord* record = session_.record();
-    const bool byMouse = session_.device() == "mouse";
+    const ToolPoses poses = toolPoses();
     GrabTool tool;
-    if (record)
-        tool = {.tree = viewed_->world->tool.get(),
-                .X_WT = record->X_WT,
-                .X_WT_device = byMouse ? record->X_WT_device : record->X_WT};
+    if (record) tool = {.tree = viewed_->world->tool.get(), .X_WT = poses.X_WT, .X_WT_device = poses.X_WT_device};
     toolOnScreen_.reset();
     if (record)
         if (const auto at = camera_.project(glm::vec3(toMetres(record->X_WT * tool.tree->center())), mouse.viewport))
             toolOnScreen_ = *at + glm::vec2(picture.position.x, picture.position.y);
-    if (ImGui::IsMousePosValid() || !grab_.holding()) grab_.update(mouse, camera_, record ? &tool : nullptr);
 
-    if (grab_.holding()) {
-        everHeld_ = true;
-        if (!byMouse) session_.chooseDevice("mouse");
-        if (MouseTarget* target = session_.mouse()) target->grab(*grab_.wanted());
-    } else if (holding_ && session_.mouse()) {
-        session_.mouse()->release();
+    std::optional<Pose> wanted;  // where the hand is to go
+    if (viewed_ && !grab_.holding()) {
+        const Selection::Wish wish = selection_.update(mouse, camera_, *viewed_, poses, inspector_.ownAxes,
+                                                       5.5f * ImGui::GetFontSize(), io.KeyCtrl);
+        if (wish.edit) requests_.edits = {*wish.edit};
+        wanted = wish.hand;
     }
-    holding_ = grab_.holding();
-    if (grab_.hovering() || holding_) ImGui::SetMouseCursor(ImGuiMouseCursor_Hand);
+    if (wanted) grab_.reset();  // the next grab goes on from where the handles left the hand
+    if (selection_.busy()) mouse.elsewhere = true;
+    if (!selection_.dragging() && (ImGui::IsMousePosValid() || !grab_.holding()))
+        grab_.update(mouse, camera_, record ? &tool : nullptr);
+    if (grab_.holding()) wanted = grab_.wanted();
+    if (viewed_ && grab_.clicked()) selection_.click(*viewed_, poses, camera_.ray(mouse.cursor, mouse.viewport));
+
+    if (wanted) {
+        everHeld_ = true;
+        if (session_.device() != "mouse") session_.chooseDevice("mouse");
+        if (MouseTarget* target = session_.mouse()) target->grab(*wanted, hapticsPanel_.strength);
+    } else if (session_.mouse() && (holding_ || strength_ != hapticsPanel_.strength)) {
+        session_.mouse()->release(hapticsPanel_.strength);
+        strength_ = hapticsPanel_.strength;
+    }
+    holding_ = wanted.has_value();
+    if (grab_.hovering() || selection_.busy() || holding_) ImGui::SetMouseCursor(ImGuiMouseCursor_Hand);
+    const glm::vec2 corner(picture.position.x, picture.position.y);
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.PushClipRect(picture.position, {picture.position.x + picture.size.x, picture.position.y + picture.size.y});
+    if (viewed_) selection_.draw(list, camera_, corner, mouse.viewport, *viewed_, poses);
+    drawPull(picture);
+    list.PopClipRect();
 }
 
 void App::handleKeys() {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput) return;
     const auto pressed = [](int key) { return ImGui::IsKeyPressed(key, false); };
+    if (pressed(GLFW_KEY_F1) || (io.KeyShift && pressed(GLFW_KEY_SLASH))) menu_.helpDialog = true;
+    using engine::StandardView;
+    if (pressed(GLFW_KEY_KP_1)) requests_.view = io.KeyCtrl ? StandardView::Back : StandardView::Front;
+    if (pressed(GLFW_KEY_KP_3)) requests_.view = io.KeyCtrl ? StandardView::Left : StandardView::Right;
+    if (pressed(GLFW_KEY_KP_7)) requests_.view = io.KeyCtrl ? StandardView::Bottom : StandardView::Top;
     if (io.KeyCtrl) {
         if (pressed(GLFW_KEY_O)) menu_.openDialog = true;
+        if (pressed(GLFW_KEY_S)) menu_.saveDialog = viewed_ != nullptr;
         if (pressed(GLFW_KEY_Q)) requests_.quit = true;
+        if (pressed(GLFW_KEY_Z)) (io.KeyShift ? requests_.redo : requests_.undo) = true;
+        if (pressed(GLFW_KEY_Y)) requests_.redo = true;
+        if (io.KeyShift && pressed(GLFW_KEY_C)) requests_.copyCommand = true;
         return;
     }
+    if (pressed(GLFW_KEY_ESCAPE) && viewed_)
+        selection_.dragging() ? selection_.cancel(*viewed_) : selection_.select({});
     if (pressed(GLFW_KEY_R)) requests_.restart = true;
-    if (pressed(GLFW_KEY_F)) requests_.frameCamera = true;
+    if (pressed(GLFW_KEY_F)) (selection_.node() ? requests_.frameSelection : requests_.frameCamera) = true;
+    if (pressed(GLFW_KEY_A) || pressed(GLFW_KEY_HOME)) requests_.frameCamera = true;
+    if (pressed(GLFW_KEY_E)) inspector_.ownAxes = !inspector_.ownAxes;
     if (pressed(GLFW_KEY_H)) menu_.panels = !menu_.panels;
     if (pressed(GLFW_KEY_S)) session_.setSettings(withSolversSwapped(session_.settings()));
     for (const DisplaySwitch& which : displaySwitches())
@@ -369,14 +511,71 @@ void App::handleKeys() {
     }
 }
 
+void App::noteState() {
+    const std::string name = session_.request().file.stem().string();
+    const std::string title =
+        viewed_ ? "Touchstone - " + name + (session_.newest().edits.empty() ? "" : " *") : "Touchstone";
+    if (title != title_) window_.setTitle(title_ = title);
+    if (!viewed_ || session_.opening()) return;
+    if (undoFile_ != session_.request().file) {
+        undo_.clear();
+        undoFile_ = session_.request().file;
+    }
+    UserState now{session_.newest().edits, session_.settings()};
+    now.settings.pause = false;
+    undo_.note(now, !ImGui::IsAnyItemActive() && !selection_.dragging());
+}
+
+void App::goTo(const std::optional<UserState>& state) {
+    if (!state) return;
+    Settings settings = state->settings;
+    settings.pause = session_.settings().pause;
+    session_.setSettings(settings);
+    if (state->edits != session_.newest().edits) session_.setEdits(state->edits);
+}
+
+void App::copyCommand() {
+    if (!session_.running()) return;
+    if (!session_.newest().edits.empty()) {
+        session_.say(Message::Kind::Warning,
+                     "The command would run the file without your changes: save the scene first");
+        return;
+    }
+    std::string device = session_.device();
+    if (device == "mouse") {
+        if (!viewed_->demonstration) {
+            session_.say(Message::Kind::Warning,
+                         "A hand on the mouse cannot be repeated, and the scene has no demonstration: replay a motion");
+            return;
+        }
+        device = "demo";
+    }
+    const std::string line =
+        commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());
+    ImGui::SetClipboardText(line.c_str());
+    session_.say(Message::Kind::Note, "Copied: " + line);
+}
+
 void App::carryOut() {
     const PanelRequests requests = std::exchange(requests_, {});
     if (!requests.refusal.empty()) session_.say(Message::Kind::Error, requests.refusal);
-    if (requests.open) session_.open({.file = *requests.open, .roles = {}});
+    if (requests.open) session_.open({.file = *requests.open});
     if (requests.reload) session_.reload();
     if (requests.cancelOpening) session_.cancelOpening();
-    if (requests.role) session_.giveRole(requests.role->first, requests.role->second);
-    if (requests.saveRoles) session_.saveRoles(*requests.saveRoles);
+    if (!requests.edits.empty()) session_.edit(requests.edits);
+    if (requests.save && session_.save(*requests.save, requests.saveSettings)) {
+        viewedFile_ = session_.request().file;
+        recent_.add(viewedFile_);
+    }
+    if (requests.undo && session_.opening())
+        session_.cancelOpening();
+    else if (requests.undo)
+        goTo(undo_.undo());
+    if (requests.redo && !session_.opening()) goTo(undo_.redo());
+    if (requests.view) camera_.look(*requests.view);
+    if (requests.frameSelection && viewed_)
+        fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
+    if (requests.copyCommand) copyCommand();
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.restart) session_.restart();
     if (requests.device || requests.restart) grab_.reset();

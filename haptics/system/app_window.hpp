@@ -8,6 +8,7 @@
 #include "engine/view/window.hpp"
 #include "haptics/system/live_measure.hpp"
 #include "haptics/system/panels.hpp"
+#include "haptics/system/selection.hpp"
 #include "haptics/system/session.hpp"
 #include "haptics/system/status_bar.hpp"
 
@@ -21,16 +22,20 @@ struct WindowFrame {
     LiveMeasure& measure;
     const ItemRects& items;                 ///< controls as drawn in the frame before
     std::optional<glm::vec2> toolOnScreen;  ///< C in screen units, where it was drawn
-    long number = 0;                        ///< frames since the window opened
-    FrameCost cost;                         ///< of the frame before
+    const engine::OrbitCamera& camera;
+    glm::vec4 picture;           ///< of the scene in the window: x, y, x + width, y + height
+    const Selection& selection;  ///< of the frame before
+    long number = 0;             ///< frames since the window opened
+    FrameCost cost;              ///< of the frame before
 };
 
 struct WindowRunOptions {
     std::filesystem::path scene;  ///< may be empty: the window then offers the scenes of `folders`
     SessionOptions session;
     std::vector<std::filesystem::path> sceneFolders;  ///< whose .glb and .gltf files the menu lists
-    std::optional<double> seconds;                    ///< closes after this time with a running scene
-    std::filesystem::path screenshot;                 ///< picture of the last frame with its panels; empty: none
+    std::filesystem::path configFolder;  ///< for the layout and the scenes opened last; empty: nothing is remembered
+    std::optional<double> seconds;       ///< closes after this time with a running scene
+    std::filesystem::path screenshot;    ///< picture of the last frame with its panels; empty: none
     engine::WindowOptions window;
     DisplayOptions display;
     std::string view;                           ///< as SceneView::look(), of the first scene

@@ -12,6 +12,7 @@ namespace {
 constexpr float kOrbitPerPixel = 0.008f;     // radians
 constexpr float kTurnPerPixel = 0.006f;      // radians
 constexpr float kTurnPerWheelStep = 0.06f;   // radians
+constexpr float kClickPixels = 4;            // a press that moves further is a drag
 constexpr float kDepthPerWheelStep = 0.01f;  // of the distance to the eye
 
 /// Nearest hit of a ray p + s d (|d| = 1, mm, the body's frame) among the leaves below a block.
@@ -72,6 +73,7 @@ void MouseGrab::begin(const MouseFrame& mouse, const engine::OrbitCamera& camera
     if (!buttonsUp_ || !(mouse.left || mouse.middle || mouse.right)) return;
     if (hit && !mouse.middle) {
         anchor_ = *hit;
+        held_T_ = tool->X_WT.inverse() * *hit;
         if (!wanted_) wanted_ = tool->X_WT_device;
         drag_ = Drag::Move;
     } else {
@@ -82,26 +84,25 @@ void MouseGrab::begin(const MouseFrame& mouse, const engine::OrbitCamera& camera
 void MouseGrab::move(const MouseFrame& mouse, const engine::OrbitCamera& camera) {
     const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
     Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
-    const double step = static_cast<double>(mouse.wheel * kDepthPerWheelStep);
+    const double step = static_cast<double>((mouse.wheel + mouse.depthKeys) * kDepthPerWheelStep);
     target += step * (target - toMm(ray.origin));  // along the cursor's ray: the held point stays under the cursor
     wanted_->p += target - anchor_;
     anchor_ = target;
 }
 
-void MouseGrab::turn(const MouseFrame& mouse, const engine::OrbitCamera& camera, const Vec3& p_TC) {
-    const glm::vec2 pixels = mouse.cursor - cursor_;
-    const Vec3 w = direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
-                             kTurnPerWheelStep * mouse.wheel * camera.forward());
+void MouseGrab::turn(const Vec3& w, const Vec3& p_TC) {
     const Quat dq = expRotation(w);
     const Vec3 p_WC = *wanted_ * p_TC;
     wanted_->p = p_WC + dq * (wanted_->p - p_WC);
     wanted_->q = (dq * wanted_->q).normalized();
-    // The held point turns with the tool, but the cursor does not follow it: dragging on goes from the cursor.
-    anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
 }
 
 void MouseGrab::update(const MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool) {
     const bool anyButton = mouse.left || mouse.middle || mouse.right;
+    if (pressed_ && glm::length(mouse.cursor - *pressed_) > kClickPixels) pressed_.reset();
+    clicked_ = pressed_ && !anyButton;
+    if (!anyButton) pressed_.reset();
+    if (buttonsUp_ && mouse.left && !mouse.elsewhere) pressed_ = mouse.cursor;
     if (drag_ != Drag::None && (!anyButton || (holding() && !tool))) drag_ = Drag::None;
     if (drag_ == Drag::None) {
         begin(mouse, camera, tool);
@@ -110,12 +111,19 @@ void MouseGrab::update(const MouseFrame& mouse, engine::OrbitCamera& camera, con
     if (holding()) drag_ = mouse.right || mouse.turnKey ? Drag::Turn : Drag::Move;
 
     const glm::vec2 pixels = mouse.cursor - cursor_;
+    const glm::vec3 byKeys =
+        camera.right() * mouse.turnKeys.x + camera.up() * mouse.turnKeys.y + camera.forward() * mouse.turnKeys.z;
     switch (drag_) {
         case Drag::Move:
             move(mouse, camera);
+            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->tree->center());
             break;
         case Drag::Turn:
-            turn(mouse, camera, tool->tree->center());
+            turn(direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
+                           kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
+                 tool->tree->center());
+            // The held point turns with the tool, but the cursor does not follow it: dragging on goes from the cursor.
+            anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
             break;
         case Drag::Orbit:
             camera.orbit(kOrbitPerPixel * pixels.x, kOrbitPerPixel * pixels.y);
@@ -126,7 +134,7 @@ void MouseGrab::update(const MouseFrame& mouse, engine::OrbitCamera& camera, con
         case Drag::None:
             break;
     }
-    if (!holding() && !mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel);
+    if (!holding() && !mouse.elsewhere && mouse.wheel != 0) camera.zoom(mouse.wheel, mouse.cursor, mouse.viewport);
     cursor_ = mouse.cursor;
     buttonsUp_ = !anyButton;
 }

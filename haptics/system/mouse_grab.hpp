@@ -18,6 +18,8 @@ struct MouseFrame {
     bool left = false, middle = false, right = false;  ///< held down
     bool turnKey = false;                              ///< Shift: left turns the tool, or pans the camera
     float wheel = 0;                                   ///< steps since the last frame, positive away from the user
+    float depthKeys = 0;                               ///< wheel steps by keys, for a held tool alone
+    glm::vec3 turnKeys{0};                             ///< radians by keys about the view's right, up and forward
     bool elsewhere = false;                            ///< over a panel: no drag begins and the wheel is not ours
 };
 
@@ -36,6 +38,8 @@ class MouseGrab {
     /// Moves `camera`, or the wanted pose of the tool. `tool` null: there is none to grab.
     void update(const MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool);
 
+    /// The left button was let go where it was pressed, in the picture.
+    bool clicked() const { return clicked_; }
     bool holding() const { return drag_ == Drag::Move || drag_ == Drag::Turn; }
     /// The cursor is on the tool, or holds it.
     bool hovering() const { return hovering_; }
@@ -43,6 +47,8 @@ class MouseGrab {
     const std::optional<Pose>& wanted() const { return wanted_; }
     /// The point of the tool that is held, mm, scene frame.
     const Vec3& anchor() const { return anchor_; }
+    /// The same point in the tool's frame: where the tool is held back, it stays behind anchor().
+    const Vec3& heldPoint() const { return held_T_; }
     /// Forgets the tool, e.g. after a restart.
     void reset();
 
@@ -51,13 +57,15 @@ class MouseGrab {
 
     void begin(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GrabTool* tool);
     void move(const MouseFrame& mouse, const engine::OrbitCamera& camera);
-    void turn(const MouseFrame& mouse, const engine::OrbitCamera& camera, const Vec3& p_TC);
+    void turn(const Vec3& w, const Vec3& p_TC);
 
     Drag drag_ = Drag::None;
     bool buttonsUp_ = true;  ///< a drag begins with a press, not by sliding in from a panel with a button down
     bool hovering_ = false;
+    bool clicked_ = false;
+    std::optional<glm::vec2> pressed_;  ///< where the left button went down, until it moves on
     glm::vec2 cursor_{0};
-    Vec3 anchor_ = Vec3::Zero();
+    Vec3 anchor_ = Vec3::Zero(), held_T_ = Vec3::Zero();
     std::optional<Pose> wanted_;
 };
 

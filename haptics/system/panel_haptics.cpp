@@ -1,8 +1,12 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 
+#include "haptics/device/mouse.hpp"
 #include "haptics/system/panels.hpp"
+#include "haptics/system/presets.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -48,9 +52,50 @@ bool drawAll(const SettingControl (&controls)[N], Settings& settings, std::strin
     return changed;
 }
 
+/// One button for each preset, side by side.
+bool drawPresets(const Settings& scene, Settings& settings, ItemRects* items) {
+    bool changed = false;
+    const auto count = static_cast<float>(presetTable().size());
+    const float spacing = ImGui::GetStyle().ItemSpacing.x;
+    const float width = (ImGui::GetContentRegionAvail().x - (count - 1) * spacing) / count;
+    for (const Preset& preset : presetTable()) {
+        if (&preset != &presetTable().front()) ImGui::SameLine();
+        Settings chosen = preset.apply(scene);
+        chosen.pause = settings.pause;
+        const bool isOn = chosen == settings;
+        if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (ImGui::Button(std::string(preset.name).c_str(), {width, 0}) && !isOn) {
+            settings = chosen;
+            changed = true;
+        }
+        if (isOn) ImGui::PopStyleColor();
+        noteItem(items, "preset " + std::string(preset.name));
+        tooltip("Preset: " + std::string(preset.help));
+    }
+    return changed;
+}
+
+void drawStrength(HapticsPanelState& state, ItemRects* items) {
+    constexpr double kLow = MouseTarget::kWeakest, kHigh = MouseTarget::kStrongest;
+    const double spring = HandParameters{}.times(state.strength).spring;
+    std::array<char, 32> shown{};
+    std::snprintf(shown.data(), shown.size(), "%.3g N/mm", spring);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted("Mouse hand");
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.strength, &kLow, &kHigh, shown.data(),
+                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoInput);
+    noteItem(items, "strength");
+    tooltip(
+        "How firmly the mouse's hand pulls the device to the cursor, N/mm. A weak hand stays behind where the tool is "
+        "held back; a strong one presses harder.");
+}
+
 }  // namespace
 
-bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* items) {
+bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
+                      ItemRects* items) {
     const Settings before = settings;
     bool changed = false;
 
@@ -66,12 +111,14 @@ bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* it
     noteItem(items, "reset");
     tooltip("Device and tool back to the start of the scene; the demonstration begins again.\nKey R");
 
+    changed |= drawPresets(scene, settings, items);
     if (drawSetting(kMode, settings, requests.refusal, items)) {
         settings = withMode(before, settings.mode);
         changed = true;
     }
     drawHeading("Between hand and tool");
     changed |= drawAll(kForce, settings, requests.refusal, items);
+    drawStrength(state, items);
     drawHeading("Solvers");
     changed |= drawAll(kSolvers, settings, requests.refusal, items);
     ImGui::BeginDisabled(settings.shadow < 0);
@@ -88,8 +135,12 @@ bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* it
     ImGui::Spacing();
     if (ImGui::CollapsingHeader("More")) changed |= drawAll(kMore, settings, requests.refusal, items);
     noteItem(items, "more");
+    requests.copyCommand |= ImGui::Button("Copy as command line", {-1, 0});
+    noteItem(items, "copy command");
+    tooltip("Puts the command that repeats this run without a window on the clipboard.\nCtrl+Shift+C");
 
     if (!changed) return false;
+    if (settings.margin != before.margin && settings.trust != before.trust) return true;  // a preset
     // Trust stays within the margin: whichever of the two was moved takes the other along.
     if (settings.margin != before.margin) settings.trust = std::min(settings.trust, settings.margin);
     if (settings.trust != before.trust) settings.margin = std::max(settings.trust, settings.margin);

@@ -1,6 +1,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string_view>
 
 #include "haptics/system/panels.hpp"
@@ -9,7 +10,8 @@
 namespace touchstone::system {
 namespace {
 
-constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys";
+constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys",
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part";
 
 /// A dialog in the middle of the window, opened on request and closed by a click beside it or Escape.
 bool beginDialog(const char* title, bool& open) {
@@ -39,7 +41,8 @@ bool drawPathInput(const char* id, PathInput& path, const char* action, ItemRect
 
 void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
     if (!beginDialog(kOpenTitle, state.openDialog)) return;
-    const auto rows = static_cast<float>(std::clamp(view.scenes.size(), std::size_t{2}, std::size_t{12}));
+    const auto rows =
+        static_cast<float>(std::clamp(view.scenes.size() + view.recent.size(), std::size_t{2}, std::size_t{16}));
     ImGui::BeginChild("scenes", {36 * ImGui::GetFontSize(), (rows + 1) * ImGui::GetTextLineHeightWithSpacing()}, true);
     for (const std::filesystem::path& scene : view.scenes) {
         ImGui::PushID(scene.c_str());
@@ -51,7 +54,17 @@ void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& reque
         tooltip(scene.string());
         ImGui::PopID();
     }
-    if (view.scenes.empty()) ImGui::TextDisabled("No scene was found.");
+    if (!view.recent.empty()) ImGui::TextDisabled("Opened last");
+    for (const std::filesystem::path& scene : view.recent) {
+        ImGui::PushID(("recent " + scene.string()).c_str());
+        if (ImGui::Selectable(scene.c_str())) {
+            requests.open = scene;
+            ImGui::CloseCurrentPopup();
+        }
+        noteItem(items, "recent " + scene.stem().string());
+        ImGui::PopID();
+    }
+    if (view.scenes.empty() && view.recent.empty()) ImGui::TextDisabled("No scene was found.");
     ImGui::EndChild();
     ImGui::TextDisabled("Or a .glb or .gltf file; files can also be dropped on the window.");
     if (drawPathInput("##open path", state.openPath, "Open", items)) requests.open = state.openPath.data();
@@ -66,22 +79,59 @@ void drawReplayDialog(MenuState& state, PanelRequests& requests, ItemRects* item
     ImGui::EndPopup();
 }
 
+void drawSaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
+    if (state.saveDialog) std::snprintf(state.savePath.data(), state.savePath.size(), "%s", view.file.string().c_str());
+    if (!beginDialog(kSaveTitle, state.saveDialog)) return;
+    ImGui::TextDisabled("Roles, places, trees and parts as they are now. What the file holds beyond that is kept.");
+    ImGui::Checkbox("with the present settings", &state.saveSettings);
+    noteItem(items, "save settings");
+    tooltip("They are then what the scene starts with.");
+    if (drawPathInput("##save path", state.savePath, "Save", items)) {
+        requests.save = state.savePath.data();
+        requests.saveSettings = state.saveSettings;
+    }
+    ImGui::EndPopup();
+}
+
+void drawAddDialog(MenuState& state, PanelRequests& requests, ItemRects* items) {
+    if (!beginDialog(kAddTitle, state.addDialog)) return;
+    ImGui::TextDisabled("All shapes of a .glb or .gltf file as one body, where that file has them.");
+    for (const Role role : {Role::Tool, Role::Obstacle}) {
+        if (role != Role::Tool) ImGui::SameLine();
+        if (ImGui::RadioButton(name(role), state.addRole == role)) state.addRole = role;
+        noteItem(items, std::string("add ") + name(role));
+    }
+    if (drawPathInput("##add path", state.addPath, "Add", items))
+        requests.edits = {AddPart{state.addPath.data(), state.addRole}};
+    ImGui::EndPopup();
+}
+
 void drawHelpDialog(MenuState& state) {
     if (!beginDialog(kHelpTitle, state.helpDialog)) return;
     const struct {
         const char *what, *does;
     } rows[]{
         {"Left button on the tool", "moves it in the view plane; the mouse takes over from any other device"},
-        {"Wheel while it is held", "moves it away from you and back"},
-        {"Right button, or Shift and left", "turns it; the wheel then turns it about the line of sight"},
+        {"Wheel, or Page up and down, while held", "moves it away from you and back"},
+        {"Right button, or Shift and left, on it", "turns it; the wheel then turns it about the line of sight"},
+        {"Arrows, comma and full stop while held", "turn it about the view's axes and about the line of sight"},
+        {"Click", "selects what is under the cursor; beside everything, nothing"},
+        {"Drag a handle of the selected", "moves or turns it; with Ctrl in steps of 1 mm and 5°; Escape takes it back"},
+        {"E", "handles along its own axes, or the scene's"},
         {"Left button elsewhere", "turns the view"},
         {"Right or middle button elsewhere", "shifts the view"},
-        {"Wheel", "nearer and further"},
+        {"Wheel", "nearer and further, towards the cursor"},
+        {"F", "bring the selected into view, or everything"},
+        {"A, Home", "bring everything into view"},
+        {"Keypad 1, 3, 7", "front, right, top; with Ctrl back, left, bottom"},
         {"Space", "pause and go on"},
         {"R", "reset: device and tool back to the start"},
         {"S", "swap rendering and shadow solver"},
-        {"F", "bring everything into view"},
         {"H", "hide and show the panels"},
+        {"Ctrl+O, Ctrl+S", "open and save a scene"},
+        {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
+        {"Ctrl+Shift+C", "copy the run as a command line"},
+        {"F1, ?", "this page"},
     };
     if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
@@ -109,7 +159,7 @@ void drawHelpDialog(MenuState& state) {
 void drawDeviceMenu(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
     const std::string current = view.device.substr(0, view.device.find(':'));
     for (const DeviceInfo& device : deviceTable()) {
-        const bool possible = view.hasScene && (device.name != "demo" || view.hasDemonstration);
+        const bool possible = view.running && (device.name != "demo" || view.hasDemonstration);
         const std::string text(device.name);
         if (ImGui::MenuItem(text.c_str(), nullptr, current == device.name, possible)) {
             if (device.name == "replay")
@@ -131,6 +181,17 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             if (ImGui::MenuItem("Open ...", "Ctrl+O")) state.openDialog = true;
             noteItem(items, "menu open");
             if (ImGui::MenuItem("Open again", nullptr, false, view.hasScene)) requests.reload = true;
+            noteItem(items, "menu reload");
+            tooltip("As its file has it; what was changed by hand is taken back.");
+            if (ImGui::BeginMenu("Opened last", !view.recent.empty())) {
+                for (const std::filesystem::path& scene : view.recent)
+                    if (ImGui::MenuItem(scene.c_str())) requests.open = scene;
+                ImGui::EndMenu();
+            }
+            if (ImGui::MenuItem("Add a part ...", nullptr, false, view.hasScene)) state.addDialog = true;
+            noteItem(items, "menu add");
+            if (ImGui::MenuItem("Save ...", "Ctrl+S", false, view.hasScene)) state.saveDialog = true;
+            noteItem(items, "menu save");
             ImGui::Separator();
             for (const std::filesystem::path& scene : view.scenes)
                 if (ImGui::MenuItem(scene.stem().c_str())) requests.open = scene;
@@ -139,6 +200,16 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             ImGui::EndMenu();
         }
         noteItem(items, "menu scene");
+        if (ImGui::BeginMenu("Edit")) {
+            if (ImGui::MenuItem("Undo", "Ctrl+Z", false, view.canUndo)) requests.undo = true;
+            noteItem(items, "menu undo");
+            if (ImGui::MenuItem("Redo", "Ctrl+Shift+Z", false, view.canRedo)) requests.redo = true;
+            ImGui::Separator();
+            if (ImGui::MenuItem("Copy as command line", "Ctrl+Shift+C", false, view.running))
+                requests.copyCommand = true;
+            ImGui::EndMenu();
+        }
+        noteItem(items, "menu edit");
         if (ImGui::BeginMenu("Device")) {
             drawDeviceMenu(view, state, requests, items);
             ImGui::EndMenu();
@@ -146,7 +217,20 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         noteItem(items, "menu device");
         if (ImGui::BeginMenu("View")) {
             ImGui::MenuItem("Panels", "H", &state.panels);
-            if (ImGui::MenuItem("Everything in view", "F")) requests.frameCamera = true;
+            if (ImGui::MenuItem("Everything in view", "A")) requests.frameCamera = true;
+            if (ImGui::MenuItem("Selected in view", "F", false, view.hasSelection)) requests.frameSelection = true;
+            ImGui::Separator();
+            const struct {
+                const char *text, *key;
+                engine::StandardView view;
+            } sides[]{{"Front", "Keypad 1", engine::StandardView::Front},
+                      {"Back", "Ctrl+Keypad 1", engine::StandardView::Back},
+                      {"Right", "Keypad 3", engine::StandardView::Right},
+                      {"Left", "Ctrl+Keypad 3", engine::StandardView::Left},
+                      {"Top", "Keypad 7", engine::StandardView::Top},
+                      {"Bottom", "Ctrl+Keypad 7", engine::StandardView::Bottom}};
+            for (const auto& side : sides)
+                if (ImGui::MenuItem(side.text, side.key)) requests.view = side.view;
             ImGui::Separator();
             for (const DisplaySwitch& which : displaySwitches()) {
                 const bool on = isOn(display, which);
@@ -165,6 +249,8 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
 
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
     drawOpenDialog(view, state, requests, items);
+    drawSaveDialog(view, state, requests, items);
+    drawAddDialog(state, requests, items);
     drawReplayDialog(state, requests, items);
     drawHelpDialog(state);
 }

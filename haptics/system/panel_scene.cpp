@@ -13,8 +13,6 @@ namespace {
 const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
     kGoalColor{0.50f, 0.90f, 0.55f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
 
-constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Visual};
-
 ImVec4 roleColor(Role role) {
     switch (role) {
         case Role::Tool:
@@ -27,20 +25,6 @@ ImVec4 roleColor(Role role) {
             break;
     }
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
-}
-
-std::string label(const engine::Scene& scene, engine::Entity node) {
-    const std::string& given = scene.registry.get<engine::Name>(node).value;
-    return given.empty() ? "node " + std::to_string(engine::nodeIndex(scene, node)) : engine::printable(given);
-}
-
-std::size_t triangleCount(const engine::Registry& registry, engine::Entity node) {
-    std::size_t count = 0;
-    if (const auto* instance = registry.find<engine::MeshInstance>(node))
-        for (const engine::Primitive& primitive : instance->primitives) count += primitive.mesh->indices.size() / 3;
-    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
-        count += triangleCount(registry, child);
-    return count;
 }
 
 /// Lines below a part that has a sphere tree: how good it is, and on hover all that is known of it.
@@ -66,7 +50,7 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, I
     engine::Scene& scene = whole.scene;
     engine::Registry& registry = scene.registry;
     const auto& children = registry.get<engine::Hierarchy>(node).children;
-    const std::string text = label(scene, node);
+    const std::string text = nodeText(scene, node);
     ImGui::PushID(static_cast<int>(node.index));
 
     if (auto* visibility = registry.find<engine::Visibility>(node)) {
@@ -98,30 +82,6 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, I
         ImGui::TreePop();
     }
     ImGui::PopID();
-}
-
-void drawSelected(HapticScene& scene, const ScenePanelState& state, PanelRequests& requests, ItemRects* items) {
-    const engine::Registry& registry = scene.scene.registry;
-    const engine::Entity node = state.selected;
-    const Role* role = registry.find<Role>(node);
-    ImGui::AlignTextToFramePadding();
-    ImGui::Text("%s", label(scene.scene, node).c_str());
-    ImGui::SameLine(8.5f * ImGui::GetFontSize());
-    ImGui::SetNextItemWidth(-1);
-    if (ImGui::BeginCombo("##role", role ? name(*role) : "no role")) {
-        for (const Role choice : kRoles) {
-            if (ImGui::Selectable(name(choice), role && *role == choice)) requests.role = {node, choice};
-            noteItem(items, std::string("role ") + name(choice));
-        }
-        if (ImGui::Selectable("no role", !role)) requests.role = {node, std::nullopt};
-        ImGui::EndCombo();
-    }
-    noteItem(items, "role");
-    tooltip(
-        "What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is "
-        "where "
-        "the tool is to come to rest. The scene is opened again with the new role.");
-    ImGui::TextDisabled("%zu triangles", triangleCount(registry, node));
 }
 
 const SphereTree* deepestObstacle(const World& world) {
@@ -187,37 +147,17 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, ItemRects* i
 
 }  // namespace
 
-void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, ScenePanelState& state,
-                    PanelRequests& requests, ItemRects* items) {
-    if (!scene.missing.empty()) {
-        ImGui::PushTextWrapPos(0);
-        ImGui::TextColored(kAttention, "%s", scene.missing.c_str());
-        ImGui::TextUnformatted("Select a node below and choose its role.");
-        ImGui::PopTextWrapPos();
-    }
+std::string nodeText(const engine::Scene& scene, engine::Entity node) {
+    const std::string& given = scene.registry.get<engine::Name>(node).value;
+    return given.empty() ? "node " + std::to_string(engine::nodeIndex(scene, node)) : engine::printable(given);
+}
+
+void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, ItemRects* items) {
     const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = ((edited ? 8.9f : 7.9f) + (display.section && scene.world ? 1 : 0)) * line;
+    const float below = (7.3f + (display.section && scene.world ? 1 : 0)) * line;
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
     for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
     ImGui::EndChild();
-
-    if (scene.scene.registry.alive(state.selected) && engine::nodeIndex(scene.scene, state.selected) >= 0) {
-        drawSelected(scene, state, requests, items);
-    } else {
-        ImGui::TextDisabled("Click on a node to see it,");
-        ImGui::TextDisabled("or to change its role.");
-    }
-    if (edited) {
-        if (state.savePath[0] == '\0')
-            std::snprintf(state.savePath.data(), state.savePath.size(), "%s", scene.scene.file.string().c_str());
-        if (ImGui::Button("Save roles")) requests.saveRoles = state.savePath.data();
-        noteItem(items, "save roles");
-        tooltip("Writes the roles into the scene's file, or into a copy of it under another name.");
-        ImGui::SameLine(8.5f * ImGui::GetFontSize());
-        ImGui::SetNextItemWidth(-1);
-        ImGui::InputText("##path", state.savePath.data(), state.savePath.size());
-        noteItem(items, "save path");
-    }
     ImGui::Separator();
     drawDisplay(scene, display, items);
 }

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "haptics/system/scene_view.hpp"
@@ -17,40 +16,71 @@ namespace touchstone::system {
 /// What the user asked for in a frame.
 struct PanelRequests {
     std::optional<std::filesystem::path> open;
-    std::optional<std::string> device;                                   ///< NAME or NAME:FILE
-    std::optional<std::pair<engine::Entity, std::optional<Role>>> role;  ///< for a node; nothing takes it away
-    std::optional<std::filesystem::path> saveRoles;
-    std::string refusal;  ///< a value that was typed and not accepted
-    bool reload = false, restart = false, cancelOpening = false, frameCamera = false, quit = false;
+    std::optional<std::string> device;  ///< NAME or NAME:FILE
+    std::vector<SceneEdit> edits;       ///< of the scene that is shown
+    std::optional<std::filesystem::path> save;
+    bool saveSettings = false;                 ///< along with it
+    std::optional<engine::StandardView> view;  ///< the camera is to look from there
+    std::string refusal;                       ///< a value that was typed and not accepted
+    bool reload = false, restart = false, cancelOpening = false, quit = false;
+    bool frameCamera = false, frameSelection = false;
+    bool undo = false, redo = false, copyCommand = false;
 };
 
 using PathInput = std::array<char, 1024>;
 
+/// Name of a node as the panels show it.
+std::string nodeText(const engine::Scene& scene, engine::Entity node);
+
 struct ScenePanelState {
     engine::Entity selected;
-    PathInput savePath{};
 };
 
-/// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees. `edited`: roles were
-/// given by hand.
-void drawScenePanel(HapticScene& scene, bool edited, DisplayOptions& display, ScenePanelState& state,
-                    PanelRequests& requests, ItemRects* items);
+/// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees.
+void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, ItemRects* items);
 
-/// Pause, reset, and the settings one tunes. Returns true when `settings` changed; they then pass checkSettings().
-bool drawHapticsPanel(Settings& settings, PanelRequests& requests, ItemRects* items);
+struct InspectorState {
+    engine::Entity node;  ///< that the rest belongs to
+    bool placing = false, choosing = false;
+    glm::dvec3 position{0}, angles{0};  ///< while they are edited: mm, degrees about x, y, z
+    TreeOptions tree;                   ///< while it is chosen
+    bool ownAxes = false;               ///< of the gizmo
+};
 
-/// The messages, newest last.
-void drawStatusPanel(const std::vector<Message>& messages);
+/// The node that is selected: place, role, sphere tree, looks. Pre: it is a node of the scene.
+void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
+                   ItemRects* items);
+
+/// What to do with a scene in which roles are missing. `selected` may be null.
+void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, ItemRects* items);
+
+struct HapticsPanelState {
+    double strength = 1;  ///< of the mouse's hand
+};
+
+/// Pause, reset, presets made from `scene` (the settings it asks for), and the settings one tunes. Returns true when
+/// `settings` changed; they then pass checkSettings().
+bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
+                      ItemRects* items);
+
+/// What was told since the window opened, newest last, with a button that copies it.
+void drawLogPanel(const std::vector<Message>& messages, ItemRects* items);
 
 struct MenuView {
     const std::vector<std::filesystem::path>& scenes;  ///< those found
+    const std::vector<std::filesystem::path>& recent;  ///< newest first
+    const std::filesystem::path& file;                 ///< of the scene that is shown
     const std::string& device;
-    bool hasScene = false, hasDemonstration = false;
+    bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
+    bool canUndo = false, canRedo = false;
 };
 struct MenuState {
-    bool panels = true;                                                 ///< all panels are shown
-    bool openDialog = false, replayDialog = false, helpDialog = false;  ///< to be opened in this frame
-    PathInput openPath{}, replayPath{};
+    bool panels = true;  ///< all panels are shown
+    /// To be opened in this frame.
+    bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false;
+    PathInput openPath{}, replayPath{}, savePath{}, addPath{};
+    bool saveSettings = true;
+    Role addRole = Role::Obstacle;
 };
 
 /// The bar at the top.

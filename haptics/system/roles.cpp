@@ -23,8 +23,9 @@ using nlohmann::json;
 
 constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual"};
 
-/// Component: setRole() changed the node's extras.
-struct RoleEdited {};
+/// Components: the node's extras were changed, it was put elsewhere.
+struct MarkEdited {};
+struct PlaceEdited {};
 
 /// A role that a node could have, and the sentence that says why.
 struct Candidate {
@@ -42,6 +43,15 @@ const json* touchstoneOf(const json& extras) {
 const json* touchstoneOf(const Scene& scene, Entity node) {
     const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
     return marking ? touchstoneOf(marking->extras) : nullptr;
+}
+
+/// Extras of a node that is to be marked.
+json checkedExtras(const Scene& scene, Entity node) {
+    const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
+    if (!marking || marking->extras.is_null()) return json::object();
+    if (!marking->extras.is_object())
+        engine::failIn(scene.file, nodeLabel(scene, node), "its extras are no object: make them one to mark the node");
+    return marking->extras;
 }
 
 bool hasMotion(const Scene& scene, Entity node) {
@@ -317,17 +327,13 @@ void setRole(Scene& scene, Entity node, std::optional<Role> role) {
         if (body && (body->motion || body->collider || body->trigger))
             engine::failIn(scene.file, nodeLabel(scene, which),
                            "its role comes from KHR_physics_rigid_bodies: change it there");
-        const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(which);
-        if (marking && !marking->extras.is_null() && !marking->extras.is_object())
-            engine::failIn(scene.file, nodeLabel(scene, which),
-                           "its extras are no object: make them one to mark the node");
+        checkedExtras(scene, which);
     };
     check(node);
     for (const Entity other : others) check(other);
 
     const auto mark = [&](Entity which, std::optional<Role> as) {
-        const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(which);
-        json extras = marking ? marking->extras : json();
+        json extras = checkedExtras(scene, which);
         if (as) {
             extras["touchstone"]["role"] = name(*as);
         } else if (extras.contains("touchstone")) {
@@ -335,21 +341,67 @@ void setRole(Scene& scene, Entity node, std::optional<Role> role) {
             if (extras["touchstone"].empty()) extras.erase("touchstone");
         }
         setExtras(scene, which, extras.empty() ? json() : std::move(extras));
-        scene.registry.add(which, RoleEdited{});
+        scene.registry.add(which, MarkEdited{});
     };
     for (const Entity other : others) mark(other, Role::Visual);
     mark(node, role);
 }
 
-void saveRoles(const Scene& scene, const std::filesystem::path& out) {
+void setTree(Scene& scene, Entity node, const TreeOptions& tree) {
+    json extras = checkedExtras(scene, node);
+    json& mark = extras["touchstone"];
+    for (const char* key : {"leaves", "max_error_mm", "quality", "interior"}) mark.erase(key);
+    if (tree.maxError > 0)
+        mark["max_error_mm"] = tree.maxError;
+    else
+        mark["leaves"] = tree.leaves;
+    if (tree.quality != TreeQuality::Fast) mark["quality"] = name(tree.quality);
+    if (tree.interior != Interior::Shell) mark["interior"] = name(tree.interior);
+    setExtras(scene, node, std::move(extras));
+    scene.registry.add(node, MarkEdited{});
+}
+
+void setPlace(Scene& scene, Entity node, const engine::LocalTransform& local) {
+    scene.registry.add(node, local);
+    scene.registry.add(node, PlaceEdited{});
+}
+
+void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings) {
+    const Settings now = sceneSettings(scene, roles);
+    json changed = json::object();
+    for (const SettingInfo& info : settingTable()) {
+        const std::string key(info.key), value = getSetting(settings, key);
+        if (key == "pause" || value == getSetting(now, key)) continue;
+        const json number = json::parse(value, nullptr, false);
+        changed[key] = number.is_number() ? number : json(value);
+    }
+    if (changed.empty()) return;
+    if (!scene.extras.is_null() && !scene.extras.is_object())
+        engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
+                       "its extras are no object: make them one to keep settings there");
+    scene.extras["touchstone"]["settings"].update(changed);
+}
+
+void saveScene(const Scene& scene, const std::filesystem::path& out) {
     if (scene.file.empty())
         throw engine::SceneError("the scene was not read from a file: write it with writeGltf() first");
-    engine::ExtrasUpdate update;
-    scene.registry.each<RoleEdited, engine::NodeMarking>(
-        [&](Entity node, const RoleEdited&, const engine::NodeMarking& marking) {
+    bool hasParts = false;
+    scene.registry.each<AddedPart>([&](Entity, const AddedPart&) { hasParts = true; });
+    if (hasParts) {
+        writeGltf(scene, out);
+        return;
+    }
+    engine::GltfUpdate update;
+    scene.registry.each<MarkEdited, engine::NodeMarking>(
+        [&](Entity node, const MarkEdited&, const engine::NodeMarking& marking) {
             update.nodes[nodeIndex(scene, node)] = marking.extras;
         });
-    engine::updateExtras(scene.file, out, update);
+    scene.registry.each<PlaceEdited, engine::LocalTransform>(
+        [&](Entity node, const PlaceEdited&, const engine::LocalTransform& local) {
+            update.places[nodeIndex(scene, node)] = local;
+        });
+    update.scenes[scene.index] = scene.extras;
+    engine::updateGltf(scene.file, out, update);
 }
 
 }  // namespace touchstone::system

@@ -39,6 +39,9 @@ struct ColliderGeometry {
     int mesh = -1;  ///< glTF mesh
 };
 
+/// Component of nodes that came from another file.
+struct AddedPart {};
+
 /// Where the tool node is to come to rest, scene frame. The defaults accept any orientation.
 struct GoalRegion {
     Pose X_WT;
@@ -74,8 +77,18 @@ engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 /// the old one, which becomes visual. Throws engine::SceneError where KHR_physics_rigid_bodies fixes the role.
 void setRole(engine::Scene& scene, engine::Entity node, std::optional<Role> role);
 
-/// Writes the marks changed by setRole() into a copy of the scene's file, all else as it stands. `out` may be that
-/// file. Throws engine::SceneError when the scene has no file or `out` cannot be written.
-void saveRoles(const engine::Scene& scene, const std::filesystem::path& out);
+/// Asks for a sphere tree in extras.touchstone of a node; likewise.
+void setTree(engine::Scene& scene, engine::Entity node, const TreeOptions& tree);
+
+/// Puts a node elsewhere in its parent's frame. Call engine::updateWorldTransforms() afterwards.
+void setPlace(engine::Scene& scene, engine::Entity node, const engine::LocalTransform& local);
+
+/// Asks in extras.touchstone of the scene for those settings that are not already as given; not for a pause.
+void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);
+
+/// Writes what the functions above changed into a copy of the scene's file, all else as it stands; `out` may be that
+/// file. A scene with an AddedPart is written anew. Throws engine::SceneError when the scene has no file or `out`
+/// cannot be written.
+void saveScene(const engine::Scene& scene, const std::filesystem::path& out);
 
 }  // namespace touchstone::system

@@ -30,11 +30,6 @@ std::pair<glm::vec3, glm::vec3> boxOf(const std::vector<glm::vec3>& points) {
     return {low, high};
 }
 
-bool isBelow(const engine::Registry& registry, engine::Entity node, engine::Entity ancestor) {
-    while (node && node != ancestor) node = registry.get<engine::Hierarchy>(node).parent;
-    return bool(node);
-}
-
 }  // namespace
 
 std::span<const SceneDirection> sceneDirections() {
@@ -105,7 +100,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
         const engine::Entity owner = roleOwner(registry, node);
         for (const engine::Primitive& primitive : instance.primitives) {
             if (primitive.mesh->indices.empty()) continue;
-            Part part{.node = node, .item = {}, .moves = tool && isBelow(registry, node, tool)};
+            Part part{.node = node, .item = {}, .moves = tool && engine::isBelow(registry, node, tool)};
             part.role = owner ? registry.get<Role>(owner) : Role::Visual;
             auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
             if (isNew) mesh->second = renderer.upload(*primitive.mesh);
@@ -131,33 +126,24 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
         }
     });
 
-    if (scene.world) {
-        overlays_ = std::make_unique<SceneOverlays>(scene.world);
-        reach_ = std::max(scene.world->reach(), 1e-3);
-    }
+    if (scene.world) reach_ = std::max(scene.world->reach(), 1e-3);
     floor_ = std::numeric_limits<float>::infinity();
     // The tool may go below the floor: the floor does not follow it.
     for (const glm::vec3& p : corners(nullptr, !scene.world, true)) floor_ = std::min(floor_, p.y);
     if (!std::isfinite(floor_)) floor_ = 0;
 }
 
-bool SceneView::visible(engine::Entity node) const {
-    const engine::Registry& registry = scene_.scene.registry;
-    for (; node; node = registry.get<engine::Hierarchy>(node).parent)
-        if (const auto* visibility = registry.find<engine::Visibility>(node); visibility && !visibility->visible)
-            return false;
-    return true;
-}
-
 glm::mat4 SceneView::modelAt(const Part& part, const Pose* X_WT) const {
-    if (!part.moves || !X_WT) return part.item.model;
-    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * glm::dmat4(part.item.model));
+    const engine::Registry& registry = scene_.scene.registry;
+    const glm::dmat4& placed = registry.get<engine::WorldTransform>(part.node).matrix;
+    if (!part.moves || !X_WT) return glm::mat4(placed);
+    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * placed);
 }
 
 std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fixed) const {
     std::vector<glm::vec3> points;
     for (const Part& part : parts_) {
-        if (!(part.moves ? moving : fixed) || !visible(part.node)) continue;
+        if (!(part.moves ? moving : fixed) || !engine::isVisible(scene_.scene.registry, part.node)) continue;
         const glm::mat4 model = modelAt(part, X_WT);
         for (int corner = 0; corner < 8; ++corner) {
             const glm::vec3 p{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
@@ -202,13 +188,14 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
             camera.pitch = direction.pitch;
             fit(camera, X_WT, aspect);
         }
-    if (name != kContactView || !overlays_) return camera;
+    SceneOverlays* const found = overlays();
+    if (name != kContactView || !found) return camera;
     TickRecord start;
     start.X_WT = start.X_WT_device = scene_.world->X_WT_start;
     DisplayOptions nearest;
     nearest.clearance = true;
-    overlays_->find(record ? *record : start, settings, nearest);
-    const auto place = overlays_->contactPlace() ? overlays_->contactPlace() : overlays_->nearestPlace();
+    found->find(record ? *record : start, settings, nearest);
+    const auto place = found->contactPlace() ? found->contactPlace() : found->nearestPlace();
     if (!place) return camera;
     const Vec3& n = place->n_W;
     // Across the normal, from the side that is nearer to the front; from above it all looks alike.
@@ -219,8 +206,17 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     return camera;
 }
 
+/// Those of the world that runs, which is another once a body was moved.
+SceneOverlays* SceneView::overlays() {
+    if (overlaid_ != scene_.world) {
+        overlaid_ = scene_.world;
+        overlays_ = overlaid_ ? std::make_unique<SceneOverlays>(overlaid_) : nullptr;
+    }
+    return overlays_.get();
+}
+
 void SceneView::follow(const TickRecord& record) {
-    if (overlays_) overlays_->follow(record);
+    if (SceneOverlays* const found = overlays()) found->follow(record);
 }
 
 glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const {
@@ -239,27 +235,30 @@ glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W,
 
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
                      const DisplayOptions& options) {
+    if (scene_.roles.tool)  // nodes may have been moved since the last frame
+        toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(scene_.scene.registry, scene_.roles.tool)));
+    SceneOverlays* const drawn = overlays();
     frame.grid = {.visible = options.grid, .height = floor_};
     addParts(frame, record, options);
-    if (!overlays_) return;
+    if (!drawn) return;
 
     const Pose X_WT = record ? record->X_WT : scene_.world->X_WT_start;
     if (record) {
-        overlays_->follow(*record);
-        overlays_->find(*record, settings, options);
+        drawn->follow(*record);
+        drawn->find(*record, settings, options);
     }
     if (options.section) {
         // Through the contacts, without jumping when they come and go.
         constexpr double kFollow = 0.12;  // of the way in a frame
-        const auto place = record ? overlays_->contactPlace() : std::nullopt;
+        const auto place = record ? drawn->contactPlace() : std::nullopt;
         const Vec3 wanted = place ? place->p_W : X_WT * scene_.world->p_TC();
         cutAt_ = cutAt_ ? Vec3(*cutAt_ + kFollow * (wanted - *cutAt_)) : wanted;
         frame.section = section(frame.camera, *cutAt_, options);
     } else {
         cutAt_.reset();
     }
-    overlays_->addSpheres(frame, X_WT, options);
-    if (record) overlays_->add(frame, *record, options);
+    drawn->addSpheres(frame, X_WT, options);
+    if (record) drawn->add(frame, *record, options);
 }
 
 void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const {
@@ -267,7 +266,8 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
     const Pose* X_WT = record ? &record->X_WT : scene_.world ? &start : nullptr;
     bool goalShown = false;
     for (const Part& part : parts_) {
-        if (!visible(part.node) || (part.role == Role::Goal && !options.goal)) continue;
+        if (!engine::isVisible(scene_.scene.registry, part.node) || (part.role == Role::Goal && !options.goal))
+            continue;
         engine::DrawItem item = part.item;
         item.model = modelAt(part, X_WT);
         if (part.role == Role::Goal) {
@@ -293,7 +293,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
 
 void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const {
     for (const Part& part : parts_) {
-        if (!part.moves || !visible(part.node)) continue;
+        if (!part.moves || !engine::isVisible(scene_.scene.registry, part.node)) continue;
         engine::DrawItem item = part.item;
         item.model = modelAt(part, &X_WT);
         item.material.baseColor = glm::vec4(glm::mix(glm::vec3(item.material.baseColor), tint, share), 1);

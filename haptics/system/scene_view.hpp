@@ -32,7 +32,8 @@ std::string checkView(std::string_view name);
 /// Brings the points into the middle of the picture, seen from the camera's direction. Without points it stays.
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect);
 
-/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility and nothing else may change meanwhile.
+/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility, where nodes stand and the
+/// world may change meanwhile, and nothing else.
 class SceneView {
   public:
     SceneView(engine::Renderer& renderer, const HapticScene& scene);
@@ -59,7 +60,6 @@ class SceneView {
         bool moves = false;         ///< belongs to the tool's subtree
         glm::vec3 low{0}, high{0};  ///< bounding box in its own frame
     };
-    bool visible(engine::Entity node) const;
     glm::mat4 modelAt(const Part& part, const Pose* X_WT) const;
     /// Corners of the bounding boxes of all visible parts that move, that do not, or both; metres.
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
@@ -68,14 +68,16 @@ class SceneView {
     void addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const;
     /// Plane for Frame::section through a point, mm, the half towards the viewer cut away.
     glm::vec4 section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const;
+    SceneOverlays* overlays();  ///< null without a world
 
     const HapticScene& scene_;
     std::vector<Part> parts_;
-    glm::dmat4 toolFromWorld_{1};              ///< inverse of the tool node's rigid matrix in the file
-    std::unique_ptr<SceneOverlays> overlays_;  ///< null without a world
-    std::optional<Vec3> cutAt_;                ///< where the section goes through, mm; follows the contacts slowly
-    double reach_ = 50;                        ///< ρ, mm
-    float floor_ = 0;                          ///< height of the grid, metres
+    glm::dmat4 toolFromWorld_{1};  ///< inverse of the tool node's rigid matrix in the file
+    std::unique_ptr<SceneOverlays> overlays_;
+    std::shared_ptr<const World> overlaid_;  ///< the world that they are of
+    std::optional<Vec3> cutAt_;              ///< where the section goes through, mm; follows the contacts slowly
+    double reach_ = 50;                      ///< ρ, mm
+    float floor_ = 0;                        ///< height of the grid, metres
 };
 
 /// A picture of a tick, drawn without display.

@@ -1,7 +1,6 @@
 #include "haptics/system/scene_world.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <sstream>
 
@@ -11,6 +10,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/system/scene_motion.hpp"
 #include "haptics/system/units.hpp"
+#include "haptics/system/user_files.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -145,17 +145,7 @@ class TreeShop {
 
 }  // namespace
 
-std::filesystem::path treeCacheFolder() {
-    const auto variable = [](const char* name) -> std::filesystem::path {
-        const char* value = std::getenv(name);
-        return value ? value : "";
-    };
-    if (const auto folder = variable("TOUCHSTONE_CACHE"); !folder.empty()) return folder;
-    // A relative XDG path is to be ignored, says its specification.
-    if (const auto cache = variable("XDG_CACHE_HOME"); cache.is_absolute()) return cache / "touchstone";
-    if (const auto home = variable("HOME"); home.is_absolute()) return home / ".cache" / "touchstone";
-    return {};
-}
+std::filesystem::path treeCacheFolder() { return userFolder("TOUCHSTONE_CACHE", "XDG_CACHE_HOME", ".cache"); }
 
 TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
     const glm::dmat4 world = worldMatrix(scene.registry, roleNode);
@@ -235,6 +225,20 @@ const SphereTree* treeOf(const HapticScene& scene, Entity node) {
     return found == obstacles.end()
                ? nullptr
                : scene.world->obstacles[static_cast<std::size_t>(found - obstacles.begin())].tree.get();
+}
+
+std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
+    updateWorldTransforms(scene.scene);
+    scene.roles = assignRoles(scene.scene);
+    if (!scene.world) return nullptr;
+    std::vector<std::string> known;  // said when the scene was opened
+    scene.motions = findMotions(scene.scene, scene.roles.tool, scene.roles.obstacles, known);
+    scene.demonstration = scene.motions.empty() ? nullptr : scene.motions.front().motion;
+    auto world = std::make_shared<World>(*scene.world);
+    for (std::size_t i = 0; i < world->obstacles.size(); ++i)
+        world->obstacles[i].X_WO = toPose(engine::worldPose(scene.scene.registry, scene.roles.obstacles[i]));
+    world->X_WT_start = startPose(scene);
+    return world;
 }
 
 std::string sceneName(const HapticScene& scene) {

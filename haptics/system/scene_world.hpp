@@ -84,6 +84,10 @@ const SphereTree* treeOf(const HapticScene& scene, engine::Entity node);
 /// Name of the scene for reports: its file's without folder and extension, else that of the glTF scene.
 std::string sceneName(const HapticScene& scene);
 
+/// After nodes were moved that movesRigidly(): goal and motions of the scene anew, and a world with the same trees
+/// where they now stand; null if there was none. scene.world stays the old one.
+std::shared_ptr<const World> worldAsPlaced(HapticScene& scene);
+
 /// Reads a file and does all of the above; safe on a thread of its own, since the result is complete and shares
 /// nothing. Throws engine::SceneError; BuildCancelled on cancel.
 HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options = {});

@@ -73,10 +73,7 @@ class LiveSession::Opening {
                              }};
         try {
             engine::Scene read = engine::readGltf(request.file);
-            for (const auto& [index, role] : request.roles)
-                if (index >= 0 && static_cast<std::size_t>(index) < read.nodes.size() &&
-                    read.nodes[static_cast<std::size_t>(index)])
-                    setRole(read, read.nodes[static_cast<std::size_t>(index)], role);
+            applyEdits(read, request.edits);
             scene = std::make_shared<HapticScene>(openScene(std::move(read), options));
         } catch (const BuildCancelled&) {
         } catch (const std::exception& e) {
@@ -120,25 +117,72 @@ std::optional<OpeningProgress> LiveSession::opening() const {
 }
 
 void LiveSession::reload() {
-    if (shown_.scene) open(shown_.request);
+    if (shown_.scene) open({.file = shown_.request.file});
 }
 
-void LiveSession::giveRole(engine::Entity node, std::optional<Role> role) {
-    const int index = shown_.scene ? engine::nodeIndex(shown_.scene->scene, node) : -1;
-    if (index < 0) return;
-    SceneRequest request = shown_.request;
-    request.roles.emplace_back(index, role);
-    open(std::move(request));
+void LiveSession::edit(std::vector<SceneEdit> more) {
+    std::vector<SceneEdit> edits = newest().edits;
+    for (SceneEdit& edit : more) append(edits, std::move(edit));
+    setEdits(std::move(edits));
 }
 
-void LiveSession::saveRoles(const std::filesystem::path& file) {
+const SceneRequest& LiveSession::newest() const {
+    return next_                                                ? next_->request
+           : openings_.empty() || openings_.back()->cancelled() ? shown_.request
+                                                                : openings_.back()->request;
+}
+
+void LiveSession::setEdits(std::vector<SceneEdit> edits) {
     if (!shown_.scene) return;
+    const std::optional<std::vector<PlaceNode>> places =
+        opening() ? std::nullopt : onlyPlacesDiffer(newest().edits, edits);
+    SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
+    const engine::Scene& scene = shown_.scene->scene;
+    const bool rigid = places && std::all_of(places->begin(), places->end(), [&](const PlaceNode& place) {
+                           return movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place.node)]);
+                       });
+    if (rigid)
+        placeAsNewWorld(std::move(request), *places);
+    else
+        open(std::move(request));
+}
+
+/// How a body that was moved by hand gets to the loop: as a world of the same trees. The tool goes back to its start.
+void LiveSession::placeAsNewWorld(SceneRequest request, const std::vector<PlaceNode>& places) {
+    HapticScene& scene = *shown_.scene;
+    for (const PlaceNode& place : places)
+        setPlace(scene.scene, scene.scene.nodes[static_cast<std::size_t>(place.node)], place.to);
+    Shown next{std::move(request), shown_.scene, worldAsPlaced(scene)};
+    if (!next.world || !loop_) {
+        shown_.request = std::move(next.request);
+        return;
+    }
     try {
-        system::saveRoles(shown_.scene->scene, file);
-        say(Message::Kind::Note, "The roles are saved in " + file.string());
+        startOrMouse(next, settings_, device_);
     } catch (const std::exception& e) {
         say(Message::Kind::Error, e.what());
     }
+}
+
+bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
+    if (!shown_.scene) return false;
+    if (opening()) {
+        say(Message::Kind::Error, "The scene is still being opened: save it when it is shown");
+        return false;
+    }
+    HapticScene& scene = *shown_.scene;
+    try {
+        if (withSettings) system::setSettings(scene.scene, scene.roles, settings_);
+        saveScene(scene.scene, file);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+        return false;
+    }
+    scene.scene.file = file;
+    shown_.request = {.file = file};
+    if (next_) next_->request = shown_.request;
+    say(Message::Kind::Note, "The scene is saved in " + file.string());
+    return true;
 }
 
 void LiveSession::start(const Shown& next, const Settings& settings, const std::string& choice,
@@ -153,16 +197,27 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     }
     facts_ = {device->limits(), device->dynamics()};
     if (loop_) {
-        loop_->open(next.scene->world, settings, std::move(device));
+        loop_->open(next.world, settings, std::move(device));
         ++loopSession_;
     } else {
-        loop_ = std::make_unique<HapticLoop>(next.scene->world, settings, std::move(device), options_.loop);
+        loop_ = std::make_unique<HapticLoop>(next.world, settings, std::move(device), options_.loop);
         if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
     }
     mouse_ = std::move(mouse);
     device_ = choice;
     settings_ = settings;
     next_ = next;
+}
+
+void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
+    const Pose X_WT_start = next.world->X_WT_start;
+    try {
+        start(next, settings, choice, X_WT_start);
+    } catch (const std::runtime_error& e) {
+        if (choice == "mouse") throw;
+        say(Message::Kind::Error, e.what());
+        start(next, settings, "mouse", X_WT_start);
+    }
 }
 
 void LiveSession::takeOpened() {
@@ -174,10 +229,12 @@ void LiveSession::takeOpened() {
             say(Message::Kind::Error, ready->error);
             continue;
         }
-        const Shown next{ready->request, ready->scene};
+        const Shown next{ready->request, ready->scene, ready->scene->world};
         for (const std::string& warning : next.scene->warnings) say(Message::Kind::Warning, warning);
         try {
-            const Settings settings = options_.adjust ? options_.adjust(next.scene->settings) : next.scene->settings;
+            const Settings settings = next.request.settings ? *next.request.settings
+                                      : options_.adjust     ? options_.adjust(next.scene->settings)
+                                                            : next.scene->settings;
             if (!next.scene->world) {
                 // A scene without roles is shown, so that they can be given; the tool of the old one lets go.
                 say(Message::Kind::Note, next.scene->missing);
@@ -191,17 +248,12 @@ void LiveSession::takeOpened() {
                 show(next);
                 continue;
             }
-            const Pose& start_pose = next.scene->world->X_WT_start;
-            const std::string choice = !options_.device.empty()    ? options_.device
-                                       : next.scene->demonstration ? "demo"
-                                                                   : "mouse";
-            try {
-                start(next, settings, choice, start_pose);
-            } catch (const std::runtime_error& e) {
-                if (choice == "mouse") throw;
-                say(Message::Kind::Error, e.what());
-                start(next, settings, "mouse", start_pose);
-            }
+            const bool goesOn = next.request.settings && !device_.empty() && device_ != "demo";
+            startOrMouse(next, settings,
+                         goesOn                      ? device_
+                         : !options_.device.empty()  ? options_.device
+                         : next.scene->demonstration ? "demo"
+                                                     : "mouse");
             say(Message::Kind::Note, next.request.file.filename().string() + " runs with the " + device_ + " device");
         } catch (const std::exception& e) {
             say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
@@ -216,6 +268,7 @@ void LiveSession::show(Shown next) {
         history_.clear();
     }
     shown_ = std::move(next);
+    if (shown_.scene) shown_.scene->world = shown_.world;
     toldTrips_ = {};
 }
 

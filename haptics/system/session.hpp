@@ -7,21 +7,22 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/scene_edit.hpp"
 #include "haptics/system/scene_world.hpp"
 #include "haptics/system/status_bar.hpp"
 #include "haptics/system/tick_history.hpp"
 
 namespace touchstone::system {
 
-/// A scene file and the roles given to its nodes by hand, by glTF node index, in the order they were given.
+/// A scene file, what was changed in it by hand, and with which settings it is to run (nothing: as the scene asks).
 struct SceneRequest {
     std::filesystem::path file;
-    std::vector<std::pair<int, std::optional<Role>>> roles;
+    std::vector<SceneEdit> edits = {};
+    std::optional<Settings> settings = {};
 };
 
 struct SessionOptions {
@@ -68,12 +69,16 @@ class LiveSession {
     void open(SceneRequest request);
     void cancelOpening();
     std::optional<OpeningProgress> opening() const;
-    /// Opens the present scene's file again, with the roles given by hand.
+    /// Opens the present scene's file again, as it stands there.
     void reload();
-    /// Opens the present scene again with this role for a node; nothing takes the role away.
-    void giveRole(engine::Entity node, std::optional<Role> role);
-    /// Writes the roles given by hand into a copy of the scene's file, or into it.
-    void saveRoles(const std::filesystem::path& file);
+    /// Further changes of the present scene.
+    void edit(std::vector<SceneEdit> more);
+    /// The present scene with these changes in place of those it has, and with the settings it runs with. Bodies that
+    /// only stand elsewhere are a new world of the same trees; all else is opened anew.
+    void setEdits(std::vector<SceneEdit> edits);
+    /// Writes the scene as it stands, on wish with the settings, into a copy of its file, or into it; the written file
+    /// is the scene's from then on. False when that failed, which is told.
+    bool save(const std::filesystem::path& file, bool withSettings);
 
     /// To be called once a frame: takes over a scene that is ready, the newest snapshot and all ticks since the last
     /// call.
@@ -84,6 +89,8 @@ class LiveSession {
     /// One more with each scene that takes the place of another in scene().
     std::uint64_t sceneNumber() const { return sceneNumber_; }
     const SceneRequest& request() const { return shown_.request; }
+    /// What the scene is becoming: that of the newest change, shown or on its way.
+    const SceneRequest& newest() const;
     /// The loop ticks the scene that is shown.
     bool running() const { return loop_ && shown_.scene && shown_.scene->world && ticked_; }
 
@@ -117,11 +124,15 @@ class LiveSession {
     struct Shown {
         SceneRequest request;
         std::shared_ptr<HapticScene> scene;
+        std::shared_ptr<const World> world;  ///< becomes scene->world when it is shown
     };
 
     void takeOpened();
+    void placeAsNewWorld(SceneRequest request, const std::vector<PlaceNode>& places);
     void show(Shown next);
     void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
+    /// Starts, with the mouse where the device of that choice cannot.
+    void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
     void tellTrips(const LoopSnapshot& snapshot);
 
     SessionOptions options_;

@@ -424,7 +424,7 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
     draft.json["nodes"][0]["extras"]["old"] = true;
     draft.json["nodes"][1]["extras"]["gone"] = true;
     draft.json["cameras"] = {{{"type", "unknown to the reader"}}};
-    const ExtrasUpdate update{{{0, {{"touchstone", {{"role", "obstacle"}}}}}, {1, nullptr}}, {{0, {{"k", 2.5}}}}};
+    const GltfUpdate update{{{0, {{"touchstone", {{"role", "obstacle"}}}}}, {1, nullptr}}, {{0, {{"k", 2.5}}}}, {}};
 
     Json wanted = draft.json;
     wanted["nodes"][0]["extras"] = {{"touchstone", {{"role", "obstacle"}}}};
@@ -434,12 +434,12 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
     SECTION("in a binary file") {
         const auto file = folder / "scene.glb";
         writeFile(file, draft.glb());
-        updateExtras(file, file, update);
+        updateGltf(file, file, update);
         const GltfContainer container = readContainer(file);
         CHECK(parseJson(file, container.json) == wanted);
         CHECK(std::equal(draft.bin.begin(), draft.bin.end(), container.bin.begin()));
         CHECK(readGltf(file).extras["k"] == 2.5);
-        CHECK_THROWS_WITH(updateExtras(file, folder / "scene.gltf", update), Catch::Contains("must be named .glb"));
+        CHECK_THROWS_WITH(updateGltf(file, folder / "scene.gltf", update), Catch::Contains("must be named .glb"));
     }
     SECTION("in a text file with buffers in a sub-folder, keeping order and indentation") {
         const auto file = folder / "scene.gltf";
@@ -449,22 +449,21 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
         nlohmann::ordered_json ordered = {{"scene", 0}, {"nodes", draft.json["nodes"]}};  // not alphabetical
         for (const auto& [key, value] : draft.json.items()) ordered[key] = value;
         writeFile(file, ordered.dump(3) + "\n");
-        updateExtras(file, file, update);
+        updateGltf(file, file, update);
         const Bytes bytes = readBytes(file);
         const std::string text(bytes.begin(), bytes.end());
         CHECK(parseJson(file, text) == wanted);
         CHECK(text.starts_with("{\n   \"scene\": 0,\n   \"nodes\": ["));
         CHECK(text.ends_with("}\n"));
         CHECK(readGltf(file).nodes.size() == 2);
-        updateExtras(file, folder / "copy.gltf", update);
-        CHECK_THROWS_WITH(updateExtras(file, folder / "sub/scene.gltf", update),
-                          Catch::Contains("would lose the files"));
+        updateGltf(file, folder / "copy.gltf", update);
+        CHECK_THROWS_WITH(updateGltf(file, folder / "sub/scene.gltf", update), Catch::Contains("would lose the files"));
     }
     SECTION("never of objects that do not exist") {
         const auto file = folder / "scene.glb";
         writeFile(file, draft.glb());
-        CHECK_THROWS_WITH(updateExtras(file, file, {{{2, {{"a", 1}}}}, {}}), Catch::Contains("has no node 2"));
-        CHECK_THROWS_WITH(updateExtras(file, file, {{}, {{-1, {{"a", 1}}}}}), Catch::Contains("has no scene -1"));
+        CHECK_THROWS_WITH(updateGltf(file, file, {{{2, {{"a", 1}}}}, {}, {}}), Catch::Contains("has no node 2"));
+        CHECK_THROWS_WITH(updateGltf(file, file, {{}, {{-1, {{"a", 1}}}}, {}}), Catch::Contains("has no scene -1"));
         CHECK(readBytes(file) == draft.glb());
     }
 }

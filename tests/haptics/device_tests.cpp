@@ -105,6 +105,25 @@ TEST_CASE("mouse: the hand goes where it is dragged, is held back by force, and 
     CHECK(run(100, {}) == Vec3(100, 0, 0));
 }
 
+TEST_CASE("mouse: a stronger hand is held back less", "[devices]") {
+    const auto target = std::make_shared<MouseTarget>();
+    MouseDevice device(target, {});
+    device.read(0, 1);
+    const Wrench wrench{{2, 0, 0}, Vec3::Zero()};
+    for (const double strength : {1.0, 4.0, 0.25}) {
+        target->grab({}, strength);
+        device.write(wrench);
+        Pose pose;
+        for (int i = 1; i < 5000; ++i) pose = device.read(i, 1).X_WT;
+        // 2 N on a spring of 0.5 N/mm times the strength.
+        CHECK(pose.p.x() == Approx(2 / (0.5 * strength)).epsilon(1e-9));
+    }
+    target->release(1e9);  // beyond what a hand has: held to the bound, and the last target stays
+    Pose pose;
+    for (int i = 5000; i < 10000; ++i) pose = device.read(i, 1).X_WT;
+    CHECK(pose.p.x() == Approx(2 / (0.5 * MouseTarget::kStrongest)).epsilon(1e-9));
+}
+
 TEST_CASE("hand device: follows the motion, feels the wrench after its delay, and counts the work", "[devices]") {
     // Held still by 0.5 N/mm and about critical damping: 1 N along x moves it 2 mm, and 1 N over 2 mm is 2 mJ.
     const auto still = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {1000, {}}});

@@ -284,6 +284,11 @@ TEST_CASE("step: results depend neither on the shadow, the timer, the audit nor 
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));
+    // An approximate solver has an exact one beside it when it is audited.
+    Settings approximate = plain;
+    approximate.solver = findSolver("pqp");
+    approximate.tolerance = 0.1;
+    REQUIRE(hashOf(approximate, {}, false) == hashOf(approximate, clock, true));
 }
 
 TEST_CASE("step: entries found elsewhere change no result, wherever and however wide they are", "[step]") {

@@ -238,7 +238,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(roles.tool == scene.nodes[2]);
     CHECK(roleOf(scene, scene.nodes[0]) == Role::Visual);
     system::setRole(scene, scene.nodes[1], std::nullopt);
-    system::saveRoles(scene, folder.path() / "b.glb");
+    system::saveScene(scene, folder.path() / "b.glb");
 
     Scene again = engine::readGltf(folder.path() / "b.glb");
     roles = system::assignRoles(again);
@@ -247,7 +247,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(again.registry.get<system::BodyMarking>(again.nodes[2]).tree.leaves == 50);
     // What else stood in the marks is still there.
     CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
-    CHECK_THROWS_AS(system::saveRoles(made, folder.path() / "c.glb"), engine::SceneError);
+    CHECK_THROWS_AS(system::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 
 TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing and has no world", "[system]") {

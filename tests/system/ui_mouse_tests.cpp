@@ -146,3 +146,39 @@ TEST_CASE("mouse: over a panel it moves nothing, nor when it slides from there i
     CHECK(mouse.camera.yaw == front().yaw);
     CHECK(mouse.camera.distance == front().distance);
 }
+
+TEST_CASE("mouse: keys move a held tool in depth and turn it about the view's axes", "[mouse]") {
+    const auto tree = ball(20);
+    Mouse mouse;
+    mouse.tool = {tree.get(), {}, {}};
+    mouse.frame.depthKeys = 3;
+    mouse.frame.turnKeys = {0, 0.2f, 0};
+    mouse.step();
+    CHECK_FALSE(mouse.grab.wanted());  // nothing is held
+    CHECK(mouse.camera.distance == front().distance);
+    mouse.frame.left = true;
+    mouse.step();
+    CHECK(mouse.grab.wanted()->p.z() < -1);
+    CHECK((logRotation(mouse.grab.wanted()->q) - Vec3(0, 0.2, 0)).norm() < 1e-6);
+}
+
+TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
+    Mouse mouse;
+    mouse.frame.left = true;
+    mouse.step();
+    CHECK_FALSE(mouse.grab.clicked());
+    mouse.frame.left = false;
+    mouse.step();
+    CHECK(mouse.grab.clicked());
+    mouse.step();
+    CHECK_FALSE(mouse.grab.clicked());
+    mouse.frame.left = true;
+    mouse.step();
+    mouse.frame.cursor += glm::vec2(20, 0);
+    mouse.step();
+    mouse.frame.cursor -= glm::vec2(20, 0);
+    mouse.step();
+    mouse.frame.left = false;
+    mouse.step();
+    CHECK_FALSE(mouse.grab.clicked());  // it was a drag, though it came back
+}

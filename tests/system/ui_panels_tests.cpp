@@ -69,8 +69,9 @@ class Bench {
 TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
     bench.click("more", draw);  // opens the rest
     bench.frame(draw);
     for (const SettingInfo& info : settingTable()) {
@@ -82,8 +83,9 @@ TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
 TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
 
     bench.click("swap", draw);
     CHECK(settings.solver == findSolver("pqp"));
@@ -112,8 +114,9 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
           "[panels]") {
     Bench bench;
     Settings settings;
+    HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(settings, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
     ImGuiIO& io = ImGui::GetIO();
     for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
     const auto type = [&](const std::string& text) {
@@ -133,6 +136,181 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
     type("5000");
     CHECK(settings.stiffness == 12.3456);
     CHECK(requests.refusal.find("stiffness") != std::string::npos);
+}
+
+TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    DisplayOptions display;
+    ScenePanelState state;
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+
+    bench.click("visible cube", draw);
+    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
+    bench.click("Tool spheres", draw, 0.99f);
+    CHECK(display.toolLevel == 0);
+    bench.click("Obstacle spheres", draw, 0.01f);
+    CHECK(display.obstacleLevel == -1);
+    bench.click("Contacts", draw, 0.1f);
+    CHECK_FALSE(display.contacts);
+    bench.click("node slab", draw, 0.3f);
+    CHECK(state.selected == scene.roles.obstacles[0]);
+}
+
+TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.roles.obstacles[0], state, requests, &bench.items); };
+    bench.click("role", draw);
+    bench.click("role goal", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Goal}});
+    requests = {};
+
+    bench.click("build tree", draw);
+    CHECK(requests.edits.empty());  // nothing was chosen that it does not have
+    bench.click("tree by", draw);
+    bench.click("tree by error", draw);
+    bench.click("build tree", draw);
+    REQUIRE(requests.edits.size() == 1);
+    const auto& chosen = std::get<ChooseTree>(requests.edits[0]);
+    CHECK(chosen.node == 1);
+    CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].tree->certificate.protrusion));
+    CHECK(bench.items.count("tree words") == 1);
+    CHECK(bench.items.count("material 1") == 1);
+
+    bench.click("shown", draw, 0.1f);
+    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
+}
+
+TEST_CASE("inspector: a place that is typed puts the node there, in mm and degrees", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    ImGuiIO& io = ImGui::GetIO();
+    for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+    const auto type = [&](const std::string& item, float fraction, const std::string& text) {
+        requests = {};
+        io.KeyCtrl = true;
+        bench.click(item, draw, fraction);
+        io.KeyCtrl = false;
+        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
+        bench.frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = true;
+        bench.frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = false;
+        bench.frame(draw);
+        REQUIRE(requests.edits.size() == 1);
+        return std::get<PlaceNode>(requests.edits[0]);
+    };
+    const PlaceNode moved = type("position", 0.1f, "12.5");
+    CHECK(moved.node == 1);
+    CHECK(moved.to.translation.x == Approx(0.0125).margin(1e-12));
+    CHECK(moved.to.translation.y == moved.from.translation.y);
+    CHECK(moved.to.rotation == moved.from.rotation);
+
+    const PlaceNode turned = type("rotation", 0.5f, "120");
+    CHECK(turned.to.translation == turned.from.translation);
+    const glm::dquat wanted = glm::angleAxis(glm::radians(120.0), glm::dvec3(0, 1, 0));
+    CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
+}
+
+TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {
+    Bench bench;
+    engine::Scene unmarked = holdScene();
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
+    HapticScene scene = openScene(std::move(unmarked));
+    PanelRequests requests;
+    engine::Entity selected;
+    const auto draw = [&] { drawGuide(scene, selected, requests, &bench.items); };
+    bench.click("guide cube", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{0, Role::Tool}});
+    selected = scene.scene.nodes[1];
+    bench.click("guide selected", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Tool}});
+
+    scene.roles.tool = scene.scene.nodes[0];
+    bench.click("guide all", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Obstacle}});
+}
+
+TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panels]") {
+    Bench bench;
+    Settings scene, settings;
+    scene.margin = scene.trust = 0.2;
+    settings.stiffness = 3;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel(scene, settings, state, requests, &bench.items); };
+    bench.click("preset paper", draw);
+    CHECK(settings.mode == Mode::Paper);
+    CHECK(settings.margin == 0.2);
+    CHECK(settings.trust == 0.2);
+    bench.click("preset default", draw);
+    CHECK(settings == scene);
+    bench.click("strength", draw, 0.95f);
+    CHECK(state.strength > 2);
+    bench.click("copy command", draw);
+    CHECK(requests.copyCommand);
+}
+
+TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    SphereTree flawed = *scene.world->obstacles[0].tree;
+    flawed.certificate.covered = false;
+    flawed.certificate.note = "A note for the user.";
+    auto world = std::make_shared<World>(*scene.world);
+    world->obstacles[0].tree = std::make_shared<const SphereTree>(std::move(flawed));
+    scene.world = world;
+    DisplayOptions display;
+    ScenePanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+    bench.frame(draw);
+    REQUIRE(bench.items.count("tree cube") == 1);
+    REQUIRE(bench.items.count("tree slab") == 1);
+    CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
+    CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
+
+    // On hover a tooltip comes, a window of its own with text; nothing is drawn of it before.
+    const auto vertices = [&](const std::string& item) {
+        const glm::vec4 r = item.empty() ? glm::vec4(-100) : bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        return ImGui::GetDrawData()->TotalVtxCount;
+    };
+    const int without = vertices(""), good = vertices("tree cube"), bad = vertices("tree slab");
+    CHECK(good > without);
+    CHECK(bad > good);  // its note comes on top
+
+    scene.world = nullptr;
+    bench.frame(draw);
+    CHECK(bench.items.count("tree cube") == 0);
+}
+
+TEST_CASE("tree words: certificate, options and time left read as sentences do", "[panels]") {
+    TreeCertificate certificate{.protrusion = 0.123, .diagonal = 82, .covered = true, .closed = true, .note = {}};
+    CHECK(protrusionWords(certificate) == "0.123 mm (0.15 %)");
+    CHECK(surfaceWords(certificate) == "surface proven covered, closed");
+    CHECK_FALSE(needsAttention(certificate));
+    certificate.hollow = 2.5;
+    certificate.closed = false;
+    CHECK(surfaceWords(certificate) == "surface proven covered, open, hollow for balls up to 2.5 mm");
+    CHECK(needsAttention(certificate));
+    certificate = {.covered = true, .closed = true, .note = "Thin."};
+    CHECK(needsAttention(certificate));
+    CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
+    CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
+          "at most 0.02 mm out, best, solid");
+    CHECK(timeLeft(-1).empty());
+    CHECK(timeLeft(NAN).empty());
+    CHECK(timeLeft(0.4) == "almost done");
+    CHECK(timeLeft(12.3) == "12 s left");
+    CHECK(timeLeft(150) == "3 min left");
 }
 
 TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do itself", "[panels]") {
@@ -292,88 +470,6 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     }
 }
 
-TEST_CASE("scene panel: hides nodes, chooses levels and asks for roles", "[panels]") {
-    Bench bench;
-    HapticScene scene = openScene(holdScene());
-    DisplayOptions display;
-    ScenePanelState state;
-    PanelRequests requests;
-    const auto draw = [&] { drawScenePanel(scene, true, display, state, requests, &bench.items); };
-
-    bench.click("visible cube", draw);
-    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
-    bench.click("Tool spheres", draw, 0.99f);
-    CHECK(display.toolLevel == 0);
-    bench.click("Obstacle spheres", draw, 0.01f);
-    CHECK(display.obstacleLevel == -1);
-    bench.click("Contacts", draw, 0.1f);
-    CHECK_FALSE(display.contacts);
-
-    bench.click("node slab", draw, 0.3f);
-    CHECK(state.selected == scene.roles.obstacles[0]);
-    bench.click("role", draw);
-    bench.click("role goal", draw);
-    REQUIRE(requests.role);
-    CHECK(requests.role->first == scene.roles.obstacles[0]);
-    CHECK(requests.role->second == Role::Goal);
-}
-
-TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
-    Bench bench;
-    HapticScene scene = openScene(holdScene());
-    SphereTree flawed = *scene.world->obstacles[0].tree;
-    flawed.certificate.covered = false;
-    flawed.certificate.note = "A note for the user.";
-    auto world = std::make_shared<World>(*scene.world);
-    world->obstacles[0].tree = std::make_shared<const SphereTree>(std::move(flawed));
-    scene.world = world;
-    DisplayOptions display;
-    ScenePanelState state;
-    PanelRequests requests;
-    const auto draw = [&] { drawScenePanel(scene, false, display, state, requests, &bench.items); };
-    bench.frame(draw);
-    REQUIRE(bench.items.count("tree cube") == 1);
-    REQUIRE(bench.items.count("tree slab") == 1);
-    CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
-    CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
-
-    // On hover a tooltip comes, a window of its own with text; nothing is drawn of it before.
-    const auto vertices = [&](const std::string& item) {
-        const glm::vec4 r = item.empty() ? glm::vec4(-100) : bench.items.at(item);
-        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
-        for (int i = 0; i < 3; ++i) bench.frame(draw);
-        return ImGui::GetDrawData()->TotalVtxCount;
-    };
-    const int without = vertices(""), good = vertices("tree cube"), bad = vertices("tree slab");
-    CHECK(good > without);
-    CHECK(bad > good);  // its note comes on top
-
-    scene.world = nullptr;
-    bench.frame(draw);
-    CHECK(bench.items.count("tree cube") == 0);
-}
-
-TEST_CASE("tree words: certificate, options and time left read as sentences do", "[panels]") {
-    TreeCertificate certificate{.protrusion = 0.123, .diagonal = 82, .covered = true, .closed = true, .note = {}};
-    CHECK(protrusionWords(certificate) == "0.123 mm (0.15 %)");
-    CHECK(surfaceWords(certificate) == "surface proven covered, closed");
-    CHECK_FALSE(needsAttention(certificate));
-    certificate.hollow = 2.5;
-    certificate.closed = false;
-    CHECK(surfaceWords(certificate) == "surface proven covered, open, hollow for balls up to 2.5 mm");
-    CHECK(needsAttention(certificate));
-    certificate = {.covered = true, .closed = true, .note = "Thin."};
-    CHECK(needsAttention(certificate));
-    CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
-    CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
-          "at most 0.02 mm out, best, solid");
-    CHECK(timeLeft(-1).empty());
-    CHECK(timeLeft(NAN).empty());
-    CHECK(timeLeft(0.4) == "almost done");
-    CHECK(timeLeft(12.3) == "12 s left");
-    CHECK(timeLeft(150) == "3 min left");
-}
-
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
     Bench bench;
     PlotsPanelState plots;
@@ -387,7 +483,7 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     const auto draw = [&](const LoopSnapshot* shown) {
         bench.frame([&] {
             drawPlotsPanel({history, {}, nullptr, {}, ""}, plots, asked, &bench.items);
-            drawStatusPanel(messages);
+            drawLogPanel(messages, &bench.items);
             drawStatusBar({shown, &realTime, device, {}}, &bench.items);
             drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
         });

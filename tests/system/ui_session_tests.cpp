@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "haptics/system/session.hpp"
+#include "haptics/system/units.hpp"
 #include "tests/system/ui_scene.hpp"
 
 using namespace touchstone;
@@ -45,7 +46,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     };
     LiveSession session(options);
     CHECK_FALSE(session.running());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     CHECK(session.opening().has_value());
     REQUIRE(waitUntilRunning(session));
     CHECK(session.device() == "demo");
@@ -71,13 +72,13 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
 TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
 
     const auto broken = folder.path() / "broken.glb";
     std::ofstream(broken) << "no scene";
     for (const auto& file : {broken, folder.path() / "missing.gltf"}) {
-        session.open({file, {}});
+        session.open({file});
         REQUIRE(patiently([&] {
             session.update();
             return !session.opening();
@@ -97,10 +98,10 @@ TEST_CASE("session: another scene takes the place of the one that runs", "[sessi
     const TempFolder folder;
     LiveSession session(uncached());
     const auto file = holdFile(folder);
-    session.open({file, {}});
+    session.open({file});
     REQUIRE(waitUntilRunning(session));
-    session.open({file, {}});  // is not waited for: the next one is wanted
-    session.open({file, {}});
+    session.open({file});  // is not waited for: the next one is wanted
+    session.open({file});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2 && !session.opening();
@@ -117,7 +118,7 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     writeGltf(unmarked, file);
 
     LiveSession session(uncached());
-    session.open({file, {}});
+    session.open({file});
     REQUIRE(patiently([&] {
         session.update();
         return session.scene() != nullptr;
@@ -126,26 +127,26 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     CHECK_FALSE(session.scene()->missing.empty());
     CHECK(session.record() == nullptr);
 
-    session.giveRole(session.scene()->scene.nodes[0], Role::Tool);
+    session.edit({GiveRole{0, Role::Tool}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
-    session.giveRole(session.scene()->scene.nodes[1], Role::Obstacle);
+    session.edit({GiveRole{1, Role::Obstacle}});
     REQUIRE(waitUntilRunning(session));
 
     const auto saved = folder.path() / "marked.glb";
-    session.saveRoles(saved);
+    CHECK(session.save(saved, false));
     CHECK(errors(session).empty());
     LiveSession another(uncached());
-    another.open({saved, {}});
+    another.open({saved});
     CHECK(waitUntilRunning(another));
 }
 
 TEST_CASE("session: devices change while it runs; one that cannot start changes nothing", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
     CHECK(session.mouse() == nullptr);
 
@@ -174,7 +175,7 @@ TEST_CASE("session: devices change while it runs; one that cannot start changes 
 TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
-    session.open({holdFile(folder), {}});
+    session.open({holdFile(folder)});
     session.cancelOpening();
     CHECK_FALSE(session.opening());
     CHECK(patiently([&] {
@@ -216,4 +217,112 @@ TEST_CASE("tick history: keeps the newest ticks in order", "[session]") {
     CHECK(force[2] == Approx(25));
     history.clear();
     CHECK(history.view(Channel::Rows).count == 0);
+}
+
+TEST_CASE("session: a body that is moved by hand is a new world of the same trees, and goes back", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto first = session.scene();
+    const auto before = first->world;
+    const engine::LocalTransform from = first->scene.registry.get<engine::LocalTransform>(first->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.y -= 0.02;
+
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    session.edit({PlaceNode{1, from, to}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.scene()->world != before;
+    }));
+    CHECK(session.scene() == first);  // nothing was opened again
+    CHECK(session.sceneNumber() == 1);
+    const World& moved = *session.scene()->world;
+    CHECK(moved.obstacles[0].tree == before->obstacles[0].tree);
+    CHECK((moved.obstacles[0].X_WO.p - Vec3(before->obstacles[0].X_WO.p - Vec3(0, 20, 0))).norm() < 1e-9);
+    CHECK(session.settings() == settings);
+    // The demonstration now ends above the slab: no force is left.
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->finished && session.record()->wrench_C.force.norm() < 1e-9;
+    }));
+    CHECK(session.request().edits.size() == 1);
+
+    session.setEdits({});
+    REQUIRE(patiently([&] {
+        session.update();
+        return (session.scene()->world->obstacles[0].X_WO.p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
+               session.snapshot()->finished && session.record()->wrench_C.force.norm() > 1;
+    }));
+    CHECK(errors(session).empty());
+}
+
+TEST_CASE("session: another tree is built beside the loop, which goes on, and what was tuned stays", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    const int leaves = session.scene()->world->tool->leafCount();
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    CHECK(session.opening());
+    CHECK(session.running());
+    session.cancelOpening();
+    CHECK_FALSE(session.opening());
+    CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2;
+    }));
+    CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
+    CHECK(session.settings() == settings);
+
+    // A part that cannot be read changes nothing.
+    session.edit({AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return !session.opening();
+    }));
+    CHECK(errors(session).find("missing.glb") != std::string::npos);
+    CHECK(session.newest().edits.size() == 1);
+    CHECK(session.running());
+}
+
+TEST_CASE("session: a saved scene is read back as it was, settings and all", "[session]") {
+    const TempFolder folder;
+    const auto saved = folder.path() / "saved.glb";
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto from = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.x += 0.005;
+    to.rotation = glm::normalize(glm::dquat(glm::dvec3(0, 0.4, 0)));
+    session.edit({PlaceNode{1, from, to}});
+    Settings settings = session.settings();
+    settings.stiffness = 1.75;
+    session.setSettings(settings);
+    CHECK_FALSE(session.save(folder.path() / "no" / "such" / "folder.glb", true));
+    REQUIRE(session.save(saved, true));
+    CHECK(session.request().file == saved);
+    CHECK(session.newest().edits.empty());
+    const Pose X_WO = toPose(engine::worldPose(session.scene()->scene.registry, session.scene()->scene.nodes[1]));
+
+    session.reload();
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2 && session.running();
+    }));
+    CHECK(session.settings() == settings);
+    const Pose& again = session.scene()->world->obstacles[0].X_WO;
+    CHECK((again.p - X_WO.p).norm() < 1e-9);
+    CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <set>
 
 #define GLFW_INCLUDE_NONE
@@ -10,6 +11,7 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/system/app_window.hpp"
+#include "haptics/system/user_files.hpp"
 #include "tests/system/ui_scene.hpp"
 
 using namespace touchstone;
@@ -39,6 +41,12 @@ struct UserMouse {
     }
 };
 
+void pressWithControl(engine::Window& window, int key, bool down) {
+    for (const int which : {GLFW_KEY_LEFT_CONTROL, key})
+        ImGui_ImplGlfw_KeyCallback(window.handle(), which, 0, down ? GLFW_PRESS : GLFW_RELEASE,
+                                   down ? GLFW_MOD_CONTROL : 0);
+}
+
 glm::vec2 middle(const glm::vec4& r) { return {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)}; }
 
 /// Options for a window on the scene that fails rather than hangs: it closes by itself after a while.
@@ -62,7 +70,7 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
     WindowRunOptions options = optionsFor(holdFile(folder));
     options.screenshot = folder.path() / "window.png";
 
-    enum { Wait, Move, Press, Drag, Release, Settle, Done } phase = Wait;
+    enum { Wait, Move, Press, Drag, Release, Settle, Undo, Done } phase = Wait;
     UserMouse hand;
     int frames = 0;
     double before = 0, set = 0;
@@ -100,7 +108,11 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
             case Settle:  // the stiffness ramps over 200 ms
                 if (session.snapshot()->settings.stiffness == set &&
                     std::abs(felt(*session.record()) - set) < 1e-3 * set)
-                    phase = Done;
+                    phase = Undo, frames = 0;
+                break;
+            case Undo:  // the whole drag is one step
+                pressWithControl(frame.window, GLFW_KEY_Z, frames >= 3 && frames < 7);
+                if (session.settings().stiffness == 1) phase = Done;
                 break;
             case Done:
                 frame.window.close();
@@ -156,6 +168,194 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
                 break;
             case Done:
                 hand.down = false;
+                frame.window.close();
+                break;
+        }
+        hand.act(frame.window);
+    };
+    CHECK(runWindow(options) == 0);
+    CAPTURE(int(phase));
+    CHECK(phase == Done);
+}
+
+TEST_CASE("window: a body is selected by a click, dragged by its handle, and undone by a key", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto saved = folder.path() / "moved.glb";
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.configFolder = folder.path() / "config";
+    options.screenshot = folder.path() / "selected.png";
+
+    enum { Wait, Click, Selected, Take, Drag, Dropped, Save, Undo, Undone, Done } phase = Wait;
+    UserMouse hand;
+    int frames = 0;
+    double start = 0, dragged = 0;
+    const auto go = [&](auto next) {
+        phase = next;
+        frames = 0;
+    };
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        const glm::vec2 corner(frame.picture.x, frame.picture.y),
+            viewport(frame.picture.z - corner.x, frame.picture.w - corner.y);
+        const auto height = [&] { return session.scene()->world->obstacles[0].X_WO.p.y(); };
+        ++frames;
+        switch (phase) {
+            case Wait:
+                if (!session.running() || !session.snapshot()->finished) break;
+                start = height();
+                // A corner of the slab's upper face, beside the cube.
+                if (const auto at = frame.camera.project({0.022f, 0.005f, 0.022f}, viewport)) hand.at = *at + corner;
+                if (frames >= 5) go(Click);
+                break;
+            case Click:
+                hand.down = frames >= 3 && frames < 6;
+                if (frames >= 8) go(Selected);
+                break;
+            case Selected:
+                if (!frame.selection.node() || !frame.selection.handles()) break;
+                CHECK(frame.selection.node() == session.scene()->roles.obstacles[0]);
+                if (const auto at =
+                        Gizmo::grip(GizmoHandle::MoveY, frame.camera, viewport, *frame.selection.handles())) {
+                    hand.at = *at + corner;
+                    go(Take);
+                }
+                break;
+            case Take:
+                hand.down = frames >= 3;
+                if (frames >= 6 && frame.selection.dragging()) go(Drag);
+                break;
+            case Drag:
+                hand.at.y += 4;  // down, along the axis
+                if (frames >= 15) go(Dropped);
+                break;
+            case Dropped:
+                hand.down = false;
+                if (session.newest().edits.empty() || height() == start || frames < 5) break;
+                dragged = height() - start;
+                CHECK(session.scene()->world->obstacles[0].X_WO.p.head<2>().x() == Approx(0).margin(1e-9));
+                go(Save);
+                break;
+            case Save:
+                engine::writeGltf(session.scene()->scene, saved);  // the session's own file stays, and with it undo
+                go(Undo);
+                break;
+            case Undo:
+                pressWithControl(frame.window, GLFW_KEY_Z, frames < 4);
+                if (frames >= 6) go(Undone);
+                break;
+            case Undone:
+                if (session.newest().edits.empty() && std::abs(height() - start) < 1e-9) go(Done);
+                break;
+            case Done:
+                frame.window.close();
+                break;
+        }
+        hand.act(frame.window);
+    };
+    CHECK(runWindow(options) == 0);
+    CAPTURE(int(phase));
+    CHECK(phase == Done);
+    CHECK(dragged < -1);  // mm
+    const HapticScene again = openScene(saved);
+    CHECK(again.world->obstacles[0].X_WO.p.y() == Approx(start + dragged).margin(1e-5));  // the file is in doubles
+    // What the next window needs to know is in the configuration folder.
+    CHECK(RecentScenes(options.configFolder).list() == std::vector{std::filesystem::path(options.scene)});
+    CHECK(std::filesystem::exists(options.configFolder / "window.ini"));
+}
+
+TEST_CASE("window: a broken file that is dropped is told in the log, and the scene goes on", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    const auto broken = folder.path() / "broken.glb";
+    std::ofstream(broken) << "no scene";
+    options.screenshot = folder.path() / "broken.png";
+    enum { Wait, Told, Done } phase = Wait;
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        if (phase == Wait && session.running()) {
+            // As GLFW hands on a drop of the system.
+            const std::string path = broken.string();
+            const char* paths[] = {path.c_str()};
+            const GLFWdropfun drop = glfwSetDropCallback(frame.window.handle(), nullptr);
+            glfwSetDropCallback(frame.window.handle(), drop);
+            drop(frame.window.handle(), 1, paths);
+            phase = Told;
+        } else if (phase == Told) {
+            for (const Message& message : session.messages())
+                if (message.kind == Message::Kind::Error && message.text.find("broken.glb") != std::string::npos)
+                    phase = Done;
+        } else if (phase == Done) {
+            CHECK(session.running());
+            CHECK(session.scene()->scene.file == options.scene);
+            CHECK(frame.items.count("newest message") == 1);
+            frame.window.close();
+        }
+    };
+    CHECK(runWindow(options) == 0);
+    CHECK(phase == Done);
+}
+
+TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it is the same", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    enum { Wait, Dialog, Press, Saved, Again, Done } phase = Wait;
+    UserMouse hand;
+    int frames = 0;
+    Settings tuned;
+    std::uint64_t number = 0;
+    const auto go = [&](auto next) {
+        phase = next;
+        frames = 0;
+    };
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        ++frames;
+        switch (phase) {
+            case Wait: {
+                if (!session.running()) break;
+                Settings settings = session.settings();
+                settings.stiffness = 2.25;
+                session.setSettings(settings);
+                auto place =
+                    session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
+                const auto from = place;
+                place.translation.y = -0.004;
+                session.edit({PlaceNode{1, from, place}});
+                go(Dialog);
+                break;
+            }
+            case Dialog: {
+                if (frames < 10) break;  // until the new world is there
+                const bool down = frames < 14;
+                pressWithControl(frame.window, GLFW_KEY_S, down);
+                if (const auto button = frame.items.find("Save"); !down && button != frame.items.end()) {
+                    hand.at = middle(button->second);
+                    go(Press);
+                }
+                break;
+            }
+            case Press:
+                hand.down = frames >= 4 && frames < 7;
+                if (frames >= 10) go(Saved);
+                break;
+            case Saved:
+                if (!session.newest().edits.empty()) break;  // the file has them now
+                tuned = session.settings();
+                number = session.sceneNumber();
+                session.reload();
+                go(Again);
+                break;
+            case Again:
+                if (session.sceneNumber() == number || !session.running()) break;
+                CHECK(session.settings() == tuned);
+                CHECK(session.settings().stiffness == 2.25);
+                CHECK(session.scene()->world->obstacles[0].X_WO.p.y() == Approx(-4));
+                go(Done);
+                break;
+            default:
                 frame.window.close();
                 break;
         }

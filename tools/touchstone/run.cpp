@@ -13,6 +13,7 @@
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
 #include "haptics/system/scene_view.hpp"
+#include "haptics/system/user_files.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/qp_file.hpp"
@@ -131,6 +132,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     system::WindowRunOptions window;
     window.scene = file;
     window.sceneFolders = {sceneFolder()};
+    window.configFolder = system::configFolder();
     window.session.device = options.device;
     window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
     window.seconds = options.seconds;

@@ -1,0 +1,225 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#define GLM_ENABLE_EXPERIMENTAL
+#include <glm/gtx/euler_angles.hpp>
+
+#include "haptics/system/panels.hpp"
+#include "haptics/system/tree_words.hpp"
+#include "haptics/system/units.hpp"
+
+namespace touchstone::system {
+namespace {
+
+constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Visual};
+const ImVec4 kAttention{1.00f, 0.78f, 0.35f, 1};
+
+float labelWidth() { return 6.5f * ImGui::GetFontSize(); }
+
+/// Text on the left; what comes next stands beside it and fills the line.
+void drawLabel(const char* text) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    ImGui::SameLine(labelWidth());
+    ImGui::SetNextItemWidth(-1);
+}
+
+std::size_t triangleCount(const engine::Registry& registry, engine::Entity node) {
+    std::size_t count = 0;
+    if (const auto* instance = registry.find<engine::MeshInstance>(node))
+        for (const engine::Primitive& primitive : instance->primitives) count += primitive.mesh->indices.size() / 3;
+    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
+        count += triangleCount(registry, child);
+    return count;
+}
+
+/// Materials of a node's meshes and of those below it, each once.
+void collectMaterials(const engine::Registry& registry, engine::Entity node, std::vector<int>& materials) {
+    if (const auto* instance = registry.find<engine::MeshInstance>(node))
+        for (const engine::Primitive& primitive : instance->primitives)
+            if (primitive.material >= 0 &&
+                std::find(materials.begin(), materials.end(), primitive.material) == materials.end())
+                materials.push_back(primitive.material);
+    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
+        collectMaterials(registry, child, materials);
+}
+
+void drawRole(const HapticScene& scene, engine::Entity node, int index, PanelRequests& requests, ItemRects* items) {
+    const Role* role = scene.scene.registry.find<Role>(node);
+    drawLabel("Role");
+    if (ImGui::BeginCombo("##role", role ? name(*role) : "no role")) {
+        for (const Role choice : kRoles) {
+            if (ImGui::Selectable(name(choice), role && *role == choice) && !(role && *role == choice))
+                requests.edits = {GiveRole{index, choice}};
+            noteItem(items, std::string("role ") + name(choice));
+        }
+        if (ImGui::Selectable("no role", !role) && role) requests.edits = {GiveRole{index, std::nullopt}};
+        ImGui::EndCombo();
+    }
+    noteItem(items, "role");
+    tooltip(
+        "What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is "
+        "where the tool is to come to rest. The scene is opened again with the new role.");
+}
+
+/// Three numbers to drag or type; true while they are being edited.
+bool drawTriple(const char* id, glm::dvec3& values, float speed, const char* format, bool& done, ItemRects* items,
+                const char* help) {
+    ImGui::DragScalarN(id, ImGuiDataType_Double, &values.x, 3, speed, nullptr, nullptr, format);
+    done |= ImGui::IsItemDeactivatedAfterEdit();
+    noteItem(items, id + 2);
+    tooltip(help);
+    return ImGui::IsItemActive();
+}
+
+void drawPlace(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+               ItemRects* items) {
+    const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
+    if (!state.placing) {
+        state.position = kMmPerMetre * local.translation;
+        // About the vertical first: what stands upright is turned by one number.
+        glm::extractEulerAngleYXZ(glm::mat4_cast(local.rotation), state.angles.y, state.angles.x, state.angles.z);
+        constexpr double kShown = 1e-6;  // rounding is no angle
+        for (int k = 0; k < 3; ++k)
+            state.angles[k] = std::abs(state.angles[k]) < kShown ? 0 : glm::degrees(state.angles[k]);
+    }
+    bool done = false, active = false;
+    drawLabel("Position");
+    active |= drawTriple("##position", state.position, 0.1f, "%.2f", done, items,
+                         "x, y, z in the frame of the node above, mm. Drag, or Ctrl and click to type.");
+    drawLabel("Rotation");
+    active |= drawTriple("##rotation", state.angles, 0.5f, "%.1f°", done, items,
+                         "About x, y and z, degrees: the turn about y first, then about the turned x, then about the "
+                         "turned z. Drag, or Ctrl and click to type.");
+    state.placing = active;
+    if (done) {
+        engine::LocalTransform to = local;
+        to.translation = state.position / kMmPerMetre;
+        const glm::dvec3 a = glm::radians(state.angles);
+        to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
+        if (to != local) requests.edits = {PlaceNode{index, local, to}};
+    }
+    if (node == scene.roles.tool && scene.demonstration) ImGui::TextDisabled("The demonstration starts elsewhere.");
+}
+
+void drawTree(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+              ItemRects* items) {
+    const BodyMarking* body = scene.scene.registry.find<BodyMarking>(node);
+    if (!body) return;
+    ImGui::Separator();
+    if (!state.choosing) state.tree = body->tree;
+    bool byError = state.tree.maxError > 0;
+    drawLabel("Tree by");
+    if (ImGui::BeginCombo("##by", byError ? "error" : "leaves")) {
+        if (ImGui::Selectable("leaves", !byError)) state.tree.maxError = 0;
+        noteItem(items, "tree by leaves");
+        if (ImGui::Selectable("error", byError) && !byError) {
+            const SphereTree* tree = treeOf(scene, node);
+            state.tree.maxError = tree ? std::clamp(tree->certificate.protrusion, kMinError, kMaxError) : 0.1;
+        }
+        noteItem(items, "tree by error");
+        ImGui::EndCombo();
+    }
+    noteItem(items, "tree by");
+    tooltip("A sphere tree of so many leaves, or of as few as stay within an error.");
+    byError = state.tree.maxError > 0;
+    drawLabel(byError ? "Largest error" : "Leaves");
+    if (byError) {
+        ImGui::InputDouble("##error", &state.tree.maxError, 0, 0, "%.4g mm");
+        state.tree.maxError = std::clamp(state.tree.maxError, kMinError, kMaxError);
+        tooltip("No leaf reaches further out of the surface, mm.");
+    } else {
+        ImGui::InputInt("##leaves", &state.tree.leaves, 0);
+        state.tree.leaves = std::clamp(state.tree.leaves, kMinLeaves, TreeOptions::kMostLeaves);
+        tooltip("At most so many leaves: more follow the surface more closely, and take longer to build and to touch.");
+    }
+    noteItem(items, byError ? "error" : "leaves");
+    drawLabel("Quality");
+    int quality = int(state.tree.quality), interior = int(state.tree.interior);
+    if (ImGui::Combo("##quality", &quality, kQualityNames.data(), int(kQualityNames.size())))
+        state.tree.quality = TreeQuality(quality);
+    noteItem(items, "quality");
+    tooltip("best is tighter at the same count and takes several times as long to build.");
+    drawLabel("Interior");
+    if (ImGui::Combo("##interior", &interior, kInteriorNames.data(), int(kInteriorNames.size())))
+        state.tree.interior = Interior(interior);
+    noteItem(items, "interior");
+    tooltip("shell: leaves cover the surface. solid: they fill the part too, so that no small tool hides inside.");
+
+    state.choosing = !(state.tree == body->tree);
+    ImGui::BeginDisabled(!state.choosing);
+    if (ImGui::Button("Build the tree", {-1, 0})) {
+        requests.edits = {ChooseTree{index, state.tree}};
+        state.choosing = false;
+    }
+    noteItem(items, "build tree");
+    tooltip("Builds it beside the running loop; the scene goes on with the old one until then.");
+    ImGui::EndDisabled();
+    if (const SphereTree* tree = treeOf(scene, node)) {
+        const bool attention = needsAttention(tree->certificate);
+        ImGui::PushTextWrapPos(0);
+        ImGui::PushStyleColor(ImGuiCol_Text, attention ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        ImGui::Text("%d leaves, out by at most %s; %s", tree->leafCount(), protrusionWords(tree->certificate).c_str(),
+                    surfaceWords(tree->certificate).c_str());
+        ImGui::PopStyleColor();
+        ImGui::PopTextWrapPos();
+        noteItem(items, "tree words");
+    }
+}
+
+void drawLooks(const HapticScene& scene, engine::Entity node, ItemRects* items) {
+    std::vector<int> materials;
+    collectMaterials(scene.scene.registry, node, materials);
+    ImGui::Separator();
+    ImGui::TextDisabled("%zu triangles", triangleCount(scene.scene.registry, node));
+    for (const int index : materials) {
+        const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(index)];
+        ImGui::PushID(index);
+        const glm::vec4& c = material.baseColor;
+        ImGui::ColorButton("##color", {c.r, c.g, c.b, c.a}, ImGuiColorEditFlags_AlphaPreview,
+                           {ImGui::GetFontSize(), ImGui::GetFontSize()});
+        ImGui::SameLine();
+        ImGui::Text("%s", material.name.empty() ? "material" : engine::printable(material.name).c_str());
+        ImGui::SameLine();
+        ImGui::TextDisabled("metal %.2g, rough %.2g%s", double(material.metallic), double(material.roughness),
+                            material.texture >= 0 ? ", textured" : "");
+        ImGui::PopID();
+        noteItem(items, "material " + std::to_string(index));
+    }
+}
+
+}  // namespace
+
+void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
+                   ItemRects* items) {
+    if (state.node != node) {
+        const bool ownAxes = state.ownAxes;
+        state = {};
+        state.node = node;
+        state.ownAxes = ownAxes;
+    }
+    const int index = engine::nodeIndex(scene.scene, node);
+    ImGui::TextUnformatted(nodeText(scene.scene, node).c_str());
+    if (auto* visibility = scene.scene.registry.find<engine::Visibility>(node)) {
+        ImGui::SameLine(ImGui::GetContentRegionMax().x - 4.6f * ImGui::GetFontSize());
+        ImGui::Checkbox("shown", &visibility->visible);
+        noteItem(items, "shown");
+        tooltip("Shows this node and all below it.");
+    }
+    drawRole(scene, node, index, requests, items);
+    drawPlace(scene, node, index, state, requests, items);
+    ImGui::Checkbox("Own axes", &state.ownAxes);
+    noteItem(items, "own axes");
+    tooltip("The handles in the picture stand along the node's axes in place of the scene's.\nKey E");
+    ImGui::SameLine();
+    if (ImGui::Button("Frame")) requests.frameSelection = true;
+    noteItem(items, "frame");
+    tooltip("Brings it into view.\nKey F");
+    drawTree(scene, node, index, state, requests, items);
+    drawLooks(scene, node, items);
+}
+
+}  // namespace touchstone::system

@@ -1,0 +1,34 @@
+#pragma once
+// Where the panels stand. Their edges can be dragged, and ImGui's ini file remembers them.
+#include <imgui.h>
+
+#include <glm/glm.hpp>
+
+namespace touchstone::system {
+
+/// A rectangle of the window, screen units from its upper-left corner.
+struct Area {
+    ImVec2 position, size;
+};
+
+/// What the user may drag.
+struct PanelSizes {
+    float left = 20, right = 25, bottom = 8;  ///< in units of the font's size
+    float haptics = 0.6f;                     ///< share of the left column
+
+    /// Has ImGui's ini file remember these. Before the first frame; they must outlive ImGui's context.
+    void remember();
+};
+
+/// The scene's picture gets what the panels leave.
+struct Layout {
+    Area scene, haptics, plots, log, picture;
+
+    /// `top`: height of the menu bar; `em`: of the font.
+    Layout(glm::vec2 window, float top, float em, const PanelSizes& sizes, bool panels);
+};
+
+/// Edges between the panels that can be dragged. After the panels.
+void drawSplitters(const Layout& layout, float em, PanelSizes& sizes);
+
+}  // namespace touchstone::system

@@ -1,0 +1,48 @@
+#include "haptics/system/user_files.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+namespace touchstone::system {
+
+namespace fs = std::filesystem;
+
+fs::path userFolder(const char* own, const char* xdg, const char* below) {
+    const auto variable = [](const char* name) -> fs::path {
+        const char* value = std::getenv(name);
+        return value ? value : "";
+    };
+    if (const auto folder = variable(own); !folder.empty()) return folder;
+    // A relative XDG path is to be ignored, says its specification.
+    if (const auto base = variable(xdg); base.is_absolute()) return base / "touchstone";
+    if (const auto home = variable("HOME"); home.is_absolute()) return home / below / "touchstone";
+    return {};
+}
+
+fs::path configFolder() { return userFolder("TOUCHSTONE_CONFIG", "XDG_CONFIG_HOME", ".config"); }
+
+RecentScenes::RecentScenes(fs::path folder) : folder_(std::move(folder)) {
+    if (folder_.empty()) return;
+    std::ifstream in(folder_ / "recent");
+    std::error_code error;
+    for (std::string line; scenes_.size() < kMost && std::getline(in, line);)
+        if (fs::is_regular_file(line, error)) scenes_.emplace_back(line);
+}
+
+void RecentScenes::add(const fs::path& scene) {
+    std::error_code error;
+    fs::path whole = fs::absolute(scene, error).lexically_normal();
+    if (error || (!scenes_.empty() && scenes_.front() == whole)) return;
+    std::erase(scenes_, whole);
+    scenes_.insert(scenes_.begin(), std::move(whole));
+    if (scenes_.size() > kMost) scenes_.resize(kMost);
+    if (folder_.empty()) return;
+    fs::create_directories(folder_, error);
+    std::ofstream out(folder_ / "recent");
+    for (const fs::path& each : scenes_)
+        if (each.string().find('\n') == std::string::npos) out << each.string() << '\n';
+}
+
+}  // namespace touchstone::system
