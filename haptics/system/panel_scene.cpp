@@ -154,7 +154,7 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node) {
 
 void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, ItemRects* items) {
     const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = (7.3f + (display.section && scene.world ? 1 : 0)) * line;
+    const float below = (6.1f + (display.section && scene.world ? 1 : 0)) * line;
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
     for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
     ImGui::EndChild();
