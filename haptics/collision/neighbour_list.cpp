@@ -23,7 +23,7 @@ constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fal
 double leastRadius(const SphereTree& tree) {
     double least = INFINITY;
     for (int i = 0; i < tree.leafCount(); ++i) least = std::min(least, double(tree.leaf(i).r));
-    return std::max(0.0, least);
+    return std::max(1e-9, least);  // points have none
 }
 
 }  // namespace

@@ -287,6 +287,21 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     REQUIRE(found > 50);  // the test would be empty otherwise
 }
 
+TEST_CASE("neighbour list: points have rows like spheres, also for a step of no length", "[collision]") {
+    const SphereTree point = makeSphereTree({{0, 0, 0, 0}});
+    NeighbourList list(point, point, 0);
+    const Pose X{Vec3(1, 0, 0), Quat::Identity()};
+    REQUIRE(list.crossingMargin(X) < 1e-9);
+    REQUIRE(list.complete(X, 2, 0.5));
+    for (const double way : {0.0, -0.5, -1.5}) {
+        RowSet none(8), crossed(8);
+        Crossing by;
+        by.x[0] = way;
+        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 2, by, none, crossed));
+        REQUIRE(crossed.size() == (way < -1 ? 1 : 0));
+    }
+}
+
 TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerates one that did not", "[collision]") {
     // Two unit spheres; the tool's centre at x = 2 touches.
     const SphereTree one = makeSphereTree({{0, 0, 0, 1}});
