@@ -14,8 +14,10 @@ namespace touchstone {
 
 /// What the safety stage may let through. Defaults: Phantom Premium 3.0 / 6DOF (docs/devices).
 struct DeviceLimits {
-    double peakForce = 22;    ///< N
-    double peakTorque = 170;  ///< mN·m on each axis
+    double peakForce = 22;         ///< N
+    double peakTorque = 170;       ///< mN·m on each axis
+    double continuousForce = 3;    ///< N, what the motors bear for any time
+    double continuousTorque = 48;  ///< mN·m on each axis
 };
 
 /// What decides whether a stiffness can be rendered passively: a spring of k that is sampled every T and held is stable
@@ -30,9 +32,11 @@ inline double leastDamping(double stiffness, double rate, double delay) {
 }
 
 struct DeviceReading {
-    Pose X_WT;              ///< wanted pose of the tool node, scene frame
-    bool valid = true;      ///< false: no fresh pose; the tick holds and force is zero
-    bool finished = false;  ///< a recorded motion has ended (its last pose holds)
+    Pose X_WT;                  ///< wanted pose of the tool node, scene frame
+    bool valid = true;          ///< false: no fresh pose; the tick holds and force is zero
+    bool finished = false;      ///< a recorded motion has ended (its last pose holds)
+    bool fault = false;         ///< the device has failed: zero force until somebody engages it anew
+    std::uint32_t buttons = 0;  ///< pressed, a bit each, the first is 1
 };
 
 /// Called by the haptic thread only. read() and write() promise real time: no allocation, lock, log or throw.
@@ -43,6 +47,8 @@ class Device {
     virtual DeviceReading read(double t, double dt) noexcept = 0;
     /// Wrench on the hand about the tool node's origin, world axes, after the safety stage.
     virtual void write(const Wrench& wrench_o) noexcept = 0;
+    /// From the next read() on, where the hand is now stands for X_WT. A recorded motion stays where it is.
+    virtual void engage(const Pose& /*X_WT*/) noexcept {}
     virtual DeviceLimits limits() const noexcept { return {}; }
     /// Nothing where they are not known, or the wrench moves nothing.
     virtual std::optional<DeviceDynamics> dynamics() const noexcept { return {}; }
