@@ -74,6 +74,7 @@ void TickDriver::finishSwitch() {
     if (another) {
         retired_ = std::move(session_);
         session_ = std::move(next_);
+        session_->safety.inherit(retired_->safety);
     } else {
         if (wanted_.rate != settings().rate) {
             timeBase_ = time();
@@ -97,9 +98,30 @@ void TickDriver::startOver() {
     first_ = true;
     finished_ = false;
     X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
+    session_->safety.begin();
+    if (stopped()) session_->state.reset(X_WT_before_);
+    lastAct_.guard(*session_->device);
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
+}
+
+void TickDriver::engage() noexcept {
+    const Engagement now = session_->safety.engagement();
+    if (now == Engagement::Engaging || now == Engagement::Engaged) return;
+    session_->device->engage(X_WT_before_);
+    session_->safety.engage();
+}
+
+/// Before a reading is used: the button decides on this very tick.
+void TickDriver::heedDeadMan(std::uint32_t buttons) {
+    if (settings().deadMan == 0) return;
+    const bool pressed = (buttons >> (settings().deadMan - 1) & 1) != 0;
+    if (!pressed)
+        stop();
+    else if (!pressed_)
+        engage();
+    pressed_ = pressed;
 }
 
 void TickDriver::fadeIn() {
@@ -114,13 +136,13 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     const DeviceReading reading = session.device->read(time(), 1000.0 / settings().rate);
     ++ticks_;
     finished_ = reading.finished;
+    if (reading.valid) heedDeadMan(reading.buttons);
     Settings effective = settings();
     effective.stiffness = stiffness_.next();
     effective.torsion = torsion_.next();
-    if (!reading.valid) {
-        effective.pause = true;  // the tool holds; the safety stage says why
-    } else {
-        if (first_ && reading.X_WT.isFinite()) {
+    if (!reading.valid || stopped()) effective.pause = true;  // the tool holds; the safety stage says why
+    if (reading.valid) {
+        if (first_ && !stopped() && reading.X_WT.isFinite()) {
             session.state.reset(reading.X_WT);
             first_ = false;
         }
@@ -139,11 +161,18 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
                                  .tickMs = 1000 / settings().rate,
                                  .margin = record.marginUsed > 0 ? effective.margin : -1,
                                  .slack = std::max(effective.slack, effective.trust)});
-        X_WT_before_ = record.X_WT;
     }
+    X_WT_before_ = record.X_WT;
 
-    record.wrench_out = session.safety.pass(
-        {.wrench_o = record.wrench_o, .flags = record.flags, .fresh = reading.valid, .fade = fade_.next()});
+    record.periodUs = 1000 * clocks.periodMs;
+    record.wrench_out = session.safety.pass({.wrench_o = record.wrench_o,
+                                             .flags = record.flags,
+                                             .fresh = reading.valid,
+                                             .fault = reading.fault,
+                                             .fade = fade_.next(),
+                                             .dt = 1000 / settings().rate,
+                                             .period = clocks.periodMs});
+    record.trips = session.safety.acting();
     if (session.safety.zeroed()) {
         // The force is gone already: it comes back slowly, or the switch that waits for zero happens now.
         if (switching_)
@@ -151,6 +180,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         else
             fadeIn();
     }
+    if (LastAct::begun()) record.wrench_out = {};  // a signal is ending the process
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
     return record;

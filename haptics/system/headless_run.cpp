@@ -19,6 +19,7 @@ class Pass {
   public:
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
         : driver_(makeSession(scene, settings, options)) {
+        driver_.engage();  // nobody else is there to do it
         if (options.paced) pacer_.emplace(settings.rate, false);
         if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
     }

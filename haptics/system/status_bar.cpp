@@ -40,8 +40,7 @@ HealthItem saturationItem(const LoopSnapshot& s, const DeviceLimits& limits) {
     const Wrench& wanted = s.record.wrench_o;
     const double force = wanted.force.norm(), torque = wanted.torque.cwiseAbs().maxCoeff();
     const double share = std::max(force / limits.peakForce, torque / limits.peakTorque);
-    const bool saturated = s.tripping[static_cast<std::size_t>(Trip::ForceClamped)] ||
-                           s.tripping[static_cast<std::size_t>(Trip::TorqueClamped)];
+    const bool saturated = s.record.trips & (bit(Trip::ForceClamped) | bit(Trip::TorqueClamped));
     return {
         .name = "Load",
         .value = saturated ? text("saturated") : text("%.0f %%", 100 * share),

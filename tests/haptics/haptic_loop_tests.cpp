@@ -24,6 +24,8 @@ struct Watch {
     std::atomic<int> living = 0;
     std::atomic<bool> freedOnLoop = false;
     std::atomic<double> lastForce = 0;
+    bool motors = false;
+    std::atomic<int> engaged = 0;
 };
 
 /// Presses 5 mm deep.
@@ -39,6 +41,8 @@ class PressingDevice final : public Device {
         return {.X_WT = {{0, 0, t < 1 ? 20.0 : 0.0}, Quat::Identity()}};
     }
     void write(const Wrench& wrench) noexcept override { watch_.lastForce = wrench.force.norm(); }
+    DeviceLimits limits() const noexcept override { return {.motors = watch_.motors}; }
+    void engage(const Pose&) noexcept override { ++watch_.engaged; }
 
   private:
     Watch& watch_;

@@ -23,24 +23,29 @@ std::shared_ptr<const World> groundWorld() {
 struct Log {
     std::vector<double> times;
     std::vector<Wrench> written;
+    std::vector<Pose> engaged;
     bool destroyed = false;
 };
 
 class ScriptedDevice final : public Device {
   public:
     using Script = std::function<DeviceReading(int call)>;
-    ScriptedDevice(Log& log, Script script) : log_(log), script_(std::move(script)) {}
+    static constexpr DeviceLimits kNone{.peakForce = 1000, .peakTorque = 10000, .motors = false};
+    ScriptedDevice(Log& log, Script script, const DeviceLimits& limits = kNone)
+        : log_(log), script_(std::move(script)), limits_(limits) {}
     ~ScriptedDevice() override { log_.destroyed = true; }
     DeviceReading read(double t, double) noexcept override {
         log_.times.push_back(t);
         return script_(static_cast<int>(log_.times.size()) - 1);
     }
     void write(const Wrench& wrench) noexcept override { log_.written.push_back(wrench); }
-    DeviceLimits limits() const noexcept override { return {.peakForce = 1000, .peakTorque = 10000}; }
+    void engage(const Pose& X_WT) noexcept override { log_.engaged.push_back(X_WT); }
+    DeviceLimits limits() const noexcept override { return limits_; }
 
   private:
     Log& log_;
     Script script_;
+    DeviceLimits limits_;
 };
 
 DeviceReading at(double z) { return {.X_WT = {{0, 0, z}, Quat::Identity()}}; }
@@ -53,14 +58,17 @@ struct Fixture {
     std::shared_ptr<const World> world = groundWorld();
     std::unique_ptr<TickDriver> driver;
 
-    explicit Fixture(ScriptedDevice::Script script = pressing, const Settings& settings = {}) {
-        driver = std::make_unique<TickDriver>(session(log, std::move(script), settings));
+    explicit Fixture(ScriptedDevice::Script script = pressing, const Settings& settings = {},
+                     const DeviceLimits& limits = ScriptedDevice::kNone) {
+        driver = std::make_unique<TickDriver>(session(log, std::move(script), settings, 0, limits));
     }
     std::unique_ptr<Session> session(Log& its, ScriptedDevice::Script script, const Settings& settings = {},
-                                     std::uint64_t number = 0) const {
-        return std::make_unique<Session>(world, settings, std::make_unique<ScriptedDevice>(its, std::move(script)),
-                                         number);
+                                     std::uint64_t number = 0,
+                                     const DeviceLimits& limits = ScriptedDevice::kNone) const {
+        return std::make_unique<Session>(world, settings,
+                                         std::make_unique<ScriptedDevice>(its, std::move(script), limits), number);
     }
+    Engagement engagement() const { return driver->session().safety.engagement(); }
     TickRecord run(int ticks) {
         TickRecord record;
         for (int i = 0; i < ticks; ++i) record = driver->tick();
@@ -360,6 +368,36 @@ TEST_CASE("tick driver: the same requests give the same ticks, with clocks or wi
                             .cpuMicroseconds = [] { return 3.0; }};
     CHECK(hashOf({}) == hashOf({}));
     CHECK(hashOf({}) == hashOf(clocks));
+}
+
+TEST_CASE("tick driver: a device with motors waits for who engages it, and is set onto the tool", "[loop][safety]") {
+    Fixture f(pressing, {}, {});
+    for (int i = 0; i < 50; ++i) {
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_out.force == Vec3::Zero());
+        REQUIRE(record.X_WT.p == f.world->X_WT_start.p);  // the tool is held, wherever the device is
+    }
+    CHECK(f.engagement() == Engagement::Stopped);
+    f.driver->engage();
+    REQUIRE(f.log.engaged.size() == 1);
+    CHECK(f.log.engaged[0].p == f.world->X_WT_start.p);
+    CHECK(f.engagement() == Engagement::Engaging);
+    f.run(1);
+    f.driver->engage();  // is engaged already
+    CHECK(f.log.engaged.size() == 1);
+}
+
+TEST_CASE("tick driver: a stop holds the tool at zero force until the device is set onto it anew", "[loop][safety]") {
+    // A device that obeys engage(): 5 mm over the ground it sinks by 0.1 mm a tick, down to 5 mm deep.
+    double offset = 0, sunk = 0;
+    Fixture f(
+        [&](int) {
+            sunk = std::min(sunk + 0.1, 15.0);
+            return at(20 - sunk + offset);
+        },
+        {}, {});
+    f.driver->engage();
+    CHECK(f.run(400).wrench_out.force.z() == 3);  // not more than the motors bear, or almost
 }
 
 TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {
