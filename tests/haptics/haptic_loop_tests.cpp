@@ -172,3 +172,23 @@ TEST_CASE("haptic loop: a ring that nobody empties counts what it drops, and the
     REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 50; }));
     CHECK(loop.snapshot().dropped == loop.snapshot().ticks - 16);
 }
+
+TEST_CASE("haptic loop: motors wait for engage(), and obey stop()", "[loop][thread]") {
+    Watch watch;
+    watch.motors = true;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+    const auto reaches = [&](Engagement wanted) {
+        return waitFor(loop, [&](const LoopSnapshot& s) { return s.engagement == wanted; });
+    };
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks > 20; }));
+    CHECK(loop.snapshot().engagement == Engagement::Stopped);
+    CHECK(watch.lastForce == 0);
+    loop.engage();
+    CHECK(reaches(Engagement::Engaging));
+    CHECK(watch.engaged == 1);
+    loop.engage();
+    loop.stop();  // the newest wins
+    CHECK(reaches(Engagement::Stopped));
+    CHECK(watch.lastForce == 0);
+    CHECK(watch.engaged == 1);
+}

@@ -387,17 +387,151 @@ TEST_CASE("tick driver: a device with motors waits for who engages it, and is se
     CHECK(f.log.engaged.size() == 1);
 }
 
+namespace {
+
+/// A device with motors that obeys engage(); from there the test sinks it. The ground is at z = 5.
+struct MappedFixture {
+    double depth = 0;
+    bool broken = false;
+    std::uint32_t buttons = 0;
+    Fixture f;
+
+    explicit MappedFixture(const Settings& settings = {}, const DeviceLimits& limits = {})
+        : f(
+              [this](int) {
+                  DeviceReading reading = at(f.log.engaged.empty() ? 80 : f.log.engaged.back().p.z() - depth);
+                  if (broken) reading.X_WT.p.x() = std::nan("");
+                  reading.buttons = buttons;
+                  return reading;
+              },
+              settings, limits) {}
+    /// Down to 2 mm under the ground, which takes 2 N.
+    void press() {
+        const double to = f.log.engaged.back().p.z() - 3;
+        for (int i = 1; i <= 50; ++i) {
+            depth = i * to / 50;
+            f.run(1);
+        }
+        CHECK(f.run(100).wrench_out.force.z() == Approx(2).epsilon(0.01));
+        CHECK(f.engagement() == Engagement::Engaged);
+    }
+};
+
+}  // namespace
+
 TEST_CASE("tick driver: a stop holds the tool at zero force until the device is set onto it anew", "[loop][safety]") {
-    // A device that obeys engage(): 5 mm over the ground it sinks by 0.1 mm a tick, down to 5 mm deep.
-    double offset = 0, sunk = 0;
-    Fixture f(
-        [&](int) {
-            sunk = std::min(sunk + 0.1, 15.0);
-            return at(20 - sunk + offset);
-        },
-        {}, {});
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.run(10);
     f.driver->engage();
-    CHECK(f.run(400).wrench_out.force.z() == 3);  // not more than the motors bear, or almost
+    m.press();
+    f.driver->stop();
+    const Vec3 held = f.driver->tick().X_WT.p;
+    for (int i = 0; i < 50; ++i) {
+        m.depth -= 0.5;
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_out.force == Vec3::Zero());
+        REQUIRE((record.X_WT.p - held).norm() < kStill);
+        REQUIRE(record.X_WT_device.p.z() > record.X_WT.p.z() - 3);  // where the hand is, is still shown
+    }
+    m.depth = 0;
+    f.driver->engage();
+    CHECK((f.log.engaged.back().p - held).norm() < kStill);
+    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);  // no leap
+    m.press();
+
+    // A restart is a stop as well, and so is another scene.
+    f.driver->restart();
+    f.run(60);
+    CHECK(f.engagement() == Engagement::Stopped);
+    CHECK(f.run(1).X_WT.p == f.world->X_WT_start.p);
+    m.depth = 0;
+    f.driver->engage();
+    m.press();
+    Log second;
+    f.driver->open(f.session(second, pressing, {}, 1, DeviceLimits{}));
+    f.run(100);
+    CHECK(f.engagement() == Engagement::Stopped);
+    for (const Wrench& wrench : second.written) REQUIRE(wrench.force == Vec3::Zero());
+}
+
+TEST_CASE("tick driver: after a fault the tool goes on, and the force comes back when somebody engages",
+          "[loop][safety]") {
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.driver->engage();
+    m.press();
+    m.broken = true;
+    CHECK(f.run(1).trips == bit(Trip::BadInput));
+    m.broken = false;
+    CHECK(f.engagement() == Engagement::Faulted);
+    for (int i = 0; i < 300; ++i) REQUIRE(f.run(1).wrench_out.force == Vec3::Zero());
+    m.depth -= 10;
+    CHECK(f.run(30).X_WT.p.z() > 8);
+    m.depth = 0;
+    f.driver->engage();
+    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);
+    m.press();
+}
+
+TEST_CASE("tick driver: without the dead-man button there is no force, and pressing it engages", "[loop][safety]") {
+    Settings settings;
+    settings.deadMan = 2;
+    MappedFixture m(settings);
+    Fixture& f = m.f;
+    f.run(10);
+    m.buttons = 1;  // another one
+    f.run(10);
+    CHECK(f.engagement() == Engagement::Stopped);
+    m.buttons = 2;
+    f.run(1);
+    CHECK(f.log.engaged.size() == 1);
+    m.press();
+    m.buttons = 5;
+    CHECK(f.run(1).wrench_out.force == Vec3::Zero());  // in the very tick
+    CHECK(f.engagement() == Engagement::Stopped);
+    f.driver->engage();
+    CHECK(f.run(2).wrench_out.force == Vec3::Zero());
+    m.depth = 0;
+    m.buttons = 2;
+    f.run(1);
+    m.press();
+}
+
+TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in", "[loop][safety]") {
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.driver->engage();
+    m.press();
+    CHECK(f.driver->tick({.stage = {}, .periodMs = 9.9}).wrench_out.force.z() > 1.9);
+    const TickRecord late = f.driver->tick({.stage = {}, .periodMs = 10.1});
+    CHECK(late.periodUs == Approx(10'100));
+    CHECK(late.trips == bit(Trip::LateTick));
+    CHECK(late.wrench_out.force == Vec3::Zero());
+    CHECK(share(f.run(1)) == Approx(0.01));
+    CHECK(share(f.run(99)) == 1);
+}
+
+TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]") {
+    const DeviceLimits weak{.continuousForce = 0.02};
+    MappedFixture m({}, weak);
+    Fixture& f = m.f;
+    f.driver->engage();
+    f.run(1);
+    m.depth = 17;
+    f.run(300);
+    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
+    Log second;
+    double z = 8;
+    f.driver->open(f.session(
+        second, [&](int) { return at(z); }, {}, 1, weak));
+    f.run(60);
+    f.driver->engage();
+    f.run(2);
+    CHECK_FALSE(f.driver->session().safety.active(Trip::ForceHeld));
+    z = 3;
+    f.run(1);
+    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
 }
 
 TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {
