@@ -18,12 +18,12 @@ static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<bool>::is
 /// Async-signal-safe.
 void letGo() {
     constexpr int kOutliveMs = 20;  // a write that was decided on before: two late ticks
-    ending.store(true);
+    ending.store(true);             // guard
     for (int round = 0; round < 2; ++round) {
         bool any = false;
         for (const auto& slot : guarded) {
             if (Device* device = slot.load()) {
-                device->letGo();
+                device->letGo();  // guard
                 any = true;
             }
         }
@@ -39,7 +39,7 @@ void useSignalStack() {
     if (sigaltstack(nullptr, &present) != 0 || !(present.ss_flags & SS_DISABLE)) return;
     alignas(16) static thread_local std::array<char, 64 * 1024> memory;
     const stack_t own{.ss_sp = memory.data(), .ss_flags = 0, .ss_size = memory.size()};
-    sigaltstack(&own, nullptr);
+    sigaltstack(&own, nullptr);  // guard
 }
 
 void endWithZeroForce() {
@@ -53,9 +53,9 @@ void endWithZeroForce() {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
         struct sigaction before {};
         sigaction(signal, nullptr, &before);
-        if (before.sa_handler != SIG_IGN) sigaction(signal, &act, nullptr);
+        if (before.sa_handler != SIG_IGN) sigaction(signal, &act, nullptr);  // guard
     }
-    std::atexit(letGo);
+    std::atexit(letGo);  // guard
 }
 
 LastAct::~LastAct() {

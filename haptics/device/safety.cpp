@@ -85,10 +85,9 @@ void SafetyStage::stop() noexcept {
 }
 
 void SafetyStage::engage() noexcept {
-    if (engagement_ == Engagement::Stopped || engagement_ == Engagement::Faulted) {
-        engagement_ = Engagement::Engaging;
-        waiting_ = motors_;
-    }
+    if (isEngaged(engagement_)) return;
+    engagement_ = Engagement::Engaging;
+    waiting_ = motors_;
 }
 
 void SafetyStage::inherit(const SafetyStage& before) noexcept {
@@ -171,7 +170,7 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     trip(Trip::LateTick, motors_ && in.period > kLatePeriods * in.dt);  // guard
 
     bool open = (acting_ & kZeroing) == 0;
-    open &= engagement_ == Engagement::Engaging || engagement_ == Engagement::Engaged;  // guard
+    open &= isEngaged(engagement_);  // guard
     const bool small = length(in.wrench_o.force) <= kSmallShare * force_.peak &&
                        length(in.wrench_o.torque) <= kSmallShare * torque_.peak;
     open &= small || !waiting_;  // guard

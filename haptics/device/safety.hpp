@@ -53,6 +53,8 @@ enum class Engagement : std::uint8_t {
     Faulted,  ///< zero force until engage(); the tool goes on
 };
 const char* name(Engagement engagement);
+/// Engaging or engaged.
+constexpr bool isEngaged(Engagement e) { return e == Engagement::Engaging || e == Engagement::Engaged; }
 
 /// How often a guard acted: `events` counts beginnings, `ticks` every tick.
 struct TripCount {

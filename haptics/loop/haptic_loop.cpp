@@ -87,7 +87,7 @@ void HapticLoop::takeRequests() {
 }
 
 void HapticLoop::run(const std::stop_token& stop) {
-    useSignalStack();
+    useSignalStack();  // guard
     realTime_ = raiseThread(options_.realTime);
     TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
     ready_.count_down();

@@ -74,7 +74,7 @@ void TickDriver::finishSwitch() {
     if (another) {
         retired_ = std::move(session_);
         session_ = std::move(next_);
-        session_->safety.inherit(retired_->safety);
+        session_->safety.inherit(retired_->safety);  // guard
     } else {
         if (wanted_.rate != settings().rate) {
             timeBase_ = time();
@@ -98,18 +98,17 @@ void TickDriver::startOver() {
     first_ = true;
     finished_ = false;
     X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
-    session_->safety.begin();
+    session_->safety.begin();  // guard
     if (stopped()) session_->state.reset(X_WT_before_);
-    lastAct_.guard(*session_->device);
+    lastAct_.guard(*session_->device);  // guard
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
 }
 
 void TickDriver::engage() noexcept {
-    const Engagement now = session_->safety.engagement();
-    if (now == Engagement::Engaging || now == Engagement::Engaged) return;
-    session_->device->engage(X_WT_before_);
+    if (isEngaged(session_->safety.engagement())) return;
+    session_->device->engage(X_WT_before_);  // guard
     session_->safety.engage();
 }
 
@@ -117,10 +116,8 @@ void TickDriver::engage() noexcept {
 void TickDriver::heedDeadMan(std::uint32_t buttons) {
     if (settings().deadMan == 0) return;
     const bool pressed = (buttons >> (settings().deadMan - 1) & 1) != 0;
-    if (!pressed)
-        stop();
-    else if (!pressed_)
-        engage();
+    if (!pressed) stop();                // guard
+    if (pressed && !pressed_) engage();  // guard
     pressed_ = pressed;
 }
 
@@ -136,11 +133,12 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     const DeviceReading reading = session.device->read(time(), 1000.0 / settings().rate);
     ++ticks_;
     finished_ = reading.finished;
-    if (reading.valid) heedDeadMan(reading.buttons);
+    if (reading.valid) heedDeadMan(reading.buttons);  // guard
     Settings effective = settings();
     effective.stiffness = stiffness_.next();
     effective.torsion = torsion_.next();
-    if (!reading.valid || stopped()) effective.pause = true;  // the tool holds; the safety stage says why
+    // The tool holds; the safety stage says why.
+    if (!reading.valid || stopped()) effective.pause = true;  // guard
     if (reading.valid) {
         if (first_ && !stopped() && reading.X_WT.isFinite()) {
             session.state.reset(reading.X_WT);
@@ -165,13 +163,15 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     X_WT_before_ = record.X_WT;
 
     record.periodUs = 1000 * clocks.periodMs;
-    record.wrench_out = session.safety.pass({.wrench_o = record.wrench_o,
-                                             .flags = record.flags,
-                                             .fresh = reading.valid,
-                                             .fault = reading.fault,
-                                             .fade = fade_.next(),
-                                             .dt = 1000 / settings().rate,
-                                             .period = clocks.periodMs});
+    record.wrench_out = session.safety.pass({
+        .wrench_o = record.wrench_o,
+        .flags = record.flags,         // guard
+        .fresh = reading.valid,        // guard
+        .fault = reading.fault,        // guard
+        .fade = fade_.next(),          // guard
+        .dt = 1000 / settings().rate,  // guard
+        .period = clocks.periodMs,     // guard
+    });
     record.trips = session.safety.acting();
     if (session.safety.zeroed()) {
         // The force is gone already: it comes back slowly, or the switch that waits for zero happens now.
@@ -180,7 +180,8 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         else
             fadeIn();
     }
-    if (LastAct::begun()) record.wrench_out = {};  // a signal is ending the process
+    // The process is ending.
+    if (LastAct::begun()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
     return record;

@@ -392,7 +392,7 @@ namespace {
 /// A device with motors that obeys engage(); from there the test sinks it. The ground is at z = 5.
 struct MappedFixture {
     double depth = 0;
-    bool broken = false;
+    bool broken = false, fault = false;
     std::uint32_t buttons = 0;
     Fixture f;
 
@@ -401,6 +401,7 @@ struct MappedFixture {
               [this](int) {
                   DeviceReading reading = at(f.log.engaged.empty() ? 80 : f.log.engaged.back().p.z() - depth);
                   if (broken) reading.X_WT.p.x() = std::nan("");
+                  reading.fault = fault;
                   reading.buttons = buttons;
                   return reading;
               },
@@ -465,6 +466,9 @@ TEST_CASE("tick driver: after a fault the tool goes on, and the force comes back
     CHECK(f.run(1).trips == bit(Trip::BadInput));
     m.broken = false;
     CHECK(f.engagement() == Engagement::Faulted);
+    m.fault = true;
+    CHECK(f.run(1).trips == bit(Trip::DeviceFault));
+    m.fault = false;
     for (int i = 0; i < 300; ++i) REQUIRE(f.run(1).wrench_out.force == Vec3::Zero());
     m.depth -= 10;
     CHECK(f.run(30).X_WT.p.z() > 8);
@@ -510,6 +514,26 @@ TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in"
     CHECK(late.wrench_out.force == Vec3::Zero());
     CHECK(share(f.run(1)) == Approx(0.01));
     CHECK(share(f.run(99)) == 1);
+}
+
+TEST_CASE("tick driver: growth is limited by the ms, whatever the rate", "[loop][safety]") {
+    for (const double rate : {500.0, 1000.0, 4000.0}) {
+        Settings settings;
+        settings.rate = rate;
+        MappedFixture m(settings);
+        Fixture& f = m.f;
+        f.driver->engage();
+        f.run(static_cast<int>(rate));
+        m.depth = 30;  // 15 N in one tick
+        double before = 0, steepest = 0;
+        for (int i = 0; i < 100; ++i) {
+            const double now = f.run(1).wrench_out.force.z();
+            steepest = std::max(steepest, now - before);
+            before = now;
+        }
+        CHECK(before > 14);
+        CHECK(steepest == Approx(3 * 1000 / rate));
+    }
 }
 
 TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]") {
