@@ -85,7 +85,7 @@ HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDyn
 
 HealthItem tickItem(const LoopSnapshot& s) {
     const TickRecord& r = s.record;
-    std::string value = s.settings.pause              ? "paused"
+    std::string value = s.settings.pause           ? "paused"
                         : !isEngaged(s.engagement) ? name(s.engagement)
                         : s.fade < 1               ? "fading"
                                                    : name(r.status);
