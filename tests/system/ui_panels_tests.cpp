@@ -469,7 +469,8 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
 
     // Each is explained on hover.
     Bench bench;
-    const auto draw = [&] { drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
+    bool pressed = false;
+    const auto draw = [&] { pressed |= drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
     bench.frame(draw);
     const int without = ImGui::GetDrawData()->TotalVtxCount;
     for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
@@ -481,6 +482,9 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
         for (int i = 0; i < 3; ++i) bench.frame(draw);
         CHECK(ImGui::GetDrawData()->TotalVtxCount > without);
     }
+    CHECK_FALSE(pressed);
+    bench.click("engage", draw);
+    CHECK(pressed);
 }
 
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
