@@ -112,13 +112,10 @@ void TickDriver::engage() noexcept {
     session_->safety.engage();
 }
 
-/// Before a reading is used: the button decides on this very tick.
-void TickDriver::heedDeadMan(std::uint32_t buttons) {
-    if (settings().deadMan == 0) return;
-    const bool pressed = (buttons >> (settings().deadMan - 1) & 1) != 0;
-    if (!pressed) stop();                // guard
-    if (pressed && !pressed_) engage();  // guard
-    pressed_ = pressed;
+/// The dead-man button, or there is none to be held.
+bool TickDriver::holds(const DeviceReading& reading) const {
+    if (settings().deadMan == 0) return true;
+    return reading.valid ? (reading.buttons >> (settings().deadMan - 1) & 1) != 0 : held_;
 }
 
 void TickDriver::fadeIn() {
@@ -133,7 +130,8 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     const DeviceReading reading = session.device->read(time(), 1000.0 / settings().rate);
     ++ticks_;
     finished_ = reading.finished;
-    if (reading.valid) heedDeadMan(reading.buttons);  // guard
+    const bool holds = this->holds(reading);
+    if (!holds) stop();  // guard
     Settings effective = settings();
     effective.stiffness = stiffness_.next();
     effective.torsion = torsion_.next();
@@ -184,6 +182,10 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     if (LastAct::begun()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
+
+    // After the tick: the next reading is the first of a device that is set onto the tool.
+    if (settings().deadMan > 0 && holds && !held_) engage();  // guard
+    held_ = holds;
     return record;
 }
 

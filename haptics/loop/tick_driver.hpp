@@ -92,7 +92,7 @@ class TickDriver {
     void finishSwitch();
     void startOver();
     void fadeIn();
-    void heedDeadMan(std::uint32_t buttons);
+    bool holds(const DeviceReading& reading) const;
     bool stopped() const { return session_->safety.engagement() == Engagement::Stopped; }
 
     std::unique_ptr<Session> session_, next_, retired_;
@@ -104,7 +104,7 @@ class TickDriver {
     double timeBase_ = 0;      // device time at the last change of rate, ms
     std::uint64_t ticks_ = 0;  // since then
     bool first_ = true;        // the next valid pose while not stopped is where the tool begins
-    bool pressed_ = false;     // the dead-man button, when it was last read
+    bool held_ = true;         // the dead-man button, in the tick before: a new hold engages
     bool loaded_ = false;      // the last wrench to the device was not zero
     bool finished_ = false;
     Pose X_WT_last_;    // last valid reading

@@ -488,8 +488,9 @@ TEST_CASE("tick driver: without the dead-man button there is no force, and press
     f.run(10);
     CHECK(f.engagement() == Engagement::Stopped);
     m.buttons = 2;
-    f.run(1);
+    CHECK(f.run(1).X_WT.p == f.world->X_WT_start.p);
     CHECK(f.log.engaged.size() == 1);
+    CHECK((f.run(1).X_WT.p - f.world->X_WT_start.p).norm() < kStill);  // never where the device was before
     m.press();
     m.buttons = 5;
     CHECK(f.run(1).wrench_out.force == Vec3::Zero());  // in the very tick
@@ -500,6 +501,21 @@ TEST_CASE("tick driver: without the dead-man button there is no force, and press
     m.buttons = 2;
     f.run(1);
     m.press();
+}
+
+TEST_CASE("tick driver: a dead-man button that is held from the start engages nothing", "[loop][safety]") {
+    Settings settings;
+    settings.deadMan = 2;
+    MappedFixture m(settings);
+    m.buttons = 2;
+    m.f.run(50);
+    CHECK(m.f.engagement() == Engagement::Stopped);
+    settings.deadMan = 0;  // nor does it when it is no longer asked for
+    m.buttons = 0;
+    m.f.run(1);
+    m.f.driver->request(settings);
+    m.f.run(50);
+    CHECK(m.f.engagement() == Engagement::Stopped);
 }
 
 TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in", "[loop][safety]") {
