@@ -421,6 +421,7 @@ struct MappedFixture {
 }  // namespace
 
 TEST_CASE("tick driver: a stop holds the tool at zero force until the device is set onto it anew", "[loop][safety]") {
+    Log second;  // outlives the driver
     MappedFixture m;
     Fixture& f = m.f;
     f.run(10);
@@ -449,7 +450,6 @@ TEST_CASE("tick driver: a stop holds the tool at zero force until the device is 
     m.depth = 0;
     f.driver->engage();
     m.press();
-    Log second;
     f.driver->open(f.session(second, pressing, {}, 1, DeviceLimits{}));
     f.run(100);
     CHECK(f.engagement() == Engagement::Stopped);
@@ -554,6 +554,8 @@ TEST_CASE("tick driver: growth is limited by the ms, whatever the rate", "[loop]
 
 TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]") {
     const DeviceLimits weak{.continuousForce = 0.02};
+    Log second;  // outlives the driver, as does z
+    double z = 8;
     MappedFixture m({}, weak);
     Fixture& f = m.f;
     f.driver->engage();
@@ -561,8 +563,6 @@ TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]
     m.depth = 17;
     f.run(300);
     CHECK(f.driver->session().safety.active(Trip::ForceHeld));
-    Log second;
-    double z = 8;
     f.driver->open(f.session(
         second, [&](int) { return at(z); }, {}, 1, weak));
     f.run(60);
