@@ -18,6 +18,10 @@ struct DeviceLimits {
     double peakTorque = 170;       ///< mN·m on each axis
     double continuousForce = 3;    ///< N, what the motors bear for any time
     double continuousTorque = 48;  ///< mN·m on each axis
+    double slewForce = 3;          ///< N/ms, how fast the force may grow or turn
+    double slewTorque = 40;        ///< mN·m/ms
+    /// False: the wrench moves nothing, so nothing can heat, shake or start unasked (docs/safety).
+    bool motors = true;
 };
 
 /// What decides whether a stiffness can be rendered passively: a spring of k that is sampled every T and held is stable
@@ -47,6 +51,9 @@ class Device {
     virtual DeviceReading read(double t, double dt) noexcept = 0;
     /// Wrench on the hand about the tool node's origin, world axes, after the safety stage.
     virtual void write(const Wrench& wrench_o) noexcept = 0;
+    /// Zero force at once, from any thread and from a signal handler, while read() or write() may be in progress: the
+    /// last act of a process that dies. Async-signal-safe, at the best of the device's ability.
+    virtual void letGo() noexcept {}
     /// From the next read() on, where the hand is now stands for X_WT. A recorded motion stays where it is.
     virtual void engage(const Pose& /*X_WT*/) noexcept {}
     virtual DeviceLimits limits() const noexcept { return {}; }

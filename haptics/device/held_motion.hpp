@@ -18,6 +18,7 @@ class HeldMotion final : public Device {
     HeldMotion(std::shared_ptr<const Motion> motion, const HandParameters& hand, int delay = 0);
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override;
+    DeviceLimits limits() const noexcept override { return {.motors = false}; }
     std::optional<DeviceDynamics> dynamics() const noexcept override {
         return {{hand_.parameters().damping, static_cast<double>(delay_)}};
     }

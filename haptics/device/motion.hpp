@@ -58,6 +58,7 @@ class MotionDevice final : public Device {
         return {.X_WT = motion_->at(t), .valid = true, .finished = t >= motion_->duration()};
     }
     void write(const Wrench&) noexcept override {}
+    DeviceLimits limits() const noexcept override { return {.motors = false}; }
 
   private:
     std::shared_ptr<const Motion> motion_;

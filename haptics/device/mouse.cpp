@@ -33,6 +33,11 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
     return {.X_WT = hand_.advance(X_WT_target_, wrench_o_, dt)};
 }
 
+void MouseDevice::engage(const Pose& X_WT) noexcept {
+    X_WT_target_ = X_WT;
+    hand_.reset(X_WT);
+}
+
 std::unique_ptr<Device> makeMouse(const DeviceContext& context) {
     if (!context.mouse)
         throw std::runtime_error(

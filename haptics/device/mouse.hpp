@@ -36,6 +36,8 @@ class MouseDevice final : public Device {
     MouseDevice(std::shared_ptr<MouseTarget> target, const Pose& X_WT_start, const HandParameters& hand = {});
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override { wrench_o_ = wrench_o; }
+    void engage(const Pose& X_WT) noexcept override;
+    DeviceLimits limits() const noexcept override { return {.motors = false}; }
     std::optional<DeviceDynamics> dynamics() const noexcept override { return {{hand_.parameters().damping, 0}}; }
 
   private:

@@ -78,11 +78,18 @@ void HapticLoop::takeRequests() {
     }
     if (restart_.load(std::memory_order_relaxed) && restart_.exchange(false, std::memory_order_relaxed))
         driver_.restart();
+    if (asked_.load(std::memory_order_relaxed) != Asked::Nothing) {
+        if (asked_.exchange(Asked::Nothing, std::memory_order_relaxed) == Asked::Stop)
+            driver_.stop();
+        else
+            driver_.engage();
+    }
 }
 
 void HapticLoop::run(const std::stop_token& stop) {
+    useSignalStack();  // guard
     realTime_ = raiseThread(options_.realTime);
-    const TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
+    TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
     ready_.count_down();
 
     LoopSnapshot snapshot;
@@ -93,8 +100,8 @@ void HapticLoop::run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
         takeRequests();
         const std::uint64_t began = steadyNanoseconds();
+        clocks.periodMs = 1e-6 * static_cast<double>(began - begunBefore);
         snapshot.record = driver_.tick(clocks);
-        snapshot.record.periodUs = 1e-3 * static_cast<double>(began - begunBefore);
         snapshot.record.overruns = pacer.overruns();
         begunBefore = began;
         if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
@@ -110,8 +117,8 @@ void HapticLoop::run(const std::stop_token& stop) {
         snapshot.finished = driver_.finished();
         const SafetyStage& safety = driver_.session().safety;
         snapshot.trips = safety.counts();
-        for (std::size_t i = 0; i < snapshot.tripping.size(); ++i)
-            snapshot.tripping[i] = safety.active(static_cast<Trip>(i));
+        snapshot.engagement = safety.engagement();
+        snapshot.cause = safety.cause();
         snapshots_.write(snapshot);
 
         if (driver_.settings().rate != rate) pacer.setRate(rate = driver_.settings().rate);

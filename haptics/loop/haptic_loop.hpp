@@ -35,8 +35,9 @@ struct LoopSnapshot {
     double rate = 0;                            ///< measured over the last quarter of a second, Hz; 0 before
     double fade = 0;                            ///< share of the force let through for a fade, 0 to 1
     bool finished = false;                      ///< the device's motion has ended
-    std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip
-    std::array<bool, kTripCount> tripping{};    ///< the guard acted in this tick
+    std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip; record.trips acted now
+    Engagement engagement = Engagement::Stopped;
+    Trip cause = Trip::NotFinite;  ///< of the fault, while faulted
 };
 
 /// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,
@@ -58,6 +59,9 @@ class HapticLoop {
     void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
     /// Device and tool back to the start.
     void restart() { restart_.store(true, std::memory_order_relaxed); }
+    /// As TickDriver's, at the next tick; of the two the newest wins.
+    void stop() { asked_.store(Asked::Stop, std::memory_order_relaxed); }
+    void engage() { asked_.store(Asked::Engage, std::memory_order_relaxed); }
 
     /// Takes the newest snapshot; false if no tick has ended since the last call. Call it regularly: it also frees what
     /// the loop has handed back.
@@ -92,6 +96,8 @@ class HapticLoop {
     TripleBuffer<SettingsMessage> settings_;
     bool settingsWaiting_ = false;  // the loop's: the newest message is for a session still to come
     std::atomic<bool> restart_ = false;
+    enum class Asked : std::uint8_t { Nothing, Stop, Engage };
+    std::atomic<Asked> asked_ = Asked::Nothing;
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;
     Ring<TickRecord> ring_;

@@ -82,6 +82,8 @@ constexpr Row kRows[] = {
     {{"rate", "Hz", "ticks per second; higher is stiffer without buzzing and leaves less time a tick", 250, 10000},
      &Settings::rate},
     {{"pause", "", "hold the tool where it is, with zero force", 0, 0}, &Settings::pause},
+    {{"dead_man", "", "button of the device, from 1, that must be held or the force is zero; 0 is none", 0, 32},
+     &Settings::deadMan},
 };
 
 constexpr auto kInfos = [] {

@@ -39,6 +39,7 @@ struct Settings {
     int shadowRows = 300;                  ///< deepest rows the shadow takes
     double rate = 1000;                    ///< Hz
     bool pause = false;                    ///< hold the tool where it is, force zero
+    int deadMan = 0;                       ///< button of the device without which there is no force, from 1; 0: none
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };

@@ -49,6 +49,7 @@ struct TickRecord {
     Wrench wrench_o;    ///< the same about the tool node's origin (the device's)
     Wrench wrench_out;  ///< what the safety stage let through, about o
     std::uint32_t flags = 0;
+    std::uint32_t trips = 0;  ///< guards of the safety stage that acted, a bit each in the order of Trip
     SolveStatus status = SolveStatus::Solved;
 
     int pairs = 0, rows = 0;  ///< of the accepted solve of the tick's largest linearisation

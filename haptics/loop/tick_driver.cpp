@@ -74,6 +74,7 @@ void TickDriver::finishSwitch() {
     if (another) {
         retired_ = std::move(session_);
         session_ = std::move(next_);
+        session_->safety.inherit(retired_->safety);  // guard
     } else {
         if (wanted_.rate != settings().rate) {
             timeBase_ = time();
@@ -97,9 +98,24 @@ void TickDriver::startOver() {
     first_ = true;
     finished_ = false;
     X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
+    session_->safety.begin();  // guard
+    if (stopped()) session_->state.reset(X_WT_before_);
+    lastAct_.guard(*session_->device);  // guard
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
+}
+
+void TickDriver::engage() noexcept {
+    if (isEngaged(session_->safety.engagement())) return;
+    session_->device->engage(X_WT_before_);  // guard
+    session_->safety.engage();
+}
+
+/// The dead-man button, or there is none to be held.
+bool TickDriver::holds(const DeviceReading& reading) const {
+    if (settings().deadMan == 0) return true;
+    return reading.valid ? (reading.buttons >> (settings().deadMan - 1) & 1) != 0 : held_;
 }
 
 void TickDriver::fadeIn() {
@@ -114,13 +130,15 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     const DeviceReading reading = session.device->read(time(), 1000.0 / settings().rate);
     ++ticks_;
     finished_ = reading.finished;
+    const bool holds = this->holds(reading);
+    if (!holds) stop();  // guard
     Settings effective = settings();
     effective.stiffness = stiffness_.next();
     effective.torsion = torsion_.next();
-    if (!reading.valid) {
-        effective.pause = true;  // the tool holds; the safety stage says why
-    } else {
-        if (first_ && reading.X_WT.isFinite()) {
+    // The tool holds; the safety stage says why.
+    if (!reading.valid || stopped()) effective.pause = true;  // guard
+    if (reading.valid) {
+        if (first_ && !stopped() && reading.X_WT.isFinite()) {
             session.state.reset(reading.X_WT);
             first_ = false;
         }
@@ -139,11 +157,20 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
                                  .tickMs = 1000 / settings().rate,
                                  .margin = record.marginUsed > 0 ? effective.margin : -1,
                                  .slack = std::max(effective.slack, effective.trust)});
-        X_WT_before_ = record.X_WT;
     }
+    X_WT_before_ = record.X_WT;
 
-    record.wrench_out = session.safety.pass(
-        {.wrench_o = record.wrench_o, .flags = record.flags, .fresh = reading.valid, .fade = fade_.next()});
+    record.periodUs = 1000 * clocks.periodMs;
+    record.wrench_out = session.safety.pass({
+        .wrench_o = record.wrench_o,
+        .flags = record.flags,         // guard
+        .fresh = reading.valid,        // guard
+        .fault = reading.fault,        // guard
+        .fade = fade_.next(),          // guard
+        .dt = 1000 / settings().rate,  // guard
+        .period = clocks.periodMs,     // guard
+    });
+    record.trips = session.safety.acting();
     if (session.safety.zeroed()) {
         // The force is gone already: it comes back slowly, or the switch that waits for zero happens now.
         if (switching_)
@@ -151,8 +178,14 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         else
             fadeIn();
     }
+    // The process is ending.
+    if (LastAct::begun()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
+
+    // After the tick: the next reading is the first of a device that is set onto the tool.
+    if (settings().deadMan > 0 && holds && !held_) engage();  // guard
+    held_ = holds;
     return record;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "haptics/device/device.hpp"
+#include "haptics/device/last_act.hpp"
 #include "haptics/device/safety.hpp"
 #include "haptics/loop/list_keeper.hpp"
 #include "haptics/loop/ramp.hpp"
@@ -27,11 +28,12 @@ struct Session {
     std::uint64_t number;                ///< the holder's; tells sessions apart
 };
 
-/// Optional clocks; none of them changes a result.
+/// Optional clocks; none of them changes what step() answers.
 struct TickClocks {
     StageClock stage;
     double (*cpuMicroseconds)() =
-        nullptr;  ///< of the calling thread; for TickRecord::totalUs, the time of step() alone
+        nullptr;          ///< of the calling thread; for TickRecord::totalUs, the time of step() alone
+    double periodMs = 0;  ///< by the clock, since the tick before began; much too long, and the force falls to zero
 };
 
 /// The per-tick sequence that the loop's thread, headless runs and tests share. Ramps and fades count ticks, so runs
@@ -39,9 +41,12 @@ struct TickClocks {
 /// - A change of stiffness or torsion ramps over 200 ms.
 /// - A change of mode, solver, rate, pause or scene, and a restart, fade the force out over 50 ms, happen at zero
 /// force, and
-///   fade it in over 100 ms; without force to fade they happen at once. The start of a session and the end of a zeroing
-///   trip of the safety stage fade in likewise.
+///   fade it in over 100 ms; without force to fade they happen at once. The start of a session, engaging, and the end
+///   of a trip of the safety stage that set the force to zero fade in likewise.
 /// - All else acts at the next tick.
+/// A session with a device that has motors, and a restart of it, begin stopped (SafetyStage): the tool is held until
+/// engage(), which sets the device onto the tool, never the tool onto the device. While the setting dead_man names a
+/// button, letting go of it stops and pressing it engages.
 /// One thread at a time. Real time: tick() and the requests allocate, free, lock, log and throw nothing.
 class TickDriver {
   public:
@@ -61,6 +66,11 @@ class TickDriver {
     std::unique_ptr<Session> takeRetired() noexcept { return std::move(retired_); }
     /// Device time back to zero and the tool to the device's first pose.
     void restart() noexcept;
+
+    /// Zero force from this tick on, and the tool held, until engage().
+    void stop() noexcept { session_->safety.stop(); }
+    /// After a stop or a fault: the device goes on where the tool is. Does nothing where it is engaged.
+    void engage() noexcept;
 
     /// With `audit` as in step().
     TickRecord tick(const TickClocks& clocks = {}, bool audit = false) noexcept;
@@ -82,6 +92,8 @@ class TickDriver {
     void finishSwitch();
     void startOver();
     void fadeIn();
+    bool holds(const DeviceReading& reading) const;
+    bool stopped() const { return session_->safety.engagement() == Engagement::Stopped; }
 
     std::unique_ptr<Session> session_, next_, retired_;
     Settings wanted_;  // of session_ after the switch
@@ -91,11 +103,13 @@ class TickDriver {
 
     double timeBase_ = 0;      // device time at the last change of rate, ms
     std::uint64_t ticks_ = 0;  // since then
-    bool first_ = true;        // the next valid pose is where the tool begins
+    bool first_ = true;        // the next valid pose while not stopped is where the tool begins
+    bool held_ = true;         // the dead-man button, in the tick before: a new hold engages
     bool loaded_ = false;      // the last wrench to the device was not zero
     bool finished_ = false;
     Pose X_WT_last_;    // last valid reading
     Pose X_WT_before_;  // of the graphic tool
+    LastAct lastAct_;   // on the session's device
 };
 
 }  // namespace touchstone

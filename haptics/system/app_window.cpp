@@ -110,7 +110,7 @@ class App {
     MouseGrab grab_;
     Selection selection_;
     double strength_ = 1;  // of the hand that the mouse device was told of last
-    bool holding_ = false, everHeld_ = false;
+    bool holding_ = false, everHeld_ = false, focused_ = false;
 
     DisplayOptions display_;
     ScenePanelState scenePanel_;
@@ -178,6 +178,10 @@ int App::run() {
             if (viewedFile_ != session_.request().file) lookAtAll(layout.picture);  // else it was only changed
             viewedFile_ = session_.request().file;
         }
+        // Nobody looks: motors are not to push.
+        const bool focused = glfwGetWindowAttrib(window_.handle(), GLFW_FOCUSED);
+        if (focused_ && !focused && session_.deviceFacts().limits.motors) session_.stop();
+        focused_ = focused;
         handleKeys();
         handleMouse(layout.picture);
         drawPicture(layout.picture);
@@ -317,8 +321,9 @@ void App::drawBar() {
     ImGui::Begin("Health", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
-    drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_},
-                  &items_);
+    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_},
+                      &items_))
+        requests_.stopOrEngage = true;
     ImGui::End();
     ImGui::PopStyleVar(2);
 }
@@ -504,11 +509,7 @@ void App::handleKeys() {
     if (pressed(GLFW_KEY_S)) session_.setSettings(withSolversSwapped(session_.settings()));
     for (const DisplaySwitch& which : displaySwitches())
         if (pressed(which.key)) turn(display_, which, !isOn(display_, which));  // GLFW's keys are capital letters
-    if (pressed(GLFW_KEY_SPACE)) {
-        Settings settings = session_.settings();
-        settings.pause = !settings.pause;
-        session_.setSettings(settings);
-    }
+    if (pressed(GLFW_KEY_SPACE)) requests_.stopOrEngage = true;
 }
 
 void App::noteState() {
@@ -578,6 +579,7 @@ void App::carryOut() {
     if (requests.copyCommand) copyCommand();
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.restart) session_.restart();
+    if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
     if (requests.device || requests.restart) grab_.reset();
     if (requests.quit) window_.close();
 }

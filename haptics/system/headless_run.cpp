@@ -19,6 +19,7 @@ class Pass {
   public:
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
         : driver_(makeSession(scene, settings, options)) {
+        driver_.engage();  // nobody else is there to do it
         if (options.paced) pacer_.emplace(settings.rate, false);
         if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
     }
@@ -107,7 +108,9 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
 
     // What only the end can show is judged when the demonstration itself got there.
     run.report.checks = judge.checks(outcome && pass.driver().finished());
-    for (const TripCount& trip : pass.driver().session().safety.counts()) run.report.safetyTrips += trip.events;
+    const SafetyStage& safety = pass.driver().session().safety;
+    for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
+    if (safety.engagement() == Engagement::Faulted) run.report.safetyFault = name(safety.cause());
     return run;
 }
 

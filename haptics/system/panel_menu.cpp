@@ -124,7 +124,7 @@ void drawHelpDialog(MenuState& state) {
         {"F", "bring the selected into view, or everything"},
         {"A, Home", "bring everything into view"},
         {"Keypad 1, 3, 7", "front, right, top; with Ctrl back, left, bottom"},
-        {"Space", "pause and go on"},
+        {"Space", "stop: zero force at once, the tool is held; again: engage"},
         {"R", "reset: device and tool back to the start"},
         {"S", "swap rendering and shadow solver"},
         {"H", "hide and show the panels"},

@@ -22,7 +22,7 @@ struct PanelRequests {
     bool saveSettings = false;                 ///< along with it
     std::optional<engine::StandardView> view;  ///< the camera is to look from there
     std::string refusal;                       ///< a value that was typed and not accepted
-    bool reload = false, restart = false, cancelOpening = false, quit = false;
+    bool reload = false, restart = false, stopOrEngage = false, cancelOpening = false, quit = false;
     bool frameCamera = false, frameSelection = false;
     bool undo = false, redo = false, copyCommand = false;
 };

@@ -115,6 +115,7 @@ ordered_json toJson(const Report& report) {
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},
+        {"safety_fault", report.safetyFault},
         {"hash", hexadecimal(report.hash)},
         {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
         {"settings", report.settings},

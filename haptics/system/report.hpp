@@ -43,6 +43,7 @@ struct Report {
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;
     std::uint64_t safetyTrips = 0;     ///< beginnings, of all guards
+    std::string safetyFault;           ///< the trip that took the force away for good; empty without
     std::vector<OutcomeCheck> checks;  ///< of the outcome; none: met
     nlohmann::ordered_json settings;   ///< every key of settingTable() with its value as text
 

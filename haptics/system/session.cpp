@@ -275,9 +275,11 @@ void LiveSession::show(Shown next) {
 void LiveSession::tellTrips(const LoopSnapshot& snapshot) {
     for (std::size_t i = 0; i < toldTrips_.size(); ++i) {
         const std::uint64_t events = snapshot.trips[i].events;
-        if (events > 0 && toldTrips_[i] == 0)
-            say(Message::Kind::Warning,
-                std::string("Safety: ") + name(static_cast<Trip>(i)) + "; the bar at the bottom counts how often");
+        const Trip trip = static_cast<Trip>(i);
+        const bool fault = info(trip).follows == Follows::Fault;
+        if (events > toldTrips_[i] && (fault || toldTrips_[i] == 0))
+            say(Message::Kind::Warning, std::string("Safety, ") + name(trip) + ": " + info(trip).why +
+                                            (fault ? " There is no force until you engage: Space." : ""));
         toldTrips_[i] = events;
     }
 }
@@ -315,6 +317,16 @@ void LiveSession::restart() {
     else
         loop_->restart();
 }
+
+void LiveSession::stop() {
+    if (loop_) loop_->stop();
+}
+
+void LiveSession::engage() {
+    if (running() && !next_) loop_->engage();
+}
+
+bool LiveSession::engaged() const { return loop_ && isEngaged(loop_->snapshot().engagement); }
 
 void LiveSession::chooseDevice(const std::string& choice) {
     if (!running() || next_) return;

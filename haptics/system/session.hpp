@@ -106,6 +106,11 @@ class LiveSession {
     void setSettings(const Settings& settings);
     /// Device and tool back to the start of the scene.
     void restart();
+    /// Zero force and the tool held, or from there on with the device where the tool is.
+    void stop();
+    void engage();
+    /// Not stopped, and no fault.
+    bool engaged() const;
 
     /// NAME or NAME:FILE of the device that runs.
     const std::string& device() const { return device_; }

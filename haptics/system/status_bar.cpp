@@ -25,11 +25,20 @@ HealthItem safetyItem(const LoopSnapshot& s) {
             past += text("\n%s: %llu times, %llu ticks", name(trip), static_cast<unsigned long long>(s.trips[i].events),
                          static_cast<unsigned long long>(s.trips[i].ticks));
         events += s.trips[i].events;
-        if (s.tripping[i]) {
+        if (s.record.trips & bit(trip)) {
             item.value = name(trip);
-            item.help = "The safety stage holds the wrench back in this tick.";
+            item.help = info(trip).why;
             item.attention = true;
         }
+    }
+    if (s.engagement == Engagement::Stopped) {
+        item = {"Safety", "stopped", "Zero force, and the tool is held. Engage goes on from here.", true};
+    } else if (s.engagement == Engagement::Faulted) {
+        item = {"Safety", std::string("fault: ") + name(s.cause),
+                std::string(info(s.cause).why) + " Zero force until you engage.", true};
+    } else if (s.engagement == Engagement::Engaging && !item.attention) {
+        item = {"Safety", "engaging", "The force fades in, once a small one is asked for: go out of the contact.",
+                false};
     }
     if (!item.attention && events > 0) item.value += text(", %llu trips", static_cast<unsigned long long>(events));
     item.help += past.empty() ? "" : "\nSince the scene began:" + past;
@@ -40,8 +49,7 @@ HealthItem saturationItem(const LoopSnapshot& s, const DeviceLimits& limits) {
     const Wrench& wanted = s.record.wrench_o;
     const double force = wanted.force.norm(), torque = wanted.torque.cwiseAbs().maxCoeff();
     const double share = std::max(force / limits.peakForce, torque / limits.peakTorque);
-    const bool saturated = s.tripping[static_cast<std::size_t>(Trip::ForceClamped)] ||
-                           s.tripping[static_cast<std::size_t>(Trip::TorqueClamped)];
+    const bool saturated = s.record.trips & (bit(Trip::ForceClamped) | bit(Trip::TorqueClamped));
     return {
         .name = "Load",
         .value = saturated ? text("saturated") : text("%.0f %%", 100 * share),
@@ -77,7 +85,10 @@ HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDyn
 
 HealthItem tickItem(const LoopSnapshot& s) {
     const TickRecord& r = s.record;
-    std::string value = s.settings.pause ? "paused" : s.fade < 1 ? "fading" : name(r.status);
+    std::string value = s.settings.pause           ? "paused"
+                        : !isEngaged(s.engagement) ? name(s.engagement)
+                        : s.fade < 1               ? "fading"
+                                                   : name(r.status);
     if (r.flags & kNonFinite) value += ", not finite";
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
@@ -136,7 +147,16 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
     };
 }
 
-void drawStatusBar(const HealthView& view, ItemRects* items) {
+bool drawStatusBar(const HealthView& view, ItemRects* items) {
+    bool pressed = false;
+    if (view.snapshot) {
+        const bool engaged = isEngaged(view.snapshot->engagement);
+        pressed = ImGui::SmallButton(engaged ? "Stop" : "Engage");
+        noteItem(items, "engage");
+        tooltip(engaged ? "Zero force at once, and the tool is held. Space does the same."
+                        : "The device goes on where the tool is, and the force fades in. Space does the same.");
+        ImGui::SameLine(0, 0.6f * ImGui::GetFontSize());
+    }
     const std::vector<HealthItem> all = healthItems(view);
     if (all.empty()) ImGui::TextDisabled("No scene runs.");
     const float em = ImGui::GetFontSize();
@@ -153,6 +173,7 @@ void drawStatusBar(const HealthView& view, ItemRects* items) {
         noteItem(items, std::string("health ") + item.name);
         tooltip(item.help);
     }
+    return pressed;
 }
 
 }  // namespace touchstone::system

@@ -41,7 +41,8 @@ struct HealthItem {
 /// without a snapshot.
 std::vector<HealthItem> healthItems(const HealthView& view);
 
-/// The same in one line of the current ImGui window, each explained on hover.
-void drawStatusBar(const HealthView& view, ItemRects* items);
+/// The same in one line of the current ImGui window, each explained on hover. Returns true when the button before them
+/// was pressed, which stops or engages.
+bool drawStatusBar(const HealthView& view, ItemRects* items);
 
 }  // namespace touchstone::system

@@ -24,6 +24,8 @@ struct Watch {
     std::atomic<int> living = 0;
     std::atomic<bool> freedOnLoop = false;
     std::atomic<double> lastForce = 0;
+    bool motors = false;
+    std::atomic<int> engaged = 0;
 };
 
 /// Presses 5 mm deep.
@@ -39,6 +41,8 @@ class PressingDevice final : public Device {
         return {.X_WT = {{0, 0, t < 1 ? 20.0 : 0.0}, Quat::Identity()}};
     }
     void write(const Wrench& wrench) noexcept override { watch_.lastForce = wrench.force.norm(); }
+    DeviceLimits limits() const noexcept override { return {.motors = watch_.motors}; }
+    void engage(const Pose&) noexcept override { ++watch_.engaged; }
 
   private:
     Watch& watch_;
@@ -167,4 +171,24 @@ TEST_CASE("haptic loop: a ring that nobody empties counts what it drops, and the
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), options);
     REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 50; }));
     CHECK(loop.snapshot().dropped == loop.snapshot().ticks - 16);
+}
+
+TEST_CASE("haptic loop: motors wait for engage(), and obey stop()", "[loop][thread]") {
+    Watch watch;
+    watch.motors = true;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+    const auto reaches = [&](Engagement wanted) {
+        return waitFor(loop, [&](const LoopSnapshot& s) { return s.engagement == wanted; });
+    };
+    REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks > 20; }));
+    CHECK(loop.snapshot().engagement == Engagement::Stopped);
+    CHECK(watch.lastForce == 0);
+    loop.engage();
+    CHECK(reaches(Engagement::Engaging));
+    CHECK(watch.engaged == 1);
+    loop.engage();
+    loop.stop();  // the newest wins
+    CHECK(reaches(Engagement::Stopped));
+    CHECK(watch.lastForce == 0);
+    CHECK(watch.engaged == 1);
 }

@@ -23,24 +23,29 @@ std::shared_ptr<const World> groundWorld() {
 struct Log {
     std::vector<double> times;
     std::vector<Wrench> written;
+    std::vector<Pose> engaged;
     bool destroyed = false;
 };
 
 class ScriptedDevice final : public Device {
   public:
     using Script = std::function<DeviceReading(int call)>;
-    ScriptedDevice(Log& log, Script script) : log_(log), script_(std::move(script)) {}
+    static constexpr DeviceLimits kNone{.peakForce = 1000, .peakTorque = 10000, .motors = false};
+    ScriptedDevice(Log& log, Script script, const DeviceLimits& limits = kNone)
+        : log_(log), script_(std::move(script)), limits_(limits) {}
     ~ScriptedDevice() override { log_.destroyed = true; }
     DeviceReading read(double t, double) noexcept override {
         log_.times.push_back(t);
         return script_(static_cast<int>(log_.times.size()) - 1);
     }
     void write(const Wrench& wrench) noexcept override { log_.written.push_back(wrench); }
-    DeviceLimits limits() const noexcept override { return {.peakForce = 1000, .peakTorque = 10000}; }
+    void engage(const Pose& X_WT) noexcept override { log_.engaged.push_back(X_WT); }
+    DeviceLimits limits() const noexcept override { return limits_; }
 
   private:
     Log& log_;
     Script script_;
+    DeviceLimits limits_;
 };
 
 DeviceReading at(double z) { return {.X_WT = {{0, 0, z}, Quat::Identity()}}; }
@@ -53,14 +58,17 @@ struct Fixture {
     std::shared_ptr<const World> world = groundWorld();
     std::unique_ptr<TickDriver> driver;
 
-    explicit Fixture(ScriptedDevice::Script script = pressing, const Settings& settings = {}) {
-        driver = std::make_unique<TickDriver>(session(log, std::move(script), settings));
+    explicit Fixture(ScriptedDevice::Script script = pressing, const Settings& settings = {},
+                     const DeviceLimits& limits = ScriptedDevice::kNone) {
+        driver = std::make_unique<TickDriver>(session(log, std::move(script), settings, 0, limits));
     }
     std::unique_ptr<Session> session(Log& its, ScriptedDevice::Script script, const Settings& settings = {},
-                                     std::uint64_t number = 0) const {
-        return std::make_unique<Session>(world, settings, std::make_unique<ScriptedDevice>(its, std::move(script)),
-                                         number);
+                                     std::uint64_t number = 0,
+                                     const DeviceLimits& limits = ScriptedDevice::kNone) const {
+        return std::make_unique<Session>(world, settings,
+                                         std::make_unique<ScriptedDevice>(its, std::move(script), limits), number);
     }
+    Engagement engagement() const { return driver->session().safety.engagement(); }
     TickRecord run(int ticks) {
         TickRecord record;
         for (int i = 0; i < ticks; ++i) record = driver->tick();
@@ -360,6 +368,210 @@ TEST_CASE("tick driver: the same requests give the same ticks, with clocks or wi
                             .cpuMicroseconds = [] { return 3.0; }};
     CHECK(hashOf({}) == hashOf({}));
     CHECK(hashOf({}) == hashOf(clocks));
+}
+
+TEST_CASE("tick driver: a device with motors waits for who engages it, and is set onto the tool", "[loop][safety]") {
+    Fixture f(pressing, {}, {});
+    for (int i = 0; i < 50; ++i) {
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_out.force == Vec3::Zero());
+        REQUIRE(record.X_WT.p == f.world->X_WT_start.p);  // the tool is held, wherever the device is
+    }
+    CHECK(f.engagement() == Engagement::Stopped);
+    f.driver->engage();
+    REQUIRE(f.log.engaged.size() == 1);
+    CHECK(f.log.engaged[0].p == f.world->X_WT_start.p);
+    CHECK(f.engagement() == Engagement::Engaging);
+    f.run(1);
+    f.driver->engage();  // is engaged already
+    CHECK(f.log.engaged.size() == 1);
+}
+
+namespace {
+
+/// A device with motors that obeys engage(); from there the test sinks it. The ground is at z = 5.
+struct MappedFixture {
+    double depth = 0;
+    bool broken = false, fault = false;
+    std::uint32_t buttons = 0;
+    Fixture f;
+
+    explicit MappedFixture(const Settings& settings = {}, const DeviceLimits& limits = {})
+        : f(
+              [this](int) {
+                  DeviceReading reading = at(f.log.engaged.empty() ? 80 : f.log.engaged.back().p.z() - depth);
+                  if (broken) reading.X_WT.p.x() = std::nan("");
+                  reading.fault = fault;
+                  reading.buttons = buttons;
+                  return reading;
+              },
+              settings, limits) {}
+    /// Down to 2 mm under the ground, which takes 2 N.
+    void press() {
+        const double to = f.log.engaged.back().p.z() - 3;
+        for (int i = 1; i <= 50; ++i) {
+            depth = i * to / 50;
+            f.run(1);
+        }
+        CHECK(f.run(100).wrench_out.force.z() == Approx(2).epsilon(0.01));
+        CHECK(f.engagement() == Engagement::Engaged);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("tick driver: a stop holds the tool at zero force until the device is set onto it anew", "[loop][safety]") {
+    Log second;  // outlives the driver
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.run(10);
+    f.driver->engage();
+    m.press();
+    f.driver->stop();
+    const Vec3 held = f.driver->tick().X_WT.p;
+    for (int i = 0; i < 50; ++i) {
+        m.depth -= 0.5;
+        const TickRecord record = f.run(1);
+        REQUIRE(record.wrench_out.force == Vec3::Zero());
+        REQUIRE((record.X_WT.p - held).norm() < kStill);
+        REQUIRE(record.X_WT_device.p.z() > record.X_WT.p.z() - 3);  // where the hand is, is still shown
+    }
+    m.depth = 0;
+    f.driver->engage();
+    CHECK((f.log.engaged.back().p - held).norm() < kStill);
+    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);  // no leap
+    m.press();
+
+    // A restart is a stop as well, and so is another scene.
+    f.driver->restart();
+    f.run(60);
+    CHECK(f.engagement() == Engagement::Stopped);
+    CHECK(f.run(1).X_WT.p == f.world->X_WT_start.p);
+    m.depth = 0;
+    f.driver->engage();
+    m.press();
+    f.driver->open(f.session(second, pressing, {}, 1, DeviceLimits{}));
+    f.run(100);
+    CHECK(f.engagement() == Engagement::Stopped);
+    for (const Wrench& wrench : second.written) REQUIRE(wrench.force == Vec3::Zero());
+}
+
+TEST_CASE("tick driver: after a fault the tool goes on, and the force comes back when somebody engages",
+          "[loop][safety]") {
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.driver->engage();
+    m.press();
+    m.broken = true;
+    CHECK(f.run(1).trips == bit(Trip::BadInput));
+    m.broken = false;
+    CHECK(f.engagement() == Engagement::Faulted);
+    m.fault = true;
+    CHECK(f.run(1).trips == bit(Trip::DeviceFault));
+    m.fault = false;
+    for (int i = 0; i < 300; ++i) REQUIRE(f.run(1).wrench_out.force == Vec3::Zero());
+    m.depth -= 10;
+    CHECK(f.run(30).X_WT.p.z() > 8);
+    m.depth = 0;
+    f.driver->engage();
+    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);
+    m.press();
+}
+
+TEST_CASE("tick driver: without the dead-man button there is no force, and pressing it engages", "[loop][safety]") {
+    Settings settings;
+    settings.deadMan = 2;
+    MappedFixture m(settings);
+    Fixture& f = m.f;
+    f.run(10);
+    m.buttons = 1;  // another one
+    f.run(10);
+    CHECK(f.engagement() == Engagement::Stopped);
+    m.buttons = 2;
+    CHECK(f.run(1).X_WT.p == f.world->X_WT_start.p);
+    CHECK(f.log.engaged.size() == 1);
+    CHECK((f.run(1).X_WT.p - f.world->X_WT_start.p).norm() < kStill);  // never where the device was before
+    m.press();
+    m.buttons = 5;
+    CHECK(f.run(1).wrench_out.force == Vec3::Zero());  // in the very tick
+    CHECK(f.engagement() == Engagement::Stopped);
+    f.driver->engage();
+    CHECK(f.run(2).wrench_out.force == Vec3::Zero());
+    m.depth = 0;
+    m.buttons = 2;
+    f.run(1);
+    m.press();
+}
+
+TEST_CASE("tick driver: a dead-man button that is held from the start engages nothing", "[loop][safety]") {
+    Settings settings;
+    settings.deadMan = 2;
+    MappedFixture m(settings);
+    m.buttons = 2;
+    m.f.run(50);
+    CHECK(m.f.engagement() == Engagement::Stopped);
+    settings.deadMan = 0;  // nor does it when it is no longer asked for
+    m.buttons = 0;
+    m.f.run(1);
+    m.f.driver->request(settings);
+    m.f.run(50);
+    CHECK(m.f.engagement() == Engagement::Stopped);
+}
+
+TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in", "[loop][safety]") {
+    MappedFixture m;
+    Fixture& f = m.f;
+    f.driver->engage();
+    m.press();
+    CHECK(f.driver->tick({.stage = {}, .periodMs = 9.9}).wrench_out.force.z() > 1.9);
+    const TickRecord late = f.driver->tick({.stage = {}, .periodMs = 10.1});
+    CHECK(late.periodUs == Approx(10'100));
+    CHECK(late.trips == bit(Trip::LateTick));
+    CHECK(late.wrench_out.force == Vec3::Zero());
+    CHECK(share(f.run(1)) == Approx(0.01));
+    CHECK(share(f.run(99)) == 1);
+}
+
+TEST_CASE("tick driver: growth is limited by the ms, whatever the rate", "[loop][safety]") {
+    for (const double rate : {500.0, 1000.0, 4000.0}) {
+        Settings settings;
+        settings.rate = rate;
+        MappedFixture m(settings);
+        Fixture& f = m.f;
+        f.driver->engage();
+        f.run(static_cast<int>(rate));
+        m.depth = 30;  // 15 N in one tick
+        double before = 0, steepest = 0;
+        for (int i = 0; i < 100; ++i) {
+            const double now = f.run(1).wrench_out.force.z();
+            steepest = std::max(steepest, now - before);
+            before = now;
+        }
+        CHECK(before > 14);
+        CHECK(steepest == Approx(3 * 1000 / rate));
+    }
+}
+
+TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]") {
+    const DeviceLimits weak{.continuousForce = 0.02};
+    Log second;  // outlives the driver, as does z
+    double z = 8;
+    MappedFixture m({}, weak);
+    Fixture& f = m.f;
+    f.driver->engage();
+    f.run(1);
+    m.depth = 17;
+    f.run(300);
+    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
+    f.driver->open(f.session(
+        second, [&](int) { return at(z); }, {}, 1, weak));
+    f.run(60);
+    f.driver->engage();
+    f.run(2);
+    CHECK_FALSE(f.driver->session().safety.active(Trip::ForceHeld));
+    z = 3;
+    f.run(1);
+    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
 }
 
 TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {

@@ -108,6 +108,7 @@ TEST_CASE("report: it has every key, and no null but the overruns of a run witho
         {"margin_used_mm", {"p50", "max"}},
         {"force_out_N", {"max"}},
         {"safety_trips", {}},
+        {"safety_fault", {}},
         {"outcome", {"met", "checks"}}};
     for (const auto& [key, inner] : keys) {
         INFO(key);

@@ -402,6 +402,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     snapshot.rate = 1000;
     snapshot.ticks = 1000;
     snapshot.fade = 1;
+    snapshot.engagement = Engagement::Engaged;
     const RealTimeStatus realTime{.scheduled = true, .message = {}};
     const std::string device = "mouse";
     DeviceFacts facts;
@@ -431,15 +432,27 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     snapshot.trips[int(Trip::StaleReading)] = {2, 9};
     CHECK(item("Safety").value == "ok, 2 trips");
     CHECK_FALSE(item("Safety").attention);
-    snapshot.tripping[int(Trip::StaleReading)] = true;
+    snapshot.record.trips = bit(Trip::StaleReading);
     CHECK(item("Safety").value == name(Trip::StaleReading));
     CHECK(item("Safety").attention);
+    snapshot.engagement = Engagement::Engaging;
+    CHECK(item("Safety").value == name(Trip::StaleReading));
+    snapshot.record.trips = 0;
+    CHECK(item("Safety").value == "engaging, 2 trips");
+    snapshot.engagement = Engagement::Stopped;
+    CHECK(item("Safety").value == "stopped");
+    CHECK(item("Safety").attention);
+    snapshot.engagement = Engagement::Faulted;
+    snapshot.cause = Trip::Buzz;
+    CHECK(item("Safety").value == "fault: buzz");
+    CHECK(item("Safety").help.find(info(Trip::Buzz).why) == 0);
+    snapshot.engagement = Engagement::Engaged;
 
     snapshot.record.wrench_o.force = Vec3(11, 0, 0);
     CHECK(item("Load").value == "50 %");
     snapshot.record.wrench_o.torque = Vec3(0, -153, 0);
     CHECK(item("Load").value == "90 %");
-    snapshot.tripping[int(Trip::ForceClamped)] = true;
+    snapshot.record.trips = bit(Trip::ForceClamped);
     CHECK(item("Load").value == "saturated");
     CHECK(item("Load").attention);
 
@@ -456,7 +469,8 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
 
     // Each is explained on hover.
     Bench bench;
-    const auto draw = [&] { drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
+    bool pressed = false;
+    const auto draw = [&] { pressed |= drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
     bench.frame(draw);
     const int without = ImGui::GetDrawData()->TotalVtxCount;
     for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
@@ -468,6 +482,9 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
         for (int i = 0; i < 3; ++i) bench.frame(draw);
         CHECK(ImGui::GetDrawData()->TotalVtxCount > without);
     }
+    CHECK_FALSE(pressed);
+    bench.click("engage", draw);
+    CHECK(pressed);
 }
 
 TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {

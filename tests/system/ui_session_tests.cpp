@@ -69,6 +69,30 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     CHECK(session.settings().trust <= session.settings().margin);
 }
 
+TEST_CASE("session: runs at once with what moves nothing; a stop takes the force, engaging gives it back",
+          "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    CHECK_FALSE(session.engaged());
+    session.stop();  // nothing runs yet
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto force = [&](auto wanted) {
+        return patiently([&] {
+            session.update();
+            return wanted(session.record()->wrench_out.force.norm());
+        });
+    };
+    REQUIRE(force([](double f) { return f > 1.5; }));
+    CHECK(session.engaged());
+    session.stop();
+    REQUIRE(force([](double f) { return f == 0; }));
+    CHECK(session.snapshot()->engagement == Engagement::Stopped);
+    session.engage();
+    CHECK(force([](double f) { return f > 1.5; }));
+    CHECK(session.engaged());
+}
+
 TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());

@@ -178,6 +178,33 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
     CHECK(phase == Done);
 }
 
+TEST_CASE("window: the space bar takes the force, and gives it back", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    enum { Push, Stop, Stopped, Engage, Pushed, Done } phase = Push;
+    int frames = 0;
+    options.onFrame = [&](WindowFrame& frame) {
+        if (!frame.session.running()) return;
+        const LoopSnapshot& s = *frame.session.snapshot();
+        const double force = s.record.wrench_out.force.norm();
+        const bool pressing = phase == Stop || phase == Engage;
+        ImGui_ImplGlfw_KeyCallback(frame.window.handle(), GLFW_KEY_SPACE, 0,
+                                   pressing && frames < 3 ? GLFW_PRESS : GLFW_RELEASE, 0);
+        const bool next = phase == Push      ? force > 1.5
+                          : phase == Stopped ? force == 0 && s.engagement == Engagement::Stopped
+                          : phase == Pushed  ? force > 1.5
+                                             : frames > 5;
+        ++frames;
+        if (!next || phase == Done) return;
+        phase = static_cast<decltype(phase)>(phase + 1);
+        frames = 0;
+        if (phase == Done) frame.window.close();
+    };
+    runWindow(options);
+    CHECK(phase == Done);
+}
+
 TEST_CASE("window: a body is selected by a click, dragged by its handle, and undone by a key", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;

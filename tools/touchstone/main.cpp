@@ -8,6 +8,7 @@
 
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
+#include "haptics/device/last_act.hpp"
 #include "haptics/qp/solver.hpp"
 #include "haptics/system/display_options.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -221,6 +222,7 @@ int fail(const std::string& sentence, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    endWithZeroForce();
     // Reports go to the output stream, everything else to the other.
     spdlog::set_default_logger(spdlog::stderr_color_st("touchstone"));
     spdlog::set_pattern("%^%l%$: %v");

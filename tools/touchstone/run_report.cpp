@@ -39,6 +39,8 @@ void printReport(const system::Report& report) {
         std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
                     static_cast<unsigned long long>(report.safetyTrips));
+    if (!report.safetyFault.empty())
+        std::printf("  no force from some tick on, by the safety stage: %s\n", report.safetyFault.c_str());
     if (report.overruns)
         std::printf("  %llu ticks ended late, %llu were not recorded\n",
                     static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
@@ -86,6 +88,7 @@ system::Report LiveReport::finish(const system::LiveSession& session) const {
         report.overruns = snapshot->overruns;
         report.dropped = snapshot->dropped;
         for (const TripCount& trip : snapshot->trips) report.safetyTrips += trip.events;
+        if (snapshot->engagement == Engagement::Faulted) report.safetyFault = name(snapshot->cause);
         if (judge_) report.checks = judge_->checks(session.device() == "demo" && snapshot->finished);
     }
     return report;
