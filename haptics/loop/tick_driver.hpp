@@ -2,6 +2,8 @@
 // One tick after another, without thread or clock: device, step, safety, device, and every change without a jolt.
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "haptics/device/device.hpp"
 #include "haptics/device/safety.hpp"
@@ -23,6 +25,7 @@ struct Session {
     std::unique_ptr<Device> device;
     StepState state;
     SafetyStage safety;
+    std::vector<Pose> X_WO;              ///< where the obstacles are to go
     std::unique_ptr<ListKeeper> keeper;  ///< null: ticks find their own lists
     std::uint64_t number;                ///< the holder's; tells sessions apart
 };
@@ -54,6 +57,8 @@ class TickDriver {
 
     /// Settings for the newest session, opening or open. Pre: checkSettings() is content.
     void request(const Settings& settings) noexcept;
+    /// Where the newest session's obstacles are to go, X_WO by obstacle; they get there tick by tick, see step().
+    void moveObstacles(std::span<const Pose> X_WO) noexcept;
     /// Switches to another session. Pre: !opening(), and the last retired one was taken.
     void open(std::unique_ptr<Session> session) noexcept;
     bool opening() const { return next_ != nullptr; }
@@ -94,8 +99,7 @@ class TickDriver {
     bool first_ = true;        // the next valid pose is where the tool begins
     bool loaded_ = false;      // the last wrench to the device was not zero
     bool finished_ = false;
-    Pose X_WT_last_;    // last valid reading
-    Pose X_WT_before_;  // of the graphic tool
+    Pose X_WT_last_;  // last valid reading
 };
 
 }  // namespace touchstone

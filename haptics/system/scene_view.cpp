@@ -8,6 +8,7 @@
 #include <map>
 
 #include "engine/view/gl_context.hpp"
+#include "haptics/system/pick.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::system {
@@ -81,8 +82,6 @@ void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points
 SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : scene_(scene) {
     const engine::Registry& registry = scene.scene.registry;
     const engine::Entity tool = scene.roles.tool;
-    if (tool) toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(registry, tool)));
-
     std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it is one of colours
     const auto textureOf = [&](int image, bool colors) {
         if (image < 0) return engine::GpuTexture{};
@@ -134,10 +133,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
 }
 
 glm::mat4 SceneView::modelAt(const Part& part, const Pose* X_WT) const {
-    const engine::Registry& registry = scene_.scene.registry;
-    const glm::dmat4& placed = registry.get<engine::WorldTransform>(part.node).matrix;
-    if (!part.moves || !X_WT) return glm::mat4(placed);
-    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * placed);
+    return glm::mat4(placeOf(scene_, part.node, X_WT));
 }
 
 std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fixed) const {
@@ -206,12 +202,9 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     return camera;
 }
 
-/// Those of the world that runs, which is another once a body was moved.
 SceneOverlays* SceneView::overlays() {
-    if (overlaid_ != scene_.world) {
-        overlaid_ = scene_.world;
-        overlays_ = overlaid_ ? std::make_unique<SceneOverlays>(overlaid_) : nullptr;
-    }
+    if (!overlays_ && scene_.world) overlays_ = std::make_unique<SceneOverlays>(scene_.world);
+    if (overlays_) overlays_->place(scene_.world);
     return overlays_.get();
 }
 
@@ -235,8 +228,6 @@ glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W,
 
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
                      const DisplayOptions& options) {
-    if (scene_.roles.tool)  // nodes may have been moved since the last frame
-        toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(scene_.scene.registry, scene_.roles.tool)));
     SceneOverlays* const drawn = overlays();
     frame.grid = {.visible = options.grid, .height = floor_};
     addParts(frame, record, options);

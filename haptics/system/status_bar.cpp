@@ -82,12 +82,14 @@ HealthItem tickItem(const LoopSnapshot& s) {
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
+    if (r.flags & kObstacleHeld) value += ", obstacle held";
     return {.name = "Tick",
             .value = value,
             .help = text("What the solver says of the newest tick, and what was out of the ordinary. Force %.2f N, "
                          "torque %.0f mN·m about C.",
                          r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
-            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput)) != 0};
+            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput |
+                                     kObstacleHeld)) != 0};
 }
 
 }  // namespace
