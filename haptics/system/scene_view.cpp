@@ -107,7 +107,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
             part.item.model = world.matrix;
             if (primitive.material >= 0) {
                 const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(primitive.material)];
-                part.item.material = material;
+                part.material = primitive.material;
                 part.item.texture = textureOf(material.texture, true);
                 part.item.metallicRoughness = textureOf(material.metallicRoughnessTexture, false);
                 part.item.normal = textureOf(material.normalTexture, false);
@@ -132,15 +132,18 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
     if (!std::isfinite(floor_)) floor_ = 0;
 }
 
-glm::mat4 SceneView::modelAt(const Part& part, const Pose* X_WT) const {
-    return glm::mat4(placeOf(scene_, part.node, X_WT));
+engine::DrawItem SceneView::itemOf(const Part& part, const Pose* X_WT) const {
+    engine::DrawItem item = part.item;
+    item.model = glm::mat4(placeOf(scene_, part.node, X_WT));
+    if (part.material >= 0) item.material = scene_.scene.materials[static_cast<std::size_t>(part.material)];
+    return item;
 }
 
 std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fixed) const {
     std::vector<glm::vec3> points;
     for (const Part& part : parts_) {
         if (!(part.moves ? moving : fixed) || !engine::isVisible(scene_.scene.registry, part.node)) continue;
-        const glm::mat4 model = modelAt(part, X_WT);
+        const glm::mat4 model(placeOf(scene_, part.node, X_WT));
         for (int corner = 0; corner < 8; ++corner) {
             const glm::vec3 p{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
                               corner & 4 ? part.high.z : part.low.z};
@@ -259,8 +262,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
     for (const Part& part : parts_) {
         if (!engine::isVisible(scene_.scene.registry, part.node) || (part.role == Role::Goal && !options.goal))
             continue;
-        engine::DrawItem item = part.item;
-        item.model = modelAt(part, X_WT);
+        engine::DrawItem item = itemOf(part, X_WT);
         if (part.role == Role::Goal) {
             item.alpha = 0.25f;
             goalShown = true;
@@ -285,8 +287,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
 void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const {
     for (const Part& part : parts_) {
         if (!part.moves || !engine::isVisible(scene_.scene.registry, part.node)) continue;
-        engine::DrawItem item = part.item;
-        item.model = modelAt(part, &X_WT);
+        engine::DrawItem item = itemOf(part, &X_WT);
         item.material.baseColor = glm::vec4(glm::mix(glm::vec3(item.material.baseColor), tint, share), 1);
         item.material.metallic = 0;
         item.alpha = alpha;

@@ -57,10 +57,12 @@ class SceneView {
         engine::Entity node;
         engine::DrawItem item;  ///< model: where the file has it
         Role role = Role::Visual;
+        int material = -1;          ///< of the scene
         bool moves = false;         ///< belongs to the tool's subtree
         glm::vec3 low{0}, high{0};  ///< bounding box in its own frame
     };
-    glm::mat4 modelAt(const Part& part, const Pose* X_WT) const;
+    /// The part as it looks now, with the tool at that pose.
+    engine::DrawItem itemOf(const Part& part, const Pose* X_WT) const;
     /// Corners of the bounding boxes of all visible parts that move, that do not, or both; metres.
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
     void addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const;

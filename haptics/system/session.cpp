@@ -136,25 +136,26 @@ const SceneRequest& LiveSession::newest() const {
 
 void LiveSession::setEdits(std::vector<SceneEdit> edits) {
     if (!shown_.scene) return;
-    const std::optional<std::vector<PlaceNode>> places =
-        opening() ? std::nullopt : onlyPlacesDiffer(newest().edits, edits);
+    const auto changes = opening() ? std::nullopt : reversibleChange(newest().edits, edits);
     SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
     const engine::Scene& scene = shown_.scene->scene;
-    const bool rigid = places && std::all_of(places->begin(), places->end(), [&](const PlaceNode& place) {
-                           return movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place.node)]);
-                       });
-    if (rigid)
-        place(std::move(request), *places);
+    const auto keepsShapes = [&](const SceneEdit& edit) {
+        const auto* place = std::get_if<PlaceNode>(&edit);
+        return !place || movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]);
+    };
+    if (changes && std::all_of(changes->begin(), changes->end(), keepsShapes))
+        change(std::move(request), *changes);
     else
         open(std::move(request));
 }
 
-/// Where the tool starts elsewhere, it does: in a world of the same trees.
-void LiveSession::place(SceneRequest request, const std::vector<PlaceNode>& places) {
+/// Where that makes the tool start elsewhere, it does: in a world of the same trees.
+void LiveSession::change(SceneRequest request, const std::vector<SceneEdit>& changes) {
     HapticScene& scene = *shown_.scene;
-    for (const PlaceNode& place : places)
-        setPlace(scene.scene, scene.scene.nodes[static_cast<std::size_t>(place.node)], place.to);
-    Shown next{std::move(request), shown_.scene, worldAsPlaced(scene)};
+    applyEdits(scene.scene, changes);
+    const bool moved = std::any_of(changes.begin(), changes.end(),
+                                   [](const SceneEdit& edit) { return std::holds_alternative<PlaceNode>(edit); });
+    Shown next{std::move(request), shown_.scene, moved ? worldAsPlaced(scene) : nullptr};
     if (!next.world || !loop_ || next.world->X_WT_start == scene.world->X_WT_start) {
         (next_ ? next_->request : shown_.request) = std::move(next.request);
         return;
@@ -299,7 +300,9 @@ void LiveSession::tellHeld() {
         toldHeld_ = false;
     else if (heldTicks_ >= kTellAfter && !std::exchange(toldHeld_, true))
         say(Message::Kind::Warning,
-            shown_.scene->world->obstacles[static_cast<std::size_t>(held - X_WO.begin())].name +
+            shown_.scene->scene.registry
+                    .get<engine::Name>(shown_.scene->roles.obstacles[static_cast<std::size_t>(held - X_WO.begin())])
+                    .value +
                 " stays where it is while the tool has no room to give way: move it back, or the tool");
 }
 

@@ -75,7 +75,7 @@ class LiveSession {
     void edit(std::vector<SceneEdit> more);
     /// The present scene with these changes in place of those it has, and with the settings it runs with. Obstacles
     /// that only stand elsewhere are moved while the loop runs, as those that are dragged in scene() are; a tool that
-    /// starts elsewhere starts anew; all else is opened anew.
+    /// starts elsewhere starts anew; looks and names change at once; all else is opened anew.
     void setEdits(std::vector<SceneEdit> edits);
     /// Writes the scene as it stands, on wish with the settings, into a copy of its file, or into it; the written file
     /// is the scene's from then on. False when that failed, which is told.
@@ -130,7 +130,7 @@ class LiveSession {
     };
 
     void takeOpened();
-    void place(SceneRequest request, const std::vector<PlaceNode>& places);
+    void change(SceneRequest request, const std::vector<SceneEdit>& changes);
     void moveObstacles();
     void tellHeld();
     void show(Shown next);

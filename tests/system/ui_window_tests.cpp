@@ -189,7 +189,7 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
     options.configFolder = folder.path() / "config";
     options.screenshot = folder.path() / "selected.png";
 
-    enum { Wait, Click, Selected, Take, Drag, Dropped, Save, Undo, Undone, Done } phase = Wait;
+    enum { Wait, Click, Selected, Take, Drag, Dropped, Save, Reload, Back, Undo, Undone, Done } phase = Wait;
     UserMouse hand;
     int frames = 0;
     double start = 0, dragged = 0, toolStart = 0;
@@ -252,7 +252,20 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
                 break;
             case Save:
                 engine::writeGltf(session.scene()->scene, saved);  // the session's own file stays, and with it undo
-                go(Undo);
+                session.reload();
+                go(Reload);
+                break;
+            case Reload:  // opened again, the file is as it was
+                if (session.sceneNumber() < 2 || !session.running() || !session.newest().edits.empty()) break;
+                CHECK(height() == start);
+                if (frames >= 5) go(Back);
+                break;
+            case Back:
+                pressWithControl(frame.window, GLFW_KEY_Z, frames < 4);
+                if (frames >= 6 && session.newest().edits.size() == 1 && arrived()) {
+                    CHECK(height() == Approx(start + dragged).margin(1e-9));
+                    go(Undo);
+                }
                 break;
             case Undo:
                 pressWithControl(frame.window, GLFW_KEY_Z, frames < 4);
