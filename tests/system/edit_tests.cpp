@@ -66,15 +66,15 @@ TEST_CASE("edits: changes of one thing are joined, and tell how to get from one 
 
     const std::vector<SceneEdit> none;
     const auto back = reversibleChange(edits, none);
-    REQUIRE(back);
+    REQUIRE(back.has_value());
     REQUIRE(back->size() == 1);
     CHECK(std::get<PlaceNode>(back->front()).to == at(0, 0, 0));
     append(edits, GiveRole{0, Role::Goal});
-    CHECK_FALSE(reversibleChange(edits, none));
+    CHECK_FALSE(reversibleChange(edits, none).has_value());
     std::vector<SceneEdit> moved = edits;
     append(moved, PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});
     const auto on = reversibleChange(edits, moved);
-    REQUIRE(on);
+    REQUIRE(on.has_value());
     CHECK(std::get<PlaceNode>(on->front()).to == at(9, 0, 0));
 }
 
@@ -87,12 +87,12 @@ TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[e
     append(edits, RenameNode{1, "slab", "table"});
     REQUIRE(edits.size() == 2);
     const auto there = reversibleChange({}, edits);
-    REQUIRE(there);
+    REQUIRE(there.has_value());
     applyEdits(scene, *there);
     CHECK(looksOf(scene.materials[0]) == gold);
     CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "table");
     const auto back = reversibleChange(edits, {});
-    REQUIRE(back);
+    REQUIRE(back.has_value());
     applyEdits(scene, *back);
     CHECK(looksOf(scene.materials[0]) == before);
     CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "slab");

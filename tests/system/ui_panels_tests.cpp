@@ -217,8 +217,12 @@ TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
-    bench.type("name", " top", draw, 0.9f);
-    CHECK(requests.edits == std::vector<SceneEdit>{RenameNode{1, "slab", "slab top"}});
+    bench.type("name", "table", draw, 0.9f);
+    REQUIRE(requests.edits.size() == 1);
+    const RenameNode renamed = std::get<RenameNode>(requests.edits[0]);
+    CHECK(renamed.node == 1);
+    CHECK(renamed.from == "slab");
+    CHECK(renamed.to == "table");
 
     requests = {};
     bench.click("metallic 1", draw, 0.95f);

@@ -245,7 +245,8 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
                 hand.down = false;
                 if (session.newest().edits.empty() || !arrived() || frames < 5) break;
                 dragged = height() - start;
-                if (up) CHECK(session.record()->X_WT.p.y() == Approx(toolStart + dragged).margin(0.05));
+                // Under more load it lies a little deeper in the ripple of the slab's leaves.
+                if (up) CHECK(session.record()->X_WT.p.y() == Approx(toolStart + dragged).epsilon(0.02));
                 CHECK(session.snapshot()->session == loopSession);  // the loop went on
                 CHECK(session.scene()->world->obstacles[0].X_WO.p.head<2>().x() == Approx(0).margin(1e-9));
                 go(Save);
