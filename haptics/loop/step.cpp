@@ -58,6 +58,8 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.freeRadius = 0;
     s.lastStep = 0;
     s.motion.setZero();
+    s.lastMoved = 0;
+    std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
     s.lastLoaded.clear();
     for (NeighbourList& list : s.lists) list.forget();
