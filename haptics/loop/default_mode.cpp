@@ -411,11 +411,7 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
 }
 
 bool DefaultTick::run(Wrench& wrench) {
-    const Pose start = s_.graphic;
-    for (int k = 0; k < int(s_.lists.size()); ++k) {
-        const Course tick = course(k, s_.motion);
-        s_.lists[k].expect(tick.shift, tick.turn);
-    }
+    for (int k = 0; k < int(s_.lists.size()); ++k) s_.lists[k].expect(s_.ways[k].shift, s_.ways[k].turn);
     bool leap = false;
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
@@ -447,7 +443,10 @@ bool DefaultTick::run(Wrench& wrench) {
     tick_.record.linearisations = linearisation_;
     tick_.record.hover = s_.hoverAt(s_.graphic);
 
-    s_.motion = incrementBetween(start, s_.graphic);
+    for (int k = 0; k < int(s_.lists.size()); ++k) {
+        const Pose X_OT = s_.inObstacle(k, s_.graphic), before = s_.ways[k].X_OT;
+        s_.ways[k] = {X_OT, X_OT * s_.p_TC - before * s_.p_TC, logRotation(X_OT.q * before.q.conjugate())};
+    }
     const Vec6 pull = incrementBetween(device_, s_.graphic);
     wrench.force = set_.stiffness * pull.head<3>();
     wrench.torque = set_.torsion * pull.tail<3>();

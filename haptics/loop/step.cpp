@@ -41,6 +41,7 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     deepest.reserve(kPaperRowCapacity);
     order.resize(kRowCapacity);
     nearest.resize(w.obstacles.size());
+    ways.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
     lastLoaded.reserve(kRowCapacity);
 }
@@ -57,7 +58,7 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.loaded = false;
     s.freeRadius = 0;
     s.lastStep = 0;
-    s.motion.setZero();
+    for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();

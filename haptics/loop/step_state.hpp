@@ -56,10 +56,10 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;         ///< the last tick carried force
-    Vec6 motion = Vec6::Zero();  ///< of the graphic tool in the last tick
-    double lastStep = 0;         ///< length of the solver's last step, mm
-    double freeRadius = 0;       ///< nothing is nearer than this to the graphic tool
+    bool loaded = false;       ///< the last tick carried force
+    std::vector<Course> ways;  ///< by obstacle: where a tick left the graphic tool, and its way there
+    double lastStep = 0;       ///< length of the solver's last step, mm
+    double freeRadius = 0;     ///< nothing is nearer than this to the graphic tool
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
