@@ -156,7 +156,7 @@ class Panel {
         tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
         noteItem(items_, "late");
 
-        const float height = heightOf(4, 16);
+        const float height = heightOf(4, 13.5f);
         plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
              static_cast<float>(1e6 / rate()));
         plot("Its stages", "µs", height,

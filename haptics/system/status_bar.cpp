@@ -77,12 +77,14 @@ HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDyn
 
 HealthItem tickItem(const LoopSnapshot& s) {
     const TickRecord& r = s.record;
-    std::string value = s.settings.pause ? "paused" : s.fade < 1 ? "fading" : name(r.status);
+    std::string value = s.settings.pause            ? "paused"
+                        : s.fade < 1                ? "fading"
+                        : (r.flags & kObstacleHeld) ? "obstacle held"
+                                                    : name(r.status);
     if (r.flags & kNonFinite) value += ", not finite";
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
-    if (r.flags & kObstacleHeld) value += ", obstacle held";
     return {.name = "Tick",
             .value = value,
             .help = text("What the solver says of the newest tick, and what was out of the ordinary. Force %.2f N, "
