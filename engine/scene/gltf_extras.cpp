@@ -40,6 +40,16 @@ void replacePlaces(const fs::path& file, ordered_json& document, const std::map<
     }
 }
 
+void replaceLooks(const fs::path& file, ordered_json& document, const std::map<int, Material>& update) {
+    for (const auto& [index, material] : update) {
+        ordered_json& factors = objectOf(file, document, "materials", "material", index)["pbrMetallicRoughness"];
+        const glm::vec4& c = material.baseColor;
+        factors["baseColorFactor"] = {c.r, c.g, c.b, c.a};
+        factors["metallicFactor"] = material.metallic;
+        factors["roughnessFactor"] = material.roughness;
+    }
+}
+
 bool hasExternalFiles(const ordered_json& document) {
     for (const char* array : {"buffers", "images"})
         if (document.contains(array))
@@ -66,6 +76,8 @@ void updateGltf(const fs::path& in, const fs::path& out, const GltfUpdate& updat
     replaceExtras(in, document, "nodes", "node", update.nodes);
     replaceExtras(in, document, "scenes", "scene", update.scenes);
     replacePlaces(in, document, update.places);
+    for (const auto& [index, name] : update.names) objectOf(in, document, "nodes", "node", index)["name"] = name;
+    replaceLooks(in, document, update.materials);
 
     std::error_code error;
     const auto folder = [](const fs::path& file) {

@@ -13,12 +13,14 @@ namespace touchstone::engine {
 /// Throws SceneError when the scene is invalid or the file cannot be written.
 void writeGltf(const Scene& scene, const std::filesystem::path& file);
 
-/// What to replace in an existing file, by glTF index: extras of nodes and scenes (a null value removes them), and
-/// where nodes stand.
+/// What to replace in an existing file, by glTF index: extras of nodes and scenes (a null value removes them), where
+/// nodes stand and how they are called, and base colour, metalness and roughness of materials.
 struct GltfUpdate {
     std::map<int, nlohmann::json> nodes;
     std::map<int, nlohmann::json> scenes;
     std::map<int, LocalTransform> places;
+    std::map<int, std::string> names;
+    std::map<int, Material> materials;
 };
 
 /// Copies `in` to `out` with only that replaced; the two may be the same file. Buffers stay byte for byte, the

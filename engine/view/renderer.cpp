@@ -72,7 +72,7 @@ void Renderer::Impl::begin(const ShaderProgram& program) const {
     program.set("section", frame->section.value_or(glm::vec4(0, 0, 0, 1)));
     program.set("keyDirection", kKeyDirection);
     const glm::mat4 toMap = glm::translate(glm::mat4(1), glm::vec3(0.5f)) * glm::scale(glm::mat4(1), glm::vec3(0.5f));
-    program.set("shadowed", frame->shadows && !casters.empty() ? 1 : 0);
+    program.set("shadowed", shadowed.casters.empty() ? 0 : 1);
     program.set("shadowMap", kShadowUnit);
     program.set("shadowMatrix", toMap * light.viewProjection);
     program.set("shadowTexel", light.texel);

@@ -41,6 +41,20 @@ struct Instances {
     }
 };
 
+/// All that a shadow map shows.
+struct ShadowScene {
+    struct Caster {
+        std::shared_ptr<const GpuMesh::Buffers> mesh;
+        glm::mat4 model{1};
+        bool closed = false;
+        friend bool operator==(const Caster&, const Caster&) = default;
+    };
+    std::vector<Caster> casters;
+    std::optional<glm::vec4> section;
+    glm::vec3 towards{0};  ///< the light
+    friend bool operator==(const ShadowScene&, const ShadowScene&) = default;
+};
+
 struct Blend {
     Blend() { glEnable(GL_BLEND); }
     ~Blend() { glDisable(GL_BLEND); }
@@ -53,6 +67,7 @@ struct Renderer::Impl {
 
     void begin(const ShaderProgram& program) const;
     void drawShadows();
+    void drawShadowMap();
     void drawBackground(const Background& background);
     void drawMesh(const ShaderProgram& program, const DrawItem& item);
     void cullWhereClosed(const DrawItem& item) const;
@@ -85,9 +100,10 @@ struct Renderer::Impl {
     glm::mat3 rig{1};
     glm::vec3 eye{0};
     glm::vec2 size{1};
-    std::vector<Ball> casters;
-    LightView light;
     DrawCost cost;
+
+    ShadowScene shadowed;  // in the map, from one frame to the next
+    LightView light;
 };
 
 }  // namespace touchstone::engine

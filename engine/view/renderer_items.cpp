@@ -60,13 +60,27 @@ void Renderer::Impl::drawItem(const DrawItem& item) {
     drawMesh(mesh, item);
 }
 
+/// The map is drawn anew where something in it has moved.
 void Renderer::Impl::drawShadows() {
-    casters.clear();
+    ShadowScene now{.casters = {}, .section = frame->section, .towards = glm::transpose(rig) * kKeyDirection};
+    std::vector<Ball> balls;
     if (frame->shadows)
         for (const DrawItem& item : frame->items)
-            if (isSolid(item)) casters.push_back(ballOf(item));
-    if (casters.empty()) return;
-    light = LightView(glm::transpose(rig) * kKeyDirection, casters, shadowMap.size());
+            if (isSolid(item)) {
+                now.casters.push_back({item.mesh.buffers, item.model, item.body != 0});
+                balls.push_back(ballOf(item));
+            }
+    const bool known = now == shadowed;
+    shadowed = std::move(now);
+    if (balls.empty()) return;
+    if (!known) {
+        light = LightView(shadowed.towards, balls, shadowMap.size());
+        drawShadowMap();
+    }
+    shadowMap.bindTexture(GL_TEXTURE0 + kShadowUnit);
+}
+
+void Renderer::Impl::drawShadowMap() {
     shadowMap.begin();
     glEnable(GL_DEPTH_TEST);
     glEnable(GL_POLYGON_OFFSET_FILL);
@@ -82,7 +96,6 @@ void Renderer::Impl::drawShadows() {
     glDisable(GL_CULL_FACE);
     glDisable(GL_CLIP_DISTANCE0);
     glDisable(GL_POLYGON_OFFSET_FILL);
-    shadowMap.bindTexture(GL_TEXTURE0 + kShadowUnit);
 }
 
 void Renderer::Impl::drawOpaqueItems() {

@@ -177,7 +177,7 @@ bool NeighbourList::findFar(const Course& step, double margin) {
     const bool few = onStep < margin && finder_.reserve(near_, step) >= onStep;
     // Rows of pairs further than the margin were not crossed: the margin is the step's length, or the greatest there
     // is.
-    if (!few && farMargin_ >= margin && far_X_OT_.p == X_OT.p && far_X_OT_.q.coeffs() == X_OT.q.coeffs()) return true;
+    if (!few && farMargin_ >= margin && far_X_OT_ == X_OT) return true;
     farMargin_ = few ? -1 : margin;
     far_X_OT_ = X_OT;
     far_.clear();

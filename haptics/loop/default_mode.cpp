@@ -9,15 +9,14 @@
 namespace touchstone {
 namespace {
 
-constexpr int kFlights = 64;                  // linearisations of a tick that carries no force
-constexpr int kLeapSteps = 32;                // of one that does, while nothing is in the way of a device that leaps
-constexpr double kLeap = 2;                   // C moves this many times what the tick's linearisations can follow
-constexpr int kHalvings = 24;                 // 0.5 mm / 2^24 is nothing
-constexpr double kBaseMargin = 0.04;          // of the margin: pairs this near have rows from the start,
-constexpr int kStartRows = 4096;              // unless they are more than this many
-constexpr double kArrived = 1e-3;             // mm: a step this short ends the tick
-constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
-constexpr double kViolation = 1e-6;           // mm: an approximate answer that violates a row by more is projected
+constexpr int kFlights = 64;          // linearisations of a tick that carries no force
+constexpr int kLeapSteps = 32;        // of one that does, while nothing is in the way of a device that leaps
+constexpr double kLeap = 2;           // C moves this many times what the tick's linearisations can follow
+constexpr int kHalvings = 24;         // 0.5 mm / 2^24 is nothing
+constexpr double kBaseMargin = 0.04;  // of the margin: pairs this near have rows from the start,
+constexpr int kStartRows = 4096;      // unless they are more than this many
+constexpr double kArrived = 1e-3;     // mm: a step this short ends the tick
+constexpr double kViolation = 1e-6;   // mm: an approximate answer that violates a row by more is projected
 
 class DefaultTick {
   public:
@@ -412,19 +411,16 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
 }
 
 bool DefaultTick::run(Wrench& wrench) {
-    const Pose start = s_.graphic;
-    for (int k = 0; k < int(s_.lists.size()); ++k) {
-        const Course tick = course(k, s_.motion);
-        s_.lists[k].expect(tick.shift, tick.turn);
-    }
+    for (int k = 0; k < int(s_.lists.size()); ++k) s_.lists[k].expect(s_.ways[k].shift, s_.ways[k].turn);
     bool leap = false;
     if (s_.loaded) {
         const double dt = 1000 / set_.rate;
         const Vec6 deviceStep = incrementBetween(s_.device, device_);
         leap = deviceStep.head<3>().norm() > kLeap * set_.linearisations * set_.trust;
-        budget_ = s_.lengthOf(deviceStep) + set_.travelBudget * dt;
+        const double given = set_.travelBudget * dt + s_.obstacleTravel;
+        budget_ = s_.lengthOf(deviceStep) + given;
         // Force is the stiffness times the way from C to C: a device that spins must not let the tool leap.
-        shiftBudget_ = deviceStep.head<3>().norm() + set_.travelBudget * dt;
+        shiftBudget_ = deviceStep.head<3>().norm() + given;
     }
     const int limit = s_.loaded ? set_.linearisations : kFlights;
     bool arrived = false, stuck = false, cut = false;
@@ -447,7 +443,10 @@ bool DefaultTick::run(Wrench& wrench) {
     tick_.record.linearisations = linearisation_;
     tick_.record.hover = s_.hoverAt(s_.graphic);
 
-    s_.motion = incrementBetween(start, s_.graphic);
+    for (int k = 0; k < int(s_.lists.size()); ++k) {
+        const Pose X_OT = s_.inObstacle(k, s_.graphic), before = s_.ways[k].X_OT;
+        s_.ways[k] = {X_OT, X_OT * s_.p_TC - before * s_.p_TC, logRotation(X_OT.q * before.q.conjugate())};
+    }
     const Vec6 pull = incrementBetween(device_, s_.graphic);
     wrench.force = set_.stiffness * pull.head<3>();
     wrench.torque = set_.torsion * pull.tail<3>();

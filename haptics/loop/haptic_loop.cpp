@@ -32,8 +32,10 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
                        const LoopOptions& options)
     : options_(options),
       nanosecondsPerRowIteration_(calibrateWork()),
+      snapshots_({.record = {}, .X_WO = std::vector<Pose>(kMaxObstacles), .settings = {}}),
       ring_(options.ringCapacity),
       driver_(makeSession(std::move(world), settings, std::move(device))) {
+    newest_.settings = driver_.settings();
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     ready_.wait();
 }
@@ -52,11 +54,20 @@ std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> wo
     return session;
 }
 
-void HapticLoop::setSettings(const Settings& settings) { settings_.write({checked(settings), newestSession_}); }
+void HapticLoop::setSettings(const Settings& settings) {
+    newest_.settings = checked(settings);
+    wishes_.write(newest_);
+}
+
+void HapticLoop::moveObstacles(std::span<const Pose> X_WO) {
+    newest_.X_WO.assign(X_WO.begin(), X_WO.end());
+    wishes_.write(newest_);
+}
 
 void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device) {
     auto session = makeSession(std::move(world), settings, std::move(device));
-    session->number = ++newestSession_;
+    session->number = newest_.session + 1;
+    newest_ = {.settings = session->settings, .X_WO = {}, .session = session->number};
     incoming_.put(std::move(session));  // frees one that was never taken
     outgoing_.take();
 }
@@ -71,10 +82,13 @@ void HapticLoop::takeRequests() {
     if (!driver_.opening() && outgoing_.empty())
         if (auto session = incoming_.take()) driver_.open(std::move(session));
 
-    settingsWaiting_ |= settings_.update();
-    if (settingsWaiting_ && settings_.get().session <= driver_.newestSession()) {
-        if (settings_.get().session == driver_.newestSession()) driver_.request(settings_.get().settings);
-        settingsWaiting_ = false;
+    wishesWait_ |= wishes_.update();
+    if (const Wishes& wishes = wishes_.get(); wishesWait_ && wishes.session <= driver_.newestSession()) {
+        if (wishes.session == driver_.newestSession()) {
+            driver_.request(wishes.settings);
+            driver_.moveObstacles(wishes.X_WO);
+        }
+        wishesWait_ = false;
     }
     if (restart_.load(std::memory_order_relaxed) && restart_.exchange(false, std::memory_order_relaxed))
         driver_.restart();
@@ -93,6 +107,7 @@ void HapticLoop::run(const std::stop_token& stop) {
     ready_.count_down();
 
     LoopSnapshot snapshot;
+    snapshot.X_WO.reserve(kMaxObstacles);
     RateMeter meter;
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
@@ -106,6 +121,8 @@ void HapticLoop::run(const std::stop_token& stop) {
         begunBefore = began;
         if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
 
+        const std::span<const Pose> X_WO = driver_.session().state.obstacles();
+        snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
         ring_.push(snapshot.record);
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;

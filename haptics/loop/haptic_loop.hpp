@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "haptics/loop/mailbox.hpp"
 #include "haptics/loop/ring.hpp"
@@ -27,6 +28,7 @@ struct LoopOptions {
 /// The newest tick and the loop's health.
 struct LoopSnapshot {
     TickRecord record;
+    std::vector<Pose> X_WO;                     ///< where the obstacles are after it
     Settings settings;                          ///< in force, with the work limits of this machine
     std::uint64_t session = 0;                  ///< 0 for the first, one more with each open()
     std::uint64_t ticks = 0;                    ///< since the loop began
@@ -54,6 +56,8 @@ class HapticLoop {
 
     /// Newest wins. Throws std::invalid_argument with one sentence when checkSettings() objects.
     void setSettings(const Settings& settings);
+    /// Where the obstacles of the newest world are to go, X_WO by obstacle: a little in every tick, see step().
+    void moveObstacles(std::span<const Pose> X_WO);
     /// Another world, device and settings in place of the present ones, which are freed by a later call of poll() or
     /// open(). The tick's memory is made here, on the calling thread. Newest wins. Throws as setSettings().
     void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
@@ -75,9 +79,10 @@ class HapticLoop {
     const RealTimeStatus& realTime() const { return realTime_; }
 
   private:
-    /// Settings know the session they were made for: the two arrive by different ways.
-    struct SettingsMessage {
+    /// What the view wants of a session, which it names: the two arrive by different ways.
+    struct Wishes {
         Settings settings;
+        std::vector<Pose> X_WO;  ///< where obstacles are to go; empty: where they are
         std::uint64_t session = 0;
     };
 
@@ -89,17 +94,17 @@ class HapticLoop {
 
     const LoopOptions options_;
     const double nanosecondsPerRowIteration_;
-    std::uint64_t newestSession_ = 0;  // the view's
-    RealTimeStatus realTime_;          // written before ready_
+    Wishes newest_;            // the view's: of the newest session
+    RealTimeStatus realTime_;  // written before ready_
     std::latch ready_{1};
 
-    TripleBuffer<SettingsMessage> settings_;
-    bool settingsWaiting_ = false;  // the loop's: the newest message is for a session still to come
+    TripleBuffer<Wishes> wishes_;
+    bool wishesWait_ = false;  // the loop's: the newest are for a session still to come
     std::atomic<bool> restart_ = false;
     enum class Asked : std::uint8_t { Nothing, Stop, Engage };
     std::atomic<Asked> asked_ = Asked::Nothing;
     Mailbox<Session> incoming_, outgoing_;
-    TripleBuffer<LoopSnapshot> snapshots_;
+    TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
     Ring<TickRecord> ring_;
     TickDriver driver_;    // the loop's
     std::jthread thread_;  // last: joined before anything it uses goes

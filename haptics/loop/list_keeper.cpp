@@ -16,10 +16,12 @@ constexpr double kRest = 0.8, kLeastRestMs = 0.1;  // between looks at the mailb
 
 }  // namespace
 
-ListKeeper::ListKeeper(const World& world) {
+ListKeeper::ListKeeper(const World& world)
+    : X_OT_(world.obstacles.size()), messages_({.asked = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
     for (const Obstacle& obstacle : world.obstacles) {
         parts_.push_back(std::make_unique<Part>(*world.tool, obstacle));
         newest_.push_back(&parts_.back()->entries.get());
+        X_OT_[parts_.size() - 1] = obstacle.X_WO.inverse() * world.X_WT_start;
     }
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
@@ -32,24 +34,36 @@ std::span<const PairEntries* const> ListKeeper::newest() noexcept {
     return newest_;
 }
 
+void ListKeeper::request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept {
+    Message& message = messages_.back();
+    message.asked = request;
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+        message.X_OT_before[k] = X_OT_[k];
+        message.X_OT[k] = X_OT_[k] = X_WO[k].inverse() * X_WT;
+    }
+    messages_.publish();
+}
+
 void ListKeeper::run(const std::stop_token& stop) {
     double spent = threadCpuMicroseconds();
     while (!stop.stop_requested()) {
-        if (!requests_.update() || requests_.get().margin < 0) {
-            const double ms = std::max(kRest * requests_.get().tickMs, kLeastRestMs);
+        if (!messages_.update() || messages_.get().asked.margin < 0) {
+            const double ms = std::max(kRest * messages_.get().asked.tickMs, kLeastRestMs);
             std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(ms));
             continue;
         }
-        serve(requests_.get());
+        serve(messages_.get());
         const double now = threadCpuMicroseconds();
         cpuUs_.fetch_add(now - spent, std::memory_order_relaxed);
         spent = now;
     }
 }
 
-void ListKeeper::serve(const Request& r) {
-    for (const auto& part : parts_) {
-        const Pose X_OT = part->X_OW * r.X_WT, before = part->X_OW * r.X_WT_before;
+void ListKeeper::serve(const Message& message) {
+    const Request& r = message.asked;
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+        Part* const part = parts_[k].get();
+        const Pose &X_OT = message.X_OT[k], &before = message.X_OT_before[k];
         const Course tick{X_OT, X_OT * part->center - before * part->center,
                           logRotation(X_OT.q * before.q.conjugate())};
         const double fastest = kLongest / std::max(tick.length(part->reach), 1e-9);  // ticks

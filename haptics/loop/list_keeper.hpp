@@ -23,13 +23,12 @@ class ListKeeper {
     ListKeeper& operator=(const ListKeeper&) = delete;
 
     struct Request {
-        Pose X_WT;         ///< the graphic tool after the tick
-        Pose X_WT_before;  ///< and one tick earlier
         double tickMs = 1;
         double margin = -1;  ///< mm, that ticks ask for; negative: nothing is near, nothing is wanted
         double slack = 0;    ///< mm, of the settings
     };
-    void request(const Request& request) noexcept { requests_.write(request); }
+    /// To be called after every tick, with where the graphic tool and the obstacles are then.
+    void request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept;
 
     /// The newest entries by obstacle, at first complete for nothing; valid until the next call.
     std::span<const PairEntries* const> newest() noexcept;
@@ -39,13 +38,11 @@ class ListKeeper {
   private:
     struct Part {
         Part(const SphereTree& tool, const Obstacle& obstacle)
-            : X_OW(obstacle.X_WO.inverse()),
-              center(tool.center()),
+            : center(tool.center()),
               reach(tool.reach()),
               finder(tool, *obstacle.tree),
               entries(PairEntries(tool, *obstacle.tree)) {}
 
-        Pose X_OW;
         Vec3 center;
         double reach;
         PairFinder finder;                  // the keeper's thread's
@@ -55,12 +52,18 @@ class ListKeeper {
         double findMs = 0;  ///< what finding them took
     };
 
+    struct Message {
+        Request asked;
+        std::vector<Pose> X_OT, X_OT_before;  ///< by obstacle; before: one tick earlier
+    };
+
     void run(const std::stop_token& stop);
-    void serve(const Request& request);
+    void serve(const Message& message);
 
     std::vector<std::unique_ptr<Part>> parts_;
     std::vector<const PairEntries*> newest_;
-    TripleBuffer<Request> requests_;
+    std::vector<Pose> X_OT_;  // the last that was told
+    TripleBuffer<Message> messages_;
     std::atomic<double> cpuUs_ = 0;
     std::jthread thread_;  // last: joined before anything it uses goes
 };

@@ -75,7 +75,7 @@ void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
         const Sphere t = s.world->tool->leaf(toolLeafOf(pair.id));
         const Sphere o = s.world->obstacles[k].tree->leaf(obstacleLeafOf(pair.id));
         const Vec3 r = R * (Vec3(t.x, t.y, t.z) - s.p_TC);
-        const Vec3 d = q_g.head<3>() + r - s.world->obstacles[k].X_WO * Vec3(o.x, o.y, o.z);
+        const Vec3 d = q_g.head<3>() + r - s.X_WO[k] * Vec3(o.x, o.y, o.z);
         const double radii = double(t.r) + double(o.r);
         const double C = d.squaredNorm() - radii * radii;  // (8)
         Vec6 J;                                            // (11)
@@ -135,7 +135,7 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
     s.freeRadius = 0;
     record.hover = s.hoverAt(s.graphic);
     // Measured only on demand: the scheme itself never looks.
-    if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0));
+    if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
     wrench.force = set.stiffness * dq.head<3>();  // (3)
     wrench.torque = set.torsion * dq.tail<3>();
     return true;

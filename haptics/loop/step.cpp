@@ -4,19 +4,34 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "haptics/loop/step_state.hpp"
 
 namespace touchstone {
+namespace {
+
+constexpr double kObstacleSpeed = 0.25;        // mm/ms
+constexpr double kLeastPace = 1.0 / (1 << 8);  // that an obstacle is slowed down to: 1 µm a tick
+
+Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacle) {
+    return obstacle < X_WO.size() ? X_WO[obstacle] : world.obstacles[obstacle].X_WO;
+}
+
+}  // namespace
 
 StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
-        X_OW.push_back(obstacle.X_WO.inverse());
-        R_WO.push_back(obstacle.X_WO.R());
+        reaches.push_back(obstacle.tree->reach());
         lists.emplace_back(*w.tool, *obstacle.tree, index++);
         walks.emplace_back(*w.tool, *obstacle.tree);
     }
+    X_WO.resize(lists.size());
+    X_OW.resize(lists.size());
+    R_WO.resize(lists.size());
+    paces.resize(lists.size(), 1);
+    for (int k = 0; k < index; ++k) place(k, w.obstacles[k].X_WO);
     for (const SolverInfo& info : solverTable()) {
         renderers.push_back(info.make(kRowCapacity));
         shadows.push_back(info.make(kShadowRowCapacity));
@@ -26,6 +41,7 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     deepest.reserve(kPaperRowCapacity);
     order.resize(kRowCapacity);
     nearest.resize(w.obstacles.size());
+    ways.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
     lastLoaded.reserve(kRowCapacity);
 }
@@ -42,7 +58,9 @@ void StepState::reset(const Pose& X_WT) noexcept {
     s.loaded = false;
     s.freeRadius = 0;
     s.lastStep = 0;
-    s.motion.setZero();
+    for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
+    s.lastMoved = 0;
+    std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
     s.lastLoaded.clear();
     for (NeighbourList& list : s.lists) list.forget();
@@ -57,6 +75,38 @@ void StepState::resume(const TickRecord& record) noexcept {
     impl->tick = record.tick + 1;
     impl->device = impl->referencePose(record.X_WT_device);
     impl->loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
+}
+
+std::span<const Pose> StepState::obstacles() const noexcept { return impl->X_WO; }
+
+void StepState::Impl::place(int obstacle, const Pose& X) {
+    X_WO[obstacle] = X;
+    X_OW[obstacle] = X.inverse();
+    R_WO[obstacle] = X.R();
+}
+
+int StepState::Impl::nextToMove(std::span<const Pose> targets) const {
+    const int n = int(std::min(targets.size(), X_WO.size()));
+    for (int i = 1; i <= n; ++i) {
+        const int k = (lastMoved + i) % n;
+        if (targets[k].isFinite() && !(targets[k] == X_WO[k])) return k;
+    }
+    return -1;
+}
+
+void StepState::Impl::moveObstacle(int k, const Pose& target, double most) {
+    const Vec3 center = world->obstacles[k].tree->center();
+    const Pose from{X_WO[k] * center, X_WO[k].q}, to{target * center, target.q};
+    const double whole = travel(X_WO[k], target, center, reaches[k]);
+    obstacleTravel = std::min(whole, most);
+    if (whole <= most) {
+        place(k, target);
+    } else {
+        const Pose there = moved(from, incrementBetween(from, to) * (most / whole));
+        place(k, {there.p - there.q * center, there.q});
+    }
+    freeRadius = std::max(0.0, freeRadius - obstacleTravel);
+    lastMoved = k;
 }
 
 std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderers[static_cast<std::size_t>(solver)]; }
@@ -136,6 +186,52 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     record.shadowTorqueError = error.torque_mNm;
 }
 
+namespace {
+
+/// The mode's tick; false: the tool stays where it is, without force.
+bool advance(Tick& tick, const Pose& device, Wrench& wrench) {
+    StepState::Impl& state = tick.state;
+    const Pose before = state.graphic;
+    const bool done =
+        tick.settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench);
+    if (done && state.graphic.isFinite() && wrench.isFinite()) return true;
+    if (done) tick.record.flags |= kNonFinite;
+    state.graphic = before;
+    return false;
+}
+
+/// Likewise, with an obstacle on its way, that stays where the tool cannot give way.
+bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wrench& wrench) {
+    StepState::Impl& s = tick.state;
+    const Settings& set = tick.settings;
+    const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
+    const double freeRadius = s.freeRadius, most = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
+    s.moveObstacle(k, target, s.paces[k] * most);
+    bool fits = advance(tick, device, wrench);
+    if (set.mode == Mode::Paper) return fits;
+    if (fits) {
+        const Pose after = s.inObstacle(k, s.graphic);
+        fits = s.lists[k].complete(after, 0, set.slack) &&
+               !s.lists[k].remeasure(before, after, kOverlapTolerance).deeper();
+    }
+    s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kLeastPace, 1.0);
+    if (fits) return true;
+
+    s.place(k, X_WO);
+    s.graphic = graphic;
+    s.freeRadius = freeRadius;
+    s.obstacleTravel = 0;
+    const TickRecord tried = std::exchange(tick.record, {});
+    tick.record.tick = tried.tick;
+    tick.record.flags = kObstacleHeld;
+    tick.record.collisionUs = tried.collisionUs;  // what was tried has cost its time
+    tick.record.solveUs = tried.solveUs;
+    tick.record.shadowUs = tried.shadowUs;
+    return advance(tick, device, wrench);
+}
+
+}  // namespace
+
 TickRecord step([[maybe_unused]] const World& world, const Settings& settings, const StepInput& input,
                 StepState& stepState, const StageClock& clock, bool audit) noexcept {
     StepState::Impl& state = *stepState.impl;
@@ -156,14 +252,9 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
         if (settings.pause) {
             record.flags |= kPaused;
         } else {
-            const Pose before = state.graphic;
-            hold =
-                !(settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench));
-            if (!hold && !(state.graphic.isFinite() && wrench.isFinite())) {
-                record.flags |= kNonFinite;
-                hold = true;
-            }
-            if (hold) state.graphic = before;
+            const int k = state.nextToMove(input.X_WO);
+            state.obstacleTravel = 0;
+            hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
         }
     }
     if (hold) wrench = {};
@@ -178,10 +269,10 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     return record;
 }
 
-double trueClearance(const World& world, const Pose& X_WT, double atMost) {
+double trueClearance(const World& world, const Pose& X_WT, double atMost, std::span<const Pose> X_WO) {
     double least = atMost;
-    for (const Obstacle& obstacle : world.obstacles)
-        least = leastGap(*world.tool, *obstacle.tree, obstacle.X_WO.inverse() * X_WT, least);
+    for (std::size_t k = 0; k < world.obstacles.size(); ++k)
+        least = leastGap(*world.tool, *world.obstacles[k].tree, placeOf(world, X_WO, k).inverse() * X_WT, least);
     return least;
 }
 
@@ -189,14 +280,14 @@ PenetrationMeter::PenetrationMeter(const World& world) : world_(&world) {
     for (const Obstacle& obstacle : world.obstacles) walks_.emplace_back(*world.tool, *obstacle.tree);
 }
 
-double PenetrationMeter::depth(const Pose& X_WT) {
+double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO) {
     // The walk meets every overlapping pair, which are few unless the last pose was deep in; the search then prunes.
     constexpr double kDeep = 0.1;  // mm
     const bool deep = depth_ > kDeep;
     depth_ = 0;
     for (std::size_t k = 0; k < walks_.size(); ++k) {
         const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
-        const Pose X_OT = world_->obstacles[k].X_WO.inverse() * X_WT;
+        const Pose X_OT = placeOf(*world_, X_WO, k).inverse() * X_WT;
         depth_ =
             std::max(depth_, -(deep ? leastGap(tool, obstacle, X_OT, 0) : deepestGap(tool, obstacle, walks_[k], X_OT)));
     }

@@ -25,6 +25,7 @@ enum TickFlag : std::uint32_t {
     kBadInput = 1 << 9,        ///< the device pose was not finite: tool held, force zero
     kProjected = 1 << 10,      ///< an approximate answer was moved onto the rows
     kPaused = 1 << 11,
+    kObstacleHeld = 1 << 12,  ///< an obstacle was on its way, and the tool could not give way: it stayed
 };
 
 struct StepInput {
@@ -32,6 +33,8 @@ struct StepInput {
     /// Pair entries found elsewhere, by obstacle, if any; used where they are complete for what the tick asks. They
     /// save time and change no result.
     std::span<const PairEntries* const> entries = {};
+    /// Where obstacles are to go, X_WO by obstacle; none: they stay where they are.
+    std::span<const Pose> X_WO = {};
 };
 
 /// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
@@ -86,12 +89,15 @@ class StepState {
     StepState(StepState&&) noexcept;
     StepState& operator=(StepState&&) noexcept;
 
-    /// Puts graphic tool and device at X_WT and forgets everything else.
+    /// Puts graphic tool and device at X_WT and forgets everything else, but for where the obstacles are.
     void reset(const Pose& X_WT) noexcept;
 
     /// Puts both where a tick left them, as far as its record tells: the next tick answers as it would have, to
     /// rounding.
     void resume(const TickRecord& record) noexcept;
+
+    /// Where the obstacles are, X_WO by obstacle: at first where the world has them.
+    std::span<const Pose> obstacles() const noexcept;
 
     /// The solver that moves the tool, by index into solverTable(), for who wants to put one in between that watches.
     std::unique_ptr<Solver>& renderer(int solver);
@@ -103,12 +109,16 @@ class StepState {
 /// One tick. Pre: `state` was made for `world`. Pure: the result depends on the arguments alone; no lock, log, I/O,
 /// allocation, throw or clock. A failure is a flag in the record, the tool held where it was and zero force.
 /// With `audit` the exact solver also runs on the last linearisation's rows so that hover is known for any solver.
+/// Obstacles on their way take turns: one moves in a tick, by at most min(trust / 2, 0.25 mm/ms), and pushes the tool.
+/// In default mode it is taken back, and the tick repeated without it, where a pair would end in a gap below
+/// min(its gap before, -0.5 µm); it then tries shorter moves.
 TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& state,
                 const StageClock& clock = {}, bool audit = false) noexcept;
 
 /// True least gap of tool and obstacles at X_WT, mm, negative when they overlap, by branch and bound over the trees; at
-/// most `atMost`. Not the tick's own measurement: reports and tests judge the tick by it.
-double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30);
+/// most `atMost`. Not the tick's own measurement: reports and tests judge the tick by it. X_WO: where the obstacles
+/// are, if not where the world has them.
+double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {});
 
 /// The deepest overlap alone, for who asks at every tick: max(0, -trueClearance), the same to the last bit, in a
 /// fraction of the time where surfaces conform. By a walk of its own, not from the tick's lists. Allocates in the
@@ -116,7 +126,7 @@ double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30)
 class PenetrationMeter {
   public:
     explicit PenetrationMeter(const World& world);
-    double depth(const Pose& X_WT);  ///< mm
+    double depth(const Pose& X_WT, std::span<const Pose> X_WO = {});  ///< mm
 
   private:
     const World* world_;

@@ -11,6 +11,7 @@ namespace touchstone {
 inline constexpr int kRowCapacity = 1 << 15;
 inline constexpr int kPaperRowCapacity = 1024;
 inline constexpr int kShadowRowCapacity = 4096;
+inline constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
 
 /// Poses of the tick are those of C: p is C in the world, q the tool's rotation.
 struct StepState::Impl {
@@ -20,8 +21,14 @@ struct StepState::Impl {
     const World* world;
     Vec3 p_TC;
     double reach;
-    std::vector<Pose> X_OW;
+    std::vector<double> reaches;  ///< of the obstacles, as World::reach()
+
+    // Where the obstacles are.
+    std::vector<Pose> X_WO, X_OW;
     std::vector<Mat3> R_WO;
+    std::vector<double> paces;  ///< share of the greatest move that an obstacle tries next
+    int lastMoved = 0;          ///< obstacles take turns
+    double obstacleTravel = 0;  ///< of this tick, mm
 
     // Working memory.
     std::vector<NeighbourList> lists;
@@ -49,14 +56,19 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;         ///< the last tick carried force
-    Vec6 motion = Vec6::Zero();  ///< of the graphic tool in the last tick
-    double lastStep = 0;         ///< length of the solver's last step, mm
-    double freeRadius = 0;       ///< nothing is nearer than this to the graphic tool
+    bool loaded = false;       ///< the last tick carried force
+    std::vector<Course> ways;  ///< by obstacle: where a tick left the graphic tool, and its way there
+    double lastStep = 0;       ///< length of the solver's last step, mm
+    double freeRadius = 0;     ///< nothing is nearer than this to the graphic tool
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     Pose inObstacle(int obstacle, const Pose& q) const { return X_OW[obstacle] * nodePose(q); }
+    void place(int obstacle, const Pose& X);
+    /// The next obstacle that is not where it is to be; -1: none.
+    int nextToMove(std::span<const Pose> targets) const;
+    /// Moves it towards its target, no leaf of it by more than `most` mm.
+    void moveObstacle(int obstacle, const Pose& target, double most);
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
 
     /// Keeps what `result` says of the loaded contacts.

@@ -21,7 +21,9 @@ Session::Session(std::shared_ptr<const World> world_, const Settings& settings_,
       device(std::move(device_)),
       state(*world),
       safety(device->limits()),
-      number(number_) {}
+      number(number_) {
+    for (const Obstacle& obstacle : world->obstacles) X_WO.push_back(obstacle.X_WO);
+}
 
 TickDriver::TickDriver(std::unique_ptr<Session> session) : session_(std::move(session)) { startOver(); }
 
@@ -46,6 +48,11 @@ void TickDriver::request(const Settings& settings) noexcept {
         if (settings.stiffness != stiffness_.target()) stiffness_.to(settings.stiffness, ticks);
         if (settings.torsion != torsion_.target()) torsion_.to(settings.torsion, ticks);
     }
+}
+
+void TickDriver::moveObstacles(std::span<const Pose> X_WO) noexcept {
+    std::vector<Pose>& targets = (next_ ? next_ : session_)->X_WO;
+    std::copy_n(X_WO.begin(), std::min(X_WO.size(), targets.size()), targets.begin());
 }
 
 void TickDriver::open(std::unique_ptr<Session> session) noexcept {
@@ -145,18 +152,17 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         X_WT_last_ = reading.X_WT;
     }
 
-    StepInput input{X_WT_last_};
+    StepInput input{X_WT_last_, {}, session.X_WO};
     if (session.keeper) input.entries = session.keeper->newest();
     const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
     TickRecord record = step(*session.world, effective, input, session.state, clocks.stage, audit);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - start;
     if (session.keeper) {
         record.helperUs = session.keeper->takeCpuUs();
-        session.keeper->request({.X_WT = record.X_WT,
-                                 .X_WT_before = X_WT_before_,
-                                 .tickMs = 1000 / settings().rate,
+        session.keeper->request({.tickMs = 1000 / settings().rate,
                                  .margin = record.marginUsed > 0 ? effective.margin : -1,
-                                 .slack = std::max(effective.slack, effective.trust)});
+                                 .slack = std::max(effective.slack, effective.trust)},
+                                record.X_WT, session.state.obstacles());
     }
     X_WT_before_ = record.X_WT;
 

@@ -2,6 +2,8 @@
 // One tick after another, without thread or clock: device, step, safety, device, and every change without a jolt.
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "haptics/device/device.hpp"
 #include "haptics/device/last_act.hpp"
@@ -24,6 +26,7 @@ struct Session {
     std::unique_ptr<Device> device;
     StepState state;
     SafetyStage safety;
+    std::vector<Pose> X_WO;              ///< where the obstacles are to go
     std::unique_ptr<ListKeeper> keeper;  ///< null: ticks find their own lists
     std::uint64_t number;                ///< the holder's; tells sessions apart
 };
@@ -59,6 +62,8 @@ class TickDriver {
 
     /// Settings for the newest session, opening or open. Pre: checkSettings() is content.
     void request(const Settings& settings) noexcept;
+    /// Where the newest session's obstacles are to go, X_WO by obstacle; they get there tick by tick, see step().
+    void moveObstacles(std::span<const Pose> X_WO) noexcept;
     /// Switches to another session. Pre: !opening(), and the last retired one was taken.
     void open(std::unique_ptr<Session> session) noexcept;
     bool opening() const { return next_ != nullptr; }

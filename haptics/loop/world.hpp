@@ -9,10 +9,12 @@
 
 namespace touchstone {
 
+inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps eight bits for the obstacle
+
 struct Obstacle {
     std::string name;
     std::shared_ptr<const SphereTree> tree;
-    Pose X_WO;  ///< obstacle's node in the scene frame
+    Pose X_WO;  ///< obstacle's node in the scene frame, at the first tick
 };
 
 /// The tool's tree lives in the tool node's frame, whose origin is o. C, the tree's centre, is what increments and

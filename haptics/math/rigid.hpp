@@ -19,6 +19,8 @@ struct Pose {
     Mat3 R() const { return q.toRotationMatrix(); }
     bool isFinite() const { return p.allFinite() && q.coeffs().allFinite(); }
     Pose inverse() const { return {-(q.conjugate() * p), q.conjugate()}; }
+    /// To the last bit.
+    friend bool operator==(const Pose& a, const Pose& b) { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
 };
 
 inline Vec3 operator*(const Pose& X, const Vec3& x) { return X.q * x + X.p; }

@@ -28,6 +28,9 @@ class ContactFinder {
   public:
     explicit ContactFinder(std::shared_ptr<const World> world);
 
+    /// The same trees, elsewhere.
+    void place(std::shared_ptr<const World> world) { world_ = std::move(world); }
+
     /// Pairs with gap <= margin mm at the graphic tool's pose of the record. Of those that lie close together only the
     /// nearest is returned, and all that carry load; by falling load, then rising gap, at most `most`. Valid until the
     /// next call.

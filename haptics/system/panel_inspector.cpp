@@ -170,25 +170,68 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     }
 }
 
-void drawLooks(const HapticScene& scene, engine::Entity node, ItemRects* items) {
+/// Of one channel, as screens have it and as light adds up.
+float toScreen(float linear) {
+    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+float toLinear(float screen) {
+    return screen <= 0.04045f ? screen / 12.92f : std::pow((screen + 0.055f) / 1.055f, 2.4f);
+}
+
+void drawMaterial(const engine::Material& material, int index, PanelRequests& requests, ItemRects* items) {
+    const auto note = [&](const char* what, const char* help) {
+        noteItem(items, std::string(what) + " " + std::to_string(index));
+        tooltip(help);
+    };
+    const Looks now = looksOf(material);
+    Looks looks = now;
+    ImGui::PushID(index);
+    glm::vec3 color{toScreen(now.baseColor.r), toScreen(now.baseColor.g), toScreen(now.baseColor.b)};
+    if (ImGui::ColorEdit3("##color", &color.x, ImGuiColorEditFlags_NoInputs))
+        looks.baseColor = {toLinear(color.r), toLinear(color.g), toLinear(color.b), now.baseColor.a};
+    note("color", "Base colour; a texture multiplies it.");
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    ImGui::Text("%s%s", material.name.empty() ? "material" : engine::printable(material.name).c_str(),
+                material.texture >= 0 ? ", textured" : "");
+    noteItem(items, "material " + std::to_string(index));
+    const auto drawFactor = [&](const char* label, const char* what, float& value, const char* help) {
+        drawLabel(label);
+        ImGui::PushID(what);
+        ImGui::SliderFloat("##factor", &value, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+        note(what, help);
+        ImGui::PopID();
+    };
+    drawFactor("Metallic", "metallic", looks.metallic,
+               "0: plastic, wood, stone. 1: metal, which colours what it mirrors.");
+    drawFactor("Roughness", "roughness", looks.roughness, "0: a mirror. 1: chalk.");
+    ImGui::PopID();
+    if (!(looks == now)) requests.edits = {PaintMaterial{index, now, looks}};
+}
+
+void drawLooks(const HapticScene& scene, engine::Entity node, PanelRequests& requests, ItemRects* items) {
     std::vector<int> materials;
     collectMaterials(scene.scene.registry, node, materials);
     ImGui::Separator();
     ImGui::TextDisabled("%zu triangles", triangleCount(scene.scene.registry, node));
-    for (const int index : materials) {
-        const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(index)];
-        ImGui::PushID(index);
-        const glm::vec4& c = material.baseColor;
-        ImGui::ColorButton("##color", {c.r, c.g, c.b, c.a}, ImGuiColorEditFlags_AlphaPreview,
-                           {ImGui::GetFontSize(), ImGui::GetFontSize()});
-        ImGui::SameLine();
-        ImGui::Text("%s", material.name.empty() ? "material" : engine::printable(material.name).c_str());
-        ImGui::SameLine();
-        ImGui::TextDisabled("metal %.2g, rough %.2g%s", double(material.metallic), double(material.roughness),
-                            material.texture >= 0 ? ", textured" : "");
-        ImGui::PopID();
-        noteItem(items, "material " + std::to_string(index));
+    for (const int index : materials)
+        drawMaterial(scene.scene.materials[static_cast<std::size_t>(index)], index, requests, items);
+}
+
+void drawName(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+              ItemRects* items) {
+    const std::string& now = scene.scene.registry.get<engine::Name>(node).value;
+    if (!state.naming) {
+        state.name.fill(0);
+        now.copy(state.name.data(), state.name.size() - 1);
     }
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 5 * ImGui::GetFontSize());
+    ImGui::InputTextWithHint("##name", nodeText(scene.scene, node).c_str(), state.name.data(), state.name.size());
+    state.naming = ImGui::IsItemActive();
+    if (ImGui::IsItemDeactivatedAfterEdit() && now != state.name.data())
+        requests.edits = {RenameNode{index, now, state.name.data()}};
+    noteItem(items, "name");
+    tooltip("How this node is called.");
 }
 
 }  // namespace
@@ -202,7 +245,7 @@ void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& stat
         state.ownAxes = ownAxes;
     }
     const int index = engine::nodeIndex(scene.scene, node);
-    ImGui::TextUnformatted(nodeText(scene.scene, node).c_str());
+    drawName(scene, node, index, state, requests, items);
     if (auto* visibility = scene.scene.registry.find<engine::Visibility>(node)) {
         ImGui::SameLine(ImGui::GetContentRegionMax().x - 4.6f * ImGui::GetFontSize());
         ImGui::Checkbox("shown", &visibility->visible);
@@ -219,7 +262,7 @@ void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& stat
     noteItem(items, "frame");
     tooltip("Brings it into view.\nKey F");
     drawTree(scene, node, index, state, requests, items);
-    drawLooks(scene, node, items);
+    drawLooks(scene, node, requests, items);
 }
 
 }  // namespace touchstone::system

@@ -182,7 +182,7 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             noteItem(items, "menu open");
             if (ImGui::MenuItem("Open again", nullptr, false, view.hasScene)) requests.reload = true;
             noteItem(items, "menu reload");
-            tooltip("As its file has it; what was changed by hand is taken back.");
+            tooltip("As its file has it, without what was changed by hand; Ctrl+Z brings that back.");
             if (ImGui::BeginMenu("Opened last", !view.recent.empty())) {
                 for (const std::filesystem::path& scene : view.recent)
                     if (ImGui::MenuItem(scene.c_str())) requests.open = scene;

@@ -156,7 +156,7 @@ class Panel {
         tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
         noteItem(items_, "late");
 
-        const float height = heightOf(4, 18);
+        const float height = heightOf(4, 13.5f);
         plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
              static_cast<float>(1e6 / rate()));
         plot("Its stages", "µs", height,
@@ -184,7 +184,7 @@ class Panel {
     }
 
     void drawContact() {
-        const float height = heightOf(6, 23);
+        const float height = heightOf(6, 17);
         plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
         plot("Torque about C", "mN·m", height, {{"tick", of(Channel::Torque), kBlue}});
         plot("Near pairs", "", height, {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});

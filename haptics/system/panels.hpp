@@ -45,9 +45,11 @@ struct InspectorState {
     glm::dvec3 position{0}, angles{0};  ///< while they are edited: mm, degrees about x, y, z
     TreeOptions tree;                   ///< while it is chosen
     bool ownAxes = false;               ///< of the gizmo
+    bool naming = false;
+    std::array<char, 128> name{};  ///< while it is typed
 };
 
-/// The node that is selected: place, role, sphere tree, looks. Pre: it is a node of the scene.
+/// The node that is selected: name, place, role, sphere tree, looks. Pre: it is a node of the scene.
 void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
                    ItemRects* items);
 

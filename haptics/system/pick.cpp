@@ -1,5 +1,6 @@
 #include "haptics/system/pick.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "haptics/system/units.hpp"
@@ -27,9 +28,19 @@ float meet(const glm::vec3& origin, const glm::vec3& d, const glm::vec3& a, cons
 glm::dmat4 placeOf(const HapticScene& scene, Entity node, const Pose* X_WT) {
     const engine::Registry& registry = scene.scene.registry;
     const glm::dmat4& placed = registry.get<engine::WorldTransform>(node).matrix;
-    const Entity tool = scene.roles.tool;
-    if (!X_WT || !tool || !engine::isBelow(registry, node, tool)) return placed;
-    return toMatrix(*X_WT) * glm::inverse(engine::rigidMatrix(engine::worldPose(registry, tool))) * placed;
+    const auto along = [&](Entity body, const Pose& X_WB) {
+        return toMatrix(X_WB) * glm::inverse(engine::rigidMatrix(engine::worldPose(registry, body))) * placed;
+    };
+    const SceneRoles& roles = scene.roles;
+    if (roles.tool && engine::isBelow(registry, node, roles.tool)) return X_WT ? along(roles.tool, *X_WT) : placed;
+    if (!scene.world) return placed;
+    for (Entity body = node; body; body = registry.get<engine::Hierarchy>(body).parent) {
+        const auto found = std::find(roles.obstacles.begin(), roles.obstacles.end(), body);
+        if (found == roles.obstacles.end()) continue;
+        const Pose& X_WO = scene.world->obstacles[static_cast<std::size_t>(found - roles.obstacles.begin())].X_WO;
+        return X_WO == toPose(engine::worldPose(registry, body)) ? placed : along(body, X_WO);
+    }
+    return placed;
 }
 
 Entity pickNode(const HapticScene& scene, const Pose* X_WT, const engine::Ray& ray) {

@@ -9,7 +9,8 @@
 
 namespace touchstone::system {
 
-/// World matrix of a node, metres, when the tool's node stands at X_WT; null: where the file has it.
+/// World matrix of a node, metres, when the tool's node stands at X_WT (null: where the file has it) and obstacles
+/// where the world has them.
 glm::dmat4 placeOf(const HapticScene& scene, engine::Entity node, const Pose* X_WT);
 
 /// The node whose visible mesh a ray meets first; null if it misses all. Looks at every triangle (5 ns each): for a

@@ -26,6 +26,10 @@ constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual"};
 /// Components: the node's extras were changed, it was put elsewhere.
 struct MarkEdited {};
 struct PlaceEdited {};
+struct NameEdited {};
+struct LooksEdited {  // on an entity of its own
+    int material;
+};
 
 /// A role that a node could have, and the sentence that says why.
 struct Candidate {
@@ -366,6 +370,23 @@ void setPlace(Scene& scene, Entity node, const engine::LocalTransform& local) {
     scene.registry.add(node, PlaceEdited{});
 }
 
+Looks looksOf(const engine::Material& material) { return {material.baseColor, material.metallic, material.roughness}; }
+
+void setLooks(Scene& scene, int material, const Looks& looks) {
+    engine::Material& changed = scene.materials[static_cast<std::size_t>(material)];
+    changed.baseColor = looks.baseColor;
+    changed.metallic = looks.metallic;
+    changed.roughness = looks.roughness;
+    bool known = false;
+    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) { known |= edited.material == material; });
+    if (!known) scene.registry.add(scene.registry.create(), LooksEdited{material});
+}
+
+void setName(Scene& scene, Entity node, const std::string& name) {
+    scene.registry.get<engine::Name>(node).value = name;
+    scene.registry.add(node, NameEdited{});
+}
+
 void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings) {
     const Settings now = sceneSettings(scene, roles);
     json changed = json::object();
@@ -400,6 +421,12 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
         [&](Entity node, const PlaceEdited&, const engine::LocalTransform& local) {
             update.places[nodeIndex(scene, node)] = local;
         });
+    scene.registry.each<NameEdited, engine::Name>([&](Entity node, const NameEdited&, const engine::Name& name) {
+        update.names[nodeIndex(scene, node)] = name.value;
+    });
+    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
+        update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
+    });
     update.scenes[scene.index] = scene.extras;
     engine::updateGltf(scene.file, out, update);
 }

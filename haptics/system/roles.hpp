@@ -83,6 +83,18 @@ void setTree(engine::Scene& scene, engine::Entity node, const TreeOptions& tree)
 /// Puts a node elsewhere in its parent's frame. Call engine::updateWorldTransforms() afterwards.
 void setPlace(engine::Scene& scene, engine::Entity node, const engine::LocalTransform& local);
 
+/// Base colour (linear), metalness and roughness of a material, which textures multiply.
+struct Looks {
+    glm::vec4 baseColor{1};
+    float metallic = 0, roughness = 0;
+    friend bool operator==(const Looks&, const Looks&) = default;
+};
+Looks looksOf(const engine::Material& material);
+
+/// Changes a material by its index, and the name of a node.
+void setLooks(engine::Scene& scene, int material, const Looks& looks);
+void setName(engine::Scene& scene, engine::Entity node, const std::string& name);
+
 /// Asks in extras.touchstone of the scene for those settings that are not already as given; not for a pause.
 void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);
 

@@ -19,10 +19,20 @@ Entity nodeAt(const Scene& scene, int index) {
                : Entity{};
 }
 
-std::vector<SceneEdit> withoutPlaces(const std::vector<SceneEdit>& edits) {
+template <class Edit>
+concept Reversible = requires(const Edit& edit) {
+    edit.from;
+    edit.to;
+};
+int thingOf(const PlaceNode& edit) { return edit.node; }
+int thingOf(const PaintMaterial& edit) { return edit.material; }
+int thingOf(const RenameNode& edit) { return edit.node; }
+
+std::vector<SceneEdit> irreversible(const std::vector<SceneEdit>& edits) {
     std::vector<SceneEdit> others;
+    const auto isOne = []<class Edit>(const Edit&) { return !Reversible<Edit>; };
     std::copy_if(edits.begin(), edits.end(), std::back_inserter(others),
-                 [](const SceneEdit& edit) { return !std::holds_alternative<PlaceNode>(edit); });
+                 [&](const SceneEdit& edit) { return std::visit(isOne, edit); });
     return others;
 }
 
@@ -38,6 +48,13 @@ struct Applier {
     void operator()(const PlaceNode& edit) const {
         if (const Entity node = nodeAt(scene, edit.node)) setPlace(scene, node, edit.to);
     }
+    void operator()(const PaintMaterial& edit) const {
+        if (edit.material >= 0 && static_cast<std::size_t>(edit.material) < scene.materials.size())
+            setLooks(scene, edit.material, edit.to);
+    }
+    void operator()(const RenameNode& edit) const {
+        if (const Entity node = nodeAt(scene, edit.node)) setName(scene, node, edit.to);
+    }
     void operator()(const AddPart& edit) const {
         const Scene part = engine::readGltf(edit.file);
         const Entity node = engine::appendScene(scene, part, edit.file.stem().string());
@@ -49,13 +66,16 @@ struct Applier {
 }  // namespace
 
 void append(std::vector<SceneEdit>& edits, SceneEdit edit) {
-    if (auto* place = std::get_if<PlaceNode>(&edit))
-        if (auto* last = edits.empty() ? nullptr : std::get_if<PlaceNode>(&edits.back());
-            last && last->node == place->node) {
-            last->to = place->to;
-            return;
-        }
-    edits.push_back(std::move(edit));
+    const auto joins = [&]<class Edit>(const Edit& next) {
+        if constexpr (Reversible<Edit>)
+            if (auto* last = edits.empty() ? nullptr : std::get_if<Edit>(&edits.back());
+                last && thingOf(*last) == thingOf(next)) {
+                last->to = next.to;
+                return true;
+            }
+        return false;
+    };
+    if (!std::visit(joins, edit)) edits.push_back(std::move(edit));
 }
 
 void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits) {
@@ -63,18 +83,28 @@ void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits) {
     updateWorldTransforms(scene);
 }
 
-std::optional<std::vector<PlaceNode>> onlyPlacesDiffer(const std::vector<SceneEdit>& now,
+std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next) {
-    if (withoutPlaces(now) != withoutPlaces(next)) return std::nullopt;
-    std::map<int, PlaceNode> places;
-    // Back to where each node was before, then to where it is to be: the last word counts.
+    if (irreversible(now) != irreversible(next)) return std::nullopt;
+    std::map<std::pair<std::size_t, int>, SceneEdit> changes;  // by kind and thing
+    // Back to where each thing was before, then to where it is to be: the last word counts.
     for (const SceneEdit& edit : now)
-        if (const auto* place = std::get_if<PlaceNode>(&edit))
-            places.try_emplace(place->node, PlaceNode{place->node, place->to, place->from});
+        std::visit(
+            [&]<class Edit>(Edit undone) {
+                if constexpr (Reversible<Edit>) {
+                    std::swap(undone.from, undone.to);
+                    changes.try_emplace({edit.index(), thingOf(undone)}, undone);
+                }
+            },
+            edit);
     for (const SceneEdit& edit : next)
-        if (const auto* place = std::get_if<PlaceNode>(&edit)) places[place->node] = *place;
-    std::vector<PlaceNode> all;
-    for (const auto& [node, place] : places) all.push_back(place);
+        std::visit(
+            [&]<class Edit>(const Edit& done) {
+                if constexpr (Reversible<Edit>) changes.insert_or_assign({edit.index(), thingOf(done)}, done);
+            },
+            edit);
+    std::vector<SceneEdit> all;
+    for (const auto& [which, edit] : changes) all.push_back(edit);
     return all;
 }
 

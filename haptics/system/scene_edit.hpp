@@ -28,23 +28,33 @@ struct PlaceNode {
     engine::LocalTransform from, to;  ///< in the parent's frame
     friend bool operator==(const PlaceNode&, const PlaceNode&) = default;
 };
+struct PaintMaterial {
+    int material = -1;  ///< glTF index
+    Looks from, to;
+    friend bool operator==(const PaintMaterial&, const PaintMaterial&) = default;
+};
+struct RenameNode {
+    int node = -1;
+    std::string from, to;
+    friend bool operator==(const RenameNode&, const RenameNode&) = default;
+};
 /// Another glTF file's shapes as a body of the scene, under a new node that is the last one then.
 struct AddPart {
     std::filesystem::path file;
     Role role = Role::Obstacle;
     friend bool operator==(const AddPart&, const AddPart&) = default;
 };
-using SceneEdit = std::variant<GiveRole, ChooseTree, PlaceNode, AddPart>;
+using SceneEdit = std::variant<GiveRole, ChooseTree, PlaceNode, PaintMaterial, RenameNode, AddPart>;
 
-/// Appends an edit; what it makes superfluous (an earlier place of the same node) is joined with it.
+/// Appends an edit; one before it of the same kind and thing that says `from` and `to` is joined with it.
 void append(std::vector<SceneEdit>& edits, SceneEdit edit);
 
-/// Changes a scene as read. Edits of nodes that are not there have no effect. Throws engine::SceneError where a part
+/// Changes a scene. Edits of what is not there have no effect. Throws engine::SceneError where a part
 /// cannot be read or a role cannot be given. Updates world transforms.
 void applyEdits(engine::Scene& scene, const std::vector<SceneEdit>& edits);
 
-/// Where nodes end up when `next` takes the place of `now`, if that is all in which the two differ.
-std::optional<std::vector<PlaceNode>> onlyPlacesDiffer(const std::vector<SceneEdit>& now,
+/// What turns a scene with the edits `now` into one with `next`, if all in which the two differ says `from` and `to`.
+std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next);
 
 /// Local transform with which the node's rigid frame stands at X_WN (mm, scene frame); scale and shear stay.

@@ -77,6 +77,11 @@ SceneOverlays::SceneOverlays(std::shared_ptr<const World> world)
       trace_(reach_ / kTracePointsPerReach),
       nearestPairs_(world_->obstacles.size()) {}
 
+void SceneOverlays::place(const std::shared_ptr<const World>& world) {
+    world_ = world;
+    finder_.place(world);
+}
+
 void SceneOverlays::follow(const TickRecord& record) { trace_.add(record.X_WT * world_->p_TC(), record.tick); }
 
 void SceneOverlays::find(const TickRecord& record, const Settings& settings, const DisplayOptions& options) {

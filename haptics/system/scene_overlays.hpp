@@ -51,6 +51,9 @@ class SceneOverlays {
   public:
     explicit SceneOverlays(std::shared_ptr<const World> world);
 
+    /// The same trees, elsewhere.
+    void place(const std::shared_ptr<const World>& world);
+
     /// To be called with every tick that the trace is to show.
     void follow(const TickRecord& record);
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "engine/view/gl_context.hpp"
+#include "haptics/system/pick.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::system {
@@ -81,8 +82,6 @@ void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points
 SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : scene_(scene) {
     const engine::Registry& registry = scene.scene.registry;
     const engine::Entity tool = scene.roles.tool;
-    if (tool) toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(registry, tool)));
-
     std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it is one of colours
     const auto textureOf = [&](int image, bool colors) {
         if (image < 0) return engine::GpuTexture{};
@@ -108,7 +107,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
             part.item.model = world.matrix;
             if (primitive.material >= 0) {
                 const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(primitive.material)];
-                part.item.material = material;
+                part.material = primitive.material;
                 part.item.texture = textureOf(material.texture, true);
                 part.item.metallicRoughness = textureOf(material.metallicRoughnessTexture, false);
                 part.item.normal = textureOf(material.normalTexture, false);
@@ -133,18 +132,18 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
     if (!std::isfinite(floor_)) floor_ = 0;
 }
 
-glm::mat4 SceneView::modelAt(const Part& part, const Pose* X_WT) const {
-    const engine::Registry& registry = scene_.scene.registry;
-    const glm::dmat4& placed = registry.get<engine::WorldTransform>(part.node).matrix;
-    if (!part.moves || !X_WT) return glm::mat4(placed);
-    return glm::mat4(toMatrix(*X_WT) * toolFromWorld_ * placed);
+engine::DrawItem SceneView::itemOf(const Part& part, const Pose* X_WT) const {
+    engine::DrawItem item = part.item;
+    item.model = glm::mat4(placeOf(scene_, part.node, X_WT));
+    if (part.material >= 0) item.material = scene_.scene.materials[static_cast<std::size_t>(part.material)];
+    return item;
 }
 
 std::vector<glm::vec3> SceneView::corners(const Pose* X_WT, bool moving, bool fixed) const {
     std::vector<glm::vec3> points;
     for (const Part& part : parts_) {
         if (!(part.moves ? moving : fixed) || !engine::isVisible(scene_.scene.registry, part.node)) continue;
-        const glm::mat4 model = modelAt(part, X_WT);
+        const glm::mat4 model(placeOf(scene_, part.node, X_WT));
         for (int corner = 0; corner < 8; ++corner) {
             const glm::vec3 p{corner & 1 ? part.high.x : part.low.x, corner & 2 ? part.high.y : part.low.y,
                               corner & 4 ? part.high.z : part.low.z};
@@ -206,12 +205,9 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     return camera;
 }
 
-/// Those of the world that runs, which is another once a body was moved.
 SceneOverlays* SceneView::overlays() {
-    if (overlaid_ != scene_.world) {
-        overlaid_ = scene_.world;
-        overlays_ = overlaid_ ? std::make_unique<SceneOverlays>(overlaid_) : nullptr;
-    }
+    if (!overlays_ && scene_.world) overlays_ = std::make_unique<SceneOverlays>(scene_.world);
+    if (overlays_) overlays_->place(scene_.world);
     return overlays_.get();
 }
 
@@ -235,8 +231,6 @@ glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W,
 
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
                      const DisplayOptions& options) {
-    if (scene_.roles.tool)  // nodes may have been moved since the last frame
-        toolFromWorld_ = glm::inverse(engine::rigidMatrix(engine::worldPose(scene_.scene.registry, scene_.roles.tool)));
     SceneOverlays* const drawn = overlays();
     frame.grid = {.visible = options.grid, .height = floor_};
     addParts(frame, record, options);
@@ -268,8 +262,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
     for (const Part& part : parts_) {
         if (!engine::isVisible(scene_.scene.registry, part.node) || (part.role == Role::Goal && !options.goal))
             continue;
-        engine::DrawItem item = part.item;
-        item.model = modelAt(part, X_WT);
+        engine::DrawItem item = itemOf(part, X_WT);
         if (part.role == Role::Goal) {
             item.alpha = 0.25f;
             goalShown = true;
@@ -294,8 +287,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
 void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const {
     for (const Part& part : parts_) {
         if (!part.moves || !engine::isVisible(scene_.scene.registry, part.node)) continue;
-        engine::DrawItem item = part.item;
-        item.model = modelAt(part, &X_WT);
+        engine::DrawItem item = itemOf(part, &X_WT);
         item.material.baseColor = glm::vec4(glm::mix(glm::vec3(item.material.baseColor), tint, share), 1);
         item.material.metallic = 0;
         item.alpha = alpha;

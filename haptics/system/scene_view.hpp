@@ -32,8 +32,8 @@ std::string checkView(std::string_view name);
 /// Brings the points into the middle of the picture, seen from the camera's direction. Without points it stays.
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect);
 
-/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility, where nodes stand and the
-/// world may change meanwhile, and nothing else.
+/// Holds the GPU's copy of a scene's meshes. The scene outlives it; Visibility, where nodes stand and where the world
+/// has them may change meanwhile, and nothing else.
 class SceneView {
   public:
     SceneView(engine::Renderer& renderer, const HapticScene& scene);
@@ -57,10 +57,12 @@ class SceneView {
         engine::Entity node;
         engine::DrawItem item;  ///< model: where the file has it
         Role role = Role::Visual;
+        int material = -1;          ///< of the scene
         bool moves = false;         ///< belongs to the tool's subtree
         glm::vec3 low{0}, high{0};  ///< bounding box in its own frame
     };
-    glm::mat4 modelAt(const Part& part, const Pose* X_WT) const;
+    /// The part as it looks now, with the tool at that pose.
+    engine::DrawItem itemOf(const Part& part, const Pose* X_WT) const;
     /// Corners of the bounding boxes of all visible parts that move, that do not, or both; metres.
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
     void addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const;
@@ -72,12 +74,10 @@ class SceneView {
 
     const HapticScene& scene_;
     std::vector<Part> parts_;
-    glm::dmat4 toolFromWorld_{1};  ///< inverse of the tool node's rigid matrix in the file
     std::unique_ptr<SceneOverlays> overlays_;
-    std::shared_ptr<const World> overlaid_;  ///< the world that they are of
-    std::optional<Vec3> cutAt_;              ///< where the section goes through, mm; follows the contacts slowly
-    double reach_ = 50;                      ///< ρ, mm
-    float floor_ = 0;                        ///< height of the grid, metres
+    std::optional<Vec3> cutAt_;  ///< where the section goes through, mm; follows the contacts slowly
+    double reach_ = 50;          ///< ρ, mm
+    float floor_ = 0;            ///< height of the grid, metres
 };
 
 /// A picture of a tick, drawn without display.

@@ -18,7 +18,6 @@ namespace {
 using engine::Entity;
 using engine::Scene;
 
-constexpr std::size_t kMaxObstacles = 255;        // a contact's identity keeps eight bits for the obstacle
 constexpr double kSmallest = 1, kLargest = 1000;  // mm
 
 void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, TriangleMesh& surface) {

@@ -47,7 +47,8 @@ Selection::Wish Selection::update(const MouseFrame& mouse, const engine::OrbitCa
     GizmoPlace place{
         .X_WB = held ? tool.X_WT_device : toPose(engine::worldPose(registry, node_)), .ownAxes = ownAxes, .size = size};
     const Pose X_WN = held ? tool.X_WT : place.X_WB;
-    const glm::dmat4 drawn = placeOf(scene, node_, held ? &tool.X_WT : nullptr);
+    const glm::dmat4 drawn =
+        held ? placeOf(scene, node_, &tool.X_WT) : registry.get<engine::WorldTransform>(node_).matrix;
     place.p_BP = X_WN.inverse() * toMm(glm::dvec3(drawn * glm::dvec4(box_->center(), 1)));
 
     const bool wasDragging = gizmo_.dragging();

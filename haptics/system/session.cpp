@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "engine/scene/gltf_read.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/system/device_choice.hpp"
+#include "haptics/system/units.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -134,27 +136,28 @@ const SceneRequest& LiveSession::newest() const {
 
 void LiveSession::setEdits(std::vector<SceneEdit> edits) {
     if (!shown_.scene) return;
-    const std::optional<std::vector<PlaceNode>> places =
-        opening() ? std::nullopt : onlyPlacesDiffer(newest().edits, edits);
+    const auto changes = opening() ? std::nullopt : reversibleChange(newest().edits, edits);
     SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
     const engine::Scene& scene = shown_.scene->scene;
-    const bool rigid = places && std::all_of(places->begin(), places->end(), [&](const PlaceNode& place) {
-                           return movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place.node)]);
-                       });
-    if (rigid)
-        placeAsNewWorld(std::move(request), *places);
+    const auto keepsShapes = [&](const SceneEdit& edit) {
+        const auto* place = std::get_if<PlaceNode>(&edit);
+        return !place || movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]);
+    };
+    if (changes && std::all_of(changes->begin(), changes->end(), keepsShapes))
+        change(std::move(request), *changes);
     else
         open(std::move(request));
 }
 
-/// How a body that was moved by hand gets to the loop: as a world of the same trees. The tool goes back to its start.
-void LiveSession::placeAsNewWorld(SceneRequest request, const std::vector<PlaceNode>& places) {
+/// Where that makes the tool start elsewhere, it does: in a world of the same trees.
+void LiveSession::change(SceneRequest request, const std::vector<SceneEdit>& changes) {
     HapticScene& scene = *shown_.scene;
-    for (const PlaceNode& place : places)
-        setPlace(scene.scene, scene.scene.nodes[static_cast<std::size_t>(place.node)], place.to);
-    Shown next{std::move(request), shown_.scene, worldAsPlaced(scene)};
-    if (!next.world || !loop_) {
-        shown_.request = std::move(next.request);
+    applyEdits(scene.scene, changes);
+    const bool moved = std::any_of(changes.begin(), changes.end(),
+                                   [](const SceneEdit& edit) { return std::holds_alternative<PlaceNode>(edit); });
+    Shown next{std::move(request), shown_.scene, moved ? worldAsPlaced(scene) : nullptr};
+    if (!next.world || !loop_ || next.world->X_WT_start == scene.world->X_WT_start) {
+        (next_ ? next_->request : shown_.request) = std::move(next.request);
         return;
     }
     try {
@@ -207,6 +210,7 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     device_ = choice;
     settings_ = settings;
     next_ = next;
+    targets_.clear();
 }
 
 void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
@@ -272,6 +276,36 @@ void LiveSession::show(Shown next) {
     toldTrips_ = {};
 }
 
+/// Obstacles go where the scene has them; its world has them where they are.
+void LiveSession::moveObstacles() {
+    HapticScene& scene = *shown_.scene;
+    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
+    const auto isThere = [](const Obstacle& obstacle, const Pose& X) { return obstacle.X_WO == X; };
+    if (!std::equal(scene.world->obstacles.begin(), scene.world->obstacles.end(), X_WO.begin(), X_WO.end(), isThere)) {
+        auto world = std::make_shared<World>(*scene.world);
+        for (std::size_t k = 0; k < X_WO.size(); ++k) world->obstacles[k].X_WO = X_WO[k];
+        scene.world = shown_.world = std::move(world);
+    }
+    std::vector<Pose> targets;
+    for (const engine::Entity obstacle : scene.roles.obstacles)
+        targets.push_back(toPose(engine::worldPose(scene.scene.registry, obstacle)));
+    if (targets != targets_) loop_->moveObstacles(targets_ = targets);
+}
+
+void LiveSession::tellHeld() {
+    constexpr int kTellAfter = 20;  // ticks: an obstacle that finds its way in shorter moves is not worth a word
+    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
+    const auto [held, target] = std::mismatch(X_WO.begin(), X_WO.end(), targets_.begin(), targets_.end());
+    if (held == X_WO.end() || target == targets_.end())
+        toldHeld_ = false;
+    else if (heldTicks_ >= kTellAfter && !std::exchange(toldHeld_, true))
+        say(Message::Kind::Warning,
+            shown_.scene->scene.registry
+                    .get<engine::Name>(shown_.scene->roles.obstacles[static_cast<std::size_t>(held - X_WO.begin())])
+                    .value +
+                " stays where it is while the tool has no room to give way: move it back, or the tool");
+}
+
 void LiveSession::tellTrips(const LoopSnapshot& snapshot) {
     for (std::size_t i = 0; i < toldTrips_.size(); ++i) {
         const std::uint64_t events = snapshot.trips[i].events;
@@ -296,9 +330,13 @@ void LiveSession::update() {
     }
     for (TickRecord record; loop_->pop(record);) {
         history_.push(record);
+        heldTicks_ = record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
         if (options_.onTick) options_.onTick(record);
     }
-    if (running() && !next_) tellTrips(loop_->snapshot());
+    if (!running() || next_) return;
+    moveObstacles();
+    tellHeld();
+    tellTrips(loop_->snapshot());
 }
 
 void LiveSession::setSettings(const Settings& settings) {

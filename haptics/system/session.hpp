@@ -73,8 +73,9 @@ class LiveSession {
     void reload();
     /// Further changes of the present scene.
     void edit(std::vector<SceneEdit> more);
-    /// The present scene with these changes in place of those it has, and with the settings it runs with. Bodies that
-    /// only stand elsewhere are a new world of the same trees; all else is opened anew.
+    /// The present scene with these changes in place of those it has, and with the settings it runs with. Obstacles
+    /// that only stand elsewhere are moved while the loop runs, as those that are dragged in scene() are; a tool that
+    /// starts elsewhere starts anew; looks and names change at once; all else is opened anew.
     void setEdits(std::vector<SceneEdit> edits);
     /// Writes the scene as it stands, on wish with the settings, into a copy of its file, or into it; the written file
     /// is the scene's from then on. False when that failed, which is told.
@@ -84,7 +85,8 @@ class LiveSession {
     /// call.
     void update();
 
-    /// The scene to draw; null before the first. It has no world while roles are missing.
+    /// The scene to draw; null before the first. It has no world while roles are missing; else its world has obstacles
+    /// where the newest tick left them, which is on their way to where the scene has them.
     const std::shared_ptr<HapticScene>& scene() const { return shown_.scene; }
     /// One more with each scene that takes the place of another in scene().
     std::uint64_t sceneNumber() const { return sceneNumber_; }
@@ -133,7 +135,9 @@ class LiveSession {
     };
 
     void takeOpened();
-    void placeAsNewWorld(SceneRequest request, const std::vector<PlaceNode>& places);
+    void change(SceneRequest request, const std::vector<SceneEdit>& changes);
+    void moveObstacles();
+    void tellHeld();
     void show(Shown next);
     void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
     /// Starts, with the mouse where the device of that choice cannot.
@@ -153,6 +157,9 @@ class LiveSession {
     std::shared_ptr<MouseTarget> mouse_;
     TickHistory history_;
     std::array<std::uint64_t, kTripCount> toldTrips_{};
+    std::vector<Pose> targets_;  ///< X_WO that the loop was told; empty: none yet
+    int heldTicks_ = 0;          ///< in a row, in which an obstacle could not go on
+    bool toldHeld_ = false;
     std::uint64_t loopSession_ = 0;  ///< number of the newest session given to the loop
     std::optional<Shown> next_;      ///< given to the loop, shown when it ticks
     bool ticked_ = false;            ///< the snapshot is of the scene shown

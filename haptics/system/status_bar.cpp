@@ -85,10 +85,11 @@ HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDyn
 
 HealthItem tickItem(const LoopSnapshot& s) {
     const TickRecord& r = s.record;
-    std::string value = s.settings.pause           ? "paused"
-                        : !isEngaged(s.engagement) ? name(s.engagement)
-                        : s.fade < 1               ? "fading"
-                                                   : name(r.status);
+    std::string value = s.settings.pause            ? "paused"
+                        : !isEngaged(s.engagement)  ? name(s.engagement)
+                        : s.fade < 1                ? "fading"
+                        : (r.flags & kObstacleHeld) ? "obstacle held"
+                                                    : name(r.status);
     if (r.flags & kNonFinite) value += ", not finite";
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
@@ -98,7 +99,8 @@ HealthItem tickItem(const LoopSnapshot& s) {
             .help = text("What the solver says of the newest tick, and what was out of the ordinary. Force %.2f N, "
                          "torque %.0f mN·m about C.",
                          r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
-            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput)) != 0};
+            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput |
+                                     kObstacleHeld)) != 0};
 }
 
 }  // namespace

@@ -424,7 +424,8 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
     draft.json["nodes"][0]["extras"]["old"] = true;
     draft.json["nodes"][1]["extras"]["gone"] = true;
     draft.json["cameras"] = {{{"type", "unknown to the reader"}}};
-    const GltfUpdate update{{{0, {{"touchstone", {{"role", "obstacle"}}}}}, {1, nullptr}}, {{0, {{"k", 2.5}}}}, {}};
+    const GltfUpdate update{
+        {{0, {{"touchstone", {{"role", "obstacle"}}}}}, {1, nullptr}}, {{0, {{"k", 2.5}}}}, {}, {}, {}};
 
     Json wanted = draft.json;
     wanted["nodes"][0]["extras"] = {{"touchstone", {{"role", "obstacle"}}}};
@@ -462,8 +463,10 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
     SECTION("never of objects that do not exist") {
         const auto file = folder / "scene.glb";
         writeFile(file, draft.glb());
-        CHECK_THROWS_WITH(updateGltf(file, file, {{{2, {{"a", 1}}}}, {}, {}}), Catch::Contains("has no node 2"));
-        CHECK_THROWS_WITH(updateGltf(file, file, {{}, {{-1, {{"a", 1}}}}, {}}), Catch::Contains("has no scene -1"));
+        CHECK_THROWS_WITH(updateGltf(file, file, {{{2, {{"a", 1}}}}, {}, {}, {}, {}}),
+                          Catch::Contains("has no node 2"));
+        CHECK_THROWS_WITH(updateGltf(file, file, {{}, {{-1, {{"a", 1}}}}, {}, {}, {}}),
+                          Catch::Contains("has no scene -1"));
         CHECK(readBytes(file) == draft.glb());
     }
 }

@@ -423,6 +423,20 @@ TEST_CASE("renderer: what stands in the key light darkens what lies behind it, a
     const glm::vec3 inShadow{0.122f, 0, -0.135f}, beside{-0.12f, 0, 0.135f};
     const Image lit = stage.draw(frame);
     REQUIRE(at(lit, inShadow) < at(lit, beside) - 40);
+
+    // What the light sees is drawn once, and again when something moves.
+    const int first = stage.renderer.cost().calls;
+    REQUIRE(stage.draw(frame).rgba == lit.rgba);
+    REQUIRE(stage.renderer.cost().calls == first - 2);
+    const glm::mat4 before = frame.items[1].model;
+    frame.items[1].model = glm::translate(glm::mat4(1), glm::vec3(0.1f, 0, 0)) * before;
+    const Image moved = stage.draw(frame);
+    REQUIRE(stage.renderer.cost().calls == first);
+    REQUIRE(at(moved, inShadow) > at(lit, inShadow) + 40);
+    REQUIRE(at(moved, inShadow + glm::vec3(0.1f, 0, 0)) < at(moved, beside) - 40);
+    frame.items[1].model = before;
+    REQUIRE(stage.draw(frame).rgba == lit.rgba);
+
     frame.shadows = false;
     const Image plain = stage.draw(frame);
     REQUIRE(std::abs(at(plain, inShadow) - at(plain, beside)) < 10);

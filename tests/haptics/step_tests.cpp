@@ -328,8 +328,9 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     };
     // 0.1 mm a tick: the tool will be 0.15 mm further on when the entries come.
     const auto ask = [&](double y) {
-        keeper.request(
-            {.X_WT = at(0, y, 0), .X_WT_before = at(0, y + 0.1, 0), .tickMs = 1, .margin = 0.5, .slack = 0.2});
+        const Pose X_WO[] = {world.obstacles[0].X_WO};
+        keeper.request({}, at(0, y + 0.1, 0), X_WO);
+        keeper.request({.tickMs = 1, .margin = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
     };
     ask(32);
     REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, at(0, 31.85, 0)) >= 0.5; }));

@@ -56,7 +56,7 @@ TEST_CASE("undo: steps are settled states, and a new one forgets what was undone
     CHECK(steps == int(UndoStack<int>::kMost) - 1);
 }
 
-TEST_CASE("edits: places of one node are joined, and tell where nodes go when only they differ", "[edit]") {
+TEST_CASE("edits: changes of one thing are joined, and tell how to get from one list to another", "[edit]") {
     std::vector<SceneEdit> edits;
     append(edits, PlaceNode{1, at(0, 0, 0), at(1, 0, 0)});
     append(edits, PlaceNode{1, at(1, 0, 0), at(2, 0, 0)});
@@ -65,17 +65,38 @@ TEST_CASE("edits: places of one node are joined, and tell where nodes go when on
     CHECK(std::get<PlaceNode>(edits[0]).to == at(2, 0, 0));
 
     const std::vector<SceneEdit> none;
-    const auto back = onlyPlacesDiffer(edits, none);
-    REQUIRE(back);
+    const auto back = reversibleChange(edits, none);
+    REQUIRE(back.has_value());
     REQUIRE(back->size() == 1);
-    CHECK(back->front().to == at(0, 0, 0));
+    CHECK(std::get<PlaceNode>(back->front()).to == at(0, 0, 0));
     append(edits, GiveRole{0, Role::Goal});
-    CHECK_FALSE(onlyPlacesDiffer(edits, none));
+    CHECK_FALSE(reversibleChange(edits, none).has_value());
     std::vector<SceneEdit> moved = edits;
     append(moved, PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});
-    const auto on = onlyPlacesDiffer(edits, moved);
-    REQUIRE(on);
-    CHECK(on->front().to == at(9, 0, 0));
+    const auto on = reversibleChange(edits, moved);
+    REQUIRE(on.has_value());
+    CHECK(std::get<PlaceNode>(on->front()).to == at(9, 0, 0));
+}
+
+TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[edit]") {
+    engine::Scene scene = holdScene();
+    const Looks before = looksOf(scene.materials[0]), gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    std::vector<SceneEdit> edits;
+    append(edits, PaintMaterial{0, before, {{1, 1, 1, 1}, 0.5f, 0.5f}});
+    append(edits, PaintMaterial{0, {{1, 1, 1, 1}, 0.5f, 0.5f}, gold});
+    append(edits, RenameNode{1, "slab", "table"});
+    REQUIRE(edits.size() == 2);
+    const auto there = reversibleChange({}, edits);
+    REQUIRE(there.has_value());
+    applyEdits(scene, *there);
+    CHECK(looksOf(scene.materials[0]) == gold);
+    CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "table");
+    const auto back = reversibleChange(edits, {});
+    REQUIRE(back.has_value());
+    applyEdits(scene, *back);
+    CHECK(looksOf(scene.materials[0]) == before);
+    CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "slab");
+    applyEdits(scene, {PaintMaterial{99, before, gold}, RenameNode{99, "", "nobody"}});  // no effect
 }
 
 TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scale stays", "[edit]") {
@@ -99,7 +120,9 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
     const auto file = holdFile(folder), saved = folder.path() / "saved.glb";
     HapticScene scene = openScene(file, kNoTrees);
     TreeOptions tree{.leaves = 99, .quality = TreeQuality::Best, .interior = Interior::Solid};
-    applyEdits(scene.scene, {PlaceNode{1, {}, at(0.001, 0.002, 0.003)}, ChooseTree{1, tree}, GiveRole{0, Role::Tool}});
+    const Looks gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    applyEdits(scene.scene, {PlaceNode{1, {}, at(0.001, 0.002, 0.003)}, ChooseTree{1, tree}, GiveRole{0, Role::Tool},
+                             PaintMaterial{1, {}, gold}, RenameNode{1, "slab", "Tisch, größer"}});
     Settings settings = scene.settings;
     settings.stiffness = 2.5;
     settings.solver = findSolver("pqp");
@@ -108,6 +131,9 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
     saveScene(scene.scene, saved);
 
     const HapticScene again = openScene(saved, kNoTrees);
+    CHECK(looksOf(again.scene.materials[1]) == gold);
+    CHECK(looksOf(again.scene.materials[0]) == looksOf(scene.scene.materials[0]));
+    CHECK(again.scene.registry.get<engine::Name>(again.scene.nodes[1]).value == "Tisch, größer");
     CHECK(placeIn(again.scene, 1) == glm::dvec3(0.001, 0.002, 0.003));
     CHECK(again.scene.registry.get<BodyMarking>(again.scene.nodes[1]).tree == tree);
     settings.pause = false;  // is no setting to start with

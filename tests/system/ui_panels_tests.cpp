@@ -24,6 +24,7 @@ class Bench {
         io.IniFilename = nullptr;
         io.DisplaySize = {400, 2000};
         io.DeltaTime = 1 / 60.f;
+        for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
         unsigned char* pixels = nullptr;
         int width = 0, height = 0;
         io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
@@ -42,6 +43,21 @@ class Bench {
         draw();
         ImGui::End();
         ImGui::Render();
+    }
+
+    /// Types into what a click with Ctrl makes a field for text, and presses Enter.
+    template <class Draw>
+    void type(const std::string& name, const std::string& text, Draw&& draw, float fraction = 0.5f) {
+        ImGuiIO& io = ImGui::GetIO();
+        io.KeyCtrl = true;
+        click(name, draw, fraction);
+        io.KeyCtrl = false;
+        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
+        frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = true;
+        frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = false;
+        frame(draw);
     }
 
     /// Presses and releases the left button at a fraction of an item's width; frames in between.
@@ -117,23 +133,10 @@ TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one t
     HapticsPanelState state;
     PanelRequests requests;
     const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
-    ImGuiIO& io = ImGui::GetIO();
-    for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
-    const auto type = [&](const std::string& text) {
-        io.KeyCtrl = true;
-        bench.click("stiffness", draw);
-        io.KeyCtrl = false;
-        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
-        bench.frame(draw);
-        io.KeysDown[ImGuiKey_Enter] = true;
-        bench.frame(draw);
-        io.KeysDown[ImGuiKey_Enter] = false;
-        bench.frame(draw);
-    };
-    type("12.3456");  // beyond the slider, within the setting's range
+    bench.type("stiffness", "12.3456", draw);  // beyond the slider, within the setting's range
     CHECK(settings.stiffness == 12.3456);
     CHECK(requests.refusal.empty());
-    type("5000");
+    bench.type("stiffness", "5000", draw);
     CHECK(settings.stiffness == 12.3456);
     CHECK(requests.refusal.find("stiffness") != std::string::npos);
 }
@@ -190,19 +193,9 @@ TEST_CASE("inspector: a place that is typed puts the node there, in mm and degre
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
-    ImGuiIO& io = ImGui::GetIO();
-    for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
     const auto type = [&](const std::string& item, float fraction, const std::string& text) {
         requests = {};
-        io.KeyCtrl = true;
-        bench.click(item, draw, fraction);
-        io.KeyCtrl = false;
-        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
-        bench.frame(draw);
-        io.KeysDown[ImGuiKey_Enter] = true;
-        bench.frame(draw);
-        io.KeysDown[ImGuiKey_Enter] = false;
-        bench.frame(draw);
+        bench.type(item, text, draw, fraction);
         REQUIRE(requests.edits.size() == 1);
         return std::get<PlaceNode>(requests.edits[0]);
     };
@@ -216,6 +209,30 @@ TEST_CASE("inspector: a place that is typed puts the node there, in mm and degre
     CHECK(turned.to.translation == turned.from.translation);
     const glm::dquat wanted = glm::angleAxis(glm::radians(120.0), glm::dvec3(0, 1, 0));
     CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
+}
+
+TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    bench.type("name", "table", draw, 0.9f);
+    REQUIRE(requests.edits.size() == 1);
+    const RenameNode renamed = std::get<RenameNode>(requests.edits[0]);
+    CHECK(renamed.node == 1);
+    CHECK(renamed.from == "slab");
+    CHECK(renamed.to == "table");
+
+    requests = {};
+    bench.click("metallic 1", draw, 0.95f);
+    REQUIRE(requests.edits.size() == 1);
+    const PaintMaterial metal = std::get<PaintMaterial>(requests.edits[0]);
+    CHECK(metal.material == 1);
+    CHECK(metal.from == looksOf(scene.scene.materials[1]));
+    CHECK(metal.to.metallic > 0.8f);
+    CHECK(metal.to.roughness == metal.from.roughness);
+    CHECK(metal.to.baseColor == metal.from.baseColor);  // no drift by looking at it
 }
 
 TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {

@@ -62,11 +62,16 @@ void LiveReport::add(const TickRecord& record, const system::LiveSession& sessio
     if (!judge_ || session.sceneNumber() != scene_ || record.tick <= last_) {
         statistics_ = {};
         judge_ = std::make_unique<system::OutcomeJudge>(scene->outcome);
+        world_ = scene->world;
+        meter_.emplace(*world_);
     }
     scene_ = session.sceneNumber();
     last_ = record.tick;
-    const double penetration = std::max(0.0, -trueClearance(*scene->world, record.X_WT, 0));
-    const double rate = session.snapshot()->settings.rate;
+    const LoopSnapshot& loop = *session.snapshot();
+    // Default mode measures it itself; the paper's scheme never looks.
+    const double penetration =
+        loop.settings.mode == Mode::Paper ? meter_->depth(record.X_WT, loop.X_WO) : record.penetration;
+    const double rate = loop.settings.rate;
     statistics_.add(record, penetration, 1000 / rate);
     statistics_.addTimes(record);
     judge_->add(record, penetration, 1000 / rate);

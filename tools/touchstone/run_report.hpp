@@ -2,6 +2,7 @@
 // The report of a run, on paper and while a window is open.
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "haptics/system/report.hpp"
@@ -31,6 +32,8 @@ class LiveReport {
     TickTable* table_;
     system::RunStatistics statistics_;
     std::unique_ptr<system::OutcomeJudge> judge_;
+    std::shared_ptr<const World> world_;  // that the meter is of
+    std::optional<PenetrationMeter> meter_;
     std::uint64_t scene_ = 0, last_ = 0;
     std::vector<double> frameMs_, drawCalls_;
 };

@@ -1,0 +1,74 @@
+#pragma once
+// What the plots share: numbers, axes and the ground they are drawn on.
+#include <imgui.h>
+
+#include <string>
+#include <vector>
+
+#include "engine/view/plots.hpp"
+
+namespace touchstone::engine {
+
+std::string number(float value);
+std::string withUnit(float value, const char* unit);
+
+/// Widens a range; what is not finite changes nothing.
+void include(ColumnRange& range, float value);
+void include(ColumnRange& range, const ColumnRange& other);
+
+/// Maps values to a fraction of the plot's height or width.
+class Axis {
+  public:
+    Axis(ColumnRange data, const PlotOptions& options);
+    /// Whole decades around positive data.
+    static Axis decades(const ColumnRange& data);
+
+    float value(float fraction) const;
+    float fraction(float value) const;
+    std::vector<float> ticks(std::size_t maxCount) const;
+
+  private:
+    Axis() = default;
+    bool logarithmic_ = true;
+    float bottom_ = 0, top_ = 1;
+};
+
+inline constexpr ImU32 kWarning = IM_COL32(242, 115, 89, 230);
+
+inline ImVec4 vector(const glm::vec4& c) { return {c.r, c.g, c.b, c.a}; }
+inline ImU32 color(const glm::vec4& c) { return ImGui::GetColorU32(vector(c)); }
+
+void drawTitle(const char* title, const char* unit);
+
+/// Sizes of a plot that fills the width there is.
+struct PlotShape {
+    explicit PlotShape(float height);
+
+    float line = 0, unit = 0;  ///< height of text, and one screen unit at scale 1
+    float margin = 0;          ///< at the left, for the labels: equal for all, so that the plots of a panel line up
+    float width = 0, height = 0;
+    std::size_t columns() const { return static_cast<std::size_t>(width); }
+};
+
+/// A plot's ground, with the labels around it, as one item.
+class Canvas {
+  public:
+    explicit Canvas(const PlotShape& shape);
+
+    float x(float fraction) const;
+    float y(float fraction) const;
+
+    void drawVerticalAxis(const Axis& axis) const;
+    void drawHorizontalAxis(const Axis& axis) const;
+    void drawTimeTick(float fraction, const std::string& text) const;
+
+    ImDrawList& list;
+    const ImU32 faint, weak;
+    ImVec2 topLeft, bottomRight;
+    bool hovered = false, held = false;
+
+  private:
+    const PlotShape& shape_;
+};
+
+}  // namespace touchstone::engine
