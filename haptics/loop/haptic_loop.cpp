@@ -66,6 +66,13 @@ bool HapticLoop::poll() {
     return snapshots_.update();
 }
 
+bool HapticLoop::pop(TickRecord& record) {
+    WholeTick tick;
+    const bool some = ring_.pop(tick);
+    if (some) record = tick.record;
+    return some;
+}
+
 void HapticLoop::takeRequests() {
     // A session is taken only when there is room to hand the present one back.
     if (!driver_.opening() && outgoing_.empty())
@@ -92,6 +99,8 @@ void HapticLoop::run(const std::stop_token& stop) {
     std::uint64_t begunBefore = steadyNanoseconds();
     while (!stop.stop_requested()) {
         takeRequests();
+        if (snapshot.ticks > 0 && beginAnew_.exchange(false, std::memory_order_relaxed))
+            driver_.resume(snapshot.record);
         const std::uint64_t began = steadyNanoseconds();
         snapshot.record = driver_.tick(clocks);
         snapshot.record.periodUs = 1e-3 * static_cast<double>(began - begunBefore);
@@ -99,7 +108,7 @@ void HapticLoop::run(const std::stop_token& stop) {
         begunBefore = began;
         if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
 
-        ring_.push(snapshot.record);
+        ring_.push({driver_.session().state.input(), snapshot.record, driver_.session().number});
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;
         ++snapshot.ticks;

@@ -62,6 +62,10 @@ class TickDriver {
     /// Device time back to zero and the tool to the device's first pose.
     void restart() noexcept;
 
+    /// The tool goes on from where `last`, the newest tick, left it, and nothing else is remembered: from here on what
+    /// happens can be repeated.
+    void resume(const TickRecord& last) noexcept { session_->state.resume(last); }
+
     /// With `audit` as in step().
     TickRecord tick(const TickClocks& clocks = {}, bool audit = false) noexcept;
 
