@@ -95,6 +95,8 @@ TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptio
 
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
     HeadlessRun run;
+    std::optional<Recorder> recorder;
+    if (!options.record.empty()) recorder.emplace(options.record);
     TimedRun timed;
     if (options.timing) timed = timeHeadless(scene, settings, options);
 
@@ -108,8 +110,6 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     unpaced.paced = false;
     Pass pass(scene, settings, unpaced);
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
-    std::optional<Recorder> recorder;
-    if (!options.record.empty()) recorder.emplace(options.record);
     std::optional<PenetrationMeter> meter;
     for (std::size_t tick = 0; pass.next(run.last, clocks, true); ++tick) {
         if (run.world != pass.world()) {

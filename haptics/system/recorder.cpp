@@ -47,7 +47,7 @@ void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string 
 }
 
 void Recorder::fail(const std::exception& error) {
-    stoppedAt_ = rows();
+    stoppedAt_ = ticks_->rows() - ticks_->waiting();
     ticks_.reset();
     notes_.reset();
     failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(stoppedAt_) +

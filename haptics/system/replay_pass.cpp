@@ -1,5 +1,6 @@
 #include "haptics/system/replay_pass.hpp"
 
+#include <stdexcept>
 #include <utility>
 
 namespace touchstone::system {
@@ -32,7 +33,9 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
     if (recorded_.session != session_) {
         session_ = recorded_.session;
         const std::filesystem::path file = recording_.scene().file;
-        enterScene(file, openScene(file, {.treeCache = treeCacheFolder(), .progress = {}}).world);
+        const HapticScene opened = openScene(file, {.treeCache = treeCacheFolder(), .progress = {}});
+        if (!opened.world) throw std::runtime_error(file.string() + ": " + opened.missing);
+        enterScene(file, opened.world);
     }
     if (recorded_.input.start) {
         state_->begin(*recorded_.input.start);

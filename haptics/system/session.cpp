@@ -306,13 +306,7 @@ void LiveSession::update() {
         }
     }
     for (WholeTick tick; loop_->pop(tick);) take(tick);
-    if (recorder_) {
-        recorder_->flush();
-        if (!recorder_->failure().empty()) {
-            say(Message::Kind::Error, recorder_->failure());
-            recorder_.reset();
-        }
-    }
+    if (recorder_ && !recorder_->failure().empty()) stopRecording();
     followRecordedSettings();
     if (running() && !next_) tellTrips(loop_->snapshot());
 }

@@ -187,7 +187,7 @@ void appendField(std::string& line, const TickField& field, const WholeTick& tic
 std::string fieldsAsMarkdown() {
     std::string text = "| field | type | what |\n|---|---|---|\n";
     for (const TickField& field : kFields)
-        text += "| `" + std::string(field.name) + "` | `" + field.type() + "` | " + field.help + " |\n";
+        text += "| `" + std::string(field.name) + "` | " + (field.type() + 1) + " | " + field.help + " |\n";
     return text;
 }
 

@@ -39,7 +39,7 @@ bool sameBits(const WholeTick& a, const WholeTick& b);
 /// The field as text: numbers read back to the same bits, the solver's status is a word.
 void appendField(std::string& line, const TickField& field, const WholeTick& tick);
 
-/// Name, NumPy type and meaning of every field as a Markdown table.
+/// Name, NumPy type without its byte order, and meaning of every field as a Markdown table.
 std::string fieldsAsMarkdown();
 
 }  // namespace touchstone::system

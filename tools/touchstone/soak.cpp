@@ -143,6 +143,7 @@ class Soak {
             if (!session_.running() || seconds() < next) continue;
             next = seconds() + (storm ? 0.02 : 0.5);
             changeSettings();
+            if (session_.snapshot()->finished) session_.restart();  // the motion again, so that there is contact
             if (!moved && seconds() > move) {
                 moved = true;
                 changeScene();
