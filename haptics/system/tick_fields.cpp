@@ -25,7 +25,8 @@ constexpr const char* kTorqueO = "the same about the tool node's origin";
 constexpr const char* kForceOut = "what the safety stage let through to the device";
 constexpr const char* kTorqueOut = "the same about the tool node's origin";
 
-// A tick's stage times, what the safety stage did, and what only an audit measures do not repeat.
+// Times, what the safety stage did, and what an audit measures do not repeat; nor, in the last digits, do the errors of
+// the shadow, whose exact solver an audit leaves with another warm start.
 constexpr TickField kFields[] = {
     {"input_x_mm", [](T t) -> R { return &t.input.X_WT.p.x(); }, true, kInputPose},
     {"input_y_mm", [](T t) -> R { return &t.input.X_WT.p.y(); }, true, kInputPose},
@@ -98,9 +99,9 @@ constexpr TickField kFields[] = {
     {"shadow_rows_cut", [](T t) -> R { return &t.record.shadowRowsCut; }, true, "that it did not"},
     {"shadow_iterations", [](T t) -> R { return &t.record.shadowIterations; }, true, "of the shadow"},
     {"shadow_status", [](T t) -> R { return &t.record.shadowStatus; }, true, "of the shadow"},
-    {"shadow_force_error_N", [](T t) -> R { return &t.record.shadowForceError; }, true,
+    {"shadow_force_error_N", [](T t) -> R { return &t.record.shadowForceError; }, false,
      "against the exact answer on the same rows"},
-    {"shadow_torque_error_mNm", [](T t) -> R { return &t.record.shadowTorqueError; }, true, "likewise"},
+    {"shadow_torque_error_mNm", [](T t) -> R { return &t.record.shadowTorqueError; }, false, "likewise"},
     {"collision_us", [](T t) -> R { return &t.record.collisionUs; }, false, "processor time of the stage"},
     {"solve_us", [](T t) -> R { return &t.record.solveUs; }, false, "processor time of the stage"},
     {"shadow_us", [](T t) -> R { return &t.record.shadowUs; }, false, "processor time of the shadow"},

@@ -234,12 +234,18 @@ class Soak {
                         times->tick.percentile(50), times->tick.percentile(99), times->period.percentile(50),
                         times->period.percentile(99), number(times->tick.total()));
         const bool replays = replayLast(scene);
-        std::error_code error;
-        fs::remove_all(folder_, error);
         // Ticks that were counted as dropped may be missing from a recording, others not.
         const bool good = last - first <= options_.mostGrowth && uncounted_ == 0 && lost_ <= dropped_ && broken_ == 0 &&
                           unsafe_ == 0 && replays && rows_ > 0;
         std::printf("  %s\n", good ? "all is well" : "NOT WELL");
+        if (good) {
+            std::error_code error;
+            fs::remove_all(folder_, error);
+        } else {
+            std::printf("  the last recording stays in %s; memory by the second:", recording().c_str());
+            for (const auto& [t, megabytes] : memory_) std::printf(" %.0f: %.1f", t, megabytes);
+            std::printf("\n");
+        }
         return good ? kOk : kFailed;
     }
 
