@@ -19,7 +19,8 @@ constexpr std::array kDevices{
         "N·s/m and ticks",
         makeHand},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
-    DeviceInfo{"replay", "follows a recorded motion from a CSV file, as replay:FILE", makeReplay},
+    DeviceInfo{"replay", "follows a recording, as replay:FOLDER, or a motion from a CSV file, as replay:FILE",
+               makeReplay},
 };
 
 }  // namespace

@@ -77,6 +77,13 @@ bool HapticLoop::poll() {
     return snapshots_.update();
 }
 
+bool HapticLoop::pop(TickRecord& record) {
+    WholeTick tick;
+    const bool some = ring_.pop(tick);
+    if (some) record = tick.record;
+    return some;
+}
+
 void HapticLoop::takeRequests() {
     // A session is taken only when there is room to hand the present one back.
     if (!driver_.opening() && outgoing_.empty())
@@ -114,6 +121,8 @@ void HapticLoop::run(const std::stop_token& stop) {
     std::uint64_t begunBefore = steadyNanoseconds();
     while (!stop.stop_requested()) {
         takeRequests();
+        if (snapshot.ticks > 0 && beginAnew_.exchange(false, std::memory_order_relaxed))
+            driver_.resume(snapshot.record);
         const std::uint64_t began = steadyNanoseconds();
         clocks.periodMs = 1e-6 * static_cast<double>(began - begunBefore);
         snapshot.record = driver_.tick(clocks);
@@ -123,7 +132,7 @@ void HapticLoop::run(const std::stop_token& stop) {
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
-        ring_.push(snapshot.record);
+        ring_.push({driver_.session().state.input(), snapshot.record, driver_.session().number});
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;
         ++snapshot.ticks;

@@ -20,7 +20,7 @@ namespace touchstone {
 
 struct LoopOptions {
     RealTimeOptions realTime;
-    std::size_t ringCapacity = 1 << 14;  ///< records: 16 s at 1 kHz
+    std::size_t ringCapacity = 1 << 14;  ///< ticks: 16 s at 1 kHz
     WorkShares shares;
     bool helper = std::thread::hardware_concurrency() > 1;  ///< a thread beside it finds lists ahead
 };
@@ -67,13 +67,18 @@ class HapticLoop {
     void stop() { asked_.store(Asked::Stop, std::memory_order_relaxed); }
     void engage() { asked_.store(Asked::Engage, std::memory_order_relaxed); }
 
+    /// The state forgets what it may: from the tick whose input tells a start, a recording can repeat the run. The tool
+    /// goes on from where it is, to rounding.
+    void beginAnew() { beginAnew_.store(true, std::memory_order_relaxed); }
+
     /// Takes the newest snapshot; false if no tick has ended since the last call. Call it regularly: it also frees what
     /// the loop has handed back.
     bool poll();
     const LoopSnapshot& snapshot() const { return snapshots_.get(); }
     /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
     /// none.
-    bool pop(TickRecord& record) { return ring_.pop(record); }
+    bool pop(WholeTick& tick) { return ring_.pop(tick); }
+    bool pop(TickRecord& record);
 
     /// What the system allowed the thread.
     const RealTimeStatus& realTime() const { return realTime_; }
@@ -100,12 +105,12 @@ class HapticLoop {
 
     TripleBuffer<Wishes> wishes_;
     bool wishesWait_ = false;  // the loop's: the newest are for a session still to come
-    std::atomic<bool> restart_ = false;
+    std::atomic<bool> restart_ = false, beginAnew_ = false;
     enum class Asked : std::uint8_t { Nothing, Stop, Engage };
     std::atomic<Asked> asked_ = Asked::Nothing;
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
-    Ring<TickRecord> ring_;
+    Ring<WholeTick> ring_;
     TickDriver driver_;    // the loop's
     std::jthread thread_;  // last: joined before anything it uses goes
 };

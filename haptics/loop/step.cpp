@@ -51,11 +51,13 @@ StepState::~StepState() = default;
 StepState::StepState(StepState&&) noexcept = default;
 StepState& StepState::operator=(StepState&&) noexcept = default;
 
-void StepState::reset(const Pose& X_WT) noexcept {
+void StepState::begin(const StepStart& start) noexcept {
     Impl& s = *impl;
-    s.tick = 0;
-    s.graphic = s.device = s.referencePose(X_WT);
-    s.loaded = false;
+    s.start = start;
+    s.tick = start.tick;
+    s.graphic = s.referencePose(start.X_WT);
+    s.device = s.referencePose(start.X_WT_device);
+    s.loaded = start.loadedBefore;
     s.freeRadius = 0;
     s.lastStep = 0;
     for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
@@ -71,10 +73,8 @@ void StepState::reset(const Pose& X_WT) noexcept {
 }
 
 void StepState::resume(const TickRecord& record) noexcept {
-    reset(record.X_WT);
-    impl->tick = record.tick + 1;
-    impl->device = impl->referencePose(record.X_WT_device);
-    impl->loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
+    const bool loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
+    begin({record.tick + 1, record.X_WT, record.X_WT_device, loaded});
 }
 
 std::span<const Pose> StepState::obstacles() const noexcept { return impl->X_WO; }
@@ -108,6 +108,7 @@ void StepState::Impl::moveObstacle(int k, const Pose& target, double most) {
     freeRadius = std::max(0.0, freeRadius - obstacleTravel);
     lastMoved = k;
 }
+const TickInput& StepState::input() const { return impl->given; }
 
 std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderers[static_cast<std::size_t>(solver)]; }
 
@@ -238,6 +239,7 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     assert(world.tool == state.world->tool);
     TickRecord record;
     record.tick = state.tick++;
+    state.given = {input.X_WT, settings, std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};
     for (std::size_t k = 0; k < state.lists.size(); ++k)
         state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);

@@ -2,6 +2,7 @@
 // The haptic tick: device pose in, tool pose and wrench out.
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,6 +36,21 @@ struct StepInput {
     std::span<const PairEntries* const> entries = {};
     /// Where obstacles are to go, X_WO by obstacle; none: they stay where they are.
     std::span<const Pose> X_WO = {};
+};
+
+/// All that a StepState knows when it begins.
+struct StepStart {
+    std::uint64_t tick = 0;     ///< number of the next tick
+    Pose X_WT;                  ///< tool node where the graphic tool is
+    Pose X_WT_device;           ///< tool node where the device wanted it last
+    bool loadedBefore = false;  ///< the tick before carried force
+};
+
+/// What a tick was given. With the world and the ticks since the last `start`, all that its result depends on.
+struct TickInput {
+    Pose X_WT;  ///< as StepInput's, before anything was made of it
+    Settings settings;
+    std::optional<StepStart> start;  ///< the state began anew, right before this tick
 };
 
 /// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
@@ -77,6 +93,13 @@ struct TickRecord {
     std::uint64_t overruns = 0;  ///< deadlines missed by the ticks before this one; set by the loop
 };
 
+/// A tick whole, as it is recorded.
+struct WholeTick {
+    TickInput input;
+    TickRecord record;
+    std::uint64_t session = 0;  ///< the holder's; tells the world
+};
+
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.
 std::uint64_t hashTick(const TickRecord& record, std::uint64_t previous = 0xcbf29ce484222325ull);
 
@@ -89,8 +112,11 @@ class StepState {
     StepState(StepState&&) noexcept;
     StepState& operator=(StepState&&) noexcept;
 
-    /// Puts graphic tool and device at X_WT and forgets everything else, but for where the obstacles are.
-    void reset(const Pose& X_WT) noexcept;
+    /// Forgets everything but for where the obstacles are: what follows depends on that, `start` and what step() is
+    /// given.
+    void begin(const StepStart& start) noexcept;
+    /// Begins with graphic tool and device at X_WT.
+    void reset(const Pose& X_WT) noexcept { begin({.X_WT = X_WT, .X_WT_device = X_WT}); }
 
     /// Puts both where a tick left them, as far as its record tells: the next tick answers as it would have, to
     /// rounding.
@@ -98,6 +124,8 @@ class StepState {
 
     /// Where the obstacles are, X_WO by obstacle: at first where the world has them.
     std::span<const Pose> obstacles() const noexcept;
+    /// What the last step() was given.
+    const TickInput& input() const;
 
     /// The solver that moves the tool, by index into solverTable(), for who wants to put one in between that watches.
     std::unique_ptr<Solver>& renderer(int solver);

@@ -53,6 +53,9 @@ struct StepState::Impl {
     std::vector<std::uint64_t> lastLoaded;  ///< contacts with multipliers in the last solve, ids ascending
     std::vector<Contact> contacts;          ///< loaded contacts of the tick's last exact solve
 
+    TickInput given;                 ///< to the last tick
+    std::optional<StepStart> start;  ///< since then
+
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;

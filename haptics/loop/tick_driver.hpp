@@ -76,6 +76,9 @@ class TickDriver {
     void stop() noexcept { session_->safety.stop(); }
     /// After a stop or a fault: the device goes on where the tool is. Does nothing where it is engaged.
     void engage() noexcept;
+    /// The tool goes on from where `last`, the newest tick, left it, and nothing else is remembered: from here on what
+    /// happens can be repeated.
+    void resume(const TickRecord& last) noexcept { session_->state.resume(last); }
 
     /// With `audit` as in step().
     TickRecord tick(const TickClocks& clocks = {}, bool audit = false) noexcept;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <thread>
 #include <utility>
 
@@ -86,6 +87,7 @@ class App {
     void noteState();
     void goTo(const std::optional<UserState>& state);
     void copyCommand();
+    void toggleRecording();
     bool timeIsUp();
     void lookAtAll(const Area& picture);
     void noteCost(double cpuMs);
@@ -279,7 +281,8 @@ void App::drawPanels(const Layout& layout) {
                         .hasDemonstration = viewed_ && viewed_->demonstration,
                         .hasSelection = bool(selection_.node()),
                         .canUndo = undo_.canUndo(),
-                        .canRedo = undo_.canRedo()};
+                        .canRedo = undo_.canRedo(),
+                        .recording = session_.recorder() != nullptr};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = findScenes(options_.sceneFolders);
@@ -321,7 +324,8 @@ void App::drawBar() {
     ImGui::Begin("Health", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
-    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_},
+    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
+                       session_.recorder()},
                       &items_))
         requests_.stopOrEngage = true;
     ImGui::End();
@@ -557,6 +561,14 @@ void App::copyCommand() {
     session_.say(Message::Kind::Note, "Copied: " + line);
 }
 
+void App::toggleRecording() {
+    if (session_.recorder()) return session_.stopRecording();
+    const std::time_t now = std::time(nullptr);
+    char when[32] = "";
+    std::strftime(when, sizeof when, "-%Y%m%d-%H%M%S", std::localtime(&now));
+    session_.record(options_.recordings / (session_.request().file.stem().string() + when));
+}
+
 void App::carryOut() {
     const PanelRequests requests = std::exchange(requests_, {});
     if (!requests.refusal.empty()) session_.say(Message::Kind::Error, requests.refusal);
@@ -581,6 +593,7 @@ void App::carryOut() {
     if (requests.frameSelection && viewed_)
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
     if (requests.copyCommand) copyCommand();
+    if (requests.record) toggleRecording();
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.restart) session_.restart();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();

@@ -34,6 +34,7 @@ struct WindowRunOptions {
     SessionOptions session;
     std::vector<std::filesystem::path> sceneFolders;  ///< whose .glb and .gltf files the menu lists
     std::filesystem::path configFolder;  ///< for the layout and the scenes opened last; empty: nothing is remembered
+    std::filesystem::path recordings;    ///< folder for those begun in the window
     std::optional<double> seconds;       ///< closes after this time with a running scene
     std::filesystem::path screenshot;    ///< picture of the last frame with its panels; empty: none
     engine::WindowOptions window;

@@ -2,10 +2,23 @@
 
 #include <stdexcept>
 
+#include "haptics/device/motion.hpp"
+#include "haptics/system/recording.hpp"
+
 namespace touchstone::system {
+
+std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
+    constexpr std::string_view kReplay = "replay:";
+    std::error_code error;
+    if (!choice.starts_with(kReplay)) return {};
+    std::filesystem::path folder = choice.substr(kReplay.size());
+    if (!std::filesystem::is_directory(folder, error)) return {};
+    return folder;
+}
 
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
                                     std::shared_ptr<MouseTarget> mouse) {
+    if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);
     const auto colon = choice.find(':');
     const std::string name = choice.substr(0, colon);
     const DeviceInfo* info = findDevice(name);

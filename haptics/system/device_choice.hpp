@@ -1,12 +1,17 @@
 #pragma once
 // From --device NAME[:FILE] to a device.
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "haptics/device/device.hpp"
 #include "haptics/system/scene_world.hpp"
 
 namespace touchstone::system {
+
+/// The folder of a choice replay:FOLDER: a recording, where a file is a motion.
+std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 
 /// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: fed by the window, null
 /// without one. Throws std::runtime_error with one sentence when there is no such device or it cannot start. Pre: the

@@ -14,20 +14,34 @@
 namespace touchstone::system {
 namespace {
 
-/// The run from its start, tick by tick, until the motion or the asked time ends.
+/// The run from its start, tick by tick, until the motion, the recording or the asked time ends.
 class Pass {
   public:
-    Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
-        : driver_(makeSession(scene, settings, options)) {
-        driver_.engage();  // nobody else is there to do it
-        if (options.paced) pacer_.emplace(settings.rate, false);
-        if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * settings.rate));
+    Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
+        if (const auto folder = recordingOf(options.device)) {
+            replay_.emplace(scene, *folder, options.adjust);
+            watch(replay_->state(), replay_->settings(), options);
+        } else {
+            auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
+            if (options.paced) session->keeper = std::make_unique<ListKeeper>(*session->world);
+            watch(session->state, settings, options);
+            driver_.emplace(std::move(session));
+            driver_->engage();  // nobody else is there to do it
+        }
+        const double rate = this->settings().rate;
+        if (options.paced) pacer_.emplace(rate, false);
+        if (options.seconds) limit_ = std::max(1LL, std::llround(*options.seconds * rate));
     }
 
     /// False when the run is over.
     bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
-        if (limit_ > 0 ? ticks_ == limit_ : driver_.finished()) return false;
-        record = driver_.tick(clocks, audit);
+        if (limit_ > 0 && ticks_ == limit_) return false;
+        if (replay_) {
+            if (!replay_->next(record, clocks, audit)) return false;
+        } else {
+            if (limit_ == 0 && driver_->finished()) return false;
+            record = driver_->tick(clocks, audit);
+        }
         if (pacer_) pacer_->wait();
         // The stages' clock runs on while another program has the processor; no stage takes longer than its tick.
         for (double* stage : {&record.collisionUs, &record.solveUs, &record.shadowUs})
@@ -36,21 +50,25 @@ class Pass {
         return true;
     }
 
-    const TickDriver& driver() const { return driver_; }
-
-  private:
-    static std::unique_ptr<Session> makeSession(const HapticScene& scene, const Settings& settings,
-                                                const HeadlessOptions& options) {
-        auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
-        if (options.paced) session->keeper = std::make_unique<ListKeeper>(*session->world);
-        if (options.onSolve) {
-            std::unique_ptr<Solver>& renderer = session->state.renderer(settings.solver);
-            renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
-        }
-        return session;
+    const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
+    const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
+    const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
+    const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
+    /// The newest tick whole, `record` being what is known of it.
+    WholeTick whole(const TickRecord& record) const {
+        if (!replay_) return {driver_->session().state.input(), record, 0};
+        return {replay_->tick().input, record, replay_->tick().session};
     }
 
-    TickDriver driver_;
+  private:
+    static void watch(StepState& state, const Settings& settings, const HeadlessOptions& options) {
+        if (!options.onSolve) return;
+        std::unique_ptr<Solver>& renderer = state.renderer(settings.solver);
+        renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+    }
+
+    std::optional<TickDriver> driver_;
+    std::optional<ReplayPass> replay_;
     long long limit_ = 0;  // 0: until the motion ends
     long long ticks_ = 0;
     std::optional<Pacer> pacer_;
@@ -60,6 +78,11 @@ class Pass {
 
 TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptions options) {
     settings.shadow = -1;
+    options.adjust = [adjust = options.adjust](const Settings& recorded) {
+        Settings adjusted = adjust ? adjust(recorded) : recorded;
+        adjusted.shadow = -1;
+        return adjusted;
+    };
     options.onSolve = nullptr;
     TimedRun run;
     Pass pass(scene, settings, options);
@@ -73,7 +96,8 @@ TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptio
 
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
     HeadlessRun run;
-    run.report = reportOf(sceneName(scene), options.device, settings);
+    std::optional<Recorder> recorder;
+    if (!options.record.empty()) recorder.emplace(options.record);
     TimedRun timed;
     if (options.timing) timed = timeHeadless(scene, settings, options);
 
@@ -81,15 +105,24 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
     const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
     OutcomeJudge judge(outcome ? *outcome : scene.outcome);
-    const double dt = 1000 / settings.rate;
     TickClocks clocks;
     if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
     HeadlessOptions unpaced = options;
     unpaced.paced = false;
     Pass pass(scene, settings, unpaced);
-    PenetrationMeter meter(*scene.world);
+    run.report = reportOf(sceneName(scene), options.device, pass.settings());
+    std::optional<PenetrationMeter> meter;
     for (std::size_t tick = 0; pass.next(run.last, clocks, true); ++tick) {
-        const double penetration = meter.depth(run.last.X_WT);
+        if (run.world != pass.world()) {
+            run.world = pass.world();
+            meter.emplace(*run.world);
+            if (recorder)
+                recorder->announce(pass.whole(run.last).session,
+                                   pass.replay() ? pass.replay()->scene() : recordedScene(scene.scene.file, *run.world),
+                                   options.device);
+        }
+        run.settings = pass.settings();
+        const double penetration = meter->depth(run.last.X_WT), dt = 1000 / run.settings.rate;
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
         if (tick < timed.ticks.size()) {
@@ -99,7 +132,12 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             run.last.totalUs = timed.ticks[tick].step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
+        if (recorder) recorder->add(pass.whole(run.last));
         if (options.onTick) options.onTick(run.last, penetration);
+    }
+    if (recorder) {
+        recorder->flush();
+        run.recordingFailure = recorder->failure();
     }
     statistics.write(run.report);
     if (options.timing && timed.hash != run.report.hash)
@@ -107,10 +145,13 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             "a repeated run gave other results, which is a fault of the program: please report it");
 
     // What only the end can show is judged when the demonstration itself got there.
-    run.report.checks = judge.checks(outcome && pass.driver().finished());
-    const SafetyStage& safety = pass.driver().session().safety;
-    for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
-    if (safety.engagement() == Engagement::Faulted) run.report.safetyFault = name(safety.cause());
+    run.report.checks = judge.checks(outcome && pass.driver() && pass.driver()->finished());
+    if (pass.driver()) {
+        const SafetyStage& safety = pass.driver()->session().safety;
+        for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
+        if (safety.engagement() == Engagement::Faulted) run.report.safetyFault = name(safety.cause());
+    }
+    if (pass.replay()) run.replay = pass.replay()->check();
     return run;
 }
 

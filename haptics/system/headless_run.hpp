@@ -5,17 +5,21 @@
 #include <string>
 #include <vector>
 
+#include "haptics/system/replay_pass.hpp"
 #include "haptics/system/report.hpp"
 #include "haptics/system/scene_world.hpp"
 
 namespace touchstone::system {
 
 struct HeadlessOptions {
-    std::string device = "demo";    ///< NAME or NAME:FILE
+    std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
     std::optional<double> seconds;  ///< else until the device's motion ends
     bool timing = true;             ///< measure CPU times, in a second pass that neither audits nor shadows
     /// Times are taken by the clock, a tick at its time, with the thread beside that finds lists ahead, as in a window.
     bool paced = false;
+    std::filesystem::path record = {};  ///< folder for a recording of the run; empty: none
+    /// From the settings of a recording that is replayed to those to use.
+    std::function<Settings(const Settings&)> adjust = {};
     /// Sees every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick = {};
     /// Sees every problem that the rendering solver was given, and its answer.
@@ -24,7 +28,11 @@ struct HeadlessOptions {
 
 struct HeadlessRun {
     Report report;
-    TickRecord last;  ///< the tick at the end
+    TickRecord last;                     ///< the tick at the end
+    Settings settings;                   ///< of that
+    std::shared_ptr<const World> world;  ///< likewise
+    std::optional<ReplayCheck> replay;   ///< of a recording, how it compares
+    std::string recordingFailure;        ///< one sentence when the recording had to stop; else empty
 };
 
 /// Stage times of a tick by themselves, thread CPU time in µs.
@@ -37,9 +45,10 @@ struct TimedRun {
     std::uint64_t hash = 0;  ///< as the report's
 };
 
-/// Runs the scene from its start. Without `timing` the report has no times. Pre: the scene has a world, settings that
-/// checkSettings() is content with, and a device whose motion ends or `seconds`.
-/// Throws std::runtime_error with one sentence when the device cannot start.
+/// Runs the scene from its start; a recording from its own, with its settings, which are taken in place of `settings`.
+/// Without `timing` the report has no times. Pre: the scene has a world, settings that checkSettings() is content with,
+/// and a device whose motion ends or `seconds`. Throws std::runtime_error with one sentence when the device cannot
+/// start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
 /// The times of the same run, without audit and shadow, whose work inside the tick would be measured too. Neither

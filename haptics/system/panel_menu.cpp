@@ -73,7 +73,7 @@ void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& reque
 
 void drawReplayDialog(MenuState& state, PanelRequests& requests, ItemRects* items) {
     if (!beginDialog(kReplayTitle, state.replayDialog)) return;
-    ImGui::TextDisabled("A CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
+    ImGui::TextDisabled("The folder of a recording, or a CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
     if (drawPathInput("##replay path", state.replayPath, "Replay", items))
         requests.device = "replay:" + std::string(state.replayPath.data());
     ImGui::EndPopup();
@@ -192,6 +192,11 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             noteItem(items, "menu add");
             if (ImGui::MenuItem("Save ...", "Ctrl+S", false, view.hasScene)) state.saveDialog = true;
             noteItem(items, "menu save");
+            if (ImGui::MenuItem(view.recording ? "Stop recording" : "Record", nullptr, false,
+                                view.running || view.recording))
+                requests.record = true;
+            noteItem(items, "menu record");
+            tooltip("Every tick into a folder that replays to the same bits and that NumPy reads.");
             ImGui::Separator();
             for (const std::filesystem::path& scene : view.scenes)
                 if (ImGui::MenuItem(scene.stem().c_str())) requests.open = scene;

@@ -25,6 +25,7 @@ struct PanelRequests {
     bool reload = false, restart = false, stopOrEngage = false, cancelOpening = false, quit = false;
     bool frameCamera = false, frameSelection = false;
     bool undo = false, redo = false, copyCommand = false;
+    bool record = false;  ///< begin, or stop
 };
 
 using PathInput = std::array<char, 1024>;
@@ -74,7 +75,7 @@ struct MenuView {
     const std::filesystem::path& file;                 ///< of the scene that is shown
     const std::string& device;
     bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
-    bool canUndo = false, canRedo = false;
+    bool canUndo = false, canRedo = false, recording = false;
 };
 struct MenuState {
     bool panels = true;  ///< all panels are shown

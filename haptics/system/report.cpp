@@ -35,13 +35,13 @@ ordered_json counts(const Percentiles& values) {
     return json;
 }
 
+}  // namespace
+
 std::string hexadecimal(std::uint64_t value) {
     char text[17];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
     return text;
 }
-
-}  // namespace
 
 std::optional<double> percentile(std::vector<double>& values, double percent) {
     assert(percent > 0 && percent <= 100);

@@ -55,6 +55,9 @@ Report reportOf(std::string scene, std::string device, const Settings& settings)
 
 nlohmann::ordered_json toJson(const Report& report);
 
+/// Sixteen digits, as hashes are written.
+std::string hexadecimal(std::uint64_t value);
+
 /// Collects what a report needs, tick by tick. Memory grows by about 100 bytes a tick.
 class RunStatistics {
   public:

@@ -192,23 +192,36 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
                         const Pose& X_WT_start) {
     std::shared_ptr<MouseTarget> mouse;
     std::unique_ptr<Device> device;
+    std::vector<RecordedHand::Change> replayed;
+    Settings begin = settings;
     if (choice == "mouse") {
         mouse = std::make_shared<MouseTarget>();
         device = std::make_unique<MouseDevice>(mouse, X_WT_start);
+    } else if (const auto folder = recordingOf(choice)) {
+        RecordedHand hand = recordedHand(*folder);
+        device = std::make_unique<MotionDevice>(hand.motion);
+        replayed = std::move(hand.changes);
+        begin = options_.adjust ? options_.adjust(replayed.front().settings) : replayed.front().settings;
     } else {
         device = startDevice(*next.scene, choice);
     }
+    const bool first = !loop_;
+    const std::uint64_t number = first ? 0 : loopSession_ + 1;
+    given_.push_back({number, recordedScene(next.request.file, *next.world), choice});
+    if (recorder_) recorder_->announce(number, given_.back().scene, choice);
+    if (first && !options_.record.empty()) record(options_.record);
     facts_ = {device->limits(), device->dynamics()};
     if (loop_) {
-        loop_->open(next.world, settings, std::move(device));
+        loop_->open(next.world, begin, std::move(device));
         ++loopSession_;
     } else {
-        loop_ = std::make_unique<HapticLoop>(next.world, settings, std::move(device), options_.loop);
+        loop_ = std::make_unique<HapticLoop>(next.world, begin, std::move(device), options_.loop);
         if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
     }
     mouse_ = std::move(mouse);
     device_ = choice;
-    settings_ = settings;
+    settings_ = begin;
+    replayed_ = std::move(replayed);
     next_ = next;
     targets_.clear();
 }
@@ -328,15 +341,58 @@ void LiveSession::update() {
             next_.reset();
         }
     }
-    for (TickRecord record; loop_->pop(record);) {
-        history_.push(record);
-        heldTicks_ = record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
-        if (options_.onTick) options_.onTick(record);
-    }
+    for (WholeTick tick; loop_->pop(tick);) take(tick);
+    if (recorder_ && !recorder_->failure().empty()) stopRecording();
+    followRecordedSettings();
     if (!running() || next_) return;
     moveObstacles();
     tellHeld();
     tellTrips(loop_->snapshot());
+}
+
+void LiveSession::take(const WholeTick& tick) {
+    history_.push(tick.record);
+    if (options_.onTick) options_.onTick(tick.record);
+    if (recorder_) recorder_->add(tick);
+    std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
+    if (tick.session != loopSession_ || replayed_.empty()) return;
+    if (tick.input.start) {
+        replayMs_ = 0;
+        nextReplayed_ = 0;
+    }
+    replayMs_ += 1000 / tick.input.settings.rate;
+}
+
+/// At a frame's precision; ramps are the loop's own.
+void LiveSession::followRecordedSettings() {
+    const Settings* due = nullptr;
+    for (; nextReplayed_ < replayed_.size() && replayed_[nextReplayed_].t <= replayMs_; ++nextReplayed_)
+        due = &replayed_[nextReplayed_].settings;
+    if (due) setSettings(options_.adjust ? options_.adjust(*due) : *due);
+}
+
+void LiveSession::record(const std::filesystem::path& folder) {
+    stopRecording();
+    try {
+        recorder_ = std::make_unique<Recorder>(folder);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+        return;
+    }
+    for (const Given& given : given_) recorder_->announce(given.number, given.scene, given.device);
+    if (loop_) loop_->beginAnew();
+    say(Message::Kind::Note, "Recording to " + folder.string());
+}
+
+void LiveSession::stopRecording() {
+    if (!recorder_) return;
+    recorder_->flush();
+    if (recorder_->failure().empty())
+        say(Message::Kind::Note, "The recording in " + recorder_->folder().string() + " has " +
+                                     std::to_string(recorder_->rows()) + " ticks");
+    else
+        say(Message::Kind::Error, recorder_->failure());
+    recorder_.reset();
 }
 
 void LiveSession::setSettings(const Settings& settings) {

@@ -11,6 +11,7 @@
 
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/recording.hpp"
 #include "haptics/system/scene_edit.hpp"
 #include "haptics/system/scene_world.hpp"
 #include "haptics/system/status_bar.hpp"
@@ -30,6 +31,7 @@ struct SessionOptions {
     /// From the settings of a scene to those it starts with: what the command line sets. May throw std::exception.
     std::function<Settings(const Settings&)> adjust;
     std::function<void(const TickRecord&)> onTick;  ///< sees every tick that was not dropped, in order, from update()
+    std::filesystem::path record;                   ///< folder for a recording from the first scene on; empty: none
     std::filesystem::path treeCache = treeCacheFolder();
     LoopOptions loop;
 };
@@ -122,6 +124,12 @@ class LiveSession {
     /// Where the mouse's hand is to go; null while another device holds the tool.
     MouseTarget* mouse() { return mouse_.get(); }
 
+    /// Records from now on into a folder of its own; the tool goes on as it is. Scenes, devices and settings may
+    /// change.
+    void record(const std::filesystem::path& folder);
+    void stopRecording();
+    const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
+
     void say(Message::Kind kind, std::string text);
     const std::vector<Message>& messages() const { return messages_; }
     double secondsSinceStart() const;
@@ -143,6 +151,8 @@ class LiveSession {
     /// Starts, with the mouse where the device of that choice cannot.
     void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
     void tellTrips(const LoopSnapshot& snapshot);
+    void take(const WholeTick& tick);
+    void followRecordedSettings();
 
     SessionOptions options_;
     std::uint64_t began_;  ///< ns
@@ -162,7 +172,18 @@ class LiveSession {
     bool toldHeld_ = false;
     std::uint64_t loopSession_ = 0;  ///< number of the newest session given to the loop
     std::optional<Shown> next_;      ///< given to the loop, shown when it ticks
-    bool ticked_ = false;            ///< the snapshot is of the scene shown
+    /// What the loop was given under each number, for a recording.
+    struct Given {
+        std::uint64_t number;
+        RecordedScene scene;
+        std::string device;
+    };
+    std::vector<Given> given_;
+    std::unique_ptr<Recorder> recorder_;
+    std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played
+    std::size_t nextReplayed_ = 0;
+    double replayMs_ = 0;
+    bool ticked_ = false;  ///< the snapshot is of the scene shown
     std::unique_ptr<HapticLoop> loop_;
 };
 

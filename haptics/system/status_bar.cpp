@@ -110,7 +110,7 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
     const LoopSnapshot& s = *view.snapshot;
     const bool realTime = view.realTime && view.realTime->scheduled;
     const auto count = [](std::uint64_t n) { return std::to_string(n); };
-    return {
+    std::vector<HealthItem> items{
         {.name = "Rate",
          .value = text("%.0f Hz", s.rate),
          .help = text("Ticks per second over the last quarter of a second; %g are asked for.", s.settings.rate),
@@ -147,6 +147,12 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                   "%.0f µs in the last tick.",
                   view.frame.drawCalls, s.record.helperUs)},
     };
+    if (view.recorder)
+        items.push_back({.name = "Recording",
+                         .value = count(view.recorder->rows()),
+                         .help = "Ticks so far, to " + view.recorder->folder().string(),
+                         .attention = true});
+    return items;
 }
 
 bool drawStatusBar(const HealthView& view, ItemRects* items) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/recording.hpp"
 #include "haptics/system/widgets.hpp"
 
 namespace touchstone::system {
@@ -26,7 +27,8 @@ struct HealthView {
     const RealTimeStatus* realTime = nullptr;
     const std::string& device;
     DeviceFacts facts;
-    FrameCost frame = {};  ///< smoothed
+    FrameCost frame = {};                ///< smoothed
+    const Recorder* recorder = nullptr;  ///< null while nothing is recorded
 };
 
 /// One statement: what, how it stands, and what that means.

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
+#include "haptics/system/headless_run.hpp"
 #include "haptics/system/session.hpp"
 #include "haptics/system/units.hpp"
 #include "tests/system/ui_scene.hpp"
@@ -397,4 +398,69 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     const Pose& again = session.scene()->world->obstacles[0].X_WO;
     CHECK((again.p - X_WO.p).norm() < 1e-9);
     CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
+}
+
+TEST_CASE("session: a recording begun in mid-run goes through restarts, settings and scenes, and repeats to the bit",
+          "[session]") {
+    const TempFolder folder;
+    const auto file = holdFile(folder), recording = folder.path() / "recording";
+    const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
+        const std::uint64_t before = session.snapshot()->ticks;
+        return patiently([&] {
+            session.update();
+            return session.running() && session.snapshot()->ticks > before + more;
+        });
+    };
+    {
+        LiveSession session(uncached());
+        session.open({file});
+        REQUIRE(waitUntilRunning(session));
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.record() && session.record()->wrench_C.force.norm() > 0.5;
+        }));
+        session.record(recording);
+        REQUIRE(session.recorder());
+        REQUIRE(ticksMore(session, 100));
+        Settings settings = session.settings();
+        settings.stiffness = 2;
+        settings.solver = findSolver("pqp");
+        session.setSettings(settings);
+        REQUIRE(ticksMore(session, 200));
+        session.restart();
+        REQUIRE(ticksMore(session, 200));
+        session.open({file});
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.sceneNumber() == 2;
+        }));
+        REQUIRE(ticksMore(session, 100));
+        session.stopRecording();
+        CHECK_FALSE(session.recorder());
+        CHECK(errors(session).empty());
+        session.record(recording);
+        CHECK_FALSE(session.recorder());
+        CHECK(errors(session).find("holds a recording already") != std::string::npos);
+    }
+    const HapticScene scene = openScene(file);
+    HeadlessOptions options;
+    options.device = "replay:" + recording.string();
+    options.timing = false;
+    const HeadlessRun run = runHeadless(scene, scene.settings, options);
+    CHECK(run.replay->ticks > 600);
+    CHECK(run.replay->same == run.replay->ticks);
+    CHECK(run.replay->notCompared == 0);
+    CHECK(run.replay->differences.empty());
+
+    // And a loop follows it.
+    LiveSession session(uncached());
+    session.open({file});
+    REQUIRE(waitUntilRunning(session));
+    session.chooseDevice(options.device);
+    CHECK(session.device() == options.device);
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->settings.solver == findSolver("pqp") && session.snapshot()->finished;
+    }));
+    CHECK(errors(session).empty());
 }

@@ -585,3 +585,43 @@ TEST_CASE("window: a scene that cannot be opened is told, and ends a run that ha
     CHECK(runWindow(options) == 1);
     CHECK(told.find("missing.glb") != std::string::npos);
 }
+
+TEST_CASE("window: a recording is begun and ended in the menu, and its folder is told", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.recordings = folder.path() / "recordings";
+    const std::vector<std::string> clicks{"menu scene", "menu record", "menu scene", "menu record"};
+    std::size_t click = 0;
+    UserMouse hand;
+    int frames = 0;
+    bool recorded = false, shown = false;
+    std::string told;
+    options.onFrame = [&](WindowFrame& frame) {
+        const Recorder* recorder = frame.session.recorder();
+        recorded |= recorder != nullptr;
+        shown |= frame.items.count("health Recording") > 0;
+        if (click == clicks.size()) {
+            if (recorded && !recorder) {
+                told = frame.session.messages().back().text;
+                frame.window.close();
+            }
+        } else {
+            const auto item = frame.items.find(clicks[click]);
+            const bool ready = frame.session.running() && (click < 2 || (recorder && recorder->rows() > 50));
+            if (frames == 0 && ready && item != frame.items.end()) hand.at = middle(item->second), frames = 1;
+            if (frames > 0) ++frames;
+            hand.down = frames > 4 && frames < 8;
+            if (frames == 11) ++click, frames = 0;
+        }
+        hand.act(frame.window);
+    };
+    CHECK(runWindow(options) == 0);
+    CHECK(shown);
+    std::vector<std::filesystem::path> made;
+    for (const auto& entry : std::filesystem::directory_iterator(options.recordings)) made.push_back(entry.path());
+    REQUIRE(made.size() == 1);
+    CHECK(made[0].filename().string().rfind("hold-", 0) == 0);
+    CHECK_THAT(told, Catch::Matchers::Contains(made[0].string()));
+    CHECK(TickFileReader(made[0] / "ticks.npy").rows() > 50);
+}

@@ -1,5 +1,4 @@
 // touchstone bench: sweeps, writes what was measured, and joins the parts of a sweep.
-#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "haptics/system/circumstances.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
@@ -18,29 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-std::string processorName() {
-    std::ifstream in("/proc/cpuinfo");
-    for (std::string line; std::getline(in, line);)
-        if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-    return "unknown";
-}
-
-/// Where and with what program a part was measured.
-ordered_json circumstances() {
-    utsname system{};
-    uname(&system);
-    const double pages = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-    return {{"machine",
-             {{"processor", processorName()},
-              {"cores", sysconf(_SC_NPROCESSORS_ONLN)},
-              {"memory_GB", pages / 1e9},
-              {"system", std::string(system.sysname) + " " + system.release + " " + system.machine}}},
-            {"version", TOUCHSTONE_VERSION},
-            {"commit", TOUCHSTONE_COMMIT},
-            {"compiler", TOUCHSTONE_COMPILER},
-            {"flags", TOUCHSTONE_FLAGS}};
-}
 
 struct Shard {
     std::size_t k = 1, n = 1;
@@ -136,7 +113,7 @@ int bench(const BenchCommand& command) {
     if (plots) requireGnuplot();
     makeFolder(command.out);
 
-    ordered_json part = circumstances();
+    ordered_json part = system::circumstances();
     part["shard"] = std::to_string(shard.k) + "/" + std::to_string(shard.n);
     ordered_json results{{"suite", command.suite},        {"quick", command.quick},
                          {"planned", all.size()},         {"parts", ordered_json::array({part})},

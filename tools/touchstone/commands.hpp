@@ -25,11 +25,11 @@ struct RunOptions {
     bool paced = false;
     std::optional<double> seconds;
     std::string device;  ///< empty: the demonstration; in a window without one, the mouse
-    std::optional<std::string> mode, solver, shadow, tolerance, rate;  ///< as text, checked like settings
-    std::vector<std::string> set;                                      ///< KEY=VALUE
-    std::filesystem::path report, ticks, screenshot, dumpQp, sweep;    ///< empty: none
-    std::string show, view;                                            ///< of the picture: applyShowList(), checkView()
-    std::string plots;  ///< what a window shows first: time, contact or trade
+    std::optional<std::string> mode, solver, shadow, tolerance, rate;        ///< as text, checked like settings
+    std::vector<std::string> set;                                            ///< KEY=VALUE
+    std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
+    std::string show, view;  ///< of the picture: applyShowList(), checkView()
+    std::string plots;       ///< what a window shows first: time, contact or trade
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.
@@ -100,6 +100,22 @@ struct BenchMergeCommand {
     std::filesystem::path out;
 };
 int benchMerge(const BenchMergeCommand& command);
+
+struct ExportOptions {
+    std::filesystem::path recording, output;  ///< no output: the recording's folder with .csv
+    bool fields = false;                      ///< print the table of columns instead
+};
+int exportRecording(const ExportOptions& options);
+int recoverRecording(const std::filesystem::path& folder);
+
+struct SoakOptions {
+    std::string scene = "bunnies";
+    double seconds = 1800;
+    double mostGrowth = 16;        ///< MB
+    std::filesystem::path record;  ///< where recordings go; empty: a folder of the system's for such things
+};
+/// Exit code kFailed when the memory grew by more, a tick was lost and not counted, or an output was not safe.
+int soak(const SoakOptions& options);
 
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;

@@ -46,6 +46,8 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     run->add_option("--report", options.report, "write what was measured to a JSON file");
     run->add_option("--ticks", options.ticks, "write every tick to a CSV file");
+    run->add_option("--record", options.record,
+                    "write every tick whole to a folder that --device replay:FOLDER repeats and NumPy reads");
     run->add_option("--dump-qp", options.dumpQp, "headless: write every problem that was solved, for `touchstone qp`");
     run->add_option(
         "--sweep", options.sweep,
@@ -72,7 +74,9 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         "  touchstone run spline --headless --report spline.json\n"
         "  touchstone run spline --headless --screenshot in.png --show section,clearance --view contact\n"
         "  touchstone run bunnies --mode paper --headless --seconds 2 --ticks paper.csv\n"
-        "  touchstone run part.glb --device replay:hand.csv --shadow none --set stiffness=0.5\n");
+        "  touchstone run part.glb --device replay:hand.csv --shadow none --set stiffness=0.5\n"
+        "  touchstone run bunnies --record push\n"
+        "  touchstone run bunnies --headless --device replay:push\n");
     run->callback([&] { command = [&] { return app::run(options); }; });
 }
 
@@ -214,6 +218,37 @@ void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& c
     make->callback([&] { command = [&] { return app::makeScene(options); }; });
 }
 
+void addRecordings(CLI::App& program, app::ExportOptions& exported, std::filesystem::path& recovered,
+                   std::function<int()>& command) {
+    CLI::App* csv = program.add_subcommand("export", "Write the ticks of a recording as CSV");
+    csv->add_option("DIR", exported.recording, "what --record of `touchstone run` was");
+    csv->add_option("--out", exported.output, "CSV file (default: DIR.csv)");
+    csv->add_flag("--fields", exported.fields, "print what the columns are, as a Markdown table, and leave");
+    csv->footer("Example:\n  touchstone export push --out push.csv\n");
+    csv->callback([&] { command = [&] { return app::exportRecording(exported); }; });
+
+    CLI::App* recover = program.add_subcommand("recover", "Make whole what a crash has left of a recording");
+    recover->add_option("DIR", recovered, "what --record of `touchstone run` was")->required();
+    recover->footer("Example:\n  touchstone recover push\n");
+    recover->callback([&] { command = [&] { return app::recoverRecording(recovered); }; });
+}
+
+void addSoak(CLI::App& program, app::SoakOptions& options, std::function<int()>& command) {
+    CLI::App* soak = program.add_subcommand(
+        "soak", "Run the loop long, recording half of the time, while scenes, devices and settings change");
+    soak->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
+        ->capture_default_str();
+    soak->add_option("--seconds", options.seconds, "how long")->check(CLI::Range(1.0, 1e6))->capture_default_str();
+    soak->add_option("--most-growth", options.mostGrowth, "of memory after the first quarter of the time, MB")
+        ->capture_default_str();
+    soak->add_option("--record", options.record, "folder for its recordings, each removed once it is checked");
+    soak->footer(
+        "Exit code 1 when memory grew by more, a tick was lost and not counted, a recording does not replay, or an\n"
+        "output was not finite or above the device's limits.\n\n"
+        "Example:\n  touchstone soak bunnies --seconds 60\n");
+    soak->callback([&] { command = [&] { return app::soak(options); }; });
+}
+
 int fail(const std::string& sentence, int code) {
     std::fprintf(stderr, "touchstone: %s\n", sentence.c_str());
     return code;
@@ -250,6 +285,9 @@ int main(int argc, char** argv) {
     app::BenchCommand benchCommand;
     app::BenchQpCommand benchQpCommand;
     app::BenchMergeCommand benchMergeCommand;
+    app::ExportOptions exportOptions;
+    app::SoakOptions soakOptions;
+    std::filesystem::path recovered;
     std::string scene;
     addRun(program, runOptions, command);
     addValidate(program, scene, command);
@@ -259,6 +297,8 @@ int main(int argc, char** argv) {
     addNew(program, newOptions, command);
     addTree(program, treeCommand, treeCheckCommand, command);
     addQp(program, qpCommand, command);
+    addRecordings(program, exportOptions, recovered, command);
+    addSoak(program, soakOptions, command);
     addBench(program, benchCommand, benchQpCommand, benchMergeCommand, command);
 
     try {

@@ -12,6 +12,7 @@
 #include "haptics/system/contact_sweep.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
+#include "haptics/system/recording.hpp"
 #include "haptics/system/scene_view.hpp"
 #include "haptics/system/user_files.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -52,7 +53,12 @@ system::HapticScene lookInto(const std::filesystem::path& file, const RunOptions
     sceneOptions.buildTrees = false;
     system::HapticScene scene = system::openScene(file, sceneOptions);
     chosenSettings(scene.settings, options);
-    if (scene.missing.empty() && !device.empty()) system::startDevice(scene, device, std::move(mouse));
+    if (const auto recording = system::recordingOf(device))
+        system::Recording whole(*recording);
+    else if (scene.missing.empty() && !device.empty())
+        system::startDevice(scene, device, std::move(mouse));
+    if (!options.record.empty() && system::isRecording(options.record))
+        throw std::runtime_error("'" + options.record.string() + "' holds a recording already: choose another folder");
     return scene;
 }
 
@@ -70,12 +76,33 @@ system::HapticScene openForRun(const std::filesystem::path& file, const RunOptio
     return scene;
 }
 
+/// False when the bits should be those recorded and are not.
+bool tellReplay(const system::ReplayCheck& check) {
+    for (const std::string& difference : check.differences) spdlog::warn("replay: {}", difference);
+    if (check.notCompared > 0)
+        spdlog::warn("replay: the recording lacks ticks; the {} after them cannot be repeated", check.notCompared);
+    const std::uint64_t compared = check.ticks - check.notCompared;
+    if (!check.other) {
+        std::printf("  replay: all of %llu ticks have the recorded bits\n", static_cast<unsigned long long>(compared));
+        return true;
+    }
+    std::printf("  replay: %llu of %llu ticks have the recorded bits, row %llu is the first that has not\n",
+                static_cast<unsigned long long>(check.same), static_cast<unsigned long long>(compared),
+                static_cast<unsigned long long>(*check.other));
+    return !check.differences.empty();
+}
+
 int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     const std::unique_ptr<TickTable> table = tableFor(options);
     system::HeadlessOptions headless;
     if (!options.device.empty()) headless.device = options.device;
     headless.seconds = options.seconds;
     headless.paced = options.paced;
+    headless.record = options.record;
+    headless.adjust = [&](const Settings& recorded) { return chosenSettings(recorded, options); };
+    if (options.paced && system::recordingOf(headless.device))
+        throw UsageError(
+            "--paced measures a device that ticks by the clock, and a recording is replayed as fast as it goes");
     const system::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
     system::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
@@ -104,7 +131,8 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     picture.before = ticks;
     if (!options.sweep.empty()) {
         std::optional<system::FrozenContact> contact;
-        if (last.newest()) contact = system::freezeContact(*scene.world, settings, *last.before(), *last.newest(), {});
+        if (last.newest())
+            contact = system::freezeContact(*run.world, run.settings, *last.before(), *last.newest(), {});
         if (!contact)
             throw std::runtime_error(
                 "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
@@ -112,7 +140,9 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         writeSweep(*system::sweepContact(*contact), options.sweep);
     }
     if (!options.screenshot.empty())
-        engine::writePng(options.screenshot, system::renderScene(scene, run.last, settings, picture));
+        engine::writePng(options.screenshot, system::renderScene(scene, run.last, run.settings, picture));
+    if (!run.recordingFailure.empty()) throw std::runtime_error(run.recordingFailure);
+    if (run.replay && !tellReplay(*run.replay)) return kFailed;
     return run.report.met() ? kOk : kOutcomeUnmet;
 }
 
@@ -134,6 +164,8 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.sceneFolders = {sceneFolder()};
     window.configFolder = system::configFolder();
     window.session.device = options.device;
+    window.session.record = options.record;
+    window.recordings = system::userFolder("TOUCHSTONE_RECORDINGS", "XDG_DATA_HOME", ".local/share");
     window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
     window.seconds = options.seconds;
     window.screenshot = options.screenshot;

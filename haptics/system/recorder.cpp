@@ -1,0 +1,133 @@
+#include <ctime>
+#include <stdexcept>
+
+#include "haptics/system/circumstances.hpp"
+#include "haptics/system/recording_json.hpp"
+#include "haptics/system/report.hpp"
+
+namespace touchstone::system {
+namespace {
+
+using nlohmann::ordered_json;
+
+// A crash may cost a quarter of a second; who adds ticks may come late himself.
+constexpr auto kLongestWait = std::chrono::milliseconds(100);
+
+std::string textOf(const ordered_json& json, int indent = -1) {
+    return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+std::string timeNow() {
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    gmtime_r(&now, &utc);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return text;
+}
+
+}  // namespace
+
+Recorder::Recorder(std::filesystem::path folder)
+    : folder_(std::move(folder)), flushed_(std::chrono::steady_clock::now()) {
+    if (isRecording(folder_))
+        throw std::runtime_error("'" + folder_.string() + "' holds a recording already: choose another folder");
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error) throw std::runtime_error("cannot make the folder '" + folder_.string() + "': " + error.message());
+    ticks_ = std::make_unique<TickFileWriter>(folder_ / kTicksFile);
+    notes_ = std::make_unique<PlacedFile>(folder_ / kNotesFile);
+}
+
+Recorder::~Recorder() { flush(); }
+
+void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string device) {
+    sessions_.erase(sessions_.begin(), before_ ? sessions_.lower_bound(before_->session) : sessions_.begin());
+    sessions_[session] = {std::move(scene), std::move(device)};
+}
+
+void Recorder::fail(const std::exception& error) {
+    stoppedAt_ = ticks_->rows() - ticks_->waiting();
+    ticks_.reset();
+    notes_.reset();
+    failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(stoppedAt_) +
+               " ticks: " + error.what();
+}
+
+void Recorder::add(const WholeTick& tick) {
+    if (!ticks_ || (!before_ && !tick.input.start)) return;
+    try {
+        if (!before_)
+            begin(tick);
+        else
+            noteChanges(tick);
+        ticks_->append(tick);
+        before_ = tick;
+    } catch (const std::exception& error) {
+        fail(error);
+        return;
+    }
+    if (std::chrono::steady_clock::now() - flushed_ > kLongestWait) flush();
+}
+
+void Recorder::flush() {
+    if (!ticks_) return;
+    try {
+        // Notes first: they may speak of ticks that never came, and no tick is without its notes.
+        if (!changes_.empty()) {
+            notes_->write(changes_ + kNotesEnd, changesAt_);
+            changesAt_ += changes_.size();
+            changes_.clear();
+        }
+        ticks_->flush();
+    } catch (const std::exception& error) {
+        fail(error);
+    }
+    flushed_ = std::chrono::steady_clock::now();
+}
+
+void Recorder::begin(const WholeTick& first) {
+    const SessionFacts& facts = sessions_[first.session];
+    ordered_json notes = {{"format", kFormat},
+                          {"version", kFormatVersion},
+                          {"begun", timeNow()},
+                          {"layout", hexadecimal(tickLayout())},
+                          {"program", circumstances()},
+                          {"scene", toJson(facts.scene)},
+                          {"device", facts.device},
+                          {"settings", toJson(first.input.settings, nullptr)},
+                          {"start", toJson(*first.input.start)}};
+    std::string text = textOf(notes, 1);
+    text.resize(text.rfind('\n'));
+    text += std::string(",\n ") + kChangesBegin;
+    notes_->write(text + kNotesEnd, 0);
+    changesAt_ = text.size();
+}
+
+void Recorder::change(const WholeTick& tick, const char* kind, ordered_json what) {
+    ordered_json entry = {{"row", ticks_->rows()}, {"tick", tick.record.tick}, {"kind", kind}};
+    for (auto& [key, value] : what.items()) entry[key] = std::move(value);
+    changes_ += (anyChange_ ? ",\n  " : "\n  ") + textOf(entry);
+    anyChange_ = true;
+}
+
+void Recorder::noteChanges(const WholeTick& tick) {
+    const TickInput& input = tick.input;
+    if (tick.session != before_->session) {
+        const SessionFacts& facts = sessions_[tick.session];
+        change(tick, "scene", {{"scene", toJson(facts.scene)}, {"device", facts.device}});
+    }
+    const ordered_json settings = toJson(input.settings, &before_->input.settings);
+    if (!settings.empty()) change(tick, "settings", {{"settings", settings}});
+    if (input.start) {
+        change(tick, "start", {{"start", toJson(*input.start)}});
+    } else if (tick.session != before_->session) {
+        change(tick, "gap", ordered_json::object());  // the first ticks of the session
+    } else if (tick.record.tick != before_->record.tick + 1) {
+        const std::uint64_t lost = tick.record.tick - before_->record.tick - 1;
+        lost_ += lost;
+        change(tick, "gap", {{"lost", lost}});
+    }
+}
+
+}  // namespace touchstone::system
