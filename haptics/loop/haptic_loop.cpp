@@ -90,14 +90,15 @@ void HapticLoop::run(const std::stop_token& stop) {
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
     std::uint64_t begunBefore = steadyNanoseconds();
-    while (!stop.stop_requested()) {
+    // Called here, or by the scheduler of the device that holds the tool; false: this thread is needed.
+    const std::function<bool()> tick = [&] {
         takeRequests();
+        const Device* const device = driver_.session().device.get();
         const std::uint64_t began = steadyNanoseconds();
         snapshot.record = driver_.tick(clocks);
         snapshot.record.periodUs = 1e-3 * static_cast<double>(began - begunBefore);
         snapshot.record.overruns = pacer.overruns();
         begunBefore = began;
-        if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
 
         ring_.push(snapshot.record);
         snapshot.settings = driver_.settings();
@@ -114,8 +115,14 @@ void HapticLoop::run(const std::stop_token& stop) {
             snapshot.tripping[i] = safety.active(static_cast<Trip>(i));
         snapshots_.write(snapshot);
 
+        return !stop.stop_requested() && driver_.session().device.get() == device && driver_.settings().rate == rate;
+    };
+    while (!stop.stop_requested()) {
+        const bool driven = driver_.session().device->drive(rate, tick);
+        if (!driven) tick();
+        if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
         if (driver_.settings().rate != rate) pacer.setRate(rate = driver_.settings().rate);
-        pacer.wait();
+        if (!driven) pacer.wait();
     }
 }
 
