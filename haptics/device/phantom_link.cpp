@@ -216,6 +216,7 @@ void PhantomLink::readLimits() {
 
 void PhantomLink::startTicks() {
     armed_ = false;
+    opened_ = steadyNanoseconds();  // before lost_: samples of an earlier connection are none of this one
     lost_ = slow_ = false;
     ticks_ = 0;
     period_ = 0;
@@ -410,8 +411,8 @@ Vec3 PhantomLink::onGimbalAxes(const Vec3& torque) const noexcept {
 bool PhantomLink::newest(Sample& sample) noexcept {
     samples_.update();
     sample = samples_.get();
-    return !lost_.load(std::memory_order_relaxed) && steadyNanoseconds() - sample.time < staleNs_ &&
-           sample.X_DS.isFinite();
+    return !lost_.load(std::memory_order_acquire) && sample.time > opened_.load(std::memory_order_relaxed) &&
+           steadyNanoseconds() - sample.time < staleNs_ && sample.X_DS.isFinite();
 }
 
 bool PhantomLink::faulty() const noexcept {

@@ -101,7 +101,7 @@ class PhantomLink : public DeviceControl {
 
     std::atomic<bool> armed_ = false, lost_ = true;
     std::atomic<hd::Error> error_ = hd::kSuccess;  // the last
-    std::atomic<std::uint64_t> errors_ = 0, faultEnds_ = 0, called_ = 0;
+    std::atomic<std::uint64_t> errors_ = 0, faultEnds_ = 0, called_ = 0, opened_ = 0;
     std::atomic<bool> slow_ = false;
     std::atomic<double> rate_ = 0, temperature_ = -1;
     std::atomic<hd::Enum> torqueName_ = hd::kTorque;  // 0: none
