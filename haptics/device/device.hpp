@@ -80,7 +80,7 @@ struct DeviceContext {
 
 struct DeviceCheck {
     bool works = true;
-    std::string text;  ///< one or more sentences
+    std::string text = {};  ///< one or more sentences
 };
 
 struct DeviceInfo {

@@ -5,7 +5,7 @@
 namespace touchstone::system {
 
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
-                                    std::shared_ptr<MouseTarget> mouse) {
+                                    std::shared_ptr<MouseTarget> mouse, const std::optional<Pose>& X_WT_start) {
     const auto colon = choice.find(':');
     const std::string name = choice.substr(0, colon);
     const DeviceInfo* info = findDevice(name);
@@ -14,7 +14,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
         for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
         throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
     }
-    return info->make({.X_WT_start = startPose(scene),
+    return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),
