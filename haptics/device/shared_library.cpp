@@ -11,8 +11,10 @@ SharedLibrary::SharedLibrary(const std::vector<std::string>& names) {
             name_ = name;
             return;
         }
-        const char* words = dlerror();
-        trouble_ += (trouble_.empty() ? "" : "; ") + name + ": " + (words ? words : "no reason given");
+        const char* told = dlerror();
+        const std::string words = told ? told : "no reason given";
+        // The loader names most files itself.
+        trouble_ += (trouble_.empty() ? "" : "; ") + (words.rfind(name + ":", 0) == 0 ? "" : name + ": ") + words;
     }
 }
 
