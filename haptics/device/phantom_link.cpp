@@ -246,7 +246,10 @@ void PhantomLink::close() noexcept {
         hd_.stopScheduler();
     }
     if (scheduled_) hd_.unschedule(callback_);
-    if (device_ != hd::kInvalidHandle) hd_.disableDevice(device_);
+    if (device_ != hd::kInvalidHandle) {
+        hd_.disable(hd::kForceOutput);
+        hd_.disableDevice(device_);
+    }
     started_ = scheduled_ = false;
     device_ = hd::kInvalidHandle;
     lost_ = true;

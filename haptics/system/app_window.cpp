@@ -116,7 +116,8 @@ class App {
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
     InspectorState inspector_;
-    engine::Entity pageNode_;  // that the left panel's second page was of
+    engine::Entity pageNode_;  // that the left panel's pages were of
+    std::string pageDevice_;
     HapticsPanelState hapticsPanel_;
     DevicePanelState devicePanel_;
     MenuState menu_;
@@ -365,6 +366,8 @@ void App::drawLeftPanel() {
     pageNode_ = node;
     const bool selected = viewed_ && viewed_->scene.registry.alive(node);
     const bool device = session_.deviceControl() || !session_.deviceTrouble().empty();
+    const std::string hardware = device ? session_.device() + session_.deviceTrouble() : "";
+    const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
     if (!selected && !device) {
         drawSettings();
         return;
@@ -375,7 +378,8 @@ void App::drawLeftPanel() {
         ImGui::EndTabItem();
     }
     noteItem(&items_, "page settings");
-    if (device && ImGui::BeginTabItem("Device")) {
+    if (device &&
+        ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
         drawDevicePanel({session_.device(), session_.deviceFacts(), session_.settings(), session_.deviceControl(),
                          session_.deviceTrouble()},
                         devicePanel_, requests_, &items_);

@@ -303,3 +303,22 @@ TEST_CASE("phantom: two who hold it share one connection", "[device]") {
     second.reset();
     CHECK(fake.state().handles == 1);
 }
+
+TEST_CASE("phantom: a decimal comma of the user's locale does not reach the library", "[device]") {
+    const std::string folder = TOUCHSTONE_BINARY_DIR "/locales";
+    const std::string make = "mkdir -p '" + folder + "' && localedef --no-archive -i de_DE -f UTF-8 '" + folder +
+                             "/de_DE.UTF-8' >'" + folder + "/log' 2>&1";
+    [[maybe_unused]] const int made = std::system(make.c_str());
+    setenv("LOCPATH", folder.c_str(), 1);
+    if (!std::setlocale(LC_NUMERIC, "de_DE.UTF-8") || std::strtod("1.5", nullptr) == 1.5) {
+        WARN("no locale with a decimal comma can be made here: nothing was tested");
+        return;
+    }
+    {
+        const FakeHd fake;  // refuses to open where it reads 1.5 as 1
+        CHECK(refusal().empty());
+    }
+    CHECK(std::strtod("1.5", nullptr) == 1);  // the user's is as it was
+    std::setlocale(LC_NUMERIC, "C");
+    unsetenv("LOCPATH");
+}
