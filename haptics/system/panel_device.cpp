@@ -120,8 +120,8 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
     ImGui::Spacing();
     ImGui::TextDisabled("The hand feels");
     ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
-    ImGui::TextDisabled("up to %.3g N and %.3g mN·m, %.3g N and %.3g mN·m for long", limits.peakForce,
-                        limits.peakTorque, limits.continuousForce, limits.continuousTorque);
+    ImGui::TextDisabled("at most %.3g N and %.3g mN·m,", limits.peakForce, limits.peakTorque);
+    ImGui::TextDisabled("for long %.3g N and %.3g mN·m", limits.continuousForce, limits.continuousTorque);
     ImGui::Spacing();
     ImGui::TextDisabled("From hand to scene");
     Workspace workspace = view.control->workspace();

@@ -199,7 +199,7 @@ Settings LiveSession::capped(Settings settings) {
         if (gain <= most) return;
         char text[200];
         std::snprintf(text, sizeof text, "The %s device is made for a %s of %g %s, so %g is lowered to that",
-                      device_.c_str(), name, most, unit, gain);
+                      device_.substr(0, device_.find(':')).c_str(), name, most, unit, gain);
         say(Message::Kind::Warning, text);
         gain = most;
     };
