@@ -11,7 +11,7 @@ using namespace touchstone;
 using Catch::Matchers::Contains;
 
 TEST_CASE("device table: the four devices are found by name, others are not", "[devices]") {
-    REQUIRE(deviceTable().size() == 4);
+    REQUIRE(deviceTable().size() == 6);
     for (const char* name : {"demo", "hand", "mouse", "replay"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
