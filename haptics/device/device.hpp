@@ -2,6 +2,7 @@
 // What holds the tool: a device gives a pose and takes a wrench.
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,6 +23,9 @@ struct DeviceLimits {
     double slewTorque = 40;        ///< mN·m/ms
     /// False: the wrench moves nothing, so nothing can heat, shake or start unasked (docs/safety).
     bool motors = true;
+    /// Greatest gains that it is made for, as the hand feels them: N/mm and mN·m/rad.
+    double nominalStiffness = std::numeric_limits<double>::infinity();
+    double nominalTorsion = std::numeric_limits<double>::infinity();
 };
 
 /// What decides whether a stiffness can be rendered passively: a spring of k that is sampled every T and held is stable
@@ -43,6 +47,8 @@ struct DeviceReading {
     std::uint32_t buttons = 0;  ///< pressed, a bit each, the first is 1
 };
 
+class DeviceControl;
+
 /// Called by the haptic thread only. read() and write() promise real time: no allocation, lock, log or throw.
 class Device {
   public:
@@ -59,6 +65,11 @@ class Device {
     virtual DeviceLimits limits() const noexcept { return {}; }
     /// Nothing where they are not known, or the wrench moves nothing.
     virtual std::optional<DeviceDynamics> dynamics() const noexcept { return {}; }
+    /// A device whose own scheduler is to drive the ticks calls `tick` on its thread, `rate` Hz, until that returns
+    /// false or the scheduler stalls; nothing ticks any more when this returns true. False at once: the caller paces.
+    virtual bool drive(double /*rate*/, const std::function<bool()>& /*tick*/) noexcept { return false; }
+    /// What the window may ask and change; asked once, before the first tick. Null where there is nothing.
+    virtual std::shared_ptr<DeviceControl> control() const { return nullptr; }
 };
 
 class Motion;
@@ -74,14 +85,21 @@ struct DeviceContext {
     std::string file;                             ///< what stood behind ':' in --device NAME:FILE
 };
 
+struct DeviceCheck {
+    bool works = true;
+    std::string text = {};  ///< one or more sentences
+};
+
 struct DeviceInfo {
     std::string_view name;     ///< as on the command line
     std::string_view summary;  ///< one sentence for help and panels
     /// Throws std::runtime_error with one sentence when it cannot start.
     std::unique_ptr<Device> (*make)(const DeviceContext&);
+    /// What works here and what to do about the rest, a line each; null where nothing can be missing.
+    DeviceCheck (*examine)() = nullptr;
 };
 
-/// demo, hand, mouse, replay. Adding one is adding a row.
+/// demo, hand, mouse, phantom, replay, spacemouse. Adding one is adding a row.
 std::span<const DeviceInfo> deviceTable();
 const DeviceInfo* findDevice(std::string_view name);
 

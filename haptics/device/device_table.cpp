@@ -5,7 +5,9 @@
 #include "haptics/device/device.hpp"
 #include "haptics/device/held_motion.hpp"
 #include "haptics/device/mouse.hpp"
+#include "haptics/device/phantom.hpp"
 #include "haptics/device/replay.hpp"
+#include "haptics/device/spacemouse.hpp"
 
 namespace touchstone {
 namespace {
@@ -19,8 +21,13 @@ constexpr std::array kDevices{
         "N·s/m and ticks",
         makeHand},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
+    DeviceInfo{"phantom",
+               "a Phantom or Touch through OpenHaptics, as phantom:NAME[,OPTION] (see docs/devices.md for options)",
+               makePhantom, examinePhantom},
     DeviceInfo{"replay", "follows a recording, as replay:FOLDER, or a motion from a CSV file, as replay:FILE",
                makeReplay},
+    DeviceInfo{"spacemouse", "a SpaceMouse through libspnav steers the tool, as spacemouse:SPEED in mm/s",
+               makeSpaceMouse, examineSpaceMouse},
 };
 
 }  // namespace

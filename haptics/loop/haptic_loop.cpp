@@ -119,16 +119,17 @@ void HapticLoop::run(const std::stop_token& stop) {
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
     std::uint64_t begunBefore = steadyNanoseconds();
-    while (!stop.stop_requested()) {
+    // Called here, or by the scheduler of the device that holds the tool; false: this thread is needed.
+    const std::function<bool()> tick = [&] {
         takeRequests();
         if (snapshot.ticks > 0 && beginAnew_.exchange(false, std::memory_order_relaxed))
             driver_.resume(snapshot.record);
+        const Device* const device = driver_.session().device.get();
         const std::uint64_t began = steadyNanoseconds();
         clocks.periodMs = 1e-6 * static_cast<double>(began - begunBefore);
         snapshot.record = driver_.tick(clocks);
         snapshot.record.overruns = pacer.overruns();
         begunBefore = began;
-        if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
@@ -147,8 +148,14 @@ void HapticLoop::run(const std::stop_token& stop) {
         snapshot.cause = safety.cause();
         snapshots_.write(snapshot);
 
+        return !stop.stop_requested() && driver_.session().device.get() == device && driver_.settings().rate == rate;
+    };
+    while (!stop.stop_requested()) {
+        const bool driven = driver_.session().device->drive(rate, tick);
+        if (!driven) tick();
+        if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
         if (driver_.settings().rate != rate) pacer.setRate(rate = driver_.settings().rate);
-        pacer.wait();
+        if (!driven) pacer.wait();
     }
 }
 

@@ -118,8 +118,10 @@ class App {
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
     InspectorState inspector_;
-    engine::Entity pageNode_;  // that the left panel's second page was of
+    engine::Entity pageNode_;  // that the left panel's pages were of
+    std::string pageDevice_;
     HapticsPanelState hapticsPanel_;
+    DevicePanelState devicePanel_;
     MenuState menu_;
     PanelRequests requests_;
     UndoStack<UserState> undo_;
@@ -133,7 +135,11 @@ class App {
 App::App(const WindowRunOptions& options)
     : options_(options),
       window_(options.window),
-      session_(options.session),
+      session_([&] {
+          SessionOptions session = options.session;
+          session.configFolder = options.configFolder;
+          return session;
+      }()),
       recent_(options.configFolder),
       display_(options.display) {
     if (std::error_code error; !options.configFolder.empty()) {
@@ -357,7 +363,7 @@ void App::drawHints(const Area& picture) const {
                  warning->text.c_str(), nullptr, width);
 }
 
-/// The settings; while something is selected it has a page beside them.
+/// The settings; a device with hardware behind it, and what is selected, have pages beside them.
 void App::drawLeftPanel() {
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
@@ -367,7 +373,11 @@ void App::drawLeftPanel() {
     const engine::Entity node = selection_.node();
     const bool isNew = node != pageNode_;
     pageNode_ = node;
-    if (!viewed_ || !viewed_->scene.registry.alive(node)) {
+    const bool selected = viewed_ && viewed_->scene.registry.alive(node);
+    const bool device = session_.deviceControl() || !session_.deviceTrouble().empty();
+    const std::string hardware = device ? session_.device() + session_.deviceTrouble() : "";
+    const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
+    if (!selected && !device) {
         drawSettings();
         return;
     }
@@ -377,11 +387,20 @@ void App::drawLeftPanel() {
         ImGui::EndTabItem();
     }
     noteItem(&items_, "page settings");
-    if (ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+    if (device &&
+        ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+        drawDevicePanel({session_.device(), session_.deviceFacts(), session_.settings(), session_.deviceControl(),
+                         session_.deviceTrouble()},
+                        devicePanel_, requests_, &items_);
+        ImGui::EndTabItem();
+    }
+    if (device) noteItem(&items_, "page device");
+    if (selected &&
+        ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
         drawInspector(*viewed_, node, inspector_, requests_, &items_);
         ImGui::EndTabItem();
     }
-    noteItem(&items_, "page selected");
+    if (selected) noteItem(&items_, "page selected");
     ImGui::EndTabBar();
 }
 
@@ -595,6 +614,13 @@ void App::carryOut() {
     if (requests.copyCommand) copyCommand();
     if (requests.record) toggleRecording();
     if (requests.device) session_.chooseDevice(*requests.device);
+    if (requests.workspace) session_.setWorkspace(*requests.workspace);
+    if (requests.alignWithView && session_.deviceControl()) {
+        Workspace workspace = session_.deviceControl()->workspace();
+        workspace.q_WD = toEigen(glm::dquat(glm::quat_cast(glm::transpose(glm::mat3(camera_.view())))));
+        session_.setWorkspace(workspace);
+    }
+    if (requests.reconnect) session_.reconnectDevice();
     if (requests.restart) session_.restart();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
     if (requests.device || requests.restart) grab_.reset();

@@ -17,7 +17,7 @@ std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
 }
 
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
-                                    std::shared_ptr<MouseTarget> mouse) {
+                                    std::shared_ptr<MouseTarget> mouse, const std::optional<Pose>& X_WT_start) {
     if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);
     const auto colon = choice.find(':');
     const std::string name = choice.substr(0, colon);
@@ -27,7 +27,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
         for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
         throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
     }
-    return info->make({.X_WT_start = startPose(scene),
+    return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),

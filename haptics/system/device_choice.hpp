@@ -14,9 +14,10 @@ namespace touchstone::system {
 std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 
 /// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: fed by the window, null
-/// without one. Throws std::runtime_error with one sentence when there is no such device or it cannot start. Pre: the
-/// scene has a tool.
+/// without one; `X_WT_start`: where the tool is when it starts, else the scene's start. Throws std::runtime_error with
+/// one sentence when there is no such device or it cannot start. Pre: the scene has a tool.
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
-                                    std::shared_ptr<MouseTarget> mouse = nullptr);
+                                    std::shared_ptr<MouseTarget> mouse = nullptr,
+                                    const std::optional<Pose>& X_WT_start = {});
 
 }  // namespace touchstone::system

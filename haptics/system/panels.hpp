@@ -17,7 +17,9 @@ namespace touchstone::system {
 struct PanelRequests {
     std::optional<std::filesystem::path> open;
     std::optional<std::string> device;  ///< NAME or NAME:FILE
-    std::vector<SceneEdit> edits;       ///< of the scene that is shown
+    std::optional<Workspace> workspace;
+    bool reconnect = false, alignWithView = false;
+    std::vector<SceneEdit> edits;  ///< of the scene that is shown
     std::optional<std::filesystem::path> save;
     bool saveSettings = false;                 ///< along with it
     std::optional<engine::StandardView> view;  ///< the camera is to look from there
@@ -65,6 +67,20 @@ struct HapticsPanelState {
 /// `settings` changed; they then pass checkSettings().
 bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
                       ItemRects* items);
+
+struct DevicePanelView {
+    const std::string& device;
+    const DeviceFacts& facts;
+    const Settings& settings;
+    const DeviceControl* control = nullptr;  ///< null: nothing but `trouble` to tell
+    const std::string& trouble;              ///< why the device chosen last did not start
+};
+struct DevicePanelState {
+    std::optional<Workspace> edited;  ///< while a value is dragged or typed
+};
+
+/// How a device with hardware behind it stands, what the hand feels, and how it lies in the scene.
+void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, PanelRequests& requests, ItemRects* items);
 
 /// What was told since the window opened, newest last, with a button that copies it.
 void drawLogPanel(const std::vector<Message>& messages, ItemRects* items);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/device/control.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/system/recording.hpp"
@@ -16,6 +17,7 @@
 #include "haptics/system/scene_world.hpp"
 #include "haptics/system/status_bar.hpp"
 #include "haptics/system/tick_history.hpp"
+#include "haptics/system/workspace_file.hpp"
 
 namespace touchstone::system {
 
@@ -33,6 +35,7 @@ struct SessionOptions {
     std::function<void(const TickRecord&)> onTick;  ///< sees every tick that was not dropped, in order, from update()
     std::filesystem::path record;                   ///< folder for a recording from the first scene on; empty: none
     std::filesystem::path treeCache = treeCacheFolder();
+    std::filesystem::path configFolder;  ///< for how devices lie in scenes; empty: remembered for this run alone
     LoopOptions loop;
 };
 
@@ -119,8 +122,16 @@ class LiveSession {
     /// NAME or NAME:FILE of the device that runs.
     const std::string& device() const { return device_; }
     const DeviceFacts& deviceFacts() const { return facts_; }
-    /// Another device in place of the present one. The mouse takes the tool over where it is.
+    /// Another device in place of the present one. What a hand holds takes the tool over where it is.
     void chooseDevice(const std::string& choice);
+    /// What can be asked of the device; null where it has nothing to tell.
+    const DeviceControl* deviceControl() const { return control_.get(); }
+    /// Why the device chosen last could not start, in full; empty when it did.
+    const std::string& deviceTrouble() const { return trouble_; }
+    /// How the device lies in the scene, from now on and in later runs. Another scale takes the tool up anew where it
+    /// is, after a fade.
+    void setWorkspace(const Workspace& workspace);
+    void reconnectDevice();
     /// Where the mouse's hand is to go; null while another device holds the tool.
     MouseTarget* mouse() { return mouse_.get(); }
 
@@ -153,6 +164,9 @@ class LiveSession {
     void tellTrips(const LoopSnapshot& snapshot);
     void take(const WholeTick& tick);
     void followRecordedSettings();
+    void tellDevice();
+    /// No more than the device is made for, which is told.
+    Settings capped(Settings settings);
 
     SessionOptions options_;
     std::uint64_t began_;  ///< ns
@@ -163,7 +177,10 @@ class LiveSession {
 
     Settings settings_;
     std::string device_;
-    DeviceFacts facts_;
+    DeviceFacts facts_;  ///< limits as the hand has them
+    std::string trouble_;
+    std::shared_ptr<DeviceControl> control_;
+    WorkspaceFile workspaces_;
     std::shared_ptr<MouseTarget> mouse_;
     TickHistory history_;
     std::array<std::uint64_t, kTripCount> toldTrips_{};

@@ -45,9 +45,12 @@ HealthItem safetyItem(const LoopSnapshot& s) {
     return item;
 }
 
-HealthItem saturationItem(const LoopSnapshot& s, const DeviceLimits& limits) {
+/// In the hand's space, as all that is said of forces and gains here.
+HealthItem saturationItem(const LoopSnapshot& s, const DeviceFacts& facts) {
     const Wrench& wanted = s.record.wrench_o;
-    const double force = wanted.force.norm(), torque = wanted.torque.cwiseAbs().maxCoeff();
+    const double force = wanted.force.norm() / facts.scale,
+                 torque = wanted.torque.cwiseAbs().maxCoeff() / (facts.scale * facts.scale);
+    const DeviceLimits& limits = facts.limits;
     const double share = std::max(force / limits.peakForce, torque / limits.peakTorque);
     const bool saturated = s.record.trips & (bit(Trip::ForceClamped) | bit(Trip::TorqueClamped));
     return {
@@ -59,14 +62,17 @@ HealthItem saturationItem(const LoopSnapshot& s, const DeviceLimits& limits) {
         .attention = saturated};
 }
 
-HealthItem passivityItem(const Settings& settings, const std::optional<DeviceDynamics>& dynamics) {
+HealthItem passivityItem(const Settings& settings, const DeviceFacts& facts) {
+    const std::optional<DeviceDynamics>& dynamics = facts.dynamics;
     constexpr double kUsualDelay = 1;  // ticks: what a driver of its own adds
     const double delay = dynamics ? dynamics->delay : kUsualDelay;
     const double least = leastDamping(settings.stiffness, settings.rate, delay);
-    const std::string law = text(
+    std::string law = text(
         "A contact of stiffness k that is sampled every T feels passive where the damping of device and hand is at "
         "least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m, with a delay of d ticks. ",
         settings.stiffness, 1000 / settings.rate, delay, least);
+    if (facts.scale != 1)
+        law += text("The tool moves %g mm per mm of the hand; k is what the hand feels all the same. ", facts.scale);
     if (!dynamics)
         return {.name = "Passive",
                 .value = text("from %.2g N·s/m", least),
@@ -108,6 +114,7 @@ HealthItem tickItem(const LoopSnapshot& s) {
 std::vector<HealthItem> healthItems(const HealthView& view) {
     if (!view.snapshot) return {};
     const LoopSnapshot& s = *view.snapshot;
+    const bool troubled = view.facts.status && view.facts.status->state != DeviceStatus::State::Running;
     const bool realTime = view.realTime && view.realTime->scheduled;
     const auto count = [](std::uint64_t n) { return std::to_string(n); };
     std::vector<HealthItem> items{
@@ -127,11 +134,14 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
              "Ticks that the plots have not seen because the window was too slow. The loop itself waits for nobody.",
          .attention = s.dropped > 0},
         {.name = "Device",
-         .value = view.device + (s.finished ? " (ended)" : ""),
-         .help = "What holds the tool. Menu Device chooses another."},
+         .value = view.device + (s.finished ? " (ended)"
+                                 : troubled ? " (" + std::string(name(view.facts.status->state)) + ")"
+                                            : ""),
+         .help = "What holds the tool. Menu Device chooses another." + (troubled ? "\n" + view.facts.status->text : ""),
+         .attention = troubled},
         safetyItem(s),
-        saturationItem(s, view.facts.limits),
-        passivityItem(s.settings, view.facts.dynamics),
+        saturationItem(s, view.facts),
+        passivityItem(s.settings, view.facts),
         tickItem(s),
         {.name = "Priority",
          .value = realTime ? "real time" : "normal",

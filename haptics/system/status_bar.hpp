@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/device/control.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/system/recording.hpp"
 #include "haptics/system/widgets.hpp"
@@ -13,7 +14,9 @@ namespace touchstone::system {
 /// What a device says of itself.
 struct DeviceFacts {
     DeviceLimits limits;
-    std::optional<DeviceDynamics> dynamics;  ///< nothing where it is not known, or the wrench moves nothing
+    std::optional<DeviceDynamics> dynamics = {};  ///< nothing where it is not known, or the wrench moves nothing
+    std::optional<DeviceStatus> status = {};      ///< of one with hardware behind it
+    double scale = 1;                             ///< mm of the tool per mm of the hand
 };
 
 /// What a frame took of the window's thread.

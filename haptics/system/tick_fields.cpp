@@ -75,6 +75,8 @@ constexpr TickField kFields[] = {
     {"torque_out_z_mNm", [](T t) -> R { return &t.record.wrench_out.torque.z(); }, false, kTorqueOut},
     {"flags", [](T t) -> R { return &t.record.flags; }, true, "bits of TickFlag in haptics/loop/step.hpp"},
     {"status", [](T t) -> R { return &t.record.status; }, true, "of the rendering solver: its worst in the tick"},
+    {"trips", [](T t) -> R { return &t.record.trips; }, false,
+     "guards of the safety stage that acted, bits of Trip in haptics/device/safety.hpp"},
     {"pairs", [](T t) -> R { return &t.record.pairs; }, true, "of spheres within the margin"},
     {"rows", [](T t) -> R { return &t.record.rows; }, true, "of the problem solved"},
     {"rows_truncated", [](T t) -> R { return &t.record.rowsTruncated; }, true, "pairs for which there was no row"},

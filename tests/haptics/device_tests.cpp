@@ -10,9 +10,9 @@
 using namespace touchstone;
 using Catch::Matchers::Contains;
 
-TEST_CASE("device table: the four devices are found by name, others are not", "[devices]") {
-    REQUIRE(deviceTable().size() == 4);
-    for (const char* name : {"demo", "hand", "mouse", "replay"}) {
+TEST_CASE("device table: each device is found by name, others are not", "[devices]") {
+    REQUIRE(deviceTable().size() == 6);
+    for (const char* name : {"demo", "hand", "mouse", "phantom", "replay", "spacemouse"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
         CHECK(!findDevice(name)->summary.empty());

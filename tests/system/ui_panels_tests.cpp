@@ -537,3 +537,50 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     CHECK(ImGui::GetDrawData()->TotalVtxCount > 0);
     CHECK(bench.items.count("cancel opening") == 1);
 }
+
+TEST_CASE("panels: the device page tells state and trouble, and asks for what was clicked", "[panels]") {
+    struct Control final : DeviceControl {
+        bool maps() const override { return true; }
+        Workspace workspace() const override { return {.scale = 2}; }
+    } control;
+    Bench bench;
+    DeviceFacts facts;
+    facts.status = DeviceStatus{.state = DeviceStatus::State::Lost, .text = "the cable", .temperature = 0.4};
+    const std::string device = "phantom";
+    std::string trouble;
+    DevicePanelState state;
+    PanelRequests requests;
+    const auto draw = [&] {
+        drawDevicePanel({device, facts, Settings{}, &control, trouble}, state, requests, &bench.items);
+    };
+    bench.frame(draw);
+    CHECK(bench.items.count("device temperature") == 1);
+    CHECK(bench.items.count("device trouble") == 0);
+    CHECK_FALSE(requests.workspace);
+    bench.click("reconnect", draw);
+    CHECK(requests.reconnect);
+    bench.click("device view axes", draw);
+    CHECK(requests.alignWithView);
+    bench.click("device scale", draw, 0.9f);
+    REQUIRE(requests.workspace);
+    CHECK(requests.workspace->scale > 4);
+    CHECK_FALSE(state.edited);
+
+    trouble = "no library";
+    const auto drawTrouble = [&] {
+        drawDevicePanel({device, facts, Settings{}, nullptr, trouble}, state, requests, &bench.items);
+    };
+    bench.frame(drawTrouble);
+    CHECK(bench.items.count("device trouble") == 1);
+    CHECK(bench.items.count("reconnect") == 0);
+
+    // The bar at the bottom says it too, and speaks of forces as the hand has them.
+    LoopSnapshot snapshot;
+    snapshot.record.wrench_o.force = {10, 0, 0};
+    facts.limits.peakForce = 10;
+    facts.scale = 2;
+    for (const HealthItem& item : healthItems({&snapshot, nullptr, device, facts})) {
+        if (std::string(item.name) == "Device") CHECK(item.value == "phantom (lost)");
+        if (std::string(item.name) == "Load") CHECK(item.value == "50 %");
+    }
+}

@@ -99,8 +99,12 @@ void examineGraphics(Examination& examination) {
 }
 
 void examineDevices(Examination& examination) {
-    for (const DeviceInfo& device : deviceTable())
-        examination.say("device", State::Works, std::string(device.name) + ": " + std::string(device.summary));
+    for (const DeviceInfo& device : deviceTable()) {
+        const DeviceCheck check = device.examine ? device.examine() : DeviceCheck{};
+        examination.say("device", check.works ? State::Works : State::Limited,
+                        std::string(device.name) + ": " + std::string(device.summary) +
+                            (check.text.empty() ? "" : ". " + check.text));
+    }
 }
 
 void examineData(Examination& examination) {

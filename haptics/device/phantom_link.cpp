@@ -1,0 +1,449 @@
+#include "haptics/device/phantom_link.hpp"
+
+#include <locale.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <stdexcept>
+
+#include "haptics/loop/rt_thread.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr std::uint64_t kMs = 1'000'000;           // ns
+constexpr std::uint64_t kFaultHoldNs = 100 * kMs;  // an error that comes every tick is one fault
+// A scheduler below 250 Hz cannot hold a stiff wall. One long gap is a matter of stale samples, not of the mean.
+constexpr double kSlowestNs = 4e6, kLongestNs = 20e6, kMeanTicks = 100, kSettleTicks = 25;
+
+/// The vendor reads its configuration with the C library, which takes the decimal point from the locale.
+class NumbersWithPoints {
+  public:
+    NumbersWithPoints() : plain_(newlocale(LC_NUMERIC_MASK, "C", nullptr)), before_(uselocale(plain_)) {}
+    ~NumbersWithPoints() {
+        uselocale(before_);
+        freelocale(plain_);
+    }
+
+  private:
+    locale_t plain_, before_;
+};
+
+Vec3 shortened(const Vec3& v, double most) {
+    const double length = v.norm();
+    return length > most ? Vec3(v * (most / length)) : v;
+}
+
+std::string errorText(hd::Error code) {
+    char number[16];
+    std::snprintf(number, sizeof number, " (0x%04x)", code);
+    return hd::words(code) + std::string(number);
+}
+
+}  // namespace
+
+PhantomOptions phantomOptions(const std::string& text) {
+    PhantomOptions options;
+    std::size_t at = text.find(',');
+    options.name = text.substr(0, at);
+    while (at != std::string::npos) {
+        const std::size_t begin = at + 1;
+        at = text.find(',', begin);
+        const std::string part = text.substr(begin, at == std::string::npos ? at : at - begin);
+        const std::size_t equals = part.find('=');
+        const std::string key = part.substr(0, equals),
+                          value = equals == std::string::npos ? "" : part.substr(equals + 1);
+        const auto number = [&](double& to, double low, double high) {
+            const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), to);
+            return error == std::errc() && rest == value.data() + value.size() && to >= low && to <= high;
+        };
+        const bool good = key == "library"  ? !(options.library = value).empty()
+                          : key == "drive"  ? (options.deviceDrives = value == "device") || value == "loop"
+                          : key == "gimbal" ? (options.gimbalTorque = value.empty())
+                          : key == "stale"  ? number(options.staleMs, 1, 1000)
+                          : key == "torque" ? number(options.peakTorque, 1, 1e4)
+                          : key == "rate"   ? number(options.rate, 250, 10'000)
+                                            : false;
+        if (!good)
+            throw std::runtime_error("phantom: '" + part +
+                                     "' is no option: write phantom[:NAME][,library=FILE][,drive=loop or device]"
+                                     "[,rate=250 to 10000][,stale=1 to 1000 ms][,torque=1 to 10000 mN·m][,gimbal]");
+    }
+    return options;
+}
+
+std::shared_ptr<PhantomLink> PhantomLink::connect(const std::string& text) {
+    static std::mutex mutex;
+    static std::map<std::string, std::weak_ptr<PhantomLink>> links;
+    const std::lock_guard lock(mutex);
+    std::weak_ptr<PhantomLink>& known = links[text];
+    if (const std::shared_ptr<PhantomLink> link = known.lock()) {
+        if (!link->lost_.load()) return link;
+        throw std::runtime_error("The device is lost: " + link->status().text + "; reconnect it");
+    }
+    const auto link = std::make_shared<PhantomLink>(phantomOptions(text));
+    known = link;
+    return link;
+}
+
+DeviceCheck PhantomLink::examine() {
+    try {
+        return {true, PhantomLink(PhantomOptions{}).status().text};
+    } catch (const std::exception& e) {
+        return {false, e.what()};
+    }
+}
+
+PhantomLink::PhantomLink(PhantomOptions options)
+    : options_(std::move(options)), staleNs_(static_cast<std::uint64_t>(options_.staleMs * kMs)) {
+    hd_ = hd::load(options_.library);
+    open();
+}
+
+PhantomLink::~PhantomLink() {
+    if (reconnecting_.joinable()) reconnecting_.join();
+    close();
+}
+
+// -- Opening and closing -------------------------------------------------------------------------------------------
+
+void PhantomLink::open() {
+    try {
+        initialise();
+        calibrate();
+        readLimits();
+        startTicks();
+    } catch (...) {
+        close();
+        throw;
+    }
+}
+
+/// What the library complained of, in our words and its own; empty if of nothing.
+std::string PhantomLink::drained() {
+    std::string all;
+    for (int i = 0; i < 64; ++i) {
+        const hd::Error code = hd_.getError().code;
+        if (code == hd::kSuccess) break;
+        const char* own = hd_.getErrorString(code);
+        all += (all.empty() ? "" : "; ") + errorText(code) + (own && *own ? std::string(", '") + own + "'" : "");
+    }
+    return all;
+}
+
+void PhantomLink::initialise() {
+    const NumbersWithPoints locale;
+    const char* const names[]{options_.name.c_str(), nullptr, "Default Device", "Default PHANToM"};
+    std::string tried;
+    drained();
+    for (const char* const name : names) {
+        if (name && !*name) continue;
+        device_ = hd_.initDevice(name);
+        const std::string wrong = drained();
+        const std::string called = name ? "'" + std::string(name) + "'" : "the default";
+        if (device_ != hd::kInvalidHandle && wrong.empty()) {
+            hd_.makeCurrentDevice(device_);
+            const std::lock_guard lock(mutex_);
+            details_ = "Library " + hd_.name + "\nDevice " + called + (tried.empty() ? "" : ", after " + tried);
+            return;
+        }
+        if (device_ != hd::kInvalidHandle) hd_.disableDevice(device_);
+        device_ = hd::kInvalidHandle;
+        tried += (tried.empty() ? "" : ", ") + called + ": " + (wrong.empty() ? "no reason given" : wrong);
+    }
+    throw std::runtime_error("OpenHaptics (" + hd_.name + ") opens no device; tried " + tried +
+                             ". Connect and power the device, and run the vendor's setup and diagnostic programs");
+}
+
+void PhantomLink::calibrate() {
+    hd::Enum state = hd_.checkCalibration();
+    hd::Int style = 0;
+    hd_.beginFrame(device_);
+    hd_.getIntegerv(hd::kCalibrationStyle, &style);
+    hd_.endFrame(device_);
+    // Forces are not enabled yet: calibrating with force would jerk the arm.
+    if (state != hd::kCalibrationOk && (style & 3)) {
+        hd_.updateCalibration(style & 1 ? 1 : 2);
+        state = hd_.checkCalibration();
+    }
+    const std::string wrong = drained();
+    if (state == hd::kCalibrationOk) return;
+    throw std::runtime_error(
+        std::string("The device is not calibrated") + (wrong.empty() ? "" : " (" + wrong + ")") +
+        (style & 4 ? ": put the stylus into the inkwell" : ": hold the arm in its reset position") +
+        " and choose the device again");
+}
+
+void PhantomLink::readLimits() {
+    limits_ = {.nominalStiffness = 1, .nominalTorsion = 300};
+    if (options_.peakTorque > 0) {
+        limits_.peakTorque = options_.peakTorque;
+        limits_.continuousTorque = std::min(limits_.continuousTorque, options_.peakTorque);
+    }
+    const auto read = [&](hd::Enum name, double& to) {
+        double value = 0;
+        hd_.getDoublev(name, &value);
+        if (drained().empty() && std::isfinite(value) && value > 0) to = value;
+    };
+    hd_.beginFrame(device_);
+    read(hd::kMaxForce, limits_.peakForce);
+    read(hd::kContinuousForce, limits_.continuousForce);
+    read(hd::kMaxStiffness, limits_.nominalStiffness);
+    limits_.continuousForce = std::min(limits_.continuousForce, limits_.peakForce);
+    hd::Int outputs = 6;
+    hd_.getIntegerv(hd::kOutputDof, &outputs);
+    if (!drained().empty()) outputs = 6;  // not known: the first frame will show it
+    torqueName_ = outputs >= 6 ? hd::kTorque : 0u;
+    const auto text = [&](hd::Enum name) {
+        const char* own = hd_.getString(name);
+        drained();
+        return std::string(own && *own ? own : "not told");
+    };
+    const std::string model = text(hd::kModel), serial = text(hd::kSerial), driver = text(hd::kDriverVersion);
+    hd_.endFrame(device_);
+    drained();
+    const std::lock_guard lock(mutex_);
+    char numbers[160];
+    std::snprintf(numbers, sizeof numbers, "Force to %g N, %g N for long; torque to %g mN·m; stiffness to %g N/mm",
+                  limits_.peakForce, limits_.continuousForce, limits_.peakTorque, limits_.nominalStiffness);
+    details_ += "\nModel " + model + ", serial number " + serial + ", driver " + driver + "\n" + numbers;
+    text_ = model + " runs";
+}
+
+void PhantomLink::startTicks() {
+    armed_ = false;
+    opened_ = steadyNanoseconds();  // before lost_: samples of an earlier connection are none of this one
+    lost_ = slow_ = false;
+    ticks_ = 0;
+    period_ = 0;
+    error_ = hd::kSuccess;
+    faultEnds_ = errors_ = called_ = 0;
+    hd_.enable(hd::kForceOutput);
+    callback_ = hd_.scheduleAsynchronous([](void* self) { return static_cast<PhantomLink*>(self)->tick(); }, this,
+                                         hd::kDefaultPriority);
+    scheduled_ = true;
+    if (options_.rate > 0) hd_.setSchedulerRate(static_cast<hd::ULong>(options_.rate));
+    if (const std::string wrong = drained(); !wrong.empty())
+        throw std::runtime_error("The vendor's scheduler does not start: " + wrong);
+    hd_.startScheduler();
+    started_ = true;
+    for (int i = 0; i < 2000 && called_.load() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (called_.load() == 0)
+        throw std::runtime_error("The vendor's scheduler never called back in two seconds: restart its driver");
+}
+
+void PhantomLink::close() noexcept {
+    armed_ = false;
+    if (started_) {
+        // Two frames with zero force before the scheduler goes; a scheduler that hangs is not waited for.
+        const std::uint64_t seen = called_.load();
+        for (int i = 0; i < 50 && called_.load() - seen < 2 * kMs; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        hd_.stopScheduler();
+    }
+    if (scheduled_) hd_.unschedule(callback_);
+    if (device_ != hd::kInvalidHandle) {
+        hd_.disable(hd::kForceOutput);
+        hd_.disableDevice(device_);
+    }
+    started_ = scheduled_ = false;
+    device_ = hd::kInvalidHandle;
+    lost_ = true;
+}
+
+void PhantomLink::reconnect() {
+    {
+        const std::lock_guard lock(mutex_);
+        if (connecting_) return;
+        connecting_ = true;
+    }
+    reconnecting_ = std::jthread([this] {
+        close();
+        try {
+            open();
+        } catch (const std::exception& e) {
+            error_ = hd::kSuccess;  // what keeps the device away now is another
+            const std::lock_guard lock(mutex_);
+            text_ = e.what();
+        }
+        const std::lock_guard lock(mutex_);
+        connecting_ = false;
+    });
+}
+
+DeviceStatus PhantomLink::status() const {
+    DeviceStatus status;
+    {
+        const std::lock_guard lock(mutex_);
+        status.text = text_;
+        status.details = details_;
+        if (connecting_) status.state = DeviceStatus::State::Connecting;
+    }
+    if (status.state == DeviceStatus::State::Connecting) return status;
+    const bool lost = lost_.load(), fault = lost || faulty() || (!armed_.load() && errors_.load() + slow_.load() > 0);
+    status.state = lost ? DeviceStatus::State::Lost : fault ? DeviceStatus::State::Fault : DeviceStatus::State::Running;
+    const hd::Error error = error_.load();
+    if (error != hd::kSuccess) {
+        if (fault) status.text = errorText(error);
+        status.details += "\nErrors so far: " + std::to_string(errors_.load()) + ", the last: " + errorText(error);
+    } else if (fault && !lost) {
+        status.text = "The vendor's scheduler is too slow for a stiff wall: close other programs";
+    }
+    switch (torqueName_.load()) {
+        case hd::kTorque:
+            break;
+        case hd::kGimbalTorque:
+            status.details += "\nTorque on the gimbal's axes, as asked for; this way was never tried on hardware";
+            break;
+        default:
+            status.details +=
+                "\nForces only: the library takes no CURRENT_TORQUE; phantom:NAME,gimbal tries another way";
+    }
+    if (!lost) {
+        status.rate = rate_.load();
+        status.temperature = temperature_.load();
+    }
+    return status;
+}
+
+// -- The vendor's thread -------------------------------------------------------------------------------------------
+
+void PhantomLink::trip(hd::Error error) noexcept {
+    armed_.store(false, std::memory_order_relaxed);
+    faultEnds_.store(steadyNanoseconds() + kFaultHoldNs, std::memory_order_relaxed);
+    if (error == hd::kSuccess) return;
+    error_.store(error, std::memory_order_relaxed);
+    errors_.fetch_add(1, std::memory_order_relaxed);
+    if (hd::losesDevice(error)) lost_.store(true, std::memory_order_relaxed);
+}
+
+/// Every error on the stack is a fault but the tolerated one; true if that was there.
+bool PhantomLink::drain(hd::Error tolerated) noexcept {
+    bool seen = false;
+    for (int i = 0; i < 64; ++i) {
+        const hd::Error code = hd_.getError().code;
+        if (code == hd::kSuccess) break;
+        if (code == tolerated)
+            seen = true;
+        else
+            trip(code);
+    }
+    return seen;
+}
+
+std::uint32_t PhantomLink::tick() noexcept {
+    const std::uint64_t now = steadyNanoseconds();
+    const std::uint64_t before = called_.exchange(now, std::memory_order_relaxed);
+    if (before > 0) {
+        const double period = std::min(static_cast<double>(now - before), kLongestNs);
+        const auto ticks = static_cast<double>(ticks_);
+        period_ += (period - period_) / std::min(kMeanTicks, ticks);
+        rate_.store(1e9 / period_, std::memory_order_relaxed);
+        if (ticks > kSettleTicks && period_ > kSlowestNs) {
+            slow_.store(true, std::memory_order_relaxed);
+            trip(hd::kSuccess);
+        }
+    }
+    ++ticks_;
+    hd_.beginFrame(device_);
+    readSample(now);
+    int turn = kOffered;
+    if (turn_.compare_exchange_strong(turn, kTicking, std::memory_order_acq_rel))
+        turn_.store((*driven_)() ? kOffered : kDone, std::memory_order_release);
+    writeWrench(steadyNanoseconds());
+    hd_.endFrame(device_);
+    drain();
+    return hd::kCallbackContinue;
+}
+
+void PhantomLink::readSample(std::uint64_t now) noexcept {
+    std::array<double, 16> m{};  // column-major
+    hd::Int buttons = 0;
+    hd_.getDoublev(hd::kTransform, m.data());
+    hd_.getIntegerv(hd::kButtons, &buttons);
+    drain();
+    Mat3 R;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column) R(row, column) = m[static_cast<std::size_t>(4 * column + row)];
+    sample_ = {{{m[12], m[13], m[14]}, Quat(R).normalized()}, static_cast<std::uint32_t>(buttons), now};
+    samples_.write(sample_);
+    if (torqueName_.load(std::memory_order_relaxed) == hd::kGimbalTorque) {
+        hd_.getDoublev(hd::kGimbalAngles, gimbal_.data());
+        drain();
+    }
+    if (ticks_ % 128 != 1) return;
+    std::array<double, 6> motors{};
+    hd_.getDoublev(hd::kMotorTemperature, motors.data());
+    if (!drain(hd::kInvalidEnum)) temperature_.store(*std::max_element(motors.begin(), motors.end()));
+}
+
+void PhantomLink::writeWrench(std::uint64_t now) noexcept {
+    commands_.update();
+    Wrench wrench;
+    const Command& newest = commands_.get();
+    if (armed_.load(std::memory_order_relaxed) && now - newest.time < staleNs_ && newest.wrench.isFinite()) {
+        wrench.force = shortened(newest.wrench.force, limits_.peakForce);
+        wrench.torque = shortened(newest.wrench.torque, limits_.peakTorque);
+    }
+    hd_.setDoublev(hd::kForce, wrench.force.data());
+    drain();
+    const hd::Enum name = torqueName_.load(std::memory_order_relaxed);
+    if (name == 0) return;
+    const Vec3 torque = name == hd::kGimbalTorque ? onGimbalAxes(wrench.torque) : wrench.torque;
+    hd_.setDoublev(name, torque.data());
+    if (drain(hd::kInvalidEnum))
+        torqueName_.store(name == hd::kTorque && options_.gimbalTorque ? hd::kGimbalTorque : 0u);
+}
+
+/// Shares of the three gimbal joints in a torque. Taken to be a yaw about y, a pitch about x and a roll about z, in
+/// this order from the arm to the stylus; that is not confirmed by anyone's hardware.
+Vec3 PhantomLink::onGimbalAxes(const Vec3& torque) const noexcept {
+    const Quat roll(Eigen::AngleAxisd(-gimbal_.z(), Vec3::UnitZ())),
+        pitch(Eigen::AngleAxisd(-gimbal_.y(), Vec3::UnitX()));
+    const Quat& q = sample_.X_DS.q;
+    return {torque.dot(q * (roll * (pitch * Vec3::UnitY()))), torque.dot(q * (roll * Vec3::UnitX())),
+            torque.dot(q * Vec3::UnitZ())};
+}
+
+// -- The haptic thread ---------------------------------------------------------------------------------------------
+
+bool PhantomLink::newest(Sample& sample) noexcept {
+    samples_.update();
+    sample = samples_.get();
+    return !lost_.load(std::memory_order_acquire) && sample.time > opened_.load(std::memory_order_relaxed) &&
+           steadyNanoseconds() - sample.time < staleNs_ && sample.X_DS.isFinite();
+}
+
+bool PhantomLink::faulty() const noexcept {
+    return lost_.load(std::memory_order_relaxed) || steadyNanoseconds() < faultEnds_.load(std::memory_order_relaxed);
+}
+
+void PhantomLink::command(const Wrench& wrench) noexcept { commands_.write({wrench, steadyNanoseconds()}); }
+
+void PhantomLink::arm() noexcept {
+    if (!faulty()) armed_.store(true, std::memory_order_relaxed);
+}
+
+bool PhantomLink::drive(double rate, const std::function<bool()>& tick) noexcept {
+    const auto stalled = [&] {
+        return lost_.load(std::memory_order_relaxed) ||
+               steadyNanoseconds() - called_.load(std::memory_order_relaxed) > staleNs_;
+    };
+    const double own = options_.rate > 0 ? options_.rate : 1000;
+    if (!options_.deviceDrives || std::abs(rate - own) > 0.01 * own || stalled()) return false;
+    driven_ = &tick;
+    turn_.store(kOffered, std::memory_order_release);
+    while (turn_.load(std::memory_order_acquire) != kDone) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        int turn = kOffered;
+        if (stalled() && turn_.compare_exchange_strong(turn, kOurs, std::memory_order_acq_rel)) return false;
+    }
+    turn_.store(kOurs, std::memory_order_relaxed);
+    return true;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,207 @@
+#include "haptics/device/spacemouse.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "haptics/device/control.hpp"
+#include "haptics/device/shared_library.hpp"
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/loop/triple_buffer.hpp"
+
+namespace touchstone {
+namespace {
+
+constexpr double kFullDeflection = 350, kDeadBand = 0.1;
+constexpr double kUsualSpeed = 50, kTurnPerSpeed = 1.0 / 50;  // mm/s, rad/mm
+constexpr double kFirmForce = 10, kFirmTorque = 100;          // N, mN·m: the tool is pressed no harder than about this
+constexpr std::uint64_t kSilenceNs = 500'000'000;             // a deflected cap keeps sending; a silent one is at rest
+
+/// libspnav's prototypes and events in words of our own.
+union SpnavEvent {
+    int type;  ///< 1: motion, 2: button
+    struct {
+        int type, x, y, z, rx, ry, rz;
+        unsigned period;
+        int* data;
+    } motion;
+    struct {
+        int type, press, number;
+    } button;
+    char room[128];  ///< for kinds of event that are not ours
+};
+
+struct SpnavLibrary {
+    int (*open)();
+    int (*close)();
+    int (*fd)();
+    int (*pollEvent)(SpnavEvent*);
+};
+
+SpnavLibrary loadSpnav() {
+    const char* named = std::getenv("TOUCHSTONE_LIBSPNAV");
+    const SharedLibrary found(named && *named ? std::vector<std::string>{named}
+                                              : std::vector<std::string>{"libspnav.so.0", "libspnav.so"});
+    if (!found)
+        throw std::runtime_error("The SpaceMouse needs libspnav (" + found.trouble() +
+                                 "): apt install libspnav0 spacenavd");
+    SpnavLibrary spnav{};
+    std::string missing;
+    found.find("spnav_open", spnav.open, missing);
+    found.find("spnav_close", spnav.close, missing);
+    found.find("spnav_fd", spnav.fd, missing);
+    found.find("spnav_poll_event", spnav.pollEvent, missing);
+    if (!missing.empty()) throw std::runtime_error(found.name() + " lacks " + missing + ": apt install libspnav0");
+    return spnav;
+}
+
+struct CapState {
+    Vec3 move = Vec3::Zero(), turn = Vec3::Zero();  ///< rates, -1 to 1
+    std::uint32_t buttons = 0;
+    std::uint64_t time = 0;  ///< ns
+};
+
+/// Reads the daemon's events on a thread of its own: that takes calls into the system. The daemon is opened once.
+class CapReader {
+  public:
+    static std::shared_ptr<CapReader> connect() {
+        static std::mutex mutex;
+        static std::weak_ptr<CapReader> known;
+        const std::lock_guard lock(mutex);
+        std::shared_ptr<CapReader> reader = known.lock();
+        if (!reader || reader->lost()) known = reader = std::make_shared<CapReader>();
+        return reader;
+    }
+
+    CapReader() : spnav_(loadSpnav()) {
+        if (spnav_.open() < 0)
+            throw std::runtime_error(
+                "The SpaceMouse's daemon does not answer: start it with 'sudo systemctl start spacenavd'");
+        thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+    }
+    ~CapReader() {
+        thread_ = {};
+        spnav_.close();
+    }
+
+    bool lost() const { return lost_.load(std::memory_order_relaxed); }
+    const CapState& newest() noexcept {
+        states_.update();
+        return states_.get();
+    }
+
+  private:
+    void run(const std::stop_token& stop) {
+        CapState state;
+        pollfd wait{.fd = spnav_.fd(), .events = POLLIN, .revents = 0};
+        while (!stop.stop_requested() && !lost()) {
+            if (poll(&wait, 1, 50) <= 0) continue;
+            SpnavEvent event{};
+            while (spnav_.pollEvent(&event) != 0) {
+                const auto& m = event.motion;
+                const auto& b = event.button;
+                if (event.type == 1) {  // libspnav's z points away from the user
+                    state.move = {spaceMouseRate(m.x), spaceMouseRate(m.y), -spaceMouseRate(m.z)};
+                    state.turn = {spaceMouseRate(m.rx), spaceMouseRate(m.ry), -spaceMouseRate(m.rz)};
+                } else if (event.type == 2 && b.number >= 0 && b.number < 32) {
+                    const std::uint32_t bit = 1u << b.number;
+                    state.buttons = b.press ? state.buttons | bit : state.buttons & ~bit;
+                }
+                state.time = steadyNanoseconds();
+                states_.write(state);
+            }
+            if (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) lost_ = true;
+        }
+    }
+
+    const SpnavLibrary spnav_;
+    TripleBuffer<CapState> states_;
+    std::atomic<bool> lost_ = false;
+    std::jthread thread_;
+};
+
+class SpaceMouseControl final : public DeviceControl {
+  public:
+    explicit SpaceMouseControl(std::shared_ptr<CapReader> reader) : reader_(std::move(reader)) {}
+    DeviceStatus status() const override {
+        if (reader_->lost())
+            return {.state = DeviceStatus::State::Lost,
+                    .text = "The SpaceMouse's daemon is gone: start spacenavd and choose the device again"};
+        return {.text = "The SpaceMouse runs"};
+    }
+
+  private:
+    const std::shared_ptr<CapReader> reader_;
+};
+
+class SpaceMouseDevice final : public Device {
+  public:
+    SpaceMouseDevice(std::shared_ptr<CapReader> reader, const Pose& X_WT_start, double speed)
+        : reader_(std::move(reader)), X_WT_start_(X_WT_start), X_WT_(X_WT_start), speed_(speed) {}
+
+    DeviceLimits limits() const noexcept override { return {.motors = false}; }
+    DeviceReading read(double t, double dt) noexcept override {
+        if (t <= 0) X_WT_ = X_WT_start_;
+        if (reader_->lost()) return {.X_WT = X_WT_, .valid = false, .fault = true};
+        const CapState& cap = reader_->newest();
+        if (t > 0 && steadyNanoseconds() - cap.time < kSilenceNs) {
+            X_WT_.p += 1e-3 * dt * speed_ * heldBack(cap.move, wrench_.force, kFirmForce);
+            const Vec3 turn = 1e-3 * dt * speed_ * kTurnPerSpeed * heldBack(cap.turn, wrench_.torque, kFirmTorque);
+            X_WT_.q = (expRotation(turn) * X_WT_.q).normalized();
+        }
+        return {.X_WT = X_WT_, .buttons = cap.buttons};
+    }
+    void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }
+    void engage(const Pose& X_WT) noexcept override { X_WT_ = X_WT; }
+    std::shared_ptr<DeviceControl> control() const override { return std::make_shared<SpaceMouseControl>(reader_); }
+
+  private:
+    static Vec3 heldBack(const Vec3& rate, const Vec3& load, double firm) noexcept {
+        const double length = rate.norm();
+        if (!(length > 0)) return rate;
+        return rate * std::clamp(1 + load.dot(rate) / (length * firm), 0.0, 1.0);
+    }
+
+    const std::shared_ptr<CapReader> reader_;
+    const Pose X_WT_start_;
+    Pose X_WT_;
+    const double speed_;  // mm/s
+    Wrench wrench_;
+};
+
+}  // namespace
+
+double spaceMouseRate(int value) {
+    const double deflection = std::min(std::abs(value) / kFullDeflection, 1.0);
+    const double rate = std::max(0.0, (deflection - kDeadBand) / (1 - kDeadBand));
+    return value < 0 ? -rate : rate;
+}
+
+std::unique_ptr<Device> makeSpaceMouse(const DeviceContext& context) {
+    double speed = kUsualSpeed;
+    if (const std::string& text = context.file; !text.empty()) {
+        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), speed);
+        if (error != std::errc() || rest != text.data() + text.size() || !(speed >= 0.1 && speed <= 1000))
+            throw std::runtime_error("spacemouse: '" + text +
+                                     "' is no speed: write spacemouse:SPEED, 0.1 to 1000 mm/s");
+    }
+    return std::make_unique<SpaceMouseDevice>(CapReader::connect(), context.X_WT_start, speed);
+}
+
+DeviceCheck examineSpaceMouse() {
+    try {
+        CapReader::connect();
+        return {true, "libspnav and its daemon answer"};
+    } catch (const std::exception& e) {
+        return {false, e.what()};
+    }
+}
+
+}  // namespace touchstone

@@ -1,0 +1,324 @@
+// The driver against a fake of the vendor's library: what it says and does when all is well, and for each fault.
+#include "haptics/device/phantom.hpp"
+
+#include <clocale>
+
+#include "haptics/device/hd_library.hpp"
+#include "haptics/device/phantom_link.hpp"
+#include "tests/support/fake_hd/fake_hd_device.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using Catch::Contains;
+using State = DeviceStatus::State;
+
+namespace {
+
+/// A phantom that somebody ticks: reads, then writes a wrench. The first tick begins the run, which engages.
+struct Ticked {
+    std::unique_ptr<Device> device;
+    double t = 0;
+    DeviceReading reading;
+    Wrench wrench;
+
+    explicit Ticked(const std::string& text = {}) : device(openPhantom(text)) {}
+    void tick() {
+        reading = device->read(t, 1);
+        t += 1;
+        device->write(wrench);
+    }
+    bool until(const std::function<bool()>& done) {
+        return within([&] {
+            tick();
+            return done();
+        });
+    }
+    DeviceStatus status() const { return device->control()->status(); }
+};
+
+const Wrench kPush{{0, 2, 0}, {0, 0, 20}};
+
+}  // namespace
+
+TEST_CASE("phantom: a missing library is told with the names tried, the loader's words and the remedy", "[device]") {
+    setenv("TOUCHSTONE_LIBHD", "/no/such/libHD.so", 1);
+    CHECK_THAT(refusal(), Contains("/no/such/libHD.so: ") && Contains("cannot open shared object file") &&
+                              Contains("Install") && Contains("libPHANToMIO.so.4"));
+    CHECK_THAT(refusal(",library=/not/here.so"), Contains("/not/here.so: ") && !Contains("/no/such"));
+    unsetenv("TOUCHSTONE_LIBHD");
+    if (dlopen("libHD.so", RTLD_NOW) || dlopen("libHD.so.3", RTLD_NOW) || dlopen("libHD.so.3.0", RTLD_NOW)) return;
+    CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3: ") && Contains("libHD.so.3.0: "));
+}
+
+TEST_CASE("phantom: a library that lacks a symbol is told with the symbol's name", "[device]") {
+    setenv("TOUCHSTONE_LIBHD", TOUCHSTONE_BINARY_DIR "/fakes/libfake_hd_incomplete.so", 1);
+    CHECK_THAT(refusal(), Contains("libfake_hd_incomplete.so") && Contains("lacks hdUnschedule."));
+    const DeviceCheck check = examinePhantom();
+    CHECK_FALSE(check.works);
+    CHECK_THAT(check.text, Contains("hdUnschedule"));
+    unsetenv("TOUCHSTONE_LIBHD");
+}
+
+TEST_CASE("phantom: no device is told with every name tried and why each failed", "[device]") {
+    const FakeHd fake("no-device");
+    CHECK_THAT(refusal("left"), Contains("'left': ") && Contains("the default: ") && Contains("'Default Device': ") &&
+                                    Contains("'Default PHANToM': ") && Contains("0x0300") &&
+                                    Contains("HD_DEVICE_FAULT") && Contains("Connect and power"));
+    CHECK(fake.state().handles == 0);
+}
+
+TEST_CASE("phantom: the last of the names is tried too, and told", "[device]") {
+    const FakeHd fake("only-phantom");
+    Ticked phantom;
+    CHECK_THAT(phantom.status().details, Contains("'Default PHANToM', after the default: "));
+}
+
+TEST_CASE("phantom: without calibration it does not start, and one it can do itself it does without force",
+          "[device]") {
+    {
+        const FakeHd fake("no-calibration");
+        CHECK_THAT(refusal(), Contains("not calibrated") && Contains("reset position"));
+        CHECK(fake.state().handles == 0);
+    }
+    const FakeHd fake("update-calibration");
+    Ticked phantom;
+    phantom.tick();
+    CHECK(phantom.status().state == State::Running);
+    CHECK(fake.state().misuses == 0);  // the fake counts calibrating under force
+}
+
+TEST_CASE("phantom: options that are not understood are named", "[device]") {
+    const FakeHd fake;
+    CHECK_THAT(refusal("left,drive=nobody"), Contains("'drive=nobody' is no option"));
+    CHECK_THAT(refusal(",stale=never"), Contains("'stale=never'"));
+    const PhantomOptions options = phantomOptions("left,drive=device,rate=500,gimbal,torque=60,stale=8,library=x.so");
+    CHECK(options.name == "left");
+    CHECK(options.deviceDrives);
+    CHECK(options.rate == 500);
+    CHECK(options.gimbalTorque);
+    CHECK(options.peakTorque == 60);
+    CHECK(options.staleMs == 8);
+    CHECK(options.library == "x.so");
+}
+
+TEST_CASE("phantom: every error code of the library has words of its own", "[device]") {
+    for (const unsigned code : {0x100u, 0x101u, 0x102u, 0x103u, 0x104u, 0x200u, 0x201u, 0x202u, 0x203u, 0x204u, 0x300u,
+                                0x301u, 0x302u, 0x303u, 0x304u, 0x400u, 0x401u, 0x402u, 0x500u, 0x501u, 0x600u}) {
+        INFO(std::hex << code);
+        CHECK_THAT(hd::words(code), !Contains("has no name"));
+    }
+}
+
+TEST_CASE("phantom: pose and buttons come in, wrench goes out, limits and temperature are the device's", "[device]") {
+    const FakeHd fake;
+    {
+        Ticked phantom(",stale=500");
+        const DeviceLimits limits = phantom.device->limits();
+        CHECK(limits.peakForce == 8);
+        CHECK(limits.continuousForce == 2);
+        CHECK(limits.peakTorque == 170);  // the library has no name for it
+        CHECK(limits.nominalStiffness == 0.8);
+        phantom.wrench = kPush;
+        fake.hand(10, 20, 30, 0, 0, 0.5);
+        fake.buttons(5);
+        // At rest the hand's spring of 0.5 N/mm gives way by 4 mm, and the torsion of 1012.5 mN·m/rad.
+        const Vec3 p(10, 24, 30);
+        const Quat q = expRotation(Vec3(0, 0, 0.5 + 20 / 1012.5));
+        CHECK(phantom.until([&] {
+            const Pose& X = phantom.reading.X_WT;
+            return phantom.reading.valid && (X.p - p).norm() < 0.01 && X.q.angularDistance(q) < 1e-4;
+        }));
+        CHECK(phantom.reading.buttons == 5);
+        CHECK(fake.force() == kPush.force);
+        CHECK(fake.torque() == kPush.torque);
+        const DeviceStatus status = phantom.status();
+        CHECK(status.state == State::Running);
+        CHECK(status.temperature == Approx(0.35));
+        CHECK(status.rate > 0);
+        CHECK_THAT(status.details, Contains("libfake_hd.so") && Contains("Fake Premium 6DOF") && Contains("F-1"));
+        CHECK(fake.state().misuses == 0);
+    }
+    CHECK(fake.force().isZero());
+    CHECK(fake.state().handles == 0);
+    CHECK(fake.state().misuses == 0);
+}
+
+TEST_CASE("phantom: limits that cannot be read are the safe defaults", "[device]") {
+    const FakeHd fake("no-limits");
+    const DeviceLimits limits = Ticked(",torque=40").device->limits(), defaults;
+    CHECK(limits.peakForce == defaults.peakForce);
+    CHECK(limits.continuousForce == defaults.continuousForce);
+    CHECK(limits.peakTorque == 40);
+    CHECK(limits.continuousTorque == 40);
+    CHECK(limits.nominalStiffness == 1);
+}
+
+TEST_CASE("phantom: no more than its limits and nothing that is not a number leaves the driver", "[device]") {
+    const FakeHd fake;
+    Ticked phantom;
+    phantom.wrench = {{300, 400, 0}, {0, 0, 1e9}};
+    CHECK(phantom.until([&] { return fake.force().norm() > 0; }));
+    CHECK((fake.force() - Vec3(4.8, 6.4, 0)).norm() < 1e-9);
+    CHECK((fake.torque() - Vec3(0, 0, 170)).norm() < 1e-9);
+    phantom.wrench.force.x() = NAN;
+    CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
+    CHECK(fake.state().peakForce < 8 + 1e-9);
+}
+
+TEST_CASE("phantom: faults are named, zero the force until engaged, and let it come back", "[device]") {
+    const auto [fault, words] = GENERATE(table<std::string, std::string>({
+        {"warm", "the motors are warm"},
+        {"max-force", "the greatest force was exceeded"},
+        {"impulse", "the force changed faster"},
+        {"max-velocity", "the greatest velocity was exceeded"},
+    }));
+    INFO(fault);
+    const FakeHd fake;
+    Ticked phantom;
+    phantom.wrench = kPush;
+    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
+
+    fake.fault((fault + "@" + std::to_string(fake.state().ticks + 5)).c_str());
+    REQUIRE(phantom.until([&] { return phantom.reading.fault; }));
+    CHECK(fake.force().isZero());
+    CHECK(fake.torque().isZero());
+    CHECK(phantom.status().state == State::Fault);
+    CHECK_THAT(phantom.status().text, Contains(words));
+    // It passes, and the wrench is still wanted: only who engages the device gets force.
+    REQUIRE(phantom.until([&] { return !phantom.reading.fault; }));
+    for (int i = 0; i < 50; ++i) phantom.until([] { return true; });
+    CHECK(fake.force().isZero());
+    phantom.device->engage(phantom.reading.X_WT);
+    CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
+    CHECK(phantom.status().state == State::Running);
+    CHECK_THAT(phantom.status().details, Contains(words));
+}
+
+TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes back on request", "[device]") {
+    const FakeHd fake;
+    Ticked phantom(",stale=500");  // a sample of the connection before is not taken for one of the next
+    phantom.wrench = kPush;
+    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
+    fake.hand(5, 0, 0, 0, 0, 0);
+    REQUIRE(phantom.until([&] { return fake.position().x() > 4; }));
+
+    fake.fault("comm");
+    REQUIRE(phantom.until([&] { return phantom.reading.fault; }));
+    CHECK_FALSE(phantom.reading.valid);
+    CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
+    CHECK(phantom.status().state == State::Lost);
+    CHECK_THAT(phantom.status().text, Contains("connection to the device is lost") && Contains("0x0302"));
+    phantom.device->engage(phantom.reading.X_WT);  // nobody can
+    for (int i = 0; i < 20; ++i) phantom.until([] { return true; });
+    CHECK(fake.force().isZero());
+    CHECK_THAT(refusal(",stale=500"), Contains("lost") && Contains("reconnect"));
+
+    SECTION("plugged in again") {
+        const Pose before = phantom.reading.X_WT;
+        phantom.device->control()->reconnect();
+        REQUIRE(phantom.until([&] { return phantom.reading.valid && !phantom.reading.fault; }));
+        CHECK((phantom.reading.X_WT.p - before.p).norm() < 0.5);  // its stylus is at its origin again, the tool is not
+        CHECK(fake.force().isZero());
+        phantom.device->engage(phantom.reading.X_WT);
+        CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
+        CHECK(phantom.until([&] { return phantom.status().state == State::Running; }));
+        CHECK(fake.state().handles == 1);
+    }
+    SECTION("still unplugged") {
+        setenv("FAKE_HD_FAULT", "no-device", 1);
+        phantom.device->control()->reconnect();
+        REQUIRE(phantom.until([&] { return phantom.status().state == State::Lost; }));
+        CHECK_THAT(phantom.status().text, Contains("opens no device"));
+        CHECK(phantom.reading.fault);
+    }
+}
+
+TEST_CASE("phantom: a scheduler that stops leaves a stale pose, and one that was never there is told", "[device]") {
+    {
+        const FakeHd fake;
+        Ticked phantom;
+        REQUIRE(phantom.until([&] { return phantom.reading.valid; }));
+        fake.fault("dead");
+        CHECK(phantom.until([&] { return !phantom.reading.valid; }));
+    }
+    const FakeHd fake("dead");
+    CHECK_THAT(refusal(), Contains("never called back"));
+    CHECK(fake.state().handles == 0);
+}
+
+TEST_CASE("phantom: a wrench that nobody renews is not held", "[device]") {
+    const FakeHd fake;
+    Ticked phantom;
+    phantom.wrench = kPush;
+    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
+    CHECK(within([&] { return fake.force().isZero(); }));  // the ticks have stopped
+}
+
+TEST_CASE("phantom: a scheduler that is too slow for force gets none", "[device]") {
+    const FakeHd fake;
+    Ticked phantom;
+    phantom.wrench = kPush;
+    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
+    fake.fault("slow");
+    REQUIRE(phantom.until([&] { return phantom.reading.fault; }));
+    CHECK(phantom.until([&] { return fake.force().isZero(); }));
+    CHECK_THAT(phantom.status().text, Contains("scheduler is too slow"));
+    CHECK(phantom.status().rate < 250);
+}
+
+TEST_CASE("phantom: a transform that is not a number is no pose", "[device]") {
+    const FakeHd fake;
+    Ticked phantom;
+    fake.fault("nan");
+    CHECK(phantom.until([&] { return !phantom.reading.valid; }));
+    CHECK(phantom.reading.X_WT.isFinite());
+}
+
+TEST_CASE("phantom: where CURRENT_TORQUE is refused there is force alone, or torque on the gimbal if asked",
+          "[device]") {
+    const FakeHd fake("no-torque");
+    const bool gimbal = GENERATE(false, true);
+    Ticked phantom(gimbal ? ",gimbal" : "");
+    phantom.wrench = kPush;
+    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
+    if (gimbal) {
+        // With all joints at zero the gimbal's axes are y, x and z of the device.
+        CHECK(phantom.until([&] { return (fake.torque() - Vec3(0, 0, 20)).norm() < 1; }));
+        CHECK_THAT(phantom.status().details, Contains("gimbal's axes") && Contains("never tried on hardware"));
+    } else {
+        CHECK(fake.torque().isZero());
+        CHECK_THAT(phantom.status().details, Contains("Forces only"));
+    }
+    CHECK(phantom.status().state == State::Running);
+}
+
+TEST_CASE("phantom: two who hold it share one connection", "[device]") {
+    const FakeHd fake;
+    Ticked first;
+    first.tick();
+    auto second = std::make_unique<Ticked>();
+    second->wrench = kPush;
+    CHECK(second->until([&] { return fake.force() == kPush.force; }));
+    CHECK(fake.state().handles == 1);
+    second.reset();
+    CHECK(fake.state().handles == 1);
+}
+
+TEST_CASE("phantom: a decimal comma of the user's locale does not reach the library", "[device]") {
+    const std::string folder = TOUCHSTONE_BINARY_DIR "/locales";
+    const std::string make = "mkdir -p '" + folder + "' && localedef --no-archive -i de_DE -f UTF-8 '" + folder +
+                             "/de_DE.UTF-8' >'" + folder + "/log' 2>&1";
+    [[maybe_unused]] const int made = std::system(make.c_str());
+    setenv("LOCPATH", folder.c_str(), 1);
+    if (!std::setlocale(LC_NUMERIC, "de_DE.UTF-8") || std::strtod("1.5", nullptr) == 1.5) {
+        WARN("no locale with a decimal comma can be made here: nothing was tested");
+        return;
+    }
+    {
+        const FakeHd fake;  // refuses to open where it reads 1.5 as 1
+        CHECK(refusal().empty());
+    }
+    CHECK(std::strtod("1.5", nullptr) == 1);  // the user's is as it was
+    std::setlocale(LC_NUMERIC, "C");
+    unsetenv("LOCPATH");
+}

@@ -1,0 +1,150 @@
+// The driver against a fake of libspnav.
+#include "haptics/device/spacemouse.hpp"
+
+#include <dlfcn.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "haptics/device/control.hpp"
+
+using namespace touchstone;
+using Catch::Contains;
+
+namespace {
+
+constexpr const char* kFake = TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so";
+
+struct FakeSpnav {
+    explicit FakeSpnav(const char* how = "") {
+        setenv("TOUCHSTONE_LIBSPNAV", kFake, 1);
+        setenv("FAKE_SPNAV", how, 1);
+    }
+    ~FakeSpnav() { unsetenv("TOUCHSTONE_LIBSPNAV"); }
+
+    static void* symbol(const char* name) { return dlsym(dlopen(kFake, RTLD_NOW), name); }
+    static void send(int type, int a, int b, int c, int d = 0, int e = 0, int f = 0) {
+        const int words[]{type, a, b, c, d, e, f};
+        reinterpret_cast<void (*)(const int*)>(symbol("fakeSpnavSend"))(words);
+    }
+    static void die() { reinterpret_cast<void (*)()>(symbol("fakeSpnavDie"))(); }
+};
+
+std::unique_ptr<Device> open(const std::string& text = {}) {
+    DeviceContext context;
+    context.X_WT_start.p = {1, 2, 3};
+    context.file = text;
+    return makeSpaceMouse(context);
+}
+
+std::string refusal(const std::string& text = {}) {
+    try {
+        open(text);
+    } catch (const std::runtime_error& e) {
+        return e.what();
+    }
+    return {};
+}
+
+/// Reads until what was sent has arrived: the change of a tick is then the rate.
+template <class F>
+bool arrives(const F& done) {
+    for (int i = 0; i < 5000; ++i) {
+        if (done()) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("spacemouse: rest and what is near it is zero, then the rate grows to one", "[device]") {
+    for (const int value : {0, 10, -30, 35}) CHECK(spaceMouseRate(value) == 0);
+    CHECK(spaceMouseRate(350) == 1);
+    CHECK(spaceMouseRate(-500) == -1);
+    CHECK(spaceMouseRate(192) == Approx((192 / 350.0 - 0.1) / 0.9));
+    CHECK(spaceMouseRate(36) > 0);
+    CHECK(spaceMouseRate(36) < 0.01);  // without a step at the band's edge
+}
+
+TEST_CASE("spacemouse: what is missing is told in a sentence", "[device]") {
+    setenv("TOUCHSTONE_LIBSPNAV", "/no/such/libspnav.so", 1);
+    CHECK_THAT(refusal(), Contains("/no/such/libspnav.so") && Contains("apt install libspnav0"));
+    CHECK_FALSE(examineSpaceMouse().works);
+    const FakeSpnav fake("none");
+    CHECK(refusal() == "The SpaceMouse's daemon does not answer: start it with 'sudo systemctl start spacenavd'");
+    CHECK_THAT(refusal("fast"), Contains("'fast' is no speed"));
+}
+
+TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "[device]") {
+    const FakeSpnav fake;
+    const auto device = open("80");
+    CHECK(device->read(0, 1).X_WT.p == Vec3(1, 2, 3));
+    double t = 1;
+    DeviceReading before, now;
+    const auto step = [&] {
+        before = now;
+        now = device->read(t++, 1);
+        return now.X_WT.p - before.X_WT.p;
+    };
+    step();
+    FakeSpnav::send(1, 350, 0, 350);
+    CHECK(arrives([&] { return (step() - Vec3(0.08, 0, -0.08)).norm() < 1e-12; }));  // 80 mm/s, libspnav's z is away
+    FakeSpnav::send(1, 0, 0, 0, 0, 350, 0);
+    CHECK(arrives([&] {
+        step();
+        return (logRotation(now.X_WT.q * before.X_WT.q.conjugate()) - Vec3(0, 0.0016, 0)).norm() < 1e-9;
+    }));
+    FakeSpnav::send(2, 1, 1, 0);
+    CHECK(arrives([&] { return step(), now.buttons == 2; }));
+    FakeSpnav::send(1, 0, 0, 0);
+    CHECK(arrives([&] { return step().norm() == 0; }));
+    // Set to where the tool is, it goes on from there.
+    device->engage({{9, 9, 9}, Quat::Identity()});
+    step();
+    CHECK(now.X_WT.p == Vec3(9, 9, 9));
+}
+
+TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", "[device]") {
+    const FakeSpnav fake;
+    const auto device = open();
+    device->read(0, 1);
+    DeviceReading before, now;
+    double t = 1;
+    const auto step = [&] {
+        before = now;
+        now = device->read(t++, 1);
+        return now.X_WT.p.x() - before.X_WT.p.x();
+    };
+    FakeSpnav::send(1, 350, 0, 0);
+    REQUIRE(arrives([&] { return step() == Approx(0.05); }));
+    device->write({.force = {-5, 0, 0}});
+    CHECK(step() == Approx(0.025));
+    device->write({.force = {-12, 0, 0}});
+    CHECK(step() == 0);
+    device->write({.force = {5, 0, 0}});
+    CHECK(step() == Approx(0.05));
+}
+
+TEST_CASE("spacemouse: a cap that has fallen silent is at rest, a daemon that is gone is a fault", "[device]") {
+    const FakeSpnav fake;
+    const auto device = open();
+    device->read(0, 1);
+    DeviceReading before, now = device->read(1, 1);
+    double t = 2;
+    const auto step = [&] {
+        before = now;
+        now = device->read(t++, 1);
+        return (now.X_WT.p - before.X_WT.p).norm();
+    };
+    FakeSpnav::send(1, 350, 0, 0);
+    REQUIRE(arrives([&] { return step() > 0; }));
+    CHECK(arrives([&] { return step() == 0; }));
+    FakeSpnav::die();
+    REQUIRE(arrives([&] { return step(), now.fault; }));
+    CHECK_FALSE(now.valid);
+    CHECK(device->control()->status().state == DeviceStatus::State::Lost);
+    CHECK_THAT(device->control()->status().text, Contains("daemon is gone"));
+}
