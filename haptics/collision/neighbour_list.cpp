@@ -11,7 +11,7 @@ using namespace simd;
 
 namespace {
 
-constexpr double kNarrow = 0.25;                    // of the slack: how much further the narrow set reaches
+constexpr double kNarrow = 0.12;                    // of the slack: how much further the narrow set reaches
 constexpr double kWalkTicks = 8, kNarrowTicks = 2;  // that a walk and the narrow set look ahead,
 constexpr double kShortest = 0.01, kLongest = 2;    // if that is longer than the one, mm, and up to the other
 constexpr float kMost = 0.5f;                       // of the deepest crossing: rows crossed that far are taken at once

@@ -93,8 +93,8 @@ Scene makeSpline(const SceneOptions& options) {
     scene.name = "spline";
     scene.extras = {{"touchstone",
                      {{"settings",
-                       {{"margin", 0.5 * fit.clearance},
-                        {"trust", 0.5 * fit.clearance},
+                       {{"margin", 0.4 * fit.clearance},
+                        {"trust", 0.4 * fit.clearance},
                         {"slack", std::min(0.1, 0.5 * fit.clearance)}}}}}};
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
     const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
