@@ -291,6 +291,9 @@ void App::drawPanels(const Layout& layout) {
         if (beginPanel("Scene", layout.scene)) {
             if (viewed_) {
                 scenePanel_.selected = selection_.node();
+                const auto& gauge = viewed_->roles.gauge;
+                const LoopSnapshot* now = session_.snapshot();
+                scenePanel_.depth = gauge && now ? std::optional(gauge->depth(now->record.X_WT)) : std::nullopt;
                 drawScenePanel(*viewed_, display_, scenePanel_, &items_);
                 selection_.select(scenePanel_.selected);
             } else {

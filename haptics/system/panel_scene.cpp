@@ -11,7 +11,7 @@ namespace touchstone::system {
 namespace {
 
 const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
-    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
+    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kGaugeColor{0.80f, 0.70f, 1.00f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
 
 ImVec4 roleColor(Role role) {
     switch (role) {
@@ -21,6 +21,8 @@ ImVec4 roleColor(Role role) {
             return kObstacleColor;
         case Role::Goal:
             return kGoalColor;
+        case Role::Gauge:
+            return kGaugeColor;
         case Role::Visual:
             break;
     }
@@ -71,6 +73,12 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, I
     if (role) {
         ImGui::SameLine();
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
+        if (state.depth && whole.roles.gauge && whole.roles.gauge->node == node) {
+            ImGui::SameLine();
+            ImGui::Text("%.2f mm", *state.depth);
+            noteItem(items, "depth " + text);
+            tooltip("How deep the tool's tip is below this plane, along the node's -y; negative above it.");
+        }
     }
     if (const SphereTree* tree = treeOf(whole, node)) {
         if (open) ImGui::Unindent();  // the lines are narrow enough as they are
