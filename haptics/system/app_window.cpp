@@ -291,9 +291,6 @@ void App::drawPanels(const Layout& layout) {
         if (beginPanel("Scene", layout.scene)) {
             if (viewed_) {
                 scenePanel_.selected = selection_.node();
-                const auto& gauge = viewed_->roles.gauge;
-                const LoopSnapshot* now = session_.snapshot();
-                scenePanel_.depth = gauge && now ? std::optional(gauge->depth(now->record.X_WT)) : std::nullopt;
                 drawScenePanel(*viewed_, display_, scenePanel_, &items_);
                 selection_.select(scenePanel_.selected);
             } else {
@@ -327,8 +324,9 @@ void App::drawBar() {
     ImGui::Begin("Health", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
+    const Gauge* gauge = viewed_ && viewed_->roles.gauge ? &*viewed_->roles.gauge : nullptr;
     if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
-                       session_.recorder()},
+                       session_.recorder(), gauge},
                       &items_))
         requests_.stopOrEngage = true;
     ImGui::End();

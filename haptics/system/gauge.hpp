@@ -4,14 +4,12 @@
 #include <cmath>
 #include <string>
 
-#include "engine/scene/registry.hpp"
 #include "haptics/math/rigid.hpp"
 
 namespace touchstone::system {
 
 /// A plane, and the point of the tool whose depth below it is read.
 struct Gauge {
-    engine::Entity node;
     std::string name;          ///< of the node, for reports
     Pose X_WG;                 ///< the plane is y = 0 of this frame, and +y points out; scene frame, mm
     Vec3 p_TP = Vec3::Zero();  ///< the point, in the frame of the tool node, mm

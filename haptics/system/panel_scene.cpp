@@ -73,12 +73,6 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, I
     if (role) {
         ImGui::SameLine();
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
-        if (state.depth && whole.roles.gauge && whole.roles.gauge->node == node) {
-            ImGui::SameLine();
-            ImGui::Text("%.2f mm", *state.depth);
-            noteItem(items, "depth " + text);
-            tooltip("How deep the tool's tip is below this plane, along the node's -y; negative above it.");
-        }
     }
     if (const SphereTree* tree = treeOf(whole, node)) {
         if (open) ImGui::Unindent();  // the lines are narrow enough as they are

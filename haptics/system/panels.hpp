@@ -35,7 +35,6 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node);
 
 struct ScenePanelState {
     engine::Entity selected;
-    std::optional<double> depth;  ///< what the scene's gauge shows, mm
 };
 
 /// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees.

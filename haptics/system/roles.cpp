@@ -235,8 +235,7 @@ void RoleReader::chooseGauge() {
             continue;
         }
         const std::string& given = scene_.registry.get<engine::Name>(candidate.node).value;
-        found_.gauge = {.node = candidate.node,
-                        .name = given.empty() ? label(candidate.node) : engine::printable(given),
+        found_.gauge = {.name = given.empty() ? label(candidate.node) : engine::printable(given),
                         .X_WG = toPose(engine::worldPose(scene_.registry, candidate.node))};
         if (!marked) continue;
         Fields gauge(scene_, label(candidate.node), "extras.touchstone.gauge", mark->at("gauge"));

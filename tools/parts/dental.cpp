@@ -84,10 +84,6 @@ double depthAt(const PocketFit& fit, double angle) {
     return glm::mix(fit.sulcus, fit.depth, t * t * (3 - 2 * t));
 }
 
-void check(bool holds, const char* sentence) {
-    if (!holds) throw std::invalid_argument(sentence);
-}
-
 // The probe, by the way s along its axis.
 constexpr double kMarked = 15;
 
@@ -143,15 +139,35 @@ Ring probeRing(const Station& station) {
     return ring;
 }
 
-/// How far the probe leans out in the pocket, so that its flank passes the crown; radians.
+/// Of the probe's axis from the tooth's at the bottom of the pocket.
+double atBottom(const PocketFit& fit) { return toothRadius(-fit.depth) + fit.bottomWidth / 2; }
+
+/// How far the probe leans out in the pocket, so that its flank passes root and crown; radians.
 double leaning(const PocketFit& fit) {
-    const double bottom = toothRadius(-fit.depth) + fit.bottomWidth / 2;
+    constexpr double kRoom = 0.03;
     double most = 0;
-    for (double y = 0; y < 6; y += 0.1) {
-        const double up = y + fit.depth;
-        most = std::max(most, (toothRadius(y) + probeRadius(up) + 0.03 - bottom) / up);
-    }
+    for (double up = 1; up < fit.depth + 6; up += 0.1)
+        most = std::max(most, (toothRadius(up - fit.depth) + probeRadius(up) + kRoom - atBottom(fit)) / up);
     return std::atan(most);
+}
+
+void check(bool holds, const char* sentence) {
+    if (!holds) throw std::invalid_argument(sentence);
+}
+
+void check(const PocketFit& fit) {
+    check(fit.sulcus > 0.5 && fit.depth >= fit.sulcus && fit.depth <= 8,
+          "the sulcus must be over 0.5 mm deep, and the pocket as deep or deeper, up to 8 mm");
+    check(fit.bottomWidth > 2 * kTipRadius && fit.width >= fit.bottomWidth && fit.width <= 2,
+          "the pocket must be wider than the probe's tip, 0.5 mm, no narrower at the margin than at its bottom, and at "
+          "most 2 mm wide");
+    const double lean = std::tan(leaning(fit));
+    for (double up = 0; up < fit.depth; up += 0.1) {
+        const double away = atBottom(fit) + lean * up - toothRadius(up - fit.depth);
+        check(away + probeRadius(up) < glm::mix(fit.bottomWidth, fit.width, up / fit.depth),
+              "the probe cannot pass the crown to the bottom of this pocket: make it wider or less deep");
+    }
+    check(fit.stiffness > 0, "the stiffness must be positive");
 }
 
 }  // namespace
@@ -159,8 +175,12 @@ double leaning(const PocketFit& fit) {
 engine::MeshData tooth() {
     Solid solid;
     const auto ring = [](const glm::dvec2& p) {
+        const double cusps = 0.6 * std::clamp((p.y - 5.5) / 1.8, 0.0, 1.0) * std::min(p.x / 1.9, 1.0);
         Ring points;
-        for (int i = 0; i < kAround; ++i) points.push_back(onTooth(p.x, p.y, kTau * i / kAround));
+        for (int i = 0; i < kAround; ++i) {
+            const double angle = kTau * i / kAround, sine = std::sin(angle);
+            points.push_back(onTooth(p.x, p.y + cusps * sine * sine, angle));
+        }
         return points;
     };
     const std::vector<glm::dvec2>& profile = toothProfile();
@@ -169,10 +189,7 @@ engine::MeshData tooth() {
 }
 
 engine::MeshData gum(const PocketFit& fit) {
-    check(fit.sulcus > 0.5 && fit.depth >= fit.sulcus && fit.depth <= 8,
-          "the pocket must be at least as deep as the sulcus, which must be over 0.5 mm, and at most 8 mm deep");
-    check(fit.width >= fit.bottomWidth && fit.bottomWidth > 2 * kTipRadius && fit.width <= 2,
-          "the pocket must be wider than the probe's tip, 0.5 mm, and not narrower at the margin, and at most 2 mm");
+    check(fit);
     constexpr double kThick = 3.5, kCrest = 0.4, kInside = -0.05, kSpacing = 0.3;
     const double low = -std::max(fit.depth + 1.5, 4.5);
     // The section at an angle as distance from the tooth and height, from below the tooth out and up, over the margin,
@@ -265,7 +282,8 @@ engine::Scene makeDental(const SceneOptions& options) {
     engine::Scene scene;
     scene.name = "dental";
     scene.extras = {{"touchstone", {{"settings", {{"margin", 0.1}, {"trust", 0.1}, {"slack", 0.1}}}}}};
-    constexpr double kProbeError = 0.01, kWallError = 0.02;  // mm
+    constexpr double kProbeError = 0.01, kWallError = 0.02;   // mm
+    const double tilted = kTipRadius * (1 - std::cos(lean));  // the tip's lowest point is beside the axis
     const auto marked = [&](json marking, double error) {
         if (options.leaves) return marking;
         marking.erase("leaves");
@@ -273,8 +291,8 @@ engine::Scene makeDental(const SceneOptions& options) {
         return marking;
     };
     json tool = toolMarking(options.leaves, {{"reached", true},
-                                             {"min_depth_mm", fit.depth - kProbeError - kWallError},
-                                             {"max_depth_mm", fit.depth + 0.01},
+                                             {"min_depth_mm", fit.depth - kProbeError - kWallError - tilted},
+                                             {"max_depth_mm", fit.depth + 0.001},
                                              {"min_contact_fraction", 0.5},
                                              {"max_final_lag_mm", 0.01}});
     tool["stiffness_N_per_m"] = fit.stiffness;

@@ -13,11 +13,11 @@ struct SceneOptions;
 /// The gap between tooth and gum: all around as deep as `sulcus`, and deeper where the pocket is. Its walls come
 /// together from `width` at the margin to `bottomWidth` at the flat bottom.
 struct PocketFit {
-    double depth = 2;           ///< of the pocket, from the margin to its bottom along y
-    double sulcus = 1;          ///< of the gap elsewhere; in between it goes over from one to the other
-    double width = 0.9;         ///< at the margin, square to the tooth in a level plane
-    double bottomWidth = 0.65;  ///< at the bottom; must leave room for the probe's tip
-    double stiffness = 1000;    ///< N/m of the spring between hand and probe
+    double depth = 2;          ///< of the pocket, from the margin to its bottom along y
+    double sulcus = 1;         ///< of the gap elsewhere; in between it goes over from one to the other
+    double width = 0.8;        ///< at the margin, square to the tooth in a level plane
+    double bottomWidth = 0.6;  ///< at the bottom; must leave room for the probe's tip
+    double stiffness = 1000;   ///< N/m of the spring between hand and probe
 };
 
 inline constexpr double kTipRadius = 0.25;  ///< of the probe, whose end is half a ball
