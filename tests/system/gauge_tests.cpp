@@ -95,9 +95,9 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the
     // The cube's lower face, 5 mm below its origin, comes down from 5 mm above the slab, touches it and leaves.
     engine::Scene scene = pressScene();
     addMarked(scene, "face", {{"role", "gauge"}, {"gauge", {{"tip_m", {0, -0.005, 0}}}}},
-              {.translation = {0, 0.006, 0}});  // 1 mm above the slab
+              {.translation = {0, 0.009, 0}});  // 4 mm above the slab
     json tool = scene.registry.get<engine::NodeMarking>(scene.nodes[0]).extras;
-    tool["touchstone"]["outcome"] = {{"min_depth_mm", 0.5}, {"max_depth_mm", 0.6}};
+    tool["touchstone"]["outcome"] = {{"min_depth_mm", 2}, {"max_depth_mm", 2.1}};
     setExtras(scene, scene.nodes[0], tool);
     const system::HapticScene opened = system::openScene(std::move(scene));
     system::HeadlessOptions options;
@@ -106,9 +106,9 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the
     // Leaves touch before the faces do, by what they stand out.
     const double out =
         opened.world->tool->certificate.protrusion + opened.world->obstacles[0].tree->certificate.protrusion;
-    CHECK(report.depth.deepest <= 1.001);
-    CHECK(report.depth.deepest >= 1 - out);
-    CHECK(report.depth.last == Approx(-4));
+    CHECK(report.depth.deepest <= 4.001);
+    CHECK(report.depth.deepest >= 4 - out);
+    CHECK(report.depth.last == Approx(-1));
     const auto written = toJson(report);
     CHECK(written.at("gauge").at("name") == "face");
     CHECK(written.at("gauge").at("deepest_mm") == report.depth.deepest);
