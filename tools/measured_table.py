@@ -39,7 +39,7 @@ machine p99.9 and the maximum hold the machine's own noise. Penetration is recom
 
 | scene, mode | ticks | step µs: median / p99.9 / max | rows: median / max | penetration µm, max | hover µm, p99 | force N, max | rows cut | outcome |
 |---|---|---|---|---|---|---|---|---|""")
-for scene in ("bunnies", "spline", "wedge", "plate"):
+for scene in ("bunnies", "spline", "wedge", "plate", "dental", "dental-inflamed"):
     for mode in ("default", "paper"):
         print(row(f"{scene}-{mode}", f"`{scene}`, {mode}"))
 

@@ -330,8 +330,9 @@ void App::drawBar() {
     ImGui::Begin("Health", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
+    const Gauge* gauge = viewed_ && viewed_->roles.gauge ? &*viewed_->roles.gauge : nullptr;
     if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
-                       session_.recorder()},
+                       session_.recorder(), gauge},
                       &items_))
         requests_.stopOrEngage = true;
     ImGui::End();

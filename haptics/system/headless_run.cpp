@@ -101,7 +101,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     TimedRun timed;
     if (options.timing) timed = timeHeadless(scene, settings, options);
 
-    RunStatistics statistics;
+    RunStatistics statistics(scene.roles.gauge);
     // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
     const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
     OutcomeJudge judge(outcome ? *outcome : scene.outcome);

@@ -57,6 +57,14 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.ticks > 0 ? s.contact / s.ticks : 0; },
      true,
      true},
+    {{"max_depth_mm", "mm", "deepest reading of the gauge"},
+     [](const Seen& s) { return s.depth.deepest; },
+     false,
+     true},
+    {{"min_depth_mm", "mm", "the deepest reading of the gauge is at least this"},
+     [](const Seen& s) { return s.depth.deepest; },
+     true,
+     true},
     {{"max_final_lag_mm", "mm", "distance from tool to device at the end"},
      [](const Seen& s) { return s.finalLag; },
      false,
@@ -71,6 +79,7 @@ constexpr Row kRows[] = {
      true},
     {{"final_position_m", "m", "where the tool node's origin is at the end, within final_tolerance_m"}, nullptr},
     {{"final_tolerance_m", "m", "distance that final_position_m allows; 0.0001 if not given"}, nullptr},
+    {{"reached", "", "true: at some time the tool stayed in the goal region for the goal's hold_s"}, nullptr},
     {{"seated", "", "true: at the end the tool has stayed in the goal region for the goal's hold_s"}, nullptr},
 };
 
@@ -90,6 +99,10 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
         if (kRows[row].value)
             if (const auto limit = fields.number(std::string(kRows[row].info.key), 0, 1e9))
                 expected.limits.push_back({row, *limit});
+    expected.gauge = roles.gauge;
+    for (const char* key : {"min_depth_mm", "max_depth_mm"})
+        if (!roles.gauge && fields.find(key))
+            fields.fail(key, "left out, or the scene given a node with the role gauge");
 
     if (auto box = fields.object("tool_within_m")) {
         const auto corner = [&](const char* key) -> std::optional<Vec3> {
@@ -104,10 +117,11 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
     }
     if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);
     if (const auto metres = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *metres * kMmPerMetre;
-    if (fields.flag("seated").value_or(false)) {
-        if (!roles.goal) fields.fail("seated", "left out, or the scene given a node with the role goal");
-        expected.seated = roles.goal;
-    }
+    for (const auto& [key, region] : {std::pair{"seated", &expected.seated}, std::pair{"reached", &expected.reached}})
+        if (fields.flag(key).value_or(false)) {
+            if (!roles.goal) fields.fail(key, "left out, or the scene given a node with the role goal");
+            *region = roles.goal;
+        }
     fields.nameUnknown(warnings);
     return expected;
 }
@@ -163,11 +177,13 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
             std::max((*expected_.boxMin - record.X_WT.p).maxCoeff(), (record.X_WT.p - *expected_.boxMax).maxCoeff());
         seen_.outside = std::max(seen_.outside, outside);
     }
-    if (expected_.seated) {
-        const GoalRegion& goal = *expected_.seated;
+    if (expected_.gauge) seen_.depth.add(expected_.gauge->depth(record.X_WT));
+    if (const auto& region = expected_.seated ? expected_.seated : expected_.reached) {
+        const GoalRegion& goal = *region;
         const bool inside = (record.X_WT.p - goal.X_WT.p).norm() <= goal.tolerance &&
                             angleBetween(record.X_WT.q, goal.X_WT.q) <= goal.toleranceAngle;
         seen_.heldMs = inside ? seen_.heldMs + dt : 0;
+        seen_.longestHeldMs = std::max(seen_.longestHeldMs, seen_.heldMs);
     }
 }
 
@@ -188,6 +204,9 @@ std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
     if (expected_.finalPosition)
         atMost("final_position_m", expected_.finalTolerance / kMmPerMetre,
                (seen_.X_WT.p - *expected_.finalPosition).norm() / kMmPerMetre);
+    if (expected_.reached)
+        checks.push_back({"reached_hold_s", expected_.reached->hold / 1000, seen_.longestHeldMs / 1000,
+                          seen_.longestHeldMs > 0 && seen_.longestHeldMs >= expected_.reached->hold});
     if (expected_.seated) {
         const GoalRegion& goal = *expected_.seated;
         atMost("seated_distance_m", goal.tolerance / kMmPerMetre, (seen_.X_WT.p - goal.X_WT.p).norm() / kMmPerMetre);

@@ -42,11 +42,13 @@ struct ExpectedOutcome {
     };
     std::vector<Limit> limits;
     std::optional<GoalRegion> seated;    ///< the goal region that has to be held at the end
+    std::optional<GoalRegion> reached;   ///< the goal region that has to be held at some time
+    std::optional<Gauge> gauge;          ///< that the limits on depth are of
     std::optional<Vec3> boxMin, boxMax;  ///< where the tool node's origin may be, scene frame, mm
     std::optional<Vec3> finalPosition;   ///< of the tool node's origin, scene frame, mm
     double finalTolerance = 0.1;         ///< mm
 
-    bool empty() const { return limits.empty() && !seated && !boxMin && !finalPosition; }
+    bool empty() const { return limits.empty() && !seated && !reached && !boxMin && !finalPosition; }
 };
 
 /// Reads roles.outcome. Unknown keys become warnings; a wrong type or a missing goal is an engine::SceneError naming
@@ -69,7 +71,8 @@ class OutcomeJudge {
     struct Seen {
         double penetration = 0, hover = 0, force = 0, torque = 0, forceChange = 0;
         double infeasible = 0, contact = 0, ticks = 0;
-        double finalLag = 0, heldMs = 0, outside = 0;
+        double finalLag = 0, heldMs = 0, longestHeldMs = 0, outside = 0;
+        GaugeReading depth;
         double hoverMs = 0, longestHoverMs = 0;
         double leastPenetration = INFINITY, penetrationGrowth = 0;
         std::vector<Wrench> lately;  ///< of the last kHoldMs, a ring whose oldest is `oldest`

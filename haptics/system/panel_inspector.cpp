@@ -14,7 +14,7 @@
 namespace touchstone::system {
 namespace {
 
-constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Visual};
+constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Gauge, Role::Visual};
 const ImVec4 kAttention{1.00f, 0.78f, 0.35f, 1};
 
 float labelWidth() { return 6.5f * ImGui::GetFontSize(); }

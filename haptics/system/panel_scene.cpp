@@ -11,7 +11,7 @@ namespace touchstone::system {
 namespace {
 
 const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
-    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
+    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kGaugeColor{0.80f, 0.70f, 1.00f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
 
 ImVec4 roleColor(Role role) {
     switch (role) {
@@ -21,6 +21,8 @@ ImVec4 roleColor(Role role) {
             return kObstacleColor;
         case Role::Goal:
             return kGoalColor;
+        case Role::Gauge:
+            return kGaugeColor;
         case Role::Visual:
             break;
     }

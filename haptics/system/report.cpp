@@ -120,6 +120,8 @@ ordered_json toJson(const Report& report) {
         {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
         {"settings", report.settings},
     };
+    if (!report.gauge.empty() && report.ticks > 0)
+        json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
     if (report.frameCpuMs.max) {
         json["frame_cpu_ms"] = object(report.frameCpuMs, {kP50, kP99, kMax});
         json["draw_calls"] = counts(report.drawCalls);
@@ -143,6 +145,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     const bool feasible = !(record.flags & (kInfeasible | kNonFinite));
     if (record.shadowRows > 0 && feasible && force > kContactForce) shadowError_.push_back(record.shadowForceError);
 
+    if (gauge_) depth_.add(gauge_->depth(record.X_WT));
     truncated_ += record.rowsTruncated;
     force_ = std::max(force_, force);
     torque_ = std::max(torque_, record.wrench_C.torque.norm());
@@ -183,6 +186,8 @@ void RunStatistics::write(Report& report) const {
     report.kkt = kkt_;
     report.infeasible = infeasible_;
     report.hash = hash_;
+    if (gauge_) report.gauge = gauge_->name;
+    report.depth = depth_;
 }
 
 }  // namespace touchstone::system

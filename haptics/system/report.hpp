@@ -44,6 +44,8 @@ struct Report {
     std::uint64_t hash = 0;
     std::uint64_t safetyTrips = 0;     ///< beginnings, of all guards
     std::string safetyFault;           ///< the trip that took the force away for good; empty without
+    std::string gauge;                 ///< name of the scene's gauge; empty without one
+    GaugeReading depth;                ///< what it showed
     std::vector<OutcomeCheck> checks;  ///< of the outcome; none: met
     nlohmann::ordered_json settings;   ///< every key of settingTable() with its value as text
 
@@ -61,6 +63,7 @@ std::string hexadecimal(std::uint64_t value);
 /// Collects what a report needs, tick by tick. Memory grows by about 100 bytes a tick.
 class RunStatistics {
   public:
+    explicit RunStatistics(std::optional<Gauge> gauge = {}) : gauge_(std::move(gauge)) {}
     /// `penetration`: of the true gaps at the tool's pose, mm; `dt`: length of the tick, ms.
     void add(const TickRecord& record, double penetration, double dt);
     /// Times of the same tick; the shadow's is taken off the total.
@@ -72,6 +75,8 @@ class RunStatistics {
   private:
     std::vector<double> stepUs_, collisionUs_, solveUs_, shadowUs_, helperUs_;
     std::vector<double> pairs_, rows_, iterations_, penetration_, hover_, margin_, forceChange_, shadowError_;
+    std::optional<Gauge> gauge_;
+    GaugeReading depth_;
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;

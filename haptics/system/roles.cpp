@@ -21,7 +21,7 @@ using engine::Registry;
 using engine::Scene;
 using nlohmann::json;
 
-constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual"};
+constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
 
 /// Components: the node's extras were changed, it was put elsewhere.
 struct MarkEdited {};
@@ -84,6 +84,7 @@ class RoleReader {
     void readMark(Entity node, Fields& fields, std::optional<Role>& role);
     void chooseTool();
     void chooseGoal();
+    void chooseGauge();
     GoalRegion regionOf(Entity node) const;
     void readScene();
     void sayWhatWasTaken();
@@ -116,8 +117,7 @@ void RoleReader::readMark(Entity node, Fields& fields, std::optional<Role>& role
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
     scene_.registry.add(node, body);
     // Their contents are read once it is known which node is the tool and which the goal.
-    fields.object("goal");
-    fields.object("outcome");
+    for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
     fields.nameUnknown(found_.warnings);
 }
 
@@ -221,6 +221,29 @@ void RoleReader::chooseGoal() {
     }
 }
 
+void RoleReader::chooseGauge() {
+    for (const Candidate& candidate : candidates_) {
+        const json* mark = touchstoneOf(scene_, candidate.node);
+        const bool marked = mark && mark->contains("gauge");
+        if (candidate.role != Role::Gauge) {
+            if (marked) warn(label(candidate.node), ": a gauge stands on a node of that role: this one has no effect");
+            continue;
+        }
+        if (found_.gauge) {
+            warn(label(candidate.node), " is a gauge too, but ", found_.gauge->name,
+                 " comes first: this one has no effect");
+            continue;
+        }
+        const std::string& given = scene_.registry.get<engine::Name>(candidate.node).value;
+        found_.gauge = {.name = given.empty() ? label(candidate.node) : engine::printable(given),
+                        .X_WG = toPose(engine::worldPose(scene_.registry, candidate.node))};
+        if (!marked) continue;
+        Fields gauge(scene_, label(candidate.node), "extras.touchstone.gauge", mark->at("gauge"));
+        if (const auto metres = gauge.vector("tip_m")) found_.gauge->p_TP = toMm(*metres);
+        gauge.nameUnknown(found_.warnings);
+    }
+}
+
 /// What stands with the glTF scene itself.
 void RoleReader::readScene() {
     const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene_.index));
@@ -238,7 +261,7 @@ void RoleReader::sayWhatWasTaken() {
     for (const Candidate& candidate : candidates_) {
         const BodyMarking* body = scene_.registry.find<BodyMarking>(candidate.node);
         std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
-        if (candidate.role == Role::Goal) article = "a ";
+        if (candidate.role == Role::Goal || candidate.role == Role::Gauge) article = "a ";
         found_.taken.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
                                (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
         if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
@@ -263,6 +286,7 @@ SceneRoles RoleReader::read() {
             roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
             warn(label(obstacle), " hangs below the tool: obstacles do not move, so it stays where it is");
     chooseGoal();
+    chooseGauge();
     readScene();
     sayWhatWasTaken();
     if (const std::string friction = frictionWarning(scene_); !friction.empty()) warn(friction);

@@ -9,6 +9,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/math/rigid.hpp"
+#include "haptics/system/gauge.hpp"
 
 namespace touchstone::system {
 
@@ -19,6 +20,7 @@ enum class Role : std::uint8_t {
     Obstacle,  ///< fixed
     Goal,      ///< where the tool is to come to rest
     Visual,    ///< drawn only
+    Gauge,     ///< reads how deep the tool reaches
 };
 const char* name(Role role);
 
@@ -55,6 +57,7 @@ struct SceneRoles {
     engine::Entity tool;                    ///< null when no node is marked
     std::vector<engine::Entity> obstacles;  ///< in file order
     std::optional<GoalRegion> goal;
+    std::optional<Gauge> gauge;
     nlohmann::json outcome;             ///< expected outcome as it stands in the file; null without one
     std::vector<std::string> taken;     ///< node, role and why
     std::vector<std::string> warnings;  ///< unknown keys, candidates passed over, what is not supported

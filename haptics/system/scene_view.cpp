@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <glm/gtc/constants.hpp>
 #include <limits>
 #include <map>
@@ -14,7 +15,7 @@
 namespace touchstone::system {
 namespace {
 
-constexpr glm::vec3 kGhostTint{0.45f, 0.70f, 1.00f}, kGoalTint{0.25f, 0.85f, 0.40f};
+constexpr glm::vec3 kGhostTint{0.45f, 0.70f, 1.00f}, kGoalTint{0.25f, 0.85f, 0.40f}, kGaugeColor{0.80f, 0.70f, 1.00f};
 
 // Below these the device's ghost would only flicker on the tool.
 constexpr double kApartMm = 0.05, kApartRad = 1e-3;
@@ -269,6 +270,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
         }
         frame.items.push_back(std::move(item));
     }
+    if (options.values && scene_.roles.gauge && X_WT) addGauge(frame, *X_WT);
     if (options.goal && scene_.roles.goal) addGoal(frame, X_WT ? *X_WT : Pose{}, goalShown);
     if (record && options.ghost) {
         const bool apart = (record->X_WT.p - record->X_WT_device.p).norm() > kApartMm ||
@@ -306,6 +308,21 @@ void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) 
                              .radius = static_cast<float>(toMetres(goal.tolerance)),
                              .color = glm::vec4(kGoalTint, inside ? 0.5f : 0.25f)});
     frame.lines.push_back({node, node, glm::vec4(kGoalTint, 1), 6});
+}
+
+/// From the tool's tip up to the plane, where the depth stands.
+void SceneView::addGauge(engine::Frame& frame, const Pose& X_WT) const {
+    const Gauge& gauge = *scene_.roles.gauge;
+    const double depth = gauge.depth(X_WT);
+    if (depth <= 0) return;
+    const Vec3 tip = X_WT * gauge.p_TP, out = gauge.X_WG.q * Vec3::UnitY();
+    const glm::vec3 p(toMetres(tip)), q(toMetres(Vec3(tip + depth * out)));
+    const glm::vec4 color(kGaugeColor, 1);
+    frame.lines.push_back({p, q, color, 2.5f});
+    for (const glm::vec3& end : {p, q}) frame.lines.push_back({end, end, color, 8});
+    std::array<char, 24> text{};
+    std::snprintf(text.data(), text.size(), "%.2f mm", depth);
+    frame.labels.push_back({q, text.data(), color});
 }
 
 engine::Image renderScene(const HapticScene& scene, const TickRecord& record, const Settings& settings,

@@ -162,6 +162,11 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                          .value = count(view.recorder->rows()),
                          .help = "Ticks so far, to " + view.recorder->folder().string(),
                          .attention = true});
+    if (view.gauge)
+        items.push_back({.name = "Depth",
+                         .value = text("%.2f mm", view.gauge->depth(s.record.X_WT)),
+                         .help = view.gauge->name +
+                                 ": how far the tool's tip is below the plane of the gauge; negative above it."});
     return items;
 }
 

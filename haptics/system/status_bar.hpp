@@ -6,6 +6,7 @@
 
 #include "haptics/device/control.hpp"
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/system/gauge.hpp"
 #include "haptics/system/recording.hpp"
 #include "haptics/system/widgets.hpp"
 
@@ -32,6 +33,7 @@ struct HealthView {
     DeviceFacts facts;
     FrameCost frame = {};                ///< smoothed
     const Recorder* recorder = nullptr;  ///< null while nothing is recorded
+    const Gauge* gauge = nullptr;        ///< of the scene, if it has one
 };
 
 /// One statement: what, how it stands, and what that means.
@@ -42,8 +44,8 @@ struct HealthItem {
     bool attention = false;  ///< not as it should be
 };
 
-/// Rate, late ticks, dropped records, device, safety, saturation, passivity, the tick's answer and priority; none
-/// without a snapshot.
+/// Rate, late ticks, dropped records, device, safety, saturation, passivity, the tick's answer, priority and depth;
+/// none without a snapshot.
 std::vector<HealthItem> healthItems(const HealthView& view);
 
 /// The same in one line of the current ImGui window, each explained on hover. Returns true when the button before them

@@ -38,6 +38,7 @@ constexpr PictureCase kCases[]{
     {"spline-section", "spline", 1.4, "no-values,section,trace", "", "no-section"},
     {"spline-inside", "spline", 2.8, "no-values,section,clearance", "contact", "section:x"},
     {"spline-trees", "spline", 0.6, "no-values,trees:1", "", "trees:2"},
+    {"dental-pocket", "dental-inflamed", 5.4, "no-values,section:z", "contact", "no-section"},
     {"wedge", "wedge", 2.2, "no-values", "front", "no-ghost"},
 };
 

@@ -128,7 +128,7 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
     };
     const std::vector<Case> cases{
         {{{"role", 5}}, "extras.touchstone.role"},
-        {{{"role", "hammer"}}, "extras.touchstone.role must be tool, obstacle, goal or visual"},
+        {{{"role", "hammer"}}, "extras.touchstone.role must be tool, obstacle, goal, visual or gauge"},
         {{{"role", "tool"}, {"leaves", "many"}}, "extras.touchstone.leaves must be a whole number"},
         {{{"role", "tool"}, {"leaves", 0}}, "extras.touchstone.leaves"},
         {{{"role", "tool"}, {"leaves", 100.5}}, "extras.touchstone.leaves"},

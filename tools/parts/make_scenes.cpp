@@ -34,6 +34,15 @@ int main(int argc, char** argv) {
             command->add_option("--chamfer", fit.chamfer, "of the shaft's end and the hole's mouth, mm")
                 ->capture_default_str();
         }
+        if (scene.name == "dental") {
+            app::PocketFit& pocket = options.pocket;
+            command->add_option("--depth", pocket.depth, "of the pocket, mm")->capture_default_str();
+            command->add_option("--sulcus", pocket.sulcus, "depth of the gap elsewhere, mm")->capture_default_str();
+            command->add_option("--width", pocket.width, "of the pocket at the gum margin, mm")->capture_default_str();
+            command->add_option("--bottom-width", pocket.bottomWidth, "of its bottom, mm")->capture_default_str();
+            command->add_option("--stiffness", pocket.stiffness, "of the spring between hand and probe, N/m")
+                ->capture_default_str();
+        }
     }
     CLI11_PARSE(program, argc, argv);
 

@@ -180,6 +180,7 @@ constexpr SceneInfo kScenes[] = {
     {"plate", "a ball is driven at a 1 mm plate at 0.2, 1, 3 and 10 m/s", makePlate},
     {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
     {"pinch", "a ball between walls that leave it too little room, or hardly enough", makePinch},
+    {"dental", "a periodontal probe measures how deep the pocket between tooth and gum is", makeDental},
 };
 
 }  // namespace

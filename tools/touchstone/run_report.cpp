@@ -35,6 +35,9 @@ void printReport(const system::Report& report) {
                 report.force, report.torque);
     std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),
                 report.hover.max.value_or(0));
+    if (!report.gauge.empty())
+        std::printf("  %s: %.3f mm at the deepest, %.3f mm at the end\n", report.gauge.c_str(), report.depth.deepest,
+                    report.depth.last);
     if (report.infeasible || report.rowsTruncated || report.safetyTrips)
         std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
@@ -60,7 +63,7 @@ void LiveReport::add(const TickRecord& record, const system::LiveSession& sessio
     const auto& scene = session.scene();
     if (!scene || !scene->world || !session.snapshot()) return;
     if (!judge_ || session.sceneNumber() != scene_ || record.tick <= last_) {
-        statistics_ = {};
+        statistics_ = system::RunStatistics(scene->roles.gauge);
         judge_ = std::make_unique<system::OutcomeJudge>(scene->outcome);
         world_ = scene->world;
         meter_.emplace(*world_);
