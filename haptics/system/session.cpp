@@ -432,6 +432,7 @@ void LiveSession::update() {
 
 void LiveSession::take(const WholeTick& tick) {
     history_.push(tick.record);
+    heldTicks_ = tick.record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
     if (options_.onTick) options_.onTick(tick.record);
     if (recorder_) recorder_->add(tick);
     std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
