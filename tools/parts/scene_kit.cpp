@@ -37,6 +37,19 @@ json toolMarking(int leaves, json outcome) {
 
 json obstacleMarking(int leaves) { return {{"role", "obstacle"}, {"leaves", leaves}}; }
 
+json closeFit(json marking, int leaves, double clearance) {
+    if (leaves) return marking;
+    marking.erase("leaves");
+    marking["max_error_mm"] = 0.45 * clearance;
+    marking["quality"] = "best";
+    return marking;
+}
+
+json closeFitExtras(double clearance) {
+    const double half = 0.5 * clearance;
+    return {{"touchstone", {{"settings", {{"margin", half}, {"trust", half}, {"slack", std::min(0.1, half)}}}}}};
+}
+
 std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {
     if (!std::filesystem::exists(file))
         throw engine::SceneError(file.string() +
