@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include "tools/parts/shapes.hpp"
@@ -70,12 +71,17 @@ struct Round {
         if (known == lines.size()) lines.push_back({flank, inner});
         lines[known].inner = std::min(lines[known].inner, inner);
     }
-    void divide(double step) {
+    /// Nearer the axis a sector of parallel flanks is wider as an angle: the radius that asks for most pieces counts.
+    void divide(std::span<const double> radii, double spacing) {
         if (lines.empty()) lines.push_back({{0}, 1});
         for (Line& line : lines) line.flank.angle = order(line.flank) - std::asin(line.flank.offset / outer);
         std::ranges::sort(lines, {}, [&](const Line& line) { return order(line.flank); });
         for (int i = 0; i < static_cast<int>(lines.size()); ++i) {
-            const int n = pieces(next(i, outer) - lines[i].at(outer), step);
+            int n = 1;
+            for (const double r : radii) {
+                const double step = std::min(2 * std::acos(1 - std::min(1.0, kChordError / r)), spacing / r);
+                if (r > 0) n = std::max(n, pieces(next(i, r) - lines[i].at(r), step));
+            }
             for (int k = 0; k < n; ++k) places.emplace_back(i, double(k) / n);
         }
     }
@@ -103,7 +109,7 @@ engine::MeshData TurnedSolid::mesh(double spacing) const {
     const auto whole = [](const TurnedBlock& b) { return b.from.angle == b.to.angle && b.from.offset == b.to.offset; };
     for (const auto& [block, added] : steps_)
         if (!whole(block)) round.take(block.from, block.inner), round.take(block.to, block.inner);
-    round.divide(std::min(2 * std::acos(1 - kChordError / outer), spacing / outer));
+    round.divide(r.limits, spacing);
 
     const int rings = static_cast<int>(r.limits.size()) - 1, layers = static_cast<int>(y.limits.size()) - 1;
     const int sectors = static_cast<int>(round.lines.size());
