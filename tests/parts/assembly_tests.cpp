@@ -146,6 +146,9 @@ TEST_CASE("bayonet: impossible measures are refused in a sentence", "[parts]") {
     fit = {};
     fit.lugs = 5;
     CHECK_THROWS_WITH(bayonetHolder(fit), Catch::Contains("run into each other"));
+    fit = {};
+    fit.turn = 0;
+    CHECK_THROWS_WITH(bayonetCap(fit), Catch::Contains("more than 0"));
 }
 
 TEST_CASE("lock: the key turns at home alone", "[parts]") {
@@ -177,6 +180,9 @@ TEST_CASE("lock: impossible measures are refused in a sentence", "[parts]") {
     fit = {};
     fit.wardWidth = 8.5;
     CHECK_THROWS_WITH(lock(fit), Catch::Contains("narrower"));
+    fit = {};
+    fit.turn = 3;
+    CHECK_THROWS_WITH(lock(fit), Catch::Contains("2.5"));
 }
 
 }  // namespace touchstone::app

@@ -1,5 +1,6 @@
 #include "tools/parts/assembly.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -95,10 +96,11 @@ Scene makeGears(const SceneOptions& options) {
     addBody(scene, "fixed gear", {}, shared(fixedGear(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addBody(scene, "post", {{fit.distance(), 0, 0}}, shared(gearPost(fit)), silver(),
             marked(obstacleMarking(options.leaves)));
-    const double thick = 8, length = 2 * fit.distance() + 4 * fit.module,
-                 middle = fit.distance() - fit.module * fit.fixedTeeth / 2;
-    addBody(scene, "base", {{middle, -thick / 2, 0}},
-            shared(box({length, thick, fit.module * (fit.fixedTeeth + 4)}, 2)), silver(),
+    // Two modules beyond the pitch circles all round, one beyond the tips.
+    const double thick = 8, low = -fit.module * (fit.fixedTeeth + 4) / 2,
+                 high = fit.distance() + fit.module * (fit.looseTeeth + 4) / 2,
+                 wide = fit.module * (std::max(fit.fixedTeeth, fit.looseTeeth) + 4);
+    addBody(scene, "base", {{(low + high) / 2, -thick / 2, 0}}, shared(box({high - low, thick, wide}, 2)), silver(),
             obstacleMarking(options.leaves ? options.leaves : 4096));
     addGoal(scene, at(seated, home), 1.5 * fit.clearance, 0.06);
     scene.animations.push_back(motion.animation(tool));

@@ -14,6 +14,8 @@ void check(const BayonetFit& fit) {
     const double least = fit.lugHeight / 2 + fit.clearance;
     if (fit.lugs < 1 || fit.clearance <= 0 || fit.lugWidth <= 0 || fit.lugHeight <= 0 || fit.lugReach <= 0)
         throw std::invalid_argument("lugs, their measures and the clearance of a bayonet must be positive");
+    if (fit.turn <= 0 || fit.turn > 2.5)
+        throw std::invalid_argument("the cap must turn by more than 0 and at most 2.5 rad");
     if (-fit.locked() <= least)
         throw std::invalid_argument("the pockets break through the rim; make the depth greater or the rise smaller");
     if (fit.turn + (fit.lugWidth + 2 * fit.clearance + 2) * 2 / fit.diameter > kTau / fit.lugs)

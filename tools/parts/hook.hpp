@@ -21,7 +21,7 @@ struct HookAndEye {
 /// Throws std::invalid_argument with one sentence when the wire is too thick for its bends.
 engine::MeshData hook(const HookAndEye& fit);
 
-/// A ring about the x axis and origin, and the stem that it stands on, down to y = -2.5 of its radius.
+/// A ring about the x axis and the origin, and the stem that it stands on, from its lower edge 1.5 radii down.
 engine::MeshData eyeRing(const HookAndEye& fit);
 engine::MeshData eyeStem(const HookAndEye& fit);
 

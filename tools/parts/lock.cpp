@@ -16,6 +16,8 @@ void check(const LockFit& fit) {
         throw std::invalid_argument("the ward must be narrower than the bit is long");
     if (fit.bitWidth / 2 + fit.clearance >= fit.stem / 2)
         throw std::invalid_argument("the bit must be narrower than the stem");
+    if (fit.turn <= 0 || fit.turn > 2.5)
+        throw std::invalid_argument("the key must turn by more than 0 and at most 2.5 rad");
 }
 
 }  // namespace
