@@ -19,14 +19,16 @@ struct TurnedBlock {
     Flank from{0}, to{0};
 };
 
-/// A solid made up of blocks, each added to or cut from what stands there before it.
+/// A solid made up of blocks, each added to or cut from what stands there before it. Where two blocks meet in nothing
+/// but an edge, the mesh is not closed.
 class TurnedSolid {
   public:
     void add(const TurnedBlock& block) { steps_.push_back({block, true}); }
     void cut(const TurnedBlock& block) { steps_.push_back({block, false}); }
 
-    /// The surface, its curved faces inscribed to kChordError and its edges at most about `spacing` long. Throws
-    /// std::invalid_argument with one sentence when flanks cross within the radii of the solid.
+    /// The surface, its curved faces inscribed to kChordError and its edges at most about `spacing` long.
+    /// Throws std::invalid_argument with one sentence when flanks cross within the radii of the solid or stand further
+    /// off the axis than their block begins. Pre: there is a block.
     engine::MeshData mesh(double spacing) const;
 
   private:
