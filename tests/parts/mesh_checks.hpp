@@ -56,6 +56,18 @@ inline double longestEdge(const engine::MeshData& mesh) {
     return longest;
 }
 
+/// Whether p, mm, lies inside a closed mesh: the triangles fill the sight all round, not at all from outside.
+inline bool isInside(const engine::MeshData& mesh, const glm::dvec3& p) {
+    double halfAngles = 0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+        const glm::dvec3 a = corner(mesh, i) - p, b = corner(mesh, i + 1) - p, c = corner(mesh, i + 2) - p;
+        const double A = glm::length(a), B = glm::length(b), C = glm::length(c);
+        halfAngles += std::atan2(glm::dot(a, glm::cross(b, c)),
+                                 A * B * C + glm::dot(a, b) * C + glm::dot(b, c) * A + glm::dot(c, a) * B);
+    }
+    return halfAngles > std::acos(-1.0);  // of 2 pi
+}
+
 /// Distance from p to a segment, mm.
 inline double distanceToSegment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
     const double t = std::clamp(glm::dot(p - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);

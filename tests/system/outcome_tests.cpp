@@ -48,6 +48,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
                {"min_peak_force_N", 3},
                {"max_peak_force_N", 4},
                {"max_peak_torque_mNm", 10},
+               {"min_peak_torque_mNm", 13},
                {"max_dforce_N_per_ms", 2.5},
                {"min_contact_fraction", 0.5},
                {"max_final_lag_mm", 0.1},
@@ -67,7 +68,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
     judge.add(record, 0, 0.5);
 
     const auto checks = judge.checks(true);
-    CHECK(checks.size() == 9);
+    CHECK(checks.size() == 10);
     const auto is = [&](const char* name, double value, bool met) {
         INFO(name);
         const OutcomeCheck& check = find(checks, name);
@@ -79,6 +80,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
     is("min_peak_force_N", 3.2, true);
     is("max_peak_force_N", 3.2, true);
     is("max_peak_torque_mNm", 12, false);
+    is("min_peak_torque_mNm", 12, false);
     is("max_dforce_N_per_ms", 2.4, true);  // from 2 to 3.2 N in half a ms
     is("min_contact_fraction", 0.75, true);
     is("max_final_lag_mm", 0.05, true);
@@ -88,6 +90,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
 TEST_CASE("outcome: before the end only what has to hold at all times is judged", "[system]") {
     Fixture f({{"max_penetration_mm", 0.001},
                {"min_peak_force_N", 3},
+               {"min_peak_torque_mNm", 3},
                {"max_final_lag_mm", 1},
                {"final_position_m", {0, 0, 0}}});
     system::OutcomeJudge judge(f.read());
@@ -95,7 +98,7 @@ TEST_CASE("outcome: before the end only what has to hold at all times is judged"
     const auto checks = judge.checks(false);
     REQUIRE(checks.size() == 1);
     CHECK(checks[0].name == "max_penetration_mm");
-    CHECK(judge.checks(true).size() == 4);
+    CHECK(judge.checks(true).size() == 5);
 }
 
 TEST_CASE("outcome: seated means within both tolerances for the whole hold at the end", "[system]") {

@@ -154,6 +154,15 @@ Outline circle(double radius, double chordError, double spacing) {
     return outline;
 }
 
+void addArc(Outline& outline, double radius, double from, double to, double chordError, double spacing) {
+    const double step = std::min(2 * std::acos(1 - chordError / radius), spacing / radius);
+    const int pieces = std::max(1, static_cast<int>(std::ceil((to - from) / step)));
+    for (int i = 0; i <= pieces; ++i) {
+        const double angle = from + (to - from) * i / pieces;
+        outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    }
+}
+
 Outline offset(const Outline& outline, double distance) {
     if (distance == 0) return outline;  // to the last bit, so that solids that share it stay closed
     struct Edge {

@@ -37,6 +37,20 @@ json toolMarking(int leaves, json outcome) {
 
 json obstacleMarking(int leaves) { return {{"role", "obstacle"}, {"leaves", leaves}}; }
 
+json closeFit(json marking, int leaves, double clearance) {
+    if (leaves) return marking;
+    marking.erase("leaves");
+    marking["max_error_mm"] = 0.45 * clearance;
+    marking["quality"] = "best";
+    return marking;
+}
+
+json closeFitExtras(double clearance) {
+    const double near = 0.4 * clearance;
+    return {
+        {"touchstone", {{"settings", {{"margin", near}, {"trust", near}, {"slack", std::min(0.1, 0.5 * clearance)}}}}}};
+}
+
 std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {
     if (!std::filesystem::exists(file))
         throw engine::SceneError(file.string() +

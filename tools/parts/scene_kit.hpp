@@ -25,6 +25,11 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
 nlohmann::json toolMarking(int leaves, nlohmann::json outcome);
 nlohmann::json obstacleMarking(int leaves);
 
+/// What a fit of this clearance, mm, needs: of its bodies, leaves that stand out of both by nine tenths of it together
+/// (or `leaves`, if not 0), and of the scene, a margin and trust of half of it.
+nlohmann::json closeFit(nlohmann::json marking, int leaves, double clearance);
+nlohmann::json closeFitExtras(double clearance);
+
 /// The bunny about the centre of its bounding box, whose largest side is made 100 mm; up is +y, the face at -x.
 /// Throws engine::SceneError, with what to install when the file is missing.
 std::shared_ptr<const engine::MeshData> stanfordBunny(const std::filesystem::path& file);

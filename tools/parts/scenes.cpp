@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/parts/assembly.hpp"
 #include "tools/parts/hard_cases.hpp"
 #include "tools/parts/scene_kit.hpp"
 
@@ -59,15 +60,7 @@ Scene makeBunnies(const SceneOptions& options) {
 /// A splined shaft finds its hole: press, turn until the keys drop in, insert, wiggle, rest.
 Scene makeSpline(const SceneOptions& options) {
     const SplineFit& fit = options.fit;
-    // Leaves stand out of a surface a little, and what those of both parts stand out is lost from the clearance: a
-    // tenth of it is left for the shaft to move in.
-    const auto marked = [&](json marking) {
-        if (options.leaves) return marking;
-        marking.erase("leaves");
-        marking["max_error_mm"] = 0.45 * fit.clearance;
-        marking["quality"] = "best";
-        return marking;
-    };
+    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
     const glm::dvec3 y(0, 1, 0);
     const double misaligned = std::numbers::pi / fit.keys;
     // The tool's origin is the middle of the shaft.
@@ -91,11 +84,7 @@ Scene makeSpline(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "spline";
-    scene.extras = {{"touchstone",
-                     {{"settings",
-                       {{"margin", 0.4 * fit.clearance},
-                        {"trust", 0.4 * fit.clearance},
-                        {"slack", std::min(0.1, 0.5 * fit.clearance)}}}}}};
+    scene.extras = closeFitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
     const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
                                 marked(toolMarking(options.leaves, outcome)));
@@ -181,6 +170,10 @@ constexpr SceneInfo kScenes[] = {
     {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
     {"pinch", "a ball between walls that leave it too little room, or hardly enough", makePinch},
     {"dental", "a periodontal probe measures how deep the pocket between tooth and gum is", makeDental},
+    {"bayonet", "a cap with lugs is put into its holder, turned and locked", makeBayonet},
+    {"gears", "a gear slides down a post into mesh with a fixed gear", makeGears},
+    {"hook", "a hook goes through an eye and carries load", makeHook},
+    {"lock", "a key goes into its lock, turns when it is home, and is held", makeLock},
 };
 
 }  // namespace

@@ -136,12 +136,7 @@ Outline splineProfile(const SplineFit& fit) {
     // Arcs as chords of equal length, corners exactly on the flanks; flanks are divided afterwards.
     Outline outline;
     const auto arc = [&](double radius, double from, double to) {
-        const double step = std::min(2 * std::acos(1 - kChordError / radius), fit.spacing / radius);
-        const int pieces = std::max(1, static_cast<int>(std::ceil((to - from) / step)));
-        for (int i = 0; i <= pieces; ++i) {
-            const double angle = from + (to - from) * i / pieces;
-            outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
-        }
+        addArc(outline, radius, from, to, kChordError, fit.spacing);
     };
     for (int key = 0; key < fit.keys; ++key) {
         const double middle = key * pitch;
