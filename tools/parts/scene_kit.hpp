@@ -26,7 +26,7 @@ nlohmann::json toolMarking(int leaves, nlohmann::json outcome);
 nlohmann::json obstacleMarking(int leaves);
 
 /// What a fit of this clearance, mm, needs: of its bodies, leaves that stand out of both by nine tenths of it together
-/// (or `leaves`, if not 0), and of the scene, a margin and trust of half of it.
+/// (or `leaves`, if not 0), and of the scene, a margin and trust of 0.4 of it.
 nlohmann::json closeFit(nlohmann::json marking, int leaves, double clearance);
 nlohmann::json closeFitExtras(double clearance);
 
