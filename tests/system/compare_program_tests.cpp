@@ -106,7 +106,7 @@ TEST_CASE("compare: a recording and a motion from a file are fed as they are", "
         compared(touchstone, press + " --solvers pqp --device replay:" + touchstone.file("down.csv"), "moved");
     REQUIRE(moved.size() == 1);
     CHECK(moved[0].at("device_hash") != demo[0].at("device_hash"));
-    CHECK(std::stod(moved[0].at("force_max_N")) == Approx(1).margin(0.2));
+    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);  // 1 mm into the slab, and what leaves stand out
     CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not asked for
 }
 
@@ -144,12 +144,12 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
     const json results = json::parse(textOf(touchstone.file("paper/paper.json")));
     CHECK(results.at("quick") == true);
     CHECK_FALSE(results.at("machine").at("processor").get<std::string>().empty());
-    REQUIRE(results.at("motions").size() == 3);
+    REQUIRE(results.at("motions").size() == 4);
     for (const json& motion : results.at("motions")) {
-        INFO(motion.at("motion"));
+        INFO(motion.at("name"));
         std::set<std::string> devices;
         for (const json& row : motion.at("rows")) devices.insert(row.at("device_hash").get<std::string>());
-        CHECK(motion.at("rows").size() == 7);
+        CHECK(motion.at("rows").size() == (motion.at("name") == "figure-7-1024" ? 3 : 7));
         CHECK(devices.size() == 1);
     }
     std::set<std::string> claims;

@@ -82,7 +82,6 @@ void addSplineFigure(engine::Scene& scene, engine::Entity tool, const SplineFit&
     const auto at = [&](double depth, double angle, double aside = 0, double tilt = 0) {
         return ToolPose{{aside, fit.length / 2 - depth, 0}, about({0, 0, 1}, tilt) * about({0, 1, 0}, angle)};
     };
-    // Hardly into the face, so that the pairs that intersect at the device stay about as many as were published.
     const double pressed = 0.5, bottom = fit.depth - 1, seconds = (bottom - pressed) / 15;
     Demonstration motion(at(-5, misaligned));
     motion.hold(0.2);
@@ -92,7 +91,7 @@ void addSplineFigure(engine::Scene& scene, engine::Entity tool, const SplineFit&
     motion.hold(0.2);
     motion.follow(seconds, [&](double t) {
         const double way = t / seconds, depth = pressed + (bottom - pressed) * way;
-        return at(depth, 0, 1.5 * fit.clearance * std::sin(2 * kTau * way), 0.01 * way * std::sin(3 * kTau * way));
+        return at(depth, 0, 0.8 * fit.clearance * std::sin(2 * kTau * way), 0.003 * std::sin(3 * kTau * way));
     });
     motion.hold(0.3);
     scene.animations.push_back(motion.animation(tool, "figure-7"));

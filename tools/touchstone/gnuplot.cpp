@@ -1,5 +1,6 @@
 #include "tools/touchstone/gnuplot.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
@@ -36,9 +37,11 @@ void requireGnuplot() {
 }
 
 void gnuplot(const std::filesystem::path& folder, const std::string& name, const std::string& commands, int height) {
+    std::string id = name;  // gnuplot allows no more than letters, digits and _
+    std::replace(id.begin(), id.end(), '-', '_');
     const std::string size = " size 960," + std::to_string(height);
     for (const auto& [terminal, extension] :
-         {std::pair{"svg" + size + " dynamic font \"sans-serif,13\" name \"" + name + "\"", ".svg"},
+         {std::pair{"svg" + size + " dynamic font \"sans-serif,13\" name \"" + id + "\"", ".svg"},
           std::pair{"pngcairo" + size + " font \"sans-serif,10\"", ".png"}}) {
         FILE* pipe = popen("gnuplot", "w");
         if (!pipe) throw std::runtime_error("gnuplot could not be started, although it is installed");
