@@ -106,7 +106,7 @@ TEST_CASE("compare: a recording and a motion from a file are fed as they are", "
         compared(touchstone, press + " --solvers pqp --device replay:" + touchstone.file("down.csv"), "moved");
     REQUIRE(moved.size() == 1);
     CHECK(moved[0].at("device_hash") != demo[0].at("device_hash"));
-    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);  // 1 mm into the slab, and what leaves stand out
+    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and what leaves stand out
     CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not asked for
 }
 
