@@ -1,13 +1,12 @@
 // touchstone compare and touchstone paper from outside. What they measure is never asserted: only that the inputs were
 // the same and that everything is there.
 #include <catch2/catch.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/device/motion.hpp"
+#include "tests/system/csv_table.hpp"
 #include "tests/system/program.hpp"
 
 using namespace touchstone;
@@ -16,35 +15,13 @@ using nlohmann::json;
 
 namespace {
 
-std::vector<std::map<std::string, std::string>> tableOf(const std::string& file) {
-    std::istringstream lines(textOf(file));
-    const auto fieldsOf = [](const std::string& line) {
-        std::vector<std::string> fields;
-        std::istringstream in(line);
-        for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
-        if (line.ends_with(',')) fields.emplace_back();
-        return fields;
-    };
-    std::string line;
-    REQUIRE(std::getline(lines, line));
-    const std::vector<std::string> header = fieldsOf(line);
-    std::vector<std::map<std::string, std::string>> table;
-    while (std::getline(lines, line)) {
-        const std::vector<std::string> fields = fieldsOf(line);
-        REQUIRE(fields.size() == header.size());
-        auto& row = table.emplace_back();
-        for (std::size_t i = 0; i < header.size(); ++i) row[header[i]] = fields[i];
-    }
-    return table;
-}
-
 std::string pressFile(const Program& touchstone) {
     engine::writeGltf(pressScene(), touchstone.file("press.glb"));
     return touchstone.file("press.glb");
 }
 
 /// The table of `compare ARGS`.
-auto compared(const Program& touchstone, const std::string& args, const std::string& folder) {
+Table compared(const Program& touchstone, const std::string& args, const std::string& folder) {
     const Answer answer = touchstone("compare " + args + " --runs 1 --out " + touchstone.file(folder));
     INFO(answer.err);
     REQUIRE(answer.code == 0);

@@ -22,7 +22,6 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr int kMostRows = 1 << 15;  // of the tick
-constexpr int kRuns = 5;
 
 Settings settingsFor(const ComparedMotion& motion, const CompareCase& what, const Settings& usual) {
     RunOptions options;

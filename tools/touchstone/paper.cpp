@@ -130,13 +130,19 @@ std::string panel(const ComparedRun& run, const std::string& title, const std::s
     for (const auto& [name, value] : curves) lines.add(name, overTime(run, value), "lines");
     return lines.data() + "set title \"" + title + "\" noenhanced\nset ylabel \"" + axis + "\"\n" + lines.plot();
 }
+/// What begins a column of plots over the same time.
+std::string column(const ComparedRun& run) {
+    const double end = static_cast<double>(run.ticks.size()) * 1000 / run.settings.rate;
+    return "set multiplot layout 3,1\nset lmargin 9\nset rmargin 20\nset key outside right\nset xlabel \"ms\"\nset "
+           "xrange [0:" +
+           text(end) + "]\n";
+}
 const std::vector<Curve> kTimes{{"total", stepAt}, {"optimisation", solveAt}, {"collision", collisionAt}};
 
 void drawFigure5(const Runs& runs, const fs::path& folder, const std::string& name) {
     const ComparedRun &active = runOf(runs, "paper active-set"), &pqp = runOf(runs, "paper pqp");
     gnuplot(folder, name,
-            "set multiplot layout 3,1\nset key outside right width 2\nset xlabel \"ms\"\n" +
-                panel(pqp, "(a) pairs of spheres that intersect", "pairs", {{"pairs", pairsAt}}) +
+            column(pqp) + panel(pqp, "(a) pairs of spheres that intersect", "pairs", {{"pairs", pairsAt}}) +
                 panel(active, "(b) with active-set", "µs", kTimes) + panel(pqp, "(c) with pqp", "µs", kTimes) +
                 "unset multiplot\n",
             860);
@@ -209,7 +215,7 @@ void drawFigure7(const ComparedRun& run, const Phases& phases, const fs::path& f
         walls += "set arrow from first " + std::to_string(tick) + ", graph 0 to first " + std::to_string(tick) +
                  ", graph 1 nohead linecolor rgb grey dashtype 2\n";
     gnuplot(folder, name,
-            walls + "set multiplot layout 3,1\nset key outside right width 2\nset xlabel \"ms\"\n" +
+            walls + column(run) +
                 panel(run, "force: separate | rotating | inserting", "N",
                       {{"x", forceAt<0>}, {"y, axial", forceAt<1>}, {"z", forceAt<2>}}) +
                 panel(run, "torque", "mN·m", {{"x", torqueAt<0>}, {"y, axial", torqueAt<1>}, {"z", torqueAt<2>}}) +
