@@ -14,7 +14,9 @@ std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode)
     Settings settings = system::withMode(scene.settings, mode);
     settings.solver = kExactSolver;
     settings.shadow = -1;
-    system::HeadlessOptions options{.device = std::string("demo:") + motion, .timing = false};
+    system::HeadlessOptions options;
+    options.device = std::string("demo:") + motion;
+    options.timing = false;
     std::vector<TickRecord> ticks;
     options.onTick = [&](const TickRecord& record, double penetration) {
         ticks.push_back(record);
