@@ -2,11 +2,9 @@
 // graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20), with no safeguard beyond a bound on rows
 // and work.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
-#include "haptics/collision/leaf_gaps.hpp"
-#include "haptics/loop/step_state.hpp"
+#include "haptics/loop/overlaps.hpp"
 
 namespace touchstone {
 namespace {
@@ -42,25 +40,10 @@ int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
         s.deepest.push_back(pair);
         std::push_heap(s.deepest.begin(), s.deepest.end(), deeper);
     };
-    for (int k = 0; k < int(s.walks.size()); ++k) {
-        const Pose X_OT = s.inObstacle(k, device);
-        const Mat3 R = X_OT.R();
-        const SphereTree& obstacle = *s.world->obstacles[k].tree;
-        s.walks[k].run(X_OT, 0, [&](const LeafBucket* entries, int count) {
-            for (int i = 0; i < count; ++i) {
-                const Sphere leaf = s.world->tool->leaf(entries[i].toolLeaf);
-                const LeafGaps gaps =
-                    leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, entries[i].bucket);
-                simd::Mask mask = ~simd::lessEqual(simd::splat(0.0), gaps.gap) & 0xff;
-                pairs += std::popcount(mask);
-                for (; mask; mask &= mask - 1) {
-                    const int lane = std::countr_zero(mask);
-                    keep({gaps.gap[lane],
-                          contactId(k, entries[i].toolLeaf, entries[i].bucket * SphereTree::kBranching + lane)});
-                }
-            }
-        });
-    }
+    forOverlaps(s, device, [&](int obstacle, int toolLeaf, int obstacleLeaf, double gap) {
+        ++pairs;
+        keep({gap, contactId(obstacle, toolLeaf, obstacleLeaf)});
+    });
     std::sort(s.deepest.begin(), s.deepest.end(), [](const Pair& a, const Pair& b) { return a.id < b.id; });
     return pairs;
 }

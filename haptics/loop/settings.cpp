@@ -30,8 +30,10 @@ struct Row {
 constexpr double kMaxPaperRows = 1024, kMaxShadowRows = 4096, kMaxWork = 1e12;
 
 constexpr Row kRows[] = {
-    {{"mode", "", "default is what a hand should feel; paper is the paper's method as written, failures included", 0,
-      0},
+    {{"mode", "",
+      "default is what a hand should feel; paper is the paper's method as written, failures included; penalty lets the "
+      "tool sink in and pushes it back, without a solver",
+      0, 0},
      &Settings::mode},
     {{"solver", "", "solver that moves the tool; an approximate one is moved onto the contacts afterwards", 0, 0},
      SolverName{&Settings::solver, false}},
@@ -79,6 +81,8 @@ constexpr Row kRows[] = {
     {{"shadow_work", "", "rows x iterations a tick of the shadow before it gives up", 1, kMaxWork},
      &Settings::shadowWork},
     {{"shadow_rows", "", "deepest rows that the shadow takes", 1, kMaxShadowRows}, &Settings::shadowRows},
+    {{"penalty_stiffness", "N/mm", "of each overlapping pair in penalty mode; smaller sinks in deeper", 0.001, 1e6},
+     &Settings::penaltyStiffness},
     {{"rate", "Hz", "ticks per second; higher is stiffer without buzzing and leaves less time a tick", 250, 10000},
      &Settings::rate},
     {{"pause", "", "hold the tool where it is, with zero force", 0, 0}, &Settings::pause},
@@ -92,7 +96,7 @@ constexpr auto kInfos = [] {
     return infos;
 }();
 
-constexpr std::string_view kModeNames[] = {"default", "paper"};
+constexpr std::string_view kModeNames[] = {"default", "paper", "penalty"};
 constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
 
 template <class... F>
@@ -166,6 +170,7 @@ bool readNumber(const SettingInfo& info, std::string_view value, double& number)
 }  // namespace
 
 std::span<const SettingInfo> settingTable() { return kInfos; }
+std::span<const std::string_view> modeNames() { return kModeNames; }
 
 std::string setSetting(Settings& settings, std::string_view key, std::string_view value) {
     const Row* row = findRow(key);
@@ -196,7 +201,8 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
                           },
                           [&](Mode Settings::*member) -> std::string {
                               const auto found = std::find(std::begin(kModeNames), std::end(kModeNames), value);
-                              if (found == std::end(kModeNames)) return refuse(info, value, "default or paper");
+                              if (found == std::end(kModeNames))
+                                  return refuse(info, value, "default, paper or penalty");
                               settings.*member = static_cast<Mode>(found - std::begin(kModeNames));
                               return {};
                           },

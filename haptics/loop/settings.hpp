@@ -13,7 +13,10 @@ namespace touchstone {
 enum class Mode : std::uint8_t {
     Default,  ///< pairs with margin, half-space rows, trust cap: what a hand should feel
     Paper,    ///< Yu, Wang and Zhang as written, to be measured against
+    Penalty,  ///< springs against overlaps behind a virtual coupling, to be measured against
 };
+/// In the order of the enumeration, as on the command line.
+std::span<const std::string_view> modeNames();
 
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop.
 struct Settings {
@@ -37,6 +40,7 @@ struct Settings {
     std::int64_t solverWork = 20'000'000;  ///< rows x iterations a tick of an approximate rendering solver
     std::int64_t shadowWork = 5'000'000;   ///< rows x iterations a tick of the shadow
     int shadowRows = 300;                  ///< deepest rows the shadow takes
+    double penaltyStiffness = 10;          ///< N/mm of each pair in penalty mode
     double rate = 1000;                    ///< Hz
     bool pause = false;                    ///< hold the tool where it is, force zero
     int deadMan = 0;                       ///< button of the device without which there is no force, from 1; 0: none

@@ -193,8 +193,8 @@ namespace {
 bool advance(Tick& tick, const Pose& device, Wrench& wrench) {
     StepState::Impl& state = tick.state;
     const Pose before = state.graphic;
-    const bool done =
-        tick.settings.mode == Mode::Paper ? paperTick(tick, device, wrench) : defaultTick(tick, device, wrench);
+    constexpr decltype(&defaultTick) kTicks[] = {defaultTick, paperTick, penaltyTick};  // by Mode
+    const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, wrench);
     if (done && state.graphic.isFinite() && wrench.isFinite()) return true;
     if (done) tick.record.flags |= kNonFinite;
     state.graphic = before;
@@ -209,7 +209,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     const double freeRadius = s.freeRadius, most = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
     s.moveObstacle(k, target, s.paces[k] * most);
     bool fits = advance(tick, device, wrench);
-    if (set.mode == Mode::Paper) return fits;
+    if (set.mode != Mode::Default) return fits;
     if (fits) {
         const Pose after = s.inObstacle(k, s.graphic);
         fits = s.lists[k].complete(after, 0, set.slack) &&

@@ -1,5 +1,5 @@
 #pragma once
-// Memory of the tick, shared by the two modes. Internal to step().
+// Memory of the tick, shared by the modes. Internal to step().
 #include <vector>
 
 #include "haptics/collision/clearance.hpp"
@@ -32,7 +32,7 @@ struct StepState::Impl {
 
     // Working memory.
     std::vector<NeighbourList> lists;
-    std::vector<TreeWalk> walks;  ///< of paper mode, which keeps no list
+    std::vector<TreeWalk> walks;  ///< of the modes that keep no list
     RowSet rows{kRowCapacity};
     RowScreen screen{kRowCapacity};
     RowSet relaxed{kRowCapacity};                    ///< rows with violated gaps set to zero; the shadow's deepest rows
@@ -102,8 +102,9 @@ struct Tick {
     void runShadow(const QpProblem& problem, const Vec6& rendered);
 };
 
-/// Both move `state.graphic` towards `device` and return the wrench about C; false: hold the tool, no force.
+/// Each moves `state.graphic` towards `device` and returns the wrench about C; false: hold the tool, no force.
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
 
 }  // namespace touchstone

@@ -172,7 +172,7 @@ void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
     std::ofstream out(file, std::ios::binary);
     out << "tick,rows,mode,solver,tolerance,time_us,force_error_N,torque_error_mNm,iterations,status,on_front\n";
     for (const SweepPoint& p : sweep.points)
-        out << sweep.tick << ',' << sweep.rows << ',' << (sweep.mode == Mode::Paper ? "paper" : "default") << ','
+        out << sweep.tick << ',' << sweep.rows << ',' << modeNames()[static_cast<std::size_t>(sweep.mode)] << ','
             << solverTable()[static_cast<std::size_t>(p.solver)].name << ',' << p.tolerance << ',' << p.us << ','
             << p.forceError << ',' << p.torqueError << ',' << p.iterations << ',' << name(p.status) << ','
             << int(p.onFront) << '\n';

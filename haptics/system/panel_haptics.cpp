@@ -38,6 +38,7 @@ constexpr SettingControl kMore[]{
     {"solver_work", "Solver work", 1e4, 1e9},
     {"paper_rows", "Paper rows", 1, 4096},
     {"paper_work", "Paper work", 1e5, 1e10},
+    {"penalty_stiffness", "Penalty", 0.1, 1000},
     {"dead_man", "Dead man's button", 0, 8},
 };
 

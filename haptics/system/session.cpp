@@ -34,7 +34,7 @@ Settings withMode(Settings settings, Mode mode) {
     const int pqp = findSolver("pqp");
     settings.mode = mode;
     settings.solver = mode == Mode::Paper ? pqp : kExactSolver;
-    settings.shadow = mode == Mode::Paper ? -1 : pqp;
+    settings.shadow = mode == Mode::Default ? pqp : -1;
     settings.tolerance = 0.01;
     return settings;
 }

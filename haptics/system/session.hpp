@@ -55,7 +55,7 @@ struct OpeningProgress {
 };
 
 /// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,
-/// shadowed by pqp. All else stays.
+/// shadowed by pqp; penalty without a solver. All else stays.
 Settings withMode(Settings settings, Mode mode);
 /// Rendering and shadow solver exchanged; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);

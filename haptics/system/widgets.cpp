@@ -37,7 +37,7 @@ std::string help(const SettingInfo& info) {
 
 /// What the setting may be, for those that are chosen from a list; empty for numbers and switches.
 std::vector<std::string> choices(std::string_view key) {
-    if (key == "mode") return {"default", "paper"};
+    if (key == "mode") return {modeNames().begin(), modeNames().end()};
     if (key == "screening") return {"none", "screen", "cluster"};
     if (key != "solver" && key != "shadow") return {};
     std::vector<std::string> names;

@@ -99,7 +99,7 @@ TEST_CASE("settings: sentences say what is accepted", "[loop]") {
     CHECK(setSetting(settings, "paper_work", "1e8") == "");
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");
-    CHECK(setSetting(settings, "mode", "papery") == "mode must be default or paper, not 'papery'");
+    CHECK(setSetting(settings, "mode", "papery") == "mode must be default, paper or penalty, not 'papery'");
     CHECK(setSetting(settings, "solver", "none") ==
           "solver must be one of dual-active-set, pqp, active-set, not 'none'");
     CHECK(setSetting(settings, "shadow", "simplex") ==

@@ -350,9 +350,9 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     }
 }
 
-TEST_CASE("step: the tick allocates nothing, in either mode, with every solver", "[step]") {
+TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[step]") {
     const World world = worldOf(blob(300, 20, 9), blob(300, 20, 10), at(0, 45, 0));
-    for (const Mode mode : {Mode::Default, Mode::Paper})
+    for (const Mode mode : {Mode::Default, Mode::Paper, Mode::Penalty})
         for (int solver = 0; solver < int(solverTable().size()); ++solver) {
             CAPTURE(int(mode), solver);
             StepState state(world);

@@ -1,11 +1,10 @@
 // touchstone bench from outside. What it measures is never asserted: only that it is there, or rightly is not.
 #include <catch2/catch.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "engine/scene/gltf_write.hpp"
+#include "tests/system/csv_table.hpp"
 #include "tests/system/program.hpp"
 
 using namespace touchstone;
@@ -13,34 +12,6 @@ using namespace touchstone::test;
 using nlohmann::json;
 
 namespace {
-
-using Table = std::vector<std::map<std::string, std::string>>;
-
-std::vector<std::string> fieldsOf(const std::string& line) {
-    std::vector<std::string> fields(1);
-    for (const char c : line) {
-        if (c == ',')
-            fields.emplace_back();
-        else
-            fields.back() += c;
-    }
-    return fields;
-}
-
-Table tableOf(const std::string& file) {
-    std::istringstream lines(textOf(file));
-    std::string line;
-    REQUIRE(std::getline(lines, line));
-    const std::vector<std::string> header = fieldsOf(line);
-    Table table;
-    while (std::getline(lines, line)) {
-        const std::vector<std::string> fields = fieldsOf(line);
-        REQUIRE(fields.size() == header.size());
-        auto& row = table.emplace_back();
-        for (std::size_t i = 0; i < header.size(); ++i) row[header[i]] = fields[i];
-    }
-    return table;
-}
 
 std::set<std::string> keysOf(const json& results) {
     std::set<std::string> keys;

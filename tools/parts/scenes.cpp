@@ -5,6 +5,7 @@
 
 #include "tools/parts/assembly.hpp"
 #include "tools/parts/hard_cases.hpp"
+#include "tools/parts/paper_motions.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -54,6 +55,7 @@ Scene makeBunnies(const SceneOptions& options) {
     addBody(scene, "silver bunny", {}, mesh, silver(), obstacleMarking(leaves));
     scene.animations.push_back(motion.animation(tool));
     addBunnyCases(scene, tool, tree, contact);
+    addBunnyFigures(scene, tool, tree);
     return scene;
 }
 
@@ -96,6 +98,7 @@ Scene makeSpline(const SceneOptions& options) {
     json hard = snaps();
     hard.update(outcome);
     scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
+    addSplineFigure(scene, tool, fit);
     return scene;
 }
 

@@ -1,6 +1,4 @@
 // touchstone bench: sweeps, writes what was measured, and joins the parts of a sweep.
-#include <unistd.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
@@ -11,6 +9,7 @@
 #include "haptics/system/circumstances.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
+#include "tools/touchstone/gnuplot.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -35,13 +34,9 @@ Shard shardOf(const std::string& text) {
     return shard;
 }
 
-void makeFolder(const fs::path& folder) {
+void makeOutFolder(const fs::path& folder) {
     if (folder.empty()) throw UsageError("touchstone bench needs --out DIR, a folder to write to");
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!fs::is_directory(folder, error) || access(folder.c_str(), W_OK) != 0)
-        throw std::runtime_error("cannot write the benchmark to '" + folder.string() +
-                                 "': check the folder and its permissions");
+    makeFolder(folder, "benchmark");
 }
 
 void sortRows(ordered_json& results) {
@@ -111,7 +106,7 @@ int bench(const BenchCommand& command) {
     const BenchPlan all = planBench(command), plan = all.shard(shard.k, shard.n);
     const bool plots = command.shard.empty();
     if (plots) requireGnuplot();
-    makeFolder(command.out);
+    makeOutFolder(command.out);
 
     ordered_json part = system::circumstances();
     part["shard"] = std::to_string(shard.k) + "/" + std::to_string(shard.n);
@@ -165,7 +160,7 @@ int benchMerge(const BenchMergeCommand& command) {
     if (std::to_string(found.size()) != n)
         throw std::runtime_error("only " + std::to_string(found.size()) + " of " + n +
                                  " shards are given: add the folders of the others");
-    makeFolder(command.out);
+    makeOutFolder(command.out);
     write(command.out, joined, true);
     tell(joined, command.out);
     return kOk;

@@ -65,8 +65,6 @@ std::vector<QpCost> measureQp(int rows, bool quick);
 /// Objects of equal keys as a table; null is an empty field.
 std::string toCsv(const std::vector<nlohmann::ordered_json>& rows);
 
-/// Throws std::runtime_error with one sentence when there is no gnuplot.
-void requireGnuplot();
 /// Draws what the results show as SVG and PNG into the folder; returns name and caption of each plot.
 struct BenchPlot {
     std::string name, caption;

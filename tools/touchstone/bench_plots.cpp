@@ -1,15 +1,12 @@
-// The benchmark's plots, by gnuplot, and the page that shows them.
+// The benchmark's plots, and the page that shows them.
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <sstream>
-#include <stdexcept>
 
-#include "haptics/system/pareto.hpp"
 #include "tools/touchstone/bench.hpp"
+#include "tools/touchstone/gnuplot.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -17,88 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr const char* kStyle = R"(grey = "#808890"
-set border 3 linecolor rgb grey
-set tics nomirror textcolor rgb grey
-set xlabel textcolor rgb grey
-set ylabel textcolor rgb grey
-set title textcolor rgb grey
-set key textcolor rgb grey spacing 1.1 noenhanced
-set grid linecolor rgb grey linewidth 0.3
-)";
-constexpr const char* kColours[] = {"#2f81f7", "#e07020", "#1f9d55", "#c03060", "#8a5cd0",
-                                    "#b08800", "#20a0a0", "#606870", "#d05090"};
 using system::kLeastError;
 constexpr double kLeastTime = 0.01;  // µs: what is less is drawn here
 
-std::string colour(std::size_t i) { return kColours[i % std::size(kColours)]; }
-std::string text(double value) {
-    char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.6g", value);
-    return buffer;
-}
 std::string str(const ordered_json& row, const char* key) { return row.at(key).get<std::string>(); }
 bool has(const ordered_json& row, const std::string& key) { return row.contains(key) && row.at(key).is_number(); }
 double num(const ordered_json& row, const std::string& key) { return row.at(key).get<double>(); }
-
-void draw(const fs::path& folder, const std::string& name, const std::string& body) {
-    for (const auto& [terminal, extension] :
-         {std::pair{"svg size 960,440 dynamic font \"sans-serif,13\" name \"" + name + "\"", ".svg"},
-          std::pair{std::string("pngcairo size 960,440 font \"sans-serif,10\""), ".png"}}) {
-        FILE* pipe = popen("gnuplot", "w");
-        if (!pipe) throw std::runtime_error("gnuplot could not be started, although it is installed");
-        const std::string script = "set terminal " + terminal + "\nset output \"" + (folder / name).string() +
-                                   extension + "\"\n" + kStyle + body;
-        std::fwrite(script.data(), 1, script.size(), pipe);
-        if (pclose(pipe) != 0)
-            throw std::runtime_error("gnuplot could not draw '" + (folder / name).string() + extension +
-                                     "': see its message above");
-    }
-}
-
-using Points = std::vector<system::TimeAndError>;
-
-/// Data blocks and the plot command of lines through points.
-class Lines {
-  public:
-    void add(const std::string& title, Points points, const std::string& style = "linespoints pointtype 7",
-             const std::string& colourName = "") {
-        if (points.empty()) return;
-        const std::string name = "$d" + std::to_string(count_);
-        data_ += name + " << EOD\n";
-        for (const auto& [x, y] : points) data_ += text(x) + " " + text(y) + "\n";
-        data_ += "EOD\n";
-        plot_ += (plot_.empty() ? "plot " : ", ") + name + " with " + style + " linewidth 2 linecolor rgb \"" +
-                 (colourName.empty() ? colour(count_) : colourName) + "\" title \"" + title + "\"";
-        ++count_;
-    }
-    bool empty() const { return count_ == 0; }
-    const std::string& data() const { return data_; }
-    std::string plot() const { return plot_ + "\n"; }
-
-  private:
-    std::string data_, plot_;
-    std::size_t count_ = 0;
-};
-
-/// Bars, one group a row.
-std::string bars(const std::vector<std::pair<std::string, std::vector<double>>>& groups,
-                 const std::vector<std::string>& names) {
-    std::string body = "$d << EOD\n";
-    for (const auto& [label, values] : groups) {
-        body += '"' + label + '"';
-        for (const double value : values) body += " " + text(value);
-        body += "\n";
-    }
-    body +=
-        "EOD\nset style data histograms\nset style histogram clustered gap 1"
-        "\nset style fill solid 0.9\nset boxwidth 0.8\nset rmargin 8\nset xtics rotate by -50 font \",10\" "
-        "noenhanced\nplot ";
-    for (std::size_t i = 0; i < names.size(); ++i)
-        body += std::string(i ? ", " : "") + "$d using " + std::to_string(i + 2) + ":xtic(1) linecolor rgb \"" +
-                colour(i) + "\" title \"" + names[i] + "\"";
-    return body + "\n";
-}
 
 /// Without choices of its own: as the scene asks.
 bool plain(const ordered_json& row) {
@@ -149,7 +70,7 @@ class Plotter {
 
   private:
     void add(const std::string& name, const std::string& caption, const std::string& body) {
-        app::draw(folder_, name, body);
+        gnuplot(folder_, name, body);
         plots_.push_back({name, caption});
     }
 
@@ -315,13 +236,6 @@ std::string table(const ordered_json& rows, const std::vector<std::string>& colu
 }
 
 }  // namespace
-
-void requireGnuplot() {
-    if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
-        throw std::runtime_error(
-            "the plots need gnuplot, which is not there: install gnuplot-nox, or measure with "
-            "--shard 1/1 and merge where it is");
-}
 
 std::vector<BenchPlot> drawPlots(const ordered_json& results, const fs::path& folder) {
     return Plotter(results, folder).draw();

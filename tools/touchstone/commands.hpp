@@ -117,6 +117,24 @@ struct SoakOptions {
 /// Exit code kFailed when the memory grew by more, a tick was lost and not counted, or an output was not safe.
 int soak(const SoakOptions& options);
 
+struct CompareCommand {
+    std::string motion;  ///< folder of a recording, or a scene
+    std::string device;  ///< of a scene; empty: its demonstration
+    std::vector<std::string> solvers, modes{"default"};
+    std::optional<double> seconds;
+    std::optional<std::string> tolerance;  ///< as text, checked like settings
+    std::vector<std::string> set;          ///< KEY=VALUE
+    int runs = 5;
+    std::filesystem::path out;  ///< empty: the table alone
+};
+int compare(const CompareCommand& command);
+
+struct PaperCommand {
+    std::filesystem::path out;
+    bool quick = false;
+};
+int paper(const PaperCommand& command);
+
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
     std::string unit = "mm";  ///< mm, cm, m or in

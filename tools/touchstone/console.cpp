@@ -97,6 +97,14 @@ void requireWritable(const std::filesystem::path& file, const std::string& what)
                                  "': check the folder and its permissions");
 }
 
+void makeFolder(const std::filesystem::path& folder, const std::string& what) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (!std::filesystem::is_directory(folder, error) || access(folder.c_str(), W_OK) != 0)
+        throw std::runtime_error("cannot write the " + what + " to '" + folder.string() +
+                                 "': check the folder and its permissions");
+}
+
 void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text) {
     std::ofstream out(file, std::ios::binary);
     out << text;

@@ -15,6 +15,9 @@ system::SceneProgress progressBar(const std::string& doing = "building the spher
 /// Throws std::runtime_error when a file to be called `what` could not be written there.
 void requireWritable(const std::filesystem::path& file, const std::string& what);
 
+/// Makes the folder if it is not there. Throws std::runtime_error when `what` could not be written there.
+void makeFolder(const std::filesystem::path& folder, const std::string& what);
+
 /// Throws std::runtime_error naming `what` when the file cannot be written.
 void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text);
 

@@ -36,7 +36,8 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         ->check(CLI::PositiveNumber);
     run->add_option("--device", options.device, "what holds the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
     run->add_option("--mode", options.mode,
-                    "default, or paper: the published method, with solver pqp at 0.01 and no shadow unless asked for");
+                    "default; paper: the published method, with solver pqp at 0.01 and no shadow unless asked for; or "
+                    "penalty: springs against overlaps, to compare with");
     run->add_option("--solver", options.solver, "solver that moves the tool: " + namesOf(solverTable()));
     run->add_option("--shadow", options.shadow, "second solver, measured on the same rows: one of these, or none");
     run->add_option("--tolerance", options.tolerance, "of an approximate solver: N, in paper mode N·mm");
@@ -207,6 +208,43 @@ void addBench(CLI::App& program, app::BenchCommand& options, app::BenchQpCommand
     });
 }
 
+void addCompare(CLI::App& program, app::CompareCommand& options, std::function<int()>& command) {
+    CLI::App* compare = program.add_subcommand("compare", "Feed one motion of the device to one solver after another");
+    compare->add_option("RECORDING|SCENE", options.motion, "what --record of `touchstone run` was, or a scene")
+        ->required();
+    for (const SolverInfo& solver : solverTable()) options.solvers.emplace_back(solver.name);
+    compare->add_option("--solvers", options.solvers, "with commas between, of " + namesOf(solverTable()))
+        ->delimiter(',')
+        ->capture_default_str();
+    compare->add_option("--mode", options.modes, "with commas between: default, paper, penalty (which has no solver)")
+        ->delimiter(',')
+        ->capture_default_str();
+    compare->add_option("--device", options.device, "what moves the tool of a scene: demo:NAME, replay:FILE");
+    compare->add_option("--seconds", options.seconds, "how long (default: until the motion ends)")
+        ->check(CLI::PositiveNumber);
+    compare->add_option("--tolerance", options.tolerance, "of an approximate solver: N, in paper mode N·mm");
+    compare->add_option("--set", options.set, "KEY=VALUE, a setting by name, for all of them")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    compare->add_option("--runs", options.runs, "timed runs of each, of which every tick's median is taken")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    compare->add_option("--out", options.out, "folder for the table, every tick and plots, which need gnuplot");
+    compare->footer(
+        "Examples:\n"
+        "  touchstone compare bunnies --device demo:figure-5 --mode paper,default --out compared\n"
+        "  touchstone run spline --record push && touchstone compare push --mode default,penalty\n");
+    compare->callback([&] { command = [&] { return app::compare(options); }; });
+}
+
+void addPaper(CLI::App& program, app::PaperCommand& options, std::function<int()>& command) {
+    CLI::App* paper = program.add_subcommand("paper", "Repeat the published experiments, figures 5 to 7");
+    paper->add_option("--out", options.out, "folder for tables, plots, pictures and paper.json")->required();
+    paper->add_flag("--quick", options.quick, "coarse trees and short motions, to see that it works");
+    paper->footer("tools/document_paper makes docs/paper.md of it.\n\nExample:\n  touchstone paper --out paper\n");
+    paper->callback([&] { command = [&] { return app::paper(options); }; });
+}
+
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
     CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
@@ -287,6 +325,8 @@ int main(int argc, char** argv) {
     app::BenchMergeCommand benchMergeCommand;
     app::ExportOptions exportOptions;
     app::SoakOptions soakOptions;
+    app::CompareCommand compareCommand;
+    app::PaperCommand paperCommand;
     std::filesystem::path recovered;
     std::string scene;
     addRun(program, runOptions, command);
@@ -299,6 +339,8 @@ int main(int argc, char** argv) {
     addQp(program, qpCommand, command);
     addRecordings(program, exportOptions, recovered, command);
     addSoak(program, soakOptions, command);
+    addCompare(program, compareCommand, command);
+    addPaper(program, paperCommand, command);
     addBench(program, benchCommand, benchQpCommand, benchMergeCommand, command);
 
     try {

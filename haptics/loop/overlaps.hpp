@@ -1,0 +1,33 @@
+#pragma once
+// Leaf pairs that overlap, for the modes that look for nothing else. Internal to step().
+#include <bit>
+
+#include "haptics/collision/leaf_gaps.hpp"
+#include "haptics/loop/step_state.hpp"
+
+namespace touchstone {
+
+/// visit(obstacle, tool leaf, obstacle leaf, gap in mm) for every pair that overlaps with the tool at `q`, a pose of C,
+/// in an order that repeats.
+template <class Visit>
+void forOverlaps(StepState::Impl& s, const Pose& q, Visit&& visit) {
+    for (int k = 0; k < int(s.walks.size()); ++k) {
+        const Pose X_OT = s.inObstacle(k, q);
+        const Mat3 R = X_OT.R();
+        const SphereTree& obstacle = *s.world->obstacles[k].tree;
+        s.walks[k].run(X_OT, 0, [&](const LeafBucket* entries, int count) {
+            for (int i = 0; i < count; ++i) {
+                const auto [toolLeaf, bucket] = entries[i];
+                const Sphere leaf = s.world->tool->leaf(toolLeaf);
+                const LeafGaps gaps = leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, bucket);
+                simd::Mask mask = ~simd::lessEqual(simd::splat(0.0), gaps.gap) & 0xff;
+                for (; mask; mask &= mask - 1) {
+                    const int lane = std::countr_zero(mask);
+                    visit(k, toolLeaf, bucket * SphereTree::kBranching + lane, gaps.gap[lane]);
+                }
+            }
+        });
+    }
+}
+
+}  // namespace touchstone

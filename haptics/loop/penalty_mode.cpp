@@ -1,0 +1,58 @@
+// Penalty forces behind a virtual coupling, as the related work renders contact: every pair of leaves that overlaps
+// pushes with penalty_stiffness times its depth, the coupling G pulls the tool to the device, and the tool goes to
+// where the two balance, by one linearisation a tick. The tool itself has no mass (M. Wan and W. McNeely, Quasi-static
+// approximation for 6 degrees-of-freedom haptic rendering, 2003; J. Barbič and D. James, Six-DoF haptic rendering of
+// contact between geometrically complex reduced deformable models, 2008); the coupling is that of J. Colgate et al.
+// (1995), and no tick moves any leaf by more than `trust` (the MaxTravel of W. McNeely et al., 1999).
+#include <Eigen/Cholesky>
+
+#include "haptics/loop/overlaps.hpp"
+
+namespace touchstone {
+
+bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
+    StepState::Impl& s = tick.state;
+    TickRecord& record = tick.record;
+    const Vec6 G = tick.stiffness();
+    const double k = tick.settings.penaltyStiffness;
+
+    // Balance of the coupling's force G (h - x) and each pair's k (depth - j'x) j.
+    std::uint64_t start = tick.now();
+    Eigen::Matrix<double, 6, 6> A = G.asDiagonal();
+    Vec6 b = G.cwiseProduct(incrementBetween(s.graphic, device));
+    const Mat3 R = s.graphic.R();
+    forOverlaps(s, s.graphic, [&](int obstacle, int toolLeaf, int obstacleLeaf, double gap) {
+        ++record.pairs;
+        const Vec3 r = R * (s.world->tool->leaf(toolLeaf).center() - s.p_TC);
+        const Vec3 c_O = s.X_WO[obstacle] * s.world->obstacles[obstacle].tree->leaf(obstacleLeaf).center();
+        const Vec3 n = (s.graphic.p + r - c_O).normalized();  // zero for centres that coincide: no way out is known
+        Vec6 j;
+        j << n, r.cross(n);
+        A.selfadjointView<Eigen::Lower>().rankUpdate(j, k);
+        b -= k * gap * j;
+    });
+    tick.addTime(record.collisionUs, start);
+    record.rows = record.pairs;
+    record.linearisations = 1;
+
+    start = tick.now();
+    Vec6 x = A.selfadjointView<Eigen::Lower>().ldlt().solve(b);
+    const double length = s.lengthOf(x);
+    const bool capped = length > tick.settings.trust;
+    if (capped) {
+        x *= tick.settings.trust / length;
+        record.flags |= kCapped;
+    }
+    s.graphic = record.pairs == 0 && !capped ? device : moved(s.graphic, x);
+    tick.addTime(record.solveUs, start);
+
+    s.contacts.clear();
+    s.freeRadius = 0;
+    if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
+    const Vec6 pull = G.cwiseProduct(incrementBetween(device, s.graphic));
+    wrench.force = pull.head<3>();
+    wrench.torque = pull.tail<3>();
+    return true;
+}
+
+}  // namespace touchstone

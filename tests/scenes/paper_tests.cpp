@@ -1,0 +1,52 @@
+// The motions of the published experiments are what their figures say.
+#include <catch2/catch.hpp>
+
+#include "haptics/system/headless_run.hpp"
+#include "haptics/system/session.hpp"
+
+using namespace touchstone;
+
+namespace {
+
+std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode) {
+    const system::HapticScene scene = system::openScene(std::string(TOUCHSTONE_BINARY_DIR "/scenes/") + name + ".glb",
+                                                        {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+    Settings settings = system::withMode(scene.settings, mode);
+    settings.solver = kExactSolver;
+    settings.shadow = -1;
+    system::HeadlessOptions options;
+    options.device = std::string("demo:") + motion;
+    options.timing = false;
+    std::vector<TickRecord> ticks;
+    options.onTick = [&](const TickRecord& record, double penetration) {
+        ticks.push_back(record);
+        if (mode == Mode::Default) REQUIRE(penetration <= 1e-3);
+    };
+    system::runHeadless(scene, settings, options);
+    return ticks;
+}
+
+}  // namespace
+
+TEST_CASE("paper: figure 5 keeps to 50 to 200 pairs, and the deeper motion to 1000", "[hard]") {
+    const auto [motion, fewest, most] =
+        GENERATE(std::tuple("figure-5", 50, 200), std::tuple("figure-5-deeper", 200, 1000));
+    const std::vector<TickRecord> ticks = ticksOf("bunnies", motion, Mode::Paper);
+    int largest = 0;
+    for (const TickRecord& tick : ticks) {
+        largest = std::max(largest, tick.pairs);
+        // The slide lasts from 250 to 4250 ms; its first and last pairs come and go within 400.
+        if (tick.tick >= 650 && tick.tick < 3850) CHECK(tick.pairs >= 0.97 * fewest);
+    }
+    CHECK(largest <= 1.03 * most);
+    CHECK(largest >= 0.97 * most);
+}
+
+TEST_CASE("paper: the shaft of figure 7 rests on the face, turns until it falls in, and is pushed home", "[hard]") {
+    const std::vector<TickRecord> ticks = ticksOf("spline-05", "figure-7", Mode::Default);
+    const auto axial = [&](std::size_t tick) { return ticks.at(tick).wrench_C.force.y(); };
+    CHECK(axial(850) > 0.5);   // pressed 0.5 mm in, and what leaves stand out
+    CHECK(axial(1000) > 0.5);  // turning
+    CHECK(std::abs(axial(2550)) < 0.05);
+    CHECK(ticks.back().X_WT.p.y() == Approx(20 - 35).margin(0.01));  // its middle, 35 mm in
+}

@@ -1,0 +1,342 @@
+// touchstone compare: one device motion, every solver, the same inputs.
+#include "tools/touchstone/compare.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "haptics/loop/rt_thread.hpp"
+#include "haptics/system/device_choice.hpp"
+#include "haptics/system/headless_run.hpp"
+#include "haptics/system/recording.hpp"
+#include "tools/touchstone/bench.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/gnuplot.hpp"
+#include "tools/touchstone/scene_path.hpp"
+#include "tools/touchstone/settings_choice.hpp"
+#include "tools/touchstone/tick_table.hpp"
+
+namespace touchstone::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr int kMostRows = 1 << 15;  // of the tick
+
+Settings settingsFor(const ComparedMotion& motion, const CompareCase& what, const Settings& usual) {
+    RunOptions options;
+    options.mode = what.mode;
+    if (!what.solver.empty()) options.solver = what.solver;
+    options.shadow = "none";
+    options.tolerance = motion.tolerance;
+    options.set = motion.set;
+    const Settings settings = withCommandLine(usual, options);
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) throw UsageError(wrong);
+    return settings;
+}
+
+/// A case while it is run.
+class Comparing {
+  public:
+    Comparing(const ComparedMotion& motion, const CompareCase& what) : motion_(motion) {
+        run.what = what;
+        run.settings = settingsFor(motion, what, motion.scene.settings);
+        options_.device = motion.device;
+        options_.seconds = motion.seconds;
+        options_.timing = false;
+        options_.adjust = [motion, what](const Settings& recorded) { return settingsFor(motion, what, recorded); };
+    }
+
+    void judge() {
+        const auto exact = solverTable()[kExactSolver].make(kMostRows);
+        double error = -1;
+        options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
+            const SolveResult truth = exact->solve(problem, solverSettings(run.settings));
+            if (truth.status == SolveStatus::Solved)
+                error = std::max(error, wrenchError(problem, result.x, truth.x).force_N);
+        };
+        options_.onTick = [&](const TickRecord& record, double penetration) {
+            run.ticks.push_back(record);
+            run.penetration.push_back(penetration);
+            run.forceError.push_back(std::exchange(error, -1));
+            TickRecord input;
+            input.X_WT_device = record.X_WT_device;
+            run.deviceHash = run.ticks.size() == 1 ? hashTick(input) : hashTick(input, run.deviceHash);
+        };
+        const system::HeadlessRun judged = system::runHeadless(motion_.scene, run.settings, options_);
+        run.settings = judged.settings;
+        run.hash = judged.report.hash;
+        options_.onSolve = nullptr;
+        options_.onTick = nullptr;
+    }
+
+    void time() {
+        timed_.push_back(system::timeHeadless(motion_.scene, run.settings, options_));
+        if (timed_.back().hash != run.hash)
+            throw std::runtime_error(run.what.name() +
+                                     ": a repeated run gave other results, which is a fault of the program: please "
+                                     "report it");
+    }
+
+    void finish() {
+        std::vector<double> values;
+        const auto medianOf = [&](std::size_t tick, double system::TickTimes::*stage) {
+            values.clear();
+            for (const system::TimedRun& timed : timed_) values.push_back(timed.ticks[tick].*stage);
+            return system::percentile(values, 50).value_or(0);
+        };
+        for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+            run.ticks[i].totalUs = medianOf(i, &system::TickTimes::step);
+            run.ticks[i].collisionUs = medianOf(i, &system::TickTimes::collision);
+            run.ticks[i].solveUs = medianOf(i, &system::TickTimes::solve);
+        }
+        timed_.clear();
+    }
+
+    ComparedRun run;
+
+  private:
+    const ComparedMotion& motion_;
+    system::HeadlessOptions options_;
+    std::vector<system::TimedRun> timed_;
+};
+
+ordered_json orNull(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); }
+
+ordered_json mean(const std::vector<double>& values) {
+    if (values.empty()) return nullptr;
+    double sum = 0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
+/// Lengths of the difference of two runs' forces, tick by tick.
+std::vector<double> forceDifferences(const ComparedRun& a, const ComparedRun& b) {
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < std::min(a.ticks.size(), b.ticks.size()); ++i)
+        lengths.push_back((a.ticks[i].wrench_C.force - b.ticks[i].wrench_C.force).norm());
+    return lengths;
+}
+
+std::string hexadecimal(std::uint64_t number) {
+    char digits[17];
+    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(number));
+    return digits;
+}
+
+ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
+    std::vector<double> step, collision, solve, rows, iterations, hover, force, errors;
+    std::array<int, 4> statuses{};
+    int over = 0, pairs = 0;
+    std::int64_t truncated = 0;
+    for (const TickRecord& tick : run.ticks) {
+        step.push_back(tick.totalUs);
+        collision.push_back(tick.collisionUs);
+        solve.push_back(tick.solveUs);
+        rows.push_back(tick.rows);
+        if (tick.rows > 0) iterations.push_back(tick.iterations);
+        hover.push_back(tick.hover);
+        force.push_back(tick.wrench_C.force.norm());
+        pairs = std::max(pairs, tick.pairs);
+        truncated += tick.rowsTruncated;
+        ++statuses[static_cast<std::size_t>(tick.status)];
+        over += tick.totalUs > 1000;
+    }
+    std::copy_if(run.forceError.begin(), run.forceError.end(), std::back_inserter(errors),
+                 [](double error) { return error >= 0; });
+    const bool approximate = !run.what.solver.empty() && !solverTable()[run.settings.solver].exact;
+    ordered_json row{
+        {"case", run.what.name()},      {"mode", run.what.mode},
+        {"solver", run.what.solver},    {"tolerance", approximate ? ordered_json(run.settings.tolerance) : nullptr},
+        {"ticks", run.ticks.size()},    {"device_hash", hexadecimal(run.deviceHash)},
+        {"hash", hexadecimal(run.hash)}};
+    for (const auto& [name, values] :
+         {std::pair{"step", step}, std::pair{"collision", collision}, std::pair{"solve", solve}}) {
+        const system::Percentiles p = system::percentiles(values);
+        const std::string stage = name;
+        row[stage + "_mean_us"] = mean(values);
+        row[stage + "_p50_us"] = orNull(p.p50);
+        row[stage + "_p99_us"] = orNull(p.p99);
+        row[stage + "_p999_us"] = orNull(p.p999);
+        row[stage + "_max_us"] = orNull(p.max);
+    }
+    row["ticks_over_1ms"] = over;
+    row["pairs_max"] = pairs;
+    row["rows_p50"] = orNull(system::percentile(rows, 50));
+    row["rows_max"] = orNull(system::percentile(rows, 100));
+    row["rows_truncated"] = truncated;
+    row["iterations_mean"] = mean(iterations);
+    row["iterations_max"] = orNull(system::percentile(iterations, 100));
+    row["force_error_p50_N"] = orNull(system::percentile(errors, 50));
+    row["force_error_max_N"] = orNull(system::percentile(errors, 100));
+    std::vector<double> differences = exact ? forceDifferences(run, *exact) : std::vector<double>();
+    row["force_difference_p50_N"] = orNull(system::percentile(differences, 50));
+    row["force_difference_max_N"] = orNull(system::percentile(differences, 100));
+    const system::Percentiles depth = system::percentiles(run.penetration);
+    row["penetration_p50_mm"] = orNull(depth.p50);
+    row["penetration_max_mm"] = orNull(depth.max);
+    row["hover_p99_mm"] = orNull(system::percentile(hover, 99));
+    row["hover_max_mm"] = orNull(system::percentile(hover, 100));
+    row["force_max_N"] = orNull(system::percentile(force, 100));
+    for (const SolveStatus status :
+         {SolveStatus::Solved, SolveStatus::Elastic, SolveStatus::IterationLimit, SolveStatus::Invalid}) {
+        std::string column = std::string("ticks_") + name(status);
+        std::replace(column.begin(), column.end(), '-', '_');
+        row[column] = statuses[static_cast<std::size_t>(status)];
+    }
+    return row;
+}
+
+double cellOf(const ordered_json& row, const char* key) {
+    return row.at(key).is_null() ? 0 : row.at(key).get<double>();
+}
+
+void printTable(const std::vector<ordered_json>& rows) {
+    std::printf("%-26s %24s %16s %13s %11s %17s %17s %11s %10s  %s\n", "", "step us", "mean us", "iterations", "rows",
+                "force error N", "from exact N", "deepest", "hover", "ticks");
+    std::printf("%-26s %24s %16s %13s %11s %17s %17s %11s %10s  %s\n", "", "p50 / p99 / p99.9", "collision, solve",
+                "mean / max", "p50 / max", "p50 / max", "p50 / max", "mm", "p99 mm", "solved, elastic, limit, invalid");
+    for (const ordered_json& row : rows) {
+        const auto at = [&](const char* key) { return cellOf(row, key); };
+        std::printf(
+            "%-26s %8.1f %7.1f %7.1f %8.1f %7.1f %6.1f %6.0f %5.0f %5.0f %8.2g %8.2g %8.2g %8.2g %11.2g %10.2g  %.0f, "
+            "%.0f, %.0f, %.0f\n",
+            row.at("case").get<std::string>().c_str(), at("step_p50_us"), at("step_p99_us"), at("step_p999_us"),
+            at("collision_mean_us"), at("solve_mean_us"), at("iterations_mean"), at("iterations_max"), at("rows_p50"),
+            at("rows_max"), at("force_error_p50_N"), at("force_error_max_N"), at("force_difference_p50_N"),
+            at("force_difference_max_N"), at("penetration_max_mm"), at("hover_p99_mm"), at("ticks_solved"),
+            at("ticks_elastic"), at("ticks_iteration_limit"), at("ticks_invalid"));
+    }
+    std::printf("%.0f ticks each, of the same device poses: %s\n", cellOf(rows.front(), "ticks"),
+                rows.front().at("device_hash").get<std::string>().c_str());
+}
+
+}  // namespace
+
+std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const std::vector<std::string>& solvers) {
+    std::vector<CompareCase> cases;
+    for (const std::string& mode : modes) {
+        RunOptions asked;
+        asked.mode = mode;
+        const bool solves = withCommandLine({}, asked).mode != Mode::Penalty;
+        for (const std::string& solver : solvers) {
+            asked.solver = solver;
+            withCommandLine({}, asked);
+            if (solves) cases.push_back({mode, solver});
+        }
+        if (!solves) cases.push_back({mode, ""});
+    }
+    return cases;
+}
+
+std::vector<ComparedRun> compareMotion(const ComparedMotion& motion, const std::vector<CompareCase>& cases, int runs) {
+    std::vector<Comparing> all;
+    for (const CompareCase& what : cases) all.emplace_back(motion, what);
+    for (Comparing& one : all) {
+        std::fprintf(stderr, "%s %s: %s\n", sceneName(motion.scene).c_str(), motion.device.c_str(),
+                     one.run.what.name().c_str());
+        one.judge();
+        if (one.run.deviceHash != all.front().run.deviceHash)
+            throw std::runtime_error(
+                "the device was elsewhere with " + one.run.what.name() + " than with " + all.front().run.what.name() +
+                ", as one that feels the force is: record it with `touchstone run --record DIR` and compare that");
+    }
+    for (int run = 0; run < runs; ++run)
+        for (Comparing& one : all) one.time();
+    std::vector<ComparedRun> done;
+    for (Comparing& one : all) {
+        one.finish();
+        done.push_back(std::move(one.run));
+    }
+    return done;
+}
+
+std::vector<ordered_json> comparisonRows(const std::vector<ComparedRun>& runs) {
+    std::vector<ordered_json> rows;
+    for (const ComparedRun& run : runs) {
+        const auto exact = std::find_if(runs.begin(), runs.end(), [&](const ComparedRun& other) {
+            return other.what.mode == run.what.mode && other.what.solver == solverTable()[kExactSolver].name;
+        });
+        rows.push_back(rowOf(run, exact == runs.end() ? nullptr : &*exact));
+    }
+    return rows;
+}
+
+Points overTime(const ComparedRun& run, double (*value)(const ComparedRun&, std::size_t)) {
+    constexpr std::size_t kStretches = 800;
+    Points points;
+    const std::size_t ticks = run.ticks.size(),
+                      length = std::max<std::size_t>(1, (ticks + kStretches - 1) / kStretches);
+    for (std::size_t first = 0; first < ticks; first += length) {
+        double most = value(run, first);
+        for (std::size_t i = first + 1; i < std::min(ticks, first + length); ++i) most = std::max(most, value(run, i));
+        points.push_back({static_cast<double>(first) * 1000 / run.settings.rate, most});
+    }
+    return points;
+}
+
+void drawComparison(const std::vector<ComparedRun>& runs, const fs::path& folder, const std::string& prefix) {
+    const auto plot = [&](const std::string& name, const std::string& axis, const std::string& scale, auto value) {
+        Lines lines;
+        for (const ComparedRun& run : runs) lines.add(run.what.name(), overTime(run, value), "lines");
+        gnuplot(folder, prefix + name,
+                lines.data() + scale + "set xlabel \"ms\"\nset ylabel \"" + axis + "\"\nset key outside right\n" +
+                    lines.plot());
+    };
+    plot("time", "step, µs", "set logscale y\n",
+         [](const ComparedRun& r, std::size_t i) { return r.ticks[i].totalUs; });
+    plot("rows", "rows", "", [](const ComparedRun& r, std::size_t i) { return double(r.ticks[i].rows); });
+    plot("force", "force, N", "", [](const ComparedRun& r, std::size_t i) { return r.ticks[i].wrench_C.force.norm(); });
+    plot("penetration", "true penetration, mm (least shown: 1e-7)", "set logscale y\nset format y \"10^{%T}\"\n",
+         [](const ComparedRun& r, std::size_t i) { return std::max(1e-7, r.penetration[i]); });
+    std::vector<std::pair<std::string, std::vector<double>>> groups;
+    for (const ordered_json& row : comparisonRows(runs))
+        groups.push_back(
+            {row.at("case").get<std::string>(),
+             {cellOf(row, "collision_mean_us"), cellOf(row, "solve_mean_us"), cellOf(row, "step_mean_us")}});
+    gnuplot(folder, prefix + "stages",
+            "set logscale y\nset ylabel \"mean, µs\"\nset key outside top horizontal\n" +
+                bars(groups, {"collision", "optimisation", "total"}));
+}
+
+void writeComparison(const std::vector<ComparedRun>& runs, const fs::path& folder, const std::string& prefix) {
+    writeText(folder / (prefix + "compare.csv"), "table", toCsv(comparisonRows(runs)));
+    for (const ComparedRun& run : runs) {
+        std::string file = prefix + "ticks-" + run.what.name() + ".csv";
+        std::replace(file.begin(), file.end(), ' ', '-');
+        TickTable table(folder / file);
+        for (std::size_t i = 0; i < run.ticks.size(); ++i)
+            table.add(run.ticks[i], run.penetration[i], run.settings.rate);
+        table.close();
+    }
+    drawComparison(runs, folder, prefix);
+}
+
+int compare(const CompareCommand& command) {
+    const std::vector<CompareCase> cases = casesOf(command.modes, command.solvers);
+    if (!command.out.empty()) {
+        requireGnuplot();
+        makeFolder(command.out, "comparison");
+    }
+    const bool recorded = system::isRecording(command.motion);
+    if (recorded && !command.device.empty())
+        throw UsageError("--device belongs to a scene: a recording brings its motion along");
+    const fs::path file = recorded ? system::Recording(command.motion).scene().file : findScene(command.motion);
+    const system::HapticScene scene =
+        system::openScene(file, {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
+    ComparedMotion motion{scene};
+    if (recorded)
+        motion.device = "replay:" + command.motion;
+    else if (!command.device.empty())
+        motion.device = command.device;
+    motion.seconds = command.seconds;
+    motion.tolerance = command.tolerance;
+    motion.set = command.set;
+    const std::vector<ComparedRun> runs = compareMotion(motion, cases, command.runs);
+    printTable(comparisonRows(runs));
+    if (!command.out.empty()) writeComparison(runs, command.out);
+    return kOk;
+}
+
+}  // namespace touchstone::app
