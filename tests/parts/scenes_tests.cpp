@@ -75,8 +75,8 @@ TEST_CASE("scenes: spline carries settings, goal and outcome after its measures"
     options.leaves = 12000;
     const engine::Scene scene = sceneNamed("spline").make(options);
     const auto& settings = scene.extras.at("touchstone").at("settings");
-    CHECK(settings.at("margin").get<double>() == Approx(0.1));
-    CHECK(settings.at("trust").get<double>() == Approx(0.1));
+    CHECK(settings.at("margin").get<double>() == Approx(0.08));
+    CHECK(settings.at("trust").get<double>() == Approx(0.08));
     CHECK(marking(scene, 0).at("leaves") == 12000);
     CHECK(marking(scene, 0).at("outcome").at("seated") == true);
     CHECK(marking(scene, 2).at("role") == "goal");
