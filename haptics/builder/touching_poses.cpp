@@ -209,7 +209,7 @@ class Poser {
 /// The pairs within the margin out of the buckets that TreeWalk brings.
 std::vector<LeafPair> pairsOf(TreeWalk& walk, const Poser& poser, const Pose& X_OT, double margin) {
     std::vector<LeafPair> out;
-    walk.run(X_OT, margin, [&](const LeafBucket* found, int count) {
+    walk.run({X_OT, margin}, [&](const LeafBucket* found, int count) {
         for (const LeafBucket& b : std::span(found, static_cast<std::size_t>(count)))
             for (int j = b.bucket * SphereTree::kBranching;
                  j < std::min((b.bucket + 1) * SphereTree::kBranching, poser.leafCount()); ++j)
@@ -242,7 +242,7 @@ double walkMicroseconds(TreeWalk& walk, const std::vector<Pose>& poses, double m
         const auto spent = [&](int repeats) {
             const double start = threadSeconds();
             for (int i = 0; i < repeats; ++i)
-                walk.run(X, margin, [&](const LeafBucket*, int count) { entries += count; });
+                walk.run({X, margin}, [&](const LeafBucket*, int count) { entries += count; });
             return threadSeconds() - start;
         };
         int repeats = 16;

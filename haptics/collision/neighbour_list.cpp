@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 
 #include "haptics/collision/leaf_gaps.hpp"
 
@@ -12,6 +13,10 @@ using namespace simd;
 namespace {
 
 constexpr double kNarrow = 0.12;                    // of the slack: how much further the narrow set reaches
+constexpr double kFew = 0.7;                        // of the pairs' margin: what pays to ask for along a course
+constexpr double kWide = 3;                         // times the narrow reserve: too much to look at every tick
+constexpr double kLongWay = 2;                      // times the margin: and more is
+constexpr double kLonger = 2;                       // curve that is found beyond what is asked for
 constexpr double kWalkTicks = 8, kNarrowTicks = 2;  // that a walk and the narrow set look ahead,
 constexpr double kShortest = 0.01, kLongest = 2;    // if that is longer than the one, mm, and up to the other
 constexpr float kMost = 0.5f;                       // of the deepest crossing: rows crossed that far are taken at once
@@ -20,10 +25,15 @@ constexpr int kFarRows = 1 << 18;
 constexpr double kCrossed = 1e-10;   // mm
 constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen
 
-double leastRadius(const SphereTree& tree) {
-    double least = INFINITY;
-    for (int i = 0; i < tree.leafCount(); ++i) least = std::min(least, double(tree.leaf(i).r));
-    return std::max(1e-9, least);  // points have none
+/// For a step that is.
+Within longer(Within within) {
+    within.curve *= kLonger;
+    return within;
+}
+
+double meanRadius(const SphereTree& tree) {
+    const auto& r = tree.levels.front().r;
+    return std::max(1e-9, std::accumulate(r.begin(), r.end(), 0.0) / tree.leafCount());
 }
 
 }  // namespace
@@ -33,34 +43,37 @@ NeighbourList::NeighbourList(const SphereTree& tool, const SphereTree& obstacle,
       obstacle_(&obstacle),
       center_(tool.center()),
       reach_(tool.reach()),
-      leastSum_(leastRadius(tool) + leastRadius(obstacle)),
+      meanSum_(meanRadius(tool) + meanRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
       finder_(tool, obstacle),
       all_(tool, obstacle),
       near_(tool, obstacle),
       far_(int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kFarRows)) + 8) {}
 
-bool NeighbourList::complete(const Course& course, double margin, double slack) {
+bool NeighbourList::complete(const Coverage& asked, double slack) {
+    const Course& course = asked.course;
     // Entries that are near no longer are looked at in vain: the narrow set is renewed before its reserve is spent.
     const double narrow = kNarrow * slack;
-    if (finder_.reserve(near_, course) >= margin && near_.margin - finder_.reserve(near_, course.X_OT) <= narrow)
-        return true;
+    const double left = finder_.reserve(near_, asked);
+    if (left >= 0 && left <= kWide * narrow && finder_.strayed(near_, course) <= narrow) return true;
 
-    const double own = finder_.reserve(all_, course), offered = offered_ ? finder_.reserve(*offered_, course) : -1;
-    const PairEntries* from = offered > own ? offered_ : &all_;
-    if (std::max(own, offered) < margin) {
+    const double own = finder_.reserve(all_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
+    const PairEntries* from = left >= narrow ? &near_ : offered > own ? offered_ : &all_;
+    if (std::max({left - narrow, own, offered}) < 0) {
         from = &all_;
-        near_.margin = -1;
+        near_.within = {};
         // Deep overlaps can fill the memory: then without slack, for this course alone.
-        if (!finder_.find(ahead(course, kWalkTicks, slack), margin + slack, all_) &&
-            !finder_.find(course, margin, all_))
+        if (!finder_.find({ahead(course, kWalkTicks, slack), longer(asked.within).wider(slack)}, all_) &&
+            !finder_.find(asked, all_))
             return false;
     }
     // Looking ahead pays while the tool keeps to its course, and where the next tick need not find anew in any case.
-    Course next = ahead(course, kNarrowTicks, narrow);
-    if (from->margin - finder_.reserve(*from, next) > narrow || next.length(reach_) > kNarrowTicks * slack)
-        next = course;
-    finder_.narrow(*from, next, std::min(margin + narrow, finder_.reserve(*from, next)), near_);
+    Coverage next{ahead(course, kNarrowTicks, narrow), longer(asked.within)};
+    if (finder_.strayed(*from, next.course) > narrow || next.course.length(reach_) > kNarrowTicks * slack)
+        next.course = course;
+    if (finder_.reserve(*from, next) < 0) next = asked;
+    next.within = next.within.wider(std::min(narrow, finder_.reserve(*from, next)));
+    finder_.narrow(*from, next, near_);
     return true;
 }
 
@@ -77,9 +90,12 @@ Course NeighbourList::ahead(const Course& course, double ticks, double slack) co
 /// A distance of centres curves upwards by less than the square of their way over itself, and is no less than the sum
 /// of radii before they touch: a gap that stays above half of that has a plane that lies behind the end of the way.
 /// What turns ends beside its way by the bend of an arc.
-double NeighbourList::crossingMargin(const Course& step) const {
+Coverage NeighbourList::crossing(const Course& step, double margin) const {
     const double length = step.length(reach_), bend = reach_ * step.turn.squaredNorm() / 2;
-    return length * length / (2 * leastSum_) + bend + 2 * kCrossed;
+    const Within onWay{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
+    // Long ways differ too much from each other to look along each.
+    if (length <= kLongWay * margin && onWay.at(meanSum_) < kFew * margin) return {step, onWay};
+    return {step.X_OT, margin};
 }
 
 /// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
@@ -92,7 +108,7 @@ void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) c
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    finder_.forEachWithin(near_, X_OT, margin, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(near_, {X_OT, margin}, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -173,8 +189,9 @@ bool NeighbourList::anyWithin(const Pose& X_OT, double margin) const {
 /// The rows that a step may cross, in far_. False if they do not fit.
 bool NeighbourList::findFar(const Course& step, double margin) {
     const Pose& X_OT = step.X_OT;
-    const double onStep = crossingMargin(step);
-    const bool few = onStep < margin && finder_.reserve(near_, step) >= onStep;
+    Coverage asked = crossing(step, margin);
+    const bool few = asked.within.margin < margin && isComplete(asked);
+    if (!few) asked = {X_OT, margin};
     // Rows of pairs further than the margin were not crossed: the margin is the step's length, or the greatest there
     // is.
     if (!few && farMargin_ >= margin && far_X_OT_ == X_OT) return true;
@@ -187,7 +204,7 @@ bool NeighbourList::findFar(const Course& step, double margin) {
     int placed = -1;
     float c[3] = {}, r[3] = {}, radius = 0;
     bool fits = true;
-    finder_.forEachWithin(near_, few ? step : X_OT, few ? onStep : margin, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(near_, asked, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);

@@ -36,14 +36,17 @@ class NeighbourList {
   public:
     NeighbourList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex);
 
-    /// Makes the list complete for `margin` on all of a course; what has to be found anew for that reaches up to
-    /// `slack` further. False if there are more entries than memory; the list is then complete for nothing.
-    bool complete(const Course& course, double margin, double slack);
-    bool isComplete(const Course& course, double margin) const { return finder_.reserve(near_, course) >= margin; }
+    /// Makes the list complete for what is asked; what has to be found anew for that reaches up to `slack` further.
+    /// False if there are more entries than memory; the list is then complete for nothing.
+    bool complete(const Coverage& asked, double slack);
+    bool isComplete(const Coverage& asked) const { return finder_.reserve(near_, asked) >= 0; }
+    /// What a step may cross, and what it may end in touch of, of the pairs with gap <= margin before it: far less than
+    /// those where leaves are large against the way.
+    Coverage crossing(const Course& step, double margin) const;
     /// The way of the tool's centre and about it in one tick, on the obstacle's axes, mm and rad, if it goes on as it
     /// does: what is found anew is found that way ahead.
     void expect(const Vec3& shift, const Vec3& turn) { shift_ = shift, turn_ = turn; }
-    void forget() { all_.margin = near_.margin = farMargin_ = -1; }
+    void forget() { all_.within = near_.within = {}, farMargin_ = -1; }
     /// Entries that complete() may take instead of finding its own, until the next call; null for none. They stay the
     /// caller's.
     void offer(const PairEntries* entries) { offered_ = entries; }
@@ -51,7 +54,7 @@ class NeighbourList {
     /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
     /// obstacle's centre to the tool's, r from C to the tool leaf's centre, both on world axes (R_WO: obstacle frame to
     /// world); pairs of coincident centres have n = 0. Returns false, with the rows as they were, if they would not
-    /// fit or be more than `most`. All queries: pre: complete() for the margin at the pose, or for more nearby.
+    /// fit or be more than `most`. All queries: pre: complete for the margin at the pose.
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
                     int most = std::numeric_limits<int>::max()) const;
     /// Appends the row of one pair if its gap is within margin. No precondition.
@@ -59,13 +62,10 @@ class NeighbourList {
                    RowSet& rows) const;
     /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than a rounding and `rows` has not, the
     /// most crossed ones, to `crossed`; none if and only if there are none. False, with `crossed` as it was, if they
-    /// would not fit into `rows` or there are too many to look at. Pre: as for the others, or
-    /// complete(step, crossingMargin(step)) with the way `by` as step.
+    /// would not fit into `rows` or there are too many to look at. Pre: as for the others, or complete for the
+    /// crossing() with the way `by` as step.
     bool appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by, const RowSet& rows,
                        RowSet& crossed);
-    /// A step crosses only rows of pairs, and ends in touch only of pairs, whose gap gets as small as this on its way,
-    /// mm: far less than the step is long where leaves are large against it.
-    double crossingMargin(const Course& step) const;
     /// Whether there is a pair with gap <= margin. Without the precondition true still is true.
     bool anyWithin(const Pose& X_OT, double margin) const;
     /// Appends only the pair of least gap of each tool leaf, as long as they fit; returns the number of pairs within
@@ -79,7 +79,7 @@ class NeighbourList {
         bool deeper() const { return toolLeaf >= 0; }
     };
     /// Re-measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance).
-    /// Pre: complete() at `before` for the travel, or on the way for its crossingMargin().
+    /// Pre: complete for the crossing() on the way, with its length as margin.
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) const;
     /// Whether that pair is deeper.
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const;
@@ -88,7 +88,7 @@ class NeighbourList {
     double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const;
 
   private:
-    Course ahead(const Course& asked, double ticks, double slack) const;
+    Course ahead(const Course& course, double ticks, double slack) const;
     bool findFar(const Course& step, double margin);
     template <class Visit>
     void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
@@ -96,7 +96,7 @@ class NeighbourList {
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     Vec3 center_;
-    double reach_, leastSum_;  ///< leastSum_: of the radii of a pair
+    double reach_, meanSum_;  ///< meanSum_: of the radii of a pair
     Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();
     int obstacleIndex_;
     PairFinder finder_;

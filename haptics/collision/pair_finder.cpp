@@ -28,11 +28,21 @@ double deviation(const Course& from, const Course& other, const Vec3& center, do
     return std::max(start, at(other.end(center)) + bend(other.turn));
 }
 
+namespace {
+
+double leastRadius(const SphereTree& tree) {
+    const auto first = tree.levels.front().r.begin();
+    return std::max(1e-9, double(*std::min_element(first, first + tree.leafCount())));  // points have none
+}
+
+}  // namespace
+
 PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle) {
     const std::int64_t possible = std::int64_t(tool.leafCount()) * obstacle.levels[1].count;
     capacity = int(std::min<std::int64_t>(possible, kCapacity));
     at.resize(std::size_t(capacity) + 8);
     gap.resize(std::size_t(capacity) + 8);
+    sum.resize(std::size_t(capacity) + 8);
 }
 
 PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
@@ -40,14 +50,18 @@ PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
       obstacle_(&obstacle),
       center_(tool.center()),
       reach_(tool.reach()),
+      leastSum_(leastRadius(tool) + leastRadius(obstacle)),
       walk_(tool, obstacle),
       found_(tool, obstacle),
       offsets_(std::size_t(tool.leafCount()) + 1) {
     for (auto& column : placed_) column.resize(std::size_t(paddedToEight(tool.leafCount())));
 }
 
-double PairFinder::reserve(const PairEntries& entries, const Course& course) const {
-    return entries.margin < 0 ? -1 : entries.margin - deviation(entries.course, course, center_, reach_);
+double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
+    if (have.within.margin < 0) return -1;
+    const double widest = asked.within.at(leastSum_);
+    const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
+    return std::min(have.within.most - widest, have.within.margin - margin) - strayed(have, asked.course);
 }
 
 void PairFinder::place(const Course& course) {
@@ -77,9 +91,18 @@ void PairFinder::place(const Course& course) {
     }
 }
 
-/// Appends the entry if a leaf of its bucket is within the limit; without a branch, since half of them are.
+/// What is within, in float, with guard.
+struct PairFinder::Limit {
+    float margin, most, curve;
+
+    Limit(const Within& within, float guard)
+        : margin(float(within.margin) + guard), most(float(within.most) + guard), curve(curveInFloat(within)) {}
+};
+
+/// Takes the entry as number `count` if a leaf of its bucket is within the limit; without a branch, since half of them
+/// are.
 template <bool moves>
-inline void PairFinder::keep(LeafBucket entry, float limit, PairEntries& out) const {
+inline void PairFinder::keep(LeafBucket entry, const Limit& limit, PairEntries& out, int& count) const {
     const TreeLevel& leaves = obstacle_->levels[0];
     const int first = entry.bucket * SphereTree::kBranching;
     const auto placed = [&](int column) { return splat(placed_[column][entry.toolLeaf]); };
@@ -93,31 +116,33 @@ inline void PairFinder::keep(LeafBucket entry, float limit, PairEntries& out) co
         s = s < 1.0f ? s : splat(1.0f);
         dx -= s * wx, dy -= s * wy, dz -= s * wz;
     }
-    const float gap = least(simd::sqrt(dx * dx + dy * dy + dz * dz) - (load(&leaves.r[first]) + placed(kR)));
-    out.at[out.count] = entry;
-    out.gap[out.count] = gap;
-    out.count += gap <= limit;
+    const Float8 sum = load(&leaves.r[first]) + placed(kR), gap = simd::sqrt(dx * dx + dy * dy + dz * dz) - sum;
+    const Mask near = lessEqual((gap - limit.margin) * sum, splat(limit.curve)) & lessEqual(gap, splat(limit.most));
+    out.at[count] = entry;
+    out.gap[count] = least(gap);
+    out.sum[count] = obstacle_->levels[1].round[entry.bucket] + placed_[kR][entry.toolLeaf];
+    count += near != 0;
 }
 
 /// The walk tested the buckets' boxes; the leaves themselves drop most of what it found. False if too much is left.
 template <bool moves>
-bool PairFinder::walk(const Course& course, double margin) {
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, course.X_OT);
+bool PairFinder::walk(const Coverage& asked) {
+    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     found_.count = 0;
     bool full = false;
-    walk_.run(course, margin, [&](const LeafBucket* entries, int count) {
+    walk_.run(asked, [&](const LeafBucket* entries, int count) {
         for (int i = 0; i < count && !full; ++i) {
-            keep<moves>(entries[i], limit, found_);
+            keep<moves>(entries[i], limit, found_, found_.count);
             full = found_.count > found_.capacity;
         }
     });
     return !full;
 }
 
-bool PairFinder::find(const Course& course, double margin, PairEntries& out) {
-    out.margin = -1;
-    place(course);
-    if (!(course.stays() ? walk<false>(course, margin) : walk<true>(course, margin))) return false;
+bool PairFinder::find(const Coverage& asked, PairEntries& out) {
+    out.within = {};
+    place(asked.course);
+    if (!(asked.course.stays() ? walk<false>(asked) : walk<true>(asked))) return false;
 
     // Stable counting sort by tool leaf; its buckets are ascending already.
     std::fill(offsets_.begin(), offsets_.end(), 0);
@@ -127,29 +152,29 @@ bool PairFinder::find(const Course& course, double margin, PairEntries& out) {
         const int to = offsets_[found_.at[i].toolLeaf]++;
         out.at[to] = found_.at[i];
         out.gap[to] = found_.gap[i];
+        out.sum[to] = found_.sum[i];
     }
     out.count = found_.count;
-    out.course = course;
-    out.margin = margin;
+    static_cast<Coverage&>(out) = asked;
     return true;
 }
 
-void PairFinder::narrow(const PairEntries& from, const Course& course, double margin, PairEntries& out) {
-    place(course);
-    const float limit = float(margin) + floatGuard(*tool_, *obstacle_, course.X_OT);
-    out.count = 0;
+void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+    place(asked.course);
+    const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
+    int count = 0;
     const auto keepAll = [&]<bool moves>() {
-        forEachWithin(from, course, margin, [&](const LeafBucket& entry) {
-            keep<moves>(entry, limit, out);
+        forEachWithin(from, asked, [&](const LeafBucket& entry) {
+            keep<moves>(entry, limit, out, count);
             return true;
         });
     };
-    if (course.stays())
+    if (asked.course.stays())
         keepAll.operator()<false>();
     else
         keepAll.operator()<true>();
-    out.course = course;
-    out.margin = margin;
+    out.count = count;
+    static_cast<Coverage&>(out) = asked;
 }
 
 }  // namespace touchstone

@@ -14,19 +14,18 @@ double travel(const Pose& from, const Pose& to, const Vec3& center, double reach
 /// How far any of its leaves goes from one course at most while it follows another, mm.
 double deviation(const Course& from, const Course& other, const Vec3& center, double reach);
 
-/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket. Those found along a
-/// course for margin M hold every pair with gap <= m wherever the tool deviates from it by at most M - m, since a gap
-/// changes by no more than a centre moves.
-struct PairEntries {
+/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket: every pair of the
+/// coverage. Found along a course for margin M they hold every pair with gap <= m wherever the tool deviates from it by
+/// at most M - m, since a gap changes by no more than a centre moves.
+struct PairEntries : Coverage {
     static constexpr int kCapacity = 1 << 18;
 
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 
     std::vector<LeafBucket> at;
     AlignedVector<float> gap;  ///< least of the bucket along the course, exact to floatGuard()
+    AlignedVector<float> sum;  ///< of the radii, least of the bucket
     int count = 0, capacity = 0;
-    Course course;
-    double margin = -1;  ///< mm; negative: complete for nothing
 };
 
 /// Finds entries. Poses X_OT: tool node in the obstacle's frame, mm. Real time: all memory is taken in the constructor;
@@ -35,29 +34,33 @@ class PairFinder {
   public:
     PairFinder(const SphereTree& tool, const SphereTree& obstacle);
 
-    /// All entries of a margin, from a walk of the trees. False if there are more than memory; `out` is then complete
-    /// for nothing.
-    bool find(const Course& course, double margin, PairEntries& out);
-    /// Those of a narrower margin or a shorter course, from entries that are complete for it.
-    void narrow(const PairEntries& from, const Course& course, double margin, PairEntries& out);
-    /// How much margin entries are complete for on all of a course, mm; negative: none.
-    double reserve(const PairEntries& entries, const Course& course) const;
+    /// All entries, from a walk of the trees. False if there are more than memory; `out` is then complete for nothing.
+    bool find(const Coverage& asked, PairEntries& out);
+    /// From entries that are complete for what is asked, or from `out` itself if it is.
+    void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
+    /// How much wider than asked entries of a coverage are complete, mm; negative: they are not complete.
+    double reserve(const Coverage& have, const Coverage& asked) const;
+    /// How far any leaf of the tool is off the entries' course at most somewhere on another, mm.
+    double strayed(const Coverage& have, const Course& course) const {
+        return deviation(have.course, course, center_, reach_);
+    }
 
-    /// visit(entry) for every entry that may hold a pair with gap <= margin on the course, until it returns false.
+    /// visit(entry) for every entry that may hold a pair that is asked for, until it returns false.
     template <class Visit>
-    void forEachWithin(const PairEntries& entries, const Course& course, double margin, Visit&& visit) const;
+    void forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
 
   private:
     void place(const Course& course);
+    struct Limit;
     template <bool moves>
-    void keep(LeafBucket entry, float limit, PairEntries& out) const;
+    void keep(LeafBucket entry, const Limit& limit, PairEntries& out, int& count) const;
     template <bool moves>
-    bool walk(const Course& course, double margin);
+    bool walk(const Coverage& asked);
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     Vec3 center_;
-    double reach_;
+    double reach_, leastSum_;  ///< leastSum_: of the radii of a pair
     TreeWalk walk_;
     PairEntries found_;
     enum { kX, kY, kZ, kR, kWayX, kWayY, kWayZ, kPerWay2, kColumns };
@@ -66,12 +69,15 @@ class PairFinder {
 };
 
 template <class Visit>
-void PairFinder::forEachWithin(const PairEntries& entries, const Course& course, double margin, Visit&& visit) const {
+void PairFinder::forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
     using namespace simd;
-    const double grown = margin + deviation(entries.course, course, center_, reach_);
-    const Float8 limit = splat(float(grown) + 2 * floatGuard(*tool_, *obstacle_, course.X_OT));
+    const Within grown = asked.within.wider(strayed(entries, asked.course) +
+                                            2 * double(floatGuard(*tool_, *obstacle_, asked.course.X_OT)));
+    const Float8 margin = splat(float(grown.margin)), most = splat(float(grown.most)),
+                 curve = splat(curveInFloat(grown));
     for (int i = 0; i < entries.count; i += 8) {
-        Mask mask = lessEqual(load(&entries.gap[i]), limit);
+        const Float8 gap = load(&entries.gap[i]);
+        Mask mask = lessEqual((gap - margin) * load(&entries.sum[i]), curve) & lessEqual(gap, most);
         if (i + 8 > entries.count) mask &= (1u << (entries.count - i)) - 1;
         for (; mask; mask &= mask - 1)
             if (!visit(entries.at[i + std::countr_zero(mask)])) return;

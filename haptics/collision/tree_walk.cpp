@@ -28,14 +28,20 @@ float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose&
     return float(8 * 0x1p-24 * (extent(tool) + extent(obstacle) + X_OT.p.norm()) + 1e-6);
 }
 
-/// The query in float: rotation and translation of the tool into the obstacle's frame and its course there, margin with
-/// guard.
+/// The query in float: rotation and translation of the tool into the obstacle's frame and its course there, and what is
+/// within, with guard.
 struct TreeWalk::Query {
-    float R[3][3], p[3], margin;
+    float R[3][3], p[3], margin, most, curve;
     float shift[3], turn[3], c[3];  ///< c: the tool's centre
     float grown;  ///< the turn takes a block's leaves further than its centre, by its radius times this
     ErasedSink sink;
     void* context;
+
+    /// How near leaves are whose radii are no less than these.
+    TOUCHSTONE_INLINE Float8 near(const Float8& toolLeast, const Float8& obstacleLeast) const {
+        const Float8 bent = margin + curve / max(toolLeast + obstacleLeast, splat(1e-30f));
+        return bent < most ? bent : splat(most);
+    }
 
     /// Where centres of tool blocks are, or for a course the boxes of their ways. T: float or Float8.
     template <bool moves, class T>
@@ -70,7 +76,8 @@ TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&
     out_.resize(kFrontier + SphereTree::kBranching);
 }
 
-void TreeWalk::runErased(const Course& course, double margin, ErasedSink sink, void* context) {
+void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) {
+    const Course& course = asked.course;
     Query query{};
     const Pose& X_OT = course.X_OT;
     const Mat3 R = X_OT.R();
@@ -83,7 +90,10 @@ void TreeWalk::runErased(const Course& course, double margin, ErasedSink sink, v
         query.c[i] = float(center[i]);
     }
     query.grown = float(1 + course.turn.norm());
-    query.margin = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
+    const float guard = floatGuard(*tool_, *obstacle_, X_OT);
+    query.margin = float(asked.within.margin) + guard;
+    query.most = float(asked.within.most) + guard;
+    query.curve = curveInFloat(asked.within);
     query.sink = sink;
     query.context = context;
     frontiers_[0].tool[0] = frontiers_[0].obstacle[0] = 0;
@@ -125,12 +135,13 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
     const TreeLevel& tool = tool_->levels[levels_[depth][0]];
     const TreeLevel& obstacle = obstacle_->levels[levels_[depth + 1][1]];
     int found = 0, placed = -1;
-    float lo[3] = {}, hi[3] = {}, reach = 0;
+    float lo[3] = {}, hi[3] = {}, reach = 0, least = 0;
     for (int i = first; i < count && found <= kFrontier - SphereTree::kBranching; ++i, ++used) {
         const int block = here.tool[i];
         if (block != placed) {
             query.place<moves>(tool.x[block], tool.y[block], tool.z[block], lo, hi);
-            reach = tool.r[block] * query.grown + query.margin;
+            reach = tool.r[block] * query.grown;
+            least = tool.round[block];
             placed = block;
         }
         const int children = here.obstacle[i] * SphereTree::kBranching;
@@ -143,8 +154,9 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
             const Float8 x = load(centers[k]), d = moves ? apart(x, x, splat(lo[k]), splat(hi[k])) : x - splat(lo[k]);
             ball2 += d * d;
         }
-        const Float8 box = max(load(&obstacle.round[children]) + splat(reach), splat(0.0f));
-        const Float8 ball = max(load(&obstacle.r[children]) + splat(reach), splat(0.0f));
+        const Float8 round = load(&obstacle.round[children]), near = query.near(splat(least), round) + reach;
+        const Float8 box = max(round + near, splat(0.0f));
+        const Float8 ball = max(load(&obstacle.r[children]) + near, splat(0.0f));
         const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
         compressStore(&next.obstacle[found], splat(children) + lanes(), hits);
         compressStore(&next.tool[found], splat(block), hits);
@@ -160,12 +172,13 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
     const TreeLevel& tool = tool_->levels[levels_[depth + 1][0]];
     const TreeLevel& obstacle = obstacle_->levels[levels_[depth][1]];
     int found = 0, placed = -1;
-    Float8 lo[3] = {}, hi[3] = {}, reach = {};
+    Float8 lo[3] = {}, hi[3] = {}, reach = {}, least = {};
     for (int i = first; i < count && found <= kFrontier - SphereTree::kBranching; ++i, ++used) {
         const int children = here.tool[i] * SphereTree::kBranching;
         if (children != placed) {
             query.place<moves>(load(&tool.x[children]), load(&tool.y[children]), load(&tool.z[children]), lo, hi);
-            reach = load(&tool.r[children]) * query.grown + splat(query.margin);
+            reach = load(&tool.r[children]) * query.grown;
+            least = load(&tool.round[children]);
             placed = children;
         }
         const int block = here.obstacle[i];
@@ -177,8 +190,9 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
             const Float8 x = splat(center[k]), d = moves ? apart(lo[k], hi[k], x, x) : lo[k] - x;
             ball2 += d * d;
         }
-        const Float8 box = max(reach + splat(obstacle.round[block]), splat(0.0f));
-        const Float8 ball = max(reach + splat(obstacle.r[block]), splat(0.0f));
+        const Float8 near = query.near(least, splat(obstacle.round[block])) + reach;
+        const Float8 box = max(near + obstacle.round[block], splat(0.0f));
+        const Float8 ball = max(near + obstacle.r[block], splat(0.0f));
         const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
         compressStore(&next.tool[found], splat(children) + lanes(), hits);
         compressStore(&next.obstacle[found], splat(block), hits);

@@ -1,5 +1,6 @@
 #pragma once
 // Two sphere trees against each other, level by level.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -28,6 +29,27 @@ struct Course {
     }
 };
 
+/// Which pairs of leaves are meant: those with gap <= margin + curve / (sum of their radii), and <= most. Distances of
+/// centres curve the less the larger they are, so what a step may touch is less far away where leaves are large.
+struct Within {
+    double margin = -1;  ///< mm; negative: none
+    double curve = 0;    ///< mm²
+    double most = -1;    ///< mm
+
+    Within() = default;
+    Within(double margin_) : margin(margin_), most(margin_) {}  // NOLINT: whatever the radii
+    Within(double margin_, double curve_, double most_) : margin(margin_), curve(curve_), most(most_) {}
+    /// For pairs whose radii make that sum, mm > 0.
+    double at(double sum) const { return std::min(most, margin + curve / sum); }
+    Within wider(double by) const { return {margin + by, curve, most + by}; }
+};
+
+/// Which pairs, and where they are: somewhere on the course.
+struct Coverage {
+    Course course;
+    Within within;
+};
+
 /// A tool leaf and a bucket of eight obstacle leaves, [8·bucket, 8·bucket + 8), that may be near each other.
 struct LeafBucket {
     std::int32_t toolLeaf;
@@ -37,20 +59,23 @@ struct LeafBucket {
 /// Bound on the error, in mm, of a distance computed in float at this pose: added wherever a float test must not miss.
 float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT);
 
-/// Finds the leaf buckets within a margin. Breadth first in blocks that fit the cache: one tool block (as a sphere)
+/// Rounded up.
+inline float curveInFloat(const Within& within) { return float(within.curve * (1 + 1e-6)); }
+
+/// Finds the leaf buckets of a coverage. Breadth first in blocks that fit the cache: one tool block (as a sphere)
 /// against eight obstacle blocks (as rounded boxes and spheres), or eight tool blocks against one, whichever side has
 /// the larger blocks. The schedule is fixed per pair of trees and the memory is taken in the constructor.
 class TreeWalk {
   public:
     TreeWalk(const SphereTree& tool, const SphereTree& obstacle);
 
-    /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair with gap <= margin
-    /// mm somewhere on the course, margin >= 0. Buckets of one tool leaf arrive in ascending order; tool leaves arrive
+    /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair of the coverage,
+    /// margin >= 0. Buckets of one tool leaf arrive in ascending order; tool leaves arrive
     /// in any. Real time: no allocation, lock or throw beyond the sink's own.
     template <class Sink>
-    void run(const Course& course, double margin, Sink&& sink) {
+    void run(const Coverage& asked, Sink&& sink) {
         runErased(
-            course, margin, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
+            asked, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
     }
 
   private:
@@ -60,7 +85,7 @@ class TreeWalk {
     };
     struct Query;
 
-    void runErased(const Course& course, double margin, ErasedSink sink, void* context);
+    void runErased(const Coverage& asked, ErasedSink sink, void* context);
     template <bool moves>
     void descend(const Query& query, int depth, int count);
     template <bool moves>

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kFlights = 64;          // linearisations of a tick that carries no force
 constexpr int kLeapSteps = 32;        // of one that does, while nothing is in the way of a device that leaps
+constexpr int kFewSteps = 2;          // of trust: a step no longer than these is taken in them
 constexpr double kLeap = 2;           // C moves this many times what the tick's linearisations can follow
 constexpr int kHalvings = 24;         // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.04;  // of the margin: pairs this near have rows from the start,
@@ -48,8 +49,9 @@ class DefaultTick {
     bool collect(double margin);
     void addLastContacts();
     Course course(int obstacle, const Vec6& x) const;
-    bool completeLists(double margin, const Vec6* x = nullptr);
-    bool lookAround(double margin);
+    bool completeLists(double margin, const Vec6& x);
+    bool isShort(const Vec6& x) const;
+    bool anyWithin(double margin) const;
     bool addCrossed(double upTo, const Crossing& by, bool& added);
     void truncated(int rows);
     double clearanceUpTo(double atMost) const;
@@ -80,33 +82,36 @@ Course DefaultTick::course(int obstacle, const Vec6& x) const {
     return {s_.inObstacle(obstacle, s_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
 }
 
-/// For all pairs within a margin, or only for those of them that the step x may cross. False if there is no room.
-bool DefaultTick::completeLists(double margin, const Vec6* x) {
+/// For those pairs within a margin that the step x may cross. False if there is no room.
+bool DefaultTick::completeLists(double margin, const Vec6& x) {
     bool complete = true;
     for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
         NeighbourList& list = s_.lists[k];
-        const Course step = course(k, x ? *x : Vec6::Zero());
-        const double onStep = x ? list.crossingMargin(step) : INFINITY;
-        if (onStep >= margin)
-            complete = list.complete(step.X_OT, margin, set_.slack);
-        else if (!list.isComplete(step.X_OT, margin))
-            complete = list.complete(step, onStep, set_.slack);
+        Coverage asked{s_.inObstacle(k, s_.graphic), margin};
+        if (list.isComplete(asked)) continue;
+        if (isShort(x)) asked = list.crossing(course(k, x), margin);
+        s_.ask(asked.within);
+        complete = list.complete(asked, set_.slack);
     }
     if (!complete) tick_.record.flags |= kListOverflow;
     return complete;
 }
 
-/// Finds out whether a pair is within the margin; what the lists know mostly tells. False if they have no room.
-bool DefaultTick::lookAround(double margin) {
-    const auto look = [&] {
-        for (int k = 0; k < int(s_.lists.size()) && !near_; ++k)
-            near_ = s_.lists[k].anyWithin(s_.inObstacle(k, s_.graphic), margin);
-    };
-    look();
-    if (near_) return true;
-    if (!completeLists(margin)) return false;
-    look();
-    return true;
+/// Of a step that trust does not keep from its end in this tick it is enough to know what it crosses: it comes to the
+/// same whether something is near or not.
+bool DefaultTick::isShort(const Vec6& x) const {
+    return s_.lengthOf(x) <= std::min(kFewSteps, set_.linearisations - linearisation_) * set_.trust;
+}
+
+/// What the lists know mostly tells; else the trees do.
+bool DefaultTick::anyWithin(double margin) const {
+    for (int k = 0; k < int(s_.lists.size()); ++k) {
+        const Pose X_OT = s_.inObstacle(k, s_.graphic);
+        if (s_.lists[k].anyWithin(X_OT, margin) ||
+            anyGapWithin(*s_.world->tool, *s_.world->obstacles[k].tree, X_OT, margin, s_.nearest[k]))
+            return true;
+    }
+    return false;
 }
 
 /// The rows to begin with: of all pairs within the margin or, where overlaps are so deep that these are many, of the
@@ -114,13 +119,17 @@ bool DefaultTick::lookAround(double margin) {
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    // For what the answer may cross, too, if it is like the last.
-    Vec6 likely = Vec6::Zero();
-    likely[0] = 1.2 * s_.lastStep;
-    double asked = margin;
-    for (int k = 0; k < int(s_.lists.size()); ++k)
-        asked = std::max(asked, std::min({set_.margin, likely[0], s_.lists[k].crossingMargin(course(k, likely))}));
-    const bool complete = completeLists(asked);
+    // For what the answer may cross, too, if it is like that of the last tick.
+    const Vec6& likely = s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)];
+    bool complete = true;
+    for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
+        Coverage asked = s_.lists[k].crossing(course(k, likely), std::min(set_.margin, s_.lengthOf(likely)));
+        asked.within.margin = std::max(asked.within.margin, margin);
+        asked.within.most = std::max(asked.within.most, margin);
+        s_.ask(asked.within);
+        complete = s_.lists[k].complete(asked, set_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
     const int most = set_.adaptiveMargin ? kStartRows : s_.rows.capacity();
     bool fits = true;
     const int n = int(s_.lists.size());
@@ -172,16 +181,16 @@ bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
     const std::uint64_t start = tick_.now();
     RowSet& crossed = s_.relaxed;
     crossed.clear();
-    const bool complete = completeLists(upTo, &by.x);
+    const bool complete = completeLists(upTo, by.x);
     bool fits = complete;
     for (int k = 0; k < int(s_.lists.size()) && fits; ++k)
         fits = s_.lists[k].appendCrossed(s_.inObstacle(k, s_.graphic), s_.R_WO[k], upTo, by, s_.rows, crossed);
     added = fits && crossed.size() > 0;
     if (added) s_.rows.merge(crossed);
     if (complete && !fits) truncated(1);  // at least: nobody counted on
-    const bool known = complete && (near_ || lookAround(upTo));
+    if (complete && !near_) near_ = isShort(by.x) || anyWithin(upTo);
     tick_.addTime(tick_.record.collisionUs, start);
-    return known;
+    return complete;
 }
 
 double DefaultTick::clearanceUpTo(double atMost) const {
@@ -207,7 +216,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         looked_ = std::max(looked_, std::min(set_.margin, step.length));
         if (!addCrossed(looked_, {step.x, tick_.stiffness(), step.slack}, added)) return Found::Failure;
     }
-    s_.lastStep = step.length;
+    s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)] = step.x;
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked_);
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = std::max(pairs_, s_.rows.size());
@@ -349,7 +358,7 @@ DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
     const std::uint64_t start = tick_.now();
     const Pose after = moved(s_.graphic, x);
     Measured m;
-    m.deeper = !completeLists(s_.lengthOf(x), &x) && !x.isZero(0);
+    m.deeper = !completeLists(s_.lengthOf(x), x) && !x.isZero(0);
     for (int k = 0; k < int(s_.lists.size()) && !m.deeper; ++k) {
         m.pair = s_.lists[k].remeasure(s_.inObstacle(k, s_.graphic), s_.inObstacle(k, after), kOverlapTolerance);
         m.depth = std::max(m.depth, m.pair.depth);

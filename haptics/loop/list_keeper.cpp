@@ -47,7 +47,7 @@ void ListKeeper::request(const Request& request, const Pose& X_WT, std::span<con
 void ListKeeper::run(const std::stop_token& stop) {
     double spent = threadCpuMicroseconds();
     while (!stop.stop_requested()) {
-        if (!messages_.update() || messages_.get().asked.margin < 0) {
+        if (!messages_.update() || messages_.get().asked.within.margin < 0) {
             const double ms = std::max(kRest * messages_.get().asked.tickMs, kLeastRestMs);
             std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(ms));
             continue;
@@ -69,17 +69,18 @@ void ListKeeper::serve(const Message& message) {
         const double fastest = kLongest / std::max(tick.length(part->reach), 1e-9);  // ticks
         const double leadMs = kLeadMs + kLead * part->findMs;
         const Course next = tick.times(std::min(leadMs / r.tickMs, fastest));
-        const double margin = r.margin + r.slack;
-        const double left = part->margin - deviation(part->course, next, part->center, part->reach);
-        if (part->margin >= 0 && left >= margin - kRenew * r.slack) continue;
+        if (part->finder.reserve(part->published, {next, r.within}) >= (1 - kRenew) * r.slack) continue;
         PairEntries& entries = part->entries.back();
-        const Course course = tick.times(std::min((leadMs + kUseMs) / r.tickMs, fastest));
+        // Steps may get longer.
+        Within within = r.within;
+        within.curve = std::max(2 * within.curve, 2 * r.slack * r.slack);
+        within.most = std::max(within.most, r.margin);
+        const Coverage asked{tick.times(std::min((leadMs + kUseMs) / r.tickMs, fastest)), within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
-        if (!part->finder.find(course, margin, entries)) continue;  // too deep: the tick sees to it
+        if (!part->finder.find(asked, entries)) continue;  // too deep: the tick sees to it
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
         part->entries.publish();
-        part->course = course;
-        part->margin = margin;
+        part->published = asked;
     }
 }
 

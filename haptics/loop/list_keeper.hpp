@@ -24,8 +24,8 @@ class ListKeeper {
 
     struct Request {
         double tickMs = 1;
-        double margin = -1;  ///< mm, that ticks ask for; negative: nothing is near, nothing is wanted
-        double slack = 0;    ///< mm, of the settings
+        Within within;                 ///< what the tick asked for; negative margin: nothing is near, nothing is wanted
+        double margin = 0, slack = 0;  ///< mm, of the settings
     };
     /// To be called after every tick, with where the graphic tool and the obstacles are then.
     void request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept;
@@ -47,9 +47,8 @@ class ListKeeper {
         double reach;
         PairFinder finder;                  // the keeper's thread's
         TripleBuffer<PairEntries> entries;  // from it to the tick
-        Course course;                      // of what it published last
-        double margin = -1;
-        double findMs = 0;  ///< what finding them took
+        Coverage published;                 // of the last
+        double findMs = 0;                  ///< what finding them took
     };
 
     struct Message {

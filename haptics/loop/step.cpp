@@ -59,7 +59,8 @@ void StepState::begin(const StepStart& start) noexcept {
     s.device = s.referencePose(start.X_WT_device);
     s.loaded = start.loadedBefore;
     s.freeRadius = 0;
-    s.lastStep = 0;
+    s.lastSteps.fill(Vec6::Zero());
+    s.asked = {};
     for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
@@ -108,6 +109,9 @@ void StepState::Impl::moveObstacle(int k, const Pose& target, double most) {
     freeRadius = std::max(0.0, freeRadius - obstacleTravel);
     lastMoved = k;
 }
+
+const Within& StepState::asked() const noexcept { return impl->asked; }
+
 const TickInput& StepState::input() const { return impl->given; }
 
 std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderers[static_cast<std::size_t>(solver)]; }
@@ -212,7 +216,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     if (set.mode != Mode::Default) return fits;
     if (fits) {
         const Pose after = s.inObstacle(k, s.graphic);
-        fits = s.lists[k].complete(after, 0, set.slack) &&
+        fits = s.lists[k].complete({after, 0}, set.slack) &&
                !s.lists[k].remeasure(before, after, kOverlapTolerance).deeper();
     }
     s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kLeastPace, 1.0);
@@ -239,6 +243,7 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     assert(world.tool == state.world->tool);
     TickRecord record;
     record.tick = state.tick++;
+    state.asked = {};
     state.given = {input.X_WT, settings, std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};
     for (std::size_t k = 0; k < state.lists.size(); ++k)

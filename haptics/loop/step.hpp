@@ -124,6 +124,8 @@ class StepState {
 
     /// Where the obstacles are, X_WO by obstacle: at first where the world has them.
     std::span<const Pose> obstacles() const noexcept;
+    /// Which pairs the last step() asked for; negative margin: none.
+    const Within& asked() const noexcept;
     /// What the last step() was given.
     const TickInput& input() const;
 

@@ -1,5 +1,6 @@
 #pragma once
 // Memory of the tick, shared by the modes. Internal to step().
+#include <array>
 #include <vector>
 
 #include "haptics/collision/clearance.hpp"
@@ -59,10 +60,11 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;       ///< the last tick carried force
-    std::vector<Course> ways;  ///< by obstacle: where a tick left the graphic tool, and its way there
-    double lastStep = 0;       ///< length of the solver's last step, mm
-    double freeRadius = 0;     ///< nothing is nearer than this to the graphic tool
+    bool loaded = false;              ///< the last tick carried force
+    std::vector<Course> ways;         ///< by obstacle: where a tick left the graphic tool, and its way there
+    std::array<Vec6, 4> lastSteps{};  ///< the solver's, by linearisation of a tick, the last for those after it
+    Within asked;                     ///< of the lists, in this tick; margin negative: nothing
+    double freeRadius = 0;            ///< nothing is nearer than this to the graphic tool
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
@@ -73,6 +75,11 @@ struct StepState::Impl {
     /// Moves it towards its target, no leaf of it by more than `most` mm.
     void moveObstacle(int obstacle, const Pose& target, double most);
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
+
+    void ask(const Within& within) {
+        asked = {std::max(asked.margin, within.margin), std::max(asked.curve, within.curve),
+                 std::max(asked.most, within.most)};
+    }
 
     /// Keeps what `result` says of the loaded contacts.
     void rememberContacts(const RowSet& from, const SolveResult& result);

@@ -160,7 +160,8 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     if (session.keeper) {
         record.helperUs = session.keeper->takeCpuUs();
         session.keeper->request({.tickMs = 1000 / settings().rate,
-                                 .margin = record.marginUsed > 0 ? effective.margin : -1,
+                                 .within = session.state.asked(),
+                                 .margin = effective.margin,
                                  .slack = std::max(effective.slack, effective.trust)},
                                 record.X_WT, session.state.obstacles());
     }

@@ -29,7 +29,7 @@ void ContactFinder::collect(const TickRecord& record, double margin) {
         const Pose& X_WO = world_->obstacles[i].X_WO;
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
-        if (!lists_[i].complete(X_OT, margin, 0)) continue;  // deeper in each other than any picture could show
+        if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // deeper in each other than any picture could show
         if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
             lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }

@@ -95,14 +95,14 @@ TEST_CASE("neighbour list: rows are the pairs of brute force, in order of identi
     const double reach = tool.reach();
     for (int pose = 0; pose < 12; ++pose) {
         const Pose built = randomPose(random, 35);
-        REQUIRE(list.complete(built, 0.5, 1.5));
+        REQUIRE(list.complete({built, 0.5}, 1.5));
         // Asked at the pose of the walk and after the list has aged by up to 1.5 mm of travel.
         for (const double aged : {0.0, 0.7, 1.5}) {
             const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8),
                              expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
             Pose now{built.p + nudge.p, nudge.q * built.q};
             now.p += built * tool.center() - Pose{built.p, nudge.q * built.q} * tool.center();
-            REQUIRE(list.complete(now, 0.5, 1.5));
+            REQUIRE(list.complete({now, 0.5}, 1.5));
             rows.clear();
             REQUIRE(list.appendRows(now, Mat3::Identity(), 0.5, rows));
             const auto expected = brutePairs(tool, obstacle, now, 0.5);
@@ -124,7 +124,7 @@ TEST_CASE("neighbour list: a row predicts how its gap changes under a small incr
     RowSet rows(1 << 15);
     const Pose X_WO = randomPose(random, 20);
     const Pose X_OT{Vec3(60, 10, -5), expRotation(Vec3(0.2, -0.4, 1.0))};
-    REQUIRE(list.complete(X_OT, 5, 0));
+    REQUIRE(list.complete({X_OT, 5}, 0));
     REQUIRE(list.appendRows(X_OT, X_WO.R(), 5, rows));
     REQUIRE(rows.size() > 10);
 
@@ -151,7 +151,7 @@ TEST_CASE("neighbour list: when rows are too many, the least gap of each tool le
     const SphereTree tool = bumpyBall(200, 5), obstacle = bumpyBall(200, 6);
     NeighbourList list(tool, obstacle, 0);
     const Pose X{Vec3(20, 0, 0), Quat::Identity()};
-    REQUIRE(list.complete(X, 6, 0));
+    REQUIRE(list.complete({X, 6}, 0));
     const auto expected = brutePairs(tool, obstacle, X, 6);
     RowSet few(40);
     REQUIRE(int(expected.size()) > few.capacity());
@@ -191,9 +191,9 @@ TEST_CASE(
     for (int k = 0; k < 30; ++k) {
         const Course course{randomPose(random, 25), vector(4), vector(0.15)}, first = course.times(0.4);
         const double margin = 1.5, slack = 0.5;
-        REQUIRE(finder.find(course, margin + slack, all));
-        REQUIRE(finder.reserve(all, first) >= margin);
-        finder.narrow(all, first, margin, narrow);
+        REQUIRE(finder.find({course, margin + slack}, all));
+        REQUIRE(finder.reserve(all, {first, margin}) >= 0);
+        finder.narrow(all, {first, margin}, narrow);
         for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
             const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
             // The bound holds for each leaf, whose way is straight.
@@ -206,17 +206,63 @@ TEST_CASE(
                 const double along = std::clamp(now.dot(way) / way.squaredNorm(), 0.0, 1.0);
                 REQUIRE((now - along * way).norm() <= bound + 1e-12);
             }
-            const double near = finder.reserve(all, X);
+            const double near = finder.reserve(all, {X, 0});
             for (const auto& [id, gap] : brutePairs(tool, obstacle, X, std::max(near, 0.0))) {
                 REQUIRE(holds(all, toolLeafOf(id), obstacleLeafOf(id)));
                 ++pairs;
             }
             if (s <= 0.4)
-                for (const auto& [id, gap] : brutePairs(tool, obstacle, X, std::max(finder.reserve(narrow, X), 0.0)))
+                for (const auto& [id, gap] :
+                     brutePairs(tool, obstacle, X, std::max(finder.reserve(narrow, {X, 0}), 0.0)))
                     REQUIRE(holds(narrow, toolLeafOf(id), obstacleLeafOf(id)));
         }
     }
     REQUIRE(pairs > 1000);
+}
+
+TEST_CASE("pair finder: entries hold every pair of a coverage that lies in their own, however it curves",
+          "[collision]") {
+    std::mt19937 random(23);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
+    PairFinder finder(tool, obstacle);
+    PairEntries all(tool, obstacle), narrow(tool, obstacle);
+    const auto within = [&](double margin) {
+        const double curve = uniform(random) < 0.3 ? 0 : 4 * uniform(random);
+        return Within{margin, curve, margin + 3 * uniform(random)};
+    };
+    int held = 0, asked = 0, curved = 0;
+    const auto requireHeld = [&](const PairEntries& entries, const Coverage& coverage) {
+        std::set<std::pair<int, int>> buckets;
+        finder.forEachWithin(entries, coverage, [&](const LeafBucket& entry) {
+            buckets.insert({entry.toolLeaf, entry.bucket});
+            return true;
+        });
+        for (const auto& [id, gap] : brutePairs(tool, obstacle, coverage.course.X_OT, coverage.within.most)) {
+            const int t = toolLeafOf(id), o = obstacleLeafOf(id);
+            if (gap > coverage.within.at(double(tool.leaf(t).r) + double(obstacle.leaf(o).r))) continue;
+            REQUIRE(buckets.count({t, o / SphereTree::kBranching}));
+            ++held;
+            curved += gap > coverage.within.margin;
+        }
+    };
+    for (int k = 0; k < 200; ++k) {
+        const Pose X = randomPose(random, 25);
+        REQUIRE(finder.find({X, within(1.5)}, all));
+        requireHeld(all, all);
+        const Coverage near{Pose{X.p + 0.3 * uniform(random) * Vec3::UnitX(), X.q}, within(uniform(random))};
+        if (finder.reserve(all, near) < 0) continue;
+        ++asked;
+        requireHeld(all, near);
+        finder.narrow(all, near, narrow);
+        requireHeld(narrow, near);
+        finder.narrow(all, near, all);  // in its place
+        REQUIRE(all.count == narrow.count);
+        requireHeld(all, near);
+    }
+    REQUIRE(asked > 50);
+    REQUIRE(held > 1000);
+    REQUIRE(curved > 100);
 }
 
 TEST_CASE("neighbour list: the rows that an increment crosses are those of brute force, but for the known ones",
@@ -230,25 +276,35 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     by.stiffness << 1, 1, 1, 1000, 1000, 1000;
     by.slack = GENERATE(0.0, 0.7);
     by.notDeeper = GENERATE(false, true);
-    // With all pairs up to 1 mm given, or the nearest of each tool leaf alone.
+    // With a list of all pairs, or one of those that the way may cross.
+    const bool onWay = GENERATE(false, true);
+    const double nearest_mm = onWay ? 0 : 1;
+    // With all pairs up to that given, or the nearest of each tool leaf alone.
     const bool nearest = GENERATE(false, true);
     int found = 0;
-    for (int pose = 0; pose < 40; ++pose) {
+    for (int pose = 0; pose < (onWay ? 400 : 40); ++pose) {
         const Pose X = randomPose(random, 25);
-        REQUIRE(list.complete(X, 4, 0.5));
+        list.forget();
+        REQUIRE(list.complete({X, 4}, 0.5));
         for (RowSet* rows : {&all, &near, &crossed}) rows->clear();
         REQUIRE(list.appendRows(X, Mat3::Identity(), 4, all));
         if (nearest)
-            list.appendNearestRows(X, Mat3::Identity(), 1, near);
+            list.appendNearestRows(X, Mat3::Identity(), nearest_mm, near);
         else
-            REQUIRE(list.appendRows(X, Mat3::Identity(), 1, near));
+            REQUIRE(list.appendRows(X, Mat3::Identity(), nearest_mm, near));
         for (int k = 0; k < 6; ++k) by.x[k] = std::uniform_real_distribution<double>(-1, 1)(random);
-        by.x.head<3>() *= 3;
-        by.x.tail<3>() *= 0.1;
+        by.x.head<3>() *= onWay ? 1.5 : 3;
+        by.x.tail<3>() *= onWay ? 0.04 : 0.1;
         const int nearOnes = near.size();
         RowSet given(1 << 15);
         for (int i = 0; i < near.size(); ++i) given.push(near.row(i), near.gap()[i], near.id(i));
         REQUIRE(list.anyWithin(X, 4) == (all.size() > 0));
+        if (onWay) {
+            const Coverage asked = list.crossing({X, by.x.head<3>(), by.x.tail<3>()}, 4);
+            REQUIRE(asked.within.margin < 0.1);
+            list.forget();
+            REQUIRE(list.complete(asked, 0.1));
+        }
         // Each call adds the most crossed ones of those that are left.
         const auto left = [&](const RowSet& rows, int i) {
             const double g = by.notDeeper ? std::max(0.0, rows.gap()[i]) : rows.gap()[i];
@@ -291,8 +347,8 @@ TEST_CASE("neighbour list: points have rows like spheres, also for a step of no 
     const SphereTree point = makeSphereTree({{0, 0, 0, 0}});
     NeighbourList list(point, point, 0);
     const Pose X{Vec3(1, 0, 0), Quat::Identity()};
-    REQUIRE(list.crossingMargin(X) < 1e-9);
-    REQUIRE(list.complete(X, 2, 0.5));
+    REQUIRE(list.crossing(X, 2).within.margin < 1e-9);
+    REQUIRE(list.complete({X, 2}, 0.5));
     for (const double way : {0.0, -0.5, -1.5}) {
         RowSet none(8), crossed(8);
         Crossing by;
@@ -307,7 +363,7 @@ TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerate
     const SphereTree one = makeSphereTree({{0, 0, 0, 1}});
     NeighbourList list(one, one, 0);
     const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
-    REQUIRE(list.complete(at(2), 1, 0));
+    REQUIRE(list.complete({at(2), 1}, 0));
     REQUIRE_FALSE(list.remeasure(at(2), at(1.9996), 0.5e-3).deeper());  // 0.4 µm overlap: tolerated
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).deeper());
     REQUIRE(list.remeasure(at(2), at(1.9), 0.5e-3).depth == Approx(0.1));
@@ -338,6 +394,8 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
         LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
         REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));
         REQUIRE(pairGap(tool, obstacle, X, nearest.toolLeaf, nearest.obstacleLeaf) == Approx(least).margin(1e-11));
+        REQUIRE(anyGapWithin(tool, obstacle, X, least + 1e-9, nearest));
+        REQUIRE_FALSE(anyGapWithin(tool, obstacle, X, least - 1e-9, nearest));
         REQUIRE(deepestGap(tool, obstacle, walk, X) == leastGap(tool, obstacle, X, 0));
         overlaps += least < 0;
     }

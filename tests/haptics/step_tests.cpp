@@ -307,8 +307,8 @@ TEST_CASE("step: entries found elsewhere change no result, wherever and however 
         const TickRecord expected = step(world, settings, {device}, plain);
         if (tick % 3 == 0) {  // ages, too
             const Pose off{Vec3(uniform(random), uniform(random), uniform(random)), Quat::Identity()};
-            REQUIRE(finder.find(off * expected.X_WT, 1.5 + uniform(random), entries));
-            complete += finder.reserve(entries, expected.X_WT) > 0;
+            REQUIRE(finder.find({off * expected.X_WT, 1.5 + uniform(random)}, entries));
+            complete += finder.reserve(entries, {expected.X_WT, 0}) > 0;
         }
         REQUIRE(hashTick(step(world, settings, {device, offered}, helped)) == hashTick(expected));
     }
@@ -319,7 +319,7 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 32, 0));
     ListKeeper keeper(world);
     REQUIRE(keeper.newest().size() == 1);
-    REQUIRE(keeper.newest()[0]->margin < 0);
+    REQUIRE(keeper.newest()[0]->within.margin < 0);
     const PairFinder finder(*world.tool, *world.obstacles[0].tree);
     const auto wait = [&](auto&& until) {
         for (int i = 0; i < 5000 && !until(*keeper.newest()[0]); ++i)
@@ -330,18 +330,18 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     const auto ask = [&](double y) {
         const Pose X_WO[] = {world.obstacles[0].X_WO};
         keeper.request({}, at(0, y + 0.1, 0), X_WO);
-        keeper.request({.tickMs = 1, .margin = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
+        keeper.request({.tickMs = 1, .within = 0.5, .margin = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
     };
     ask(32);
-    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, at(0, 31.85, 0)) >= 0.5; }));
+    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 31.85, 0), 0.5}) >= 0; }));
     REQUIRE(keeper.takeCpuUs() > 0);
     ask(25);
-    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, at(0, 24.85, 0)) >= 0.5; }));
+    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 24.85, 0), 0.5}) >= 0; }));
     // What it publishes is what one would find oneself.
     PairFinder own(*world.tool, *world.obstacles[0].tree);
     PairEntries expected(*world.tool, *world.obstacles[0].tree);
     const PairEntries& found = *keeper.newest()[0];
-    REQUIRE(own.find(found.course, found.margin, expected));
+    REQUIRE(own.find(found, expected));
     REQUIRE(found.count == expected.count);
     for (int i = 0; i < found.count; ++i) {
         REQUIRE(found.at[i].toolLeaf == expected.at[i].toolLeaf);

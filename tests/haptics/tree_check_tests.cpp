@@ -464,7 +464,7 @@ TEST_CASE("trees of random meshes: certificates hold and walks find exactly the 
         const auto all = brutePairs(a, b, X, margin);
         TreeWalk walk(a, b);
         std::vector<std::pair<int, int>> found;
-        walk.run(X, margin, [&](const LeafBucket* buckets, int count) {
+        walk.run({X, margin}, [&](const LeafBucket* buckets, int count) {
             for (int k = 0; k < count; ++k)
                 for (int j = 8 * buckets[k].bucket; j < std::min(8 * buckets[k].bucket + 8, b.leafCount()); ++j) {
                     const Sphere s = a.leaf(buckets[k].toolLeaf), t = b.leaf(j);
