@@ -1,8 +1,24 @@
 #include "haptics/system/presets.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace touchstone::system {
+
+Settings withMode(Settings settings, Mode mode) {
+    if (settings.mode == mode) return settings;
+    const int pqp = findSolver("pqp");
+    settings.mode = mode;
+    settings.solver = mode == Mode::Paper ? pqp : kExactSolver;
+    settings.shadow = mode == Mode::Default ? pqp : -1;
+    settings.tolerance = 0.01;
+    return settings;
+}
+
+Settings withSolversSwapped(Settings settings) {
+    if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
+    return settings;
+}
 
 std::span<const Preset> presetTable() {
     static constexpr Preset kTable[] = {

@@ -1,12 +1,19 @@
 #pragma once
 // Settings by name, and settings as the command that repeats them.
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "haptics/system/session.hpp"
+#include "haptics/loop/settings.hpp"
 
 namespace touchstone::system {
+
+/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,
+/// shadowed by pqp; penalty without a solver. All else stays.
+Settings withMode(Settings settings, Mode mode);
+/// Rendering and shadow solver exchanged; unchanged without a shadow.
+Settings withSolversSwapped(Settings settings);
 
 struct Preset {
     std::string_view name, help;

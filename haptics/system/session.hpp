@@ -13,20 +13,12 @@
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/system/recording.hpp"
-#include "haptics/system/scene_edit.hpp"
-#include "haptics/system/scene_world.hpp"
+#include "haptics/system/scene_opening.hpp"
 #include "haptics/system/status_bar.hpp"
 #include "haptics/system/tick_history.hpp"
 #include "haptics/system/workspace_file.hpp"
 
 namespace touchstone::system {
-
-/// A scene file, what was changed in it by hand, and with which settings it is to run (nothing: as the scene asks).
-struct SceneRequest {
-    std::filesystem::path file;
-    std::vector<SceneEdit> edits = {};
-    std::optional<Settings> settings = {};
-};
 
 struct SessionOptions {
     std::string device;  ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
@@ -45,20 +37,6 @@ struct Message {
     std::string text;    ///< one sentence
     double seconds = 0;  ///< since the session began
 };
-
-/// The scene that is being opened, until it is shown.
-struct OpeningProgress {
-    std::string file;
-    std::string part;         ///< what is being built; empty while the file is read, and at the end
-    double fraction = 0;      ///< of all parts, 0 to 1
-    double secondsLeft = -1;  ///< for this part, an estimate; negative while there is none
-};
-
-/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,
-/// shadowed by pqp; penalty without a solver. All else stays.
-Settings withMode(Settings settings, Mode mode);
-/// Rendering and shadow solver exchanged; unchanged without a shadow.
-Settings withSolversSwapped(Settings settings);
 
 /// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then
 /// stays.
@@ -146,7 +124,6 @@ class LiveSession {
     double secondsSinceStart() const;
 
   private:
-    class Opening;
     struct Shown {
         SceneRequest request;
         std::shared_ptr<HapticScene> scene;
@@ -171,7 +148,7 @@ class LiveSession {
     SessionOptions options_;
     std::uint64_t began_;  ///< ns
     std::vector<Message> messages_;
-    std::vector<std::unique_ptr<Opening>> openings_;  ///< the last is wanted, the others are being cancelled
+    std::vector<std::unique_ptr<SceneOpening>> openings_;  ///< the last is wanted, the others are being cancelled
     Shown shown_;
     std::uint64_t sceneNumber_ = 0;
 

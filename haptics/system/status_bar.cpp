@@ -170,6 +170,8 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
     return items;
 }
 
+float statusBarHeight() { return 1.5f * ImGui::GetFontSize(); }
+
 bool drawStatusBar(const HealthView& view, ItemRects* items) {
     bool pressed = false;
     if (view.snapshot) {

@@ -48,6 +48,8 @@ struct HealthItem {
 /// none without a snapshot.
 std::vector<HealthItem> healthItems(const HealthView& view);
 
+/// In screen units.
+float statusBarHeight();
 /// The same in one line of the current ImGui window, each explained on hover. Returns true when the button before them
 /// was pressed, which stops or engages.
 bool drawStatusBar(const HealthView& view, ItemRects* items);

@@ -45,4 +45,16 @@ void RecentScenes::add(const fs::path& scene) {
         if (each.string().find('\n') == std::string::npos) out << each.string() << '\n';
 }
 
+std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders) {
+    std::vector<std::filesystem::path> scenes;
+    for (const std::filesystem::path& folder : folders) {
+        std::error_code ignored;
+        for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+            if (const auto extension = entry.path().extension(); extension == ".glb" || extension == ".gltf")
+                scenes.push_back(entry.path());
+    }
+    std::sort(scenes.begin(), scenes.end());
+    return scenes;
+}
+
 }  // namespace touchstone::system

@@ -28,4 +28,7 @@ class RecentScenes {
     std::vector<std::filesystem::path> scenes_;
 };
 
+/// The .glb and .gltf files in these folders, sorted; what is no folder has none.
+std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders);
+
 }  // namespace touchstone::system

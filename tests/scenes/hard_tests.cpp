@@ -9,7 +9,7 @@
 #include "haptics/device/held_motion.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/system/headless_run.hpp"
-#include "haptics/system/session.hpp"
+#include "haptics/system/presets.hpp"
 
 using namespace touchstone;
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/system/headless_run.hpp"
-#include "haptics/system/session.hpp"
+#include "haptics/system/presets.hpp"
 
 using namespace touchstone;
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "haptics/system/headless_run.hpp"
-#include "haptics/system/session.hpp"
+#include "haptics/system/presets.hpp"
 
 using namespace touchstone;
 

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "haptics/system/headless_run.hpp"
+#include "haptics/system/presets.hpp"
 #include "haptics/system/session.hpp"
 #include "haptics/system/units.hpp"
 #include "tests/system/ui_scene.hpp"

@@ -1,6 +1,6 @@
 #include "tools/touchstone/settings_choice.hpp"
 
-#include "haptics/system/session.hpp"
+#include "haptics/system/presets.hpp"
 
 namespace touchstone::app {
 namespace {

@@ -1,0 +1,96 @@
+#pragma once
+// The running window: what it remembers from frame to frame. One file for what a frame draws, one for mouse and keys,
+// one for what is then done; none of it is needed outside.
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/view/renderer.hpp"
+#include "haptics/system/app_window.hpp"
+#include "haptics/system/mouse_grab.hpp"
+#include "haptics/system/panel_layout.hpp"
+#include "haptics/system/undo.hpp"
+#include "haptics/system/user_files.hpp"
+
+namespace touchstone::system {
+
+/// All that undo goes back to.
+struct UserState {
+    std::vector<SceneEdit> edits;
+    Settings settings;  ///< never paused: pausing is no change
+    friend bool operator==(const UserState&, const UserState&) = default;
+};
+
+class App {
+  public:
+    explicit App(const WindowRunOptions& options);
+    int run();
+
+  private:
+    bool beginFrame(bool& last);
+    void refreshScene();
+    void drawPicture(const Area& area);
+    void drawPanels(const Layout& layout);
+    void drawBar();
+    void drawHints(const Area& picture) const;
+    void drawLeftPanel();
+    void drawGuideWindow(const Area& picture);
+    void drawPull(const Area& picture) const;
+    void handleMouse(const Area& picture);
+    void handleKeys();
+    void carryOut();
+    void noteState();
+    void goTo(const std::optional<UserState>& state);
+    void copyCommand();
+    void toggleRecording();
+    bool timeIsUp();
+    void lookAtAll(const Area& picture);
+    void noteCost(double cpuMs);
+    ToolPoses toolPoses() const;
+
+    using Clock = std::chrono::steady_clock;
+
+    const WindowRunOptions& options_;
+    PanelSizes sizes_;  // these two outlive the window, which writes them when it closes
+    std::string iniFile_;
+    engine::Window window_;
+    engine::Renderer renderer_;
+    LiveSession session_;
+    std::vector<std::filesystem::path> scenes_;
+    RecentScenes recent_;
+
+    std::shared_ptr<HapticScene> viewed_;  // outlives the view of it
+    std::unique_ptr<SceneView> view_;
+    std::uint64_t viewedNumber_ = 0;
+    std::filesystem::path viewedFile_;
+    std::string title_;
+    engine::OrbitCamera camera_;
+    Area picture_;
+    MouseGrab grab_;
+    Selection selection_;
+    double strength_ = 1;  // of the hand that the mouse device was told of last
+    bool holding_ = false, everHeld_ = false, focused_ = false;
+
+    DisplayOptions display_;
+    ScenePanelState scenePanel_;
+    LiveMeasure measure_;
+    InspectorState inspector_;
+    engine::Entity pageNode_;  // that the left panel's pages were of
+    std::string pageDevice_;
+    HapticsPanelState hapticsPanel_;
+    DevicePanelState devicePanel_;
+    MenuState menu_;
+    PanelRequests requests_;
+    UndoStack<UserState> undo_;
+    std::filesystem::path undoFile_;  // that the states are of
+    ItemRects items_, drawnItems_;
+    FrameCost cost_, shownCost_;
+    std::optional<glm::vec2> toolOnScreen_;
+    std::optional<Clock::time_point> runningSince_;
+};
+
+}  // namespace touchstone::system
