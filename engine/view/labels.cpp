@@ -1,10 +1,26 @@
 #include "engine/view/labels.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/view/style.hpp"
 
 namespace touchstone::engine {
+
+void settle(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture) {
+    glm::vec4 ground = label[0].pixels;
+    const auto move = [&](glm::vec2 by) { ground += glm::vec4(by, by); };
+    move({std::min(picture.x - ground.z, 0.f), 0});
+    move({std::max(-ground.x, 0.f), 0});
+    const auto below = [](const glm::vec4& a, const glm::vec4& b) { return a.y < b.y; };
+    std::sort(taken.begin(), taken.end(), below);
+    for (const glm::vec4& other : taken)
+        if (ground.x < other.z && other.x < ground.z && ground.y < other.w && other.y < ground.w)
+            move({0, other.w - ground.y});
+    const glm::vec4 by = glm::round(ground - label[0].pixels);
+    for (Glyph& glyph : label) glyph.pixels += by;
+    taken.push_back(label[0].pixels);
+}
 
 LabelFont::LabelFont(float pixelScale) : pixelScale_(pixelScale) {
     constexpr float kSize = 15;

@@ -16,6 +16,10 @@ struct Glyph {
     glm::vec4 color;   ///< sRGB
 };
 
+/// Moves a label, its ground first, into a picture and down off those that are there, whose grounds are `taken`; its
+/// own is added to them.
+void settle(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture);
+
 /// A font at one size as a texture of coverage.
 class LabelFont {
   public:

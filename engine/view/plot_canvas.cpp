@@ -10,7 +10,7 @@ namespace touchstone::engine {
 std::string number(float value) {
     if (!std::isfinite(value)) return "-";
     std::array<char, 32> text{};
-    const bool plainInteger = std::abs(value) >= 1000 && std::abs(value) < 1e6f;  // %g would write 1e+03
+    const bool plainInteger = std::abs(value) >= 999.5f && std::abs(value) < 1e6f;  // %g would write 1e+03
     std::snprintf(text.data(), text.size(), plainInteger ? "%.0f" : "%.3g", static_cast<double>(value));
     return text.data();
 }

@@ -215,9 +215,14 @@ void Renderer::Impl::drawLabels() {
     if (frame->labels.empty()) return;
     if (!font || font->pixelScale() != frame->pixelScale) font = std::make_unique<LabelFont>(frame->pixelScale);
     std::vector<Glyph> all;
-    for (const Label& text : frame->labels)
-        if (const auto at = frame->camera.project(text.at, size))
-            font->append(all, text.text, *at + glm::vec2(14 * frame->pixelScale, 0), text.color);
+    std::vector<glm::vec4> taken;
+    for (const Label& text : frame->labels) {
+        const auto at = frame->camera.project(text.at, size);
+        if (!at) continue;
+        const std::size_t first = all.size();
+        font->append(all, text.text, *at + glm::vec2(14 * frame->pixelScale, 0), text.color);
+        settle(std::span(all).subspan(first), taken, size);
+    }
     if (all.empty()) return;
     begin(label);
     label.set("glyphs", 0);

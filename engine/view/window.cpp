@@ -85,12 +85,19 @@ struct Window::Impl {
             auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
             self.dropped.insert(self.dropped.end(), paths, paths + count);
         });
+        glfwSetWindowCloseCallback(window.handle, [](GLFWwindow* handle) {
+            auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
+            self.closeAsked = self.closeHandler != nullptr;
+            if (self.closeAsked) glfwSetWindowShouldClose(handle, GLFW_FALSE);
+        });
     }
 
     GlfwWindow window;
     UserInterface interface;
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
+    std::function<void()> closeHandler;
+    bool closeAsked = false;
 };
 
 Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -99,9 +106,10 @@ Window::~Window() = default;
 bool Window::beginFrame() {
     glfwPollEvents();
     if (glfwWindowShouldClose(handle())) return false;
-    // Handled here rather than in GLFW's callback: an exception must not travel through C.
+    // Handled here rather than in GLFW's callbacks: an exception must not travel through C.
     if (const auto files = std::exchange(impl_->dropped, {}); !files.empty() && impl_->dropHandler)
         impl_->dropHandler(files);
+    if (std::exchange(impl_->closeAsked, false)) impl_->closeHandler();
 
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glDisable(GL_SCISSOR_TEST);
@@ -138,6 +146,8 @@ void Window::setTitle(const std::string& title) { glfwSetWindowTitle(handle(), t
 void Window::setVsync(bool on) { glfwSwapInterval(on ? 1 : 0); }
 void Window::onDrop(DropHandler handler) { impl_->dropHandler = std::move(handler); }
 
+void Window::onClose(std::function<void()> handler) { impl_->closeHandler = std::move(handler); }
+
 glm::ivec2 Window::framebufferSize() const {
     glm::ivec2 pixels{0};
     glfwGetFramebufferSize(handle(), &pixels.x, &pixels.y);
@@ -149,6 +159,8 @@ glm::ivec2 Window::size() const {
     glfwGetWindowSize(handle(), &units.x, &units.y);
     return units;
 }
+
+void Window::setSize(glm::ivec2 size) { glfwSetWindowSize(handle(), size.x, size.y); }
 
 float Window::scale() const { return contentScale(handle()); }
 GLFWwindow* Window::handle() const { return impl_->window.handle; }

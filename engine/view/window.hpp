@@ -15,7 +15,7 @@ namespace touchstone::engine {
 
 struct WindowOptions {
     std::string title = "Touchstone";
-    int width = 1440, height = 900;  ///< client area in screen units, before the monitor's scale
+    int width = 1280, height = 800;  ///< client area in screen units, before the monitor's scale
     bool vsync = true;
     bool visible = true;
 };
@@ -44,12 +44,15 @@ class Window {
     int interfaceDrawCalls() const;  ///< of ImGui in the last frame
 
     void close();  ///< makes the next beginFrame() return false
+    /// Called from beginFrame() in place of closing when the user asks the system to close the window.
+    void onClose(std::function<void()> handler);
     void setTitle(const std::string& title);
     void setVsync(bool on);
     void onDrop(DropHandler handler);  ///< called from beginFrame() with the files dropped on the window
 
     glm::ivec2 framebufferSize() const;  ///< pixels; 0 x 0 while minimised
     glm::ivec2 size() const;             ///< screen units, those of ImGui's mouse position
+    void setSize(glm::ivec2 size);       ///< likewise; a wish to the system
     float scale() const;                 ///< content scale of the monitor, 1 for 96 dots an inch
     GLFWwindow* handle() const;
 

@@ -32,6 +32,7 @@ class App {
 
   private:
     bool beginFrame(bool& last);
+    void rememberSize(bool first);
     void refreshScene();
     void drawPicture(const Area& area);
     void drawPanels(const Layout& layout);
@@ -49,6 +50,13 @@ class App {
     void toggleRecording();
     bool timeIsUp();
     void lookAtAll(const Area& picture);
+    /// Work for the graphics driver, whose processor time is told apart.
+    template <class Work>
+    void draw(Work&& work) {
+        const double began = threadCpuMicroseconds();
+        work();
+        drawingMs_ += 1e-3 * (threadCpuMicroseconds() - began);
+    }
     void noteCost(double cpuMs);
     ToolPoses toolPoses() const;
 
@@ -89,6 +97,7 @@ class App {
     std::filesystem::path undoFile_;  // that the states are of
     ItemRects items_, drawnItems_;
     FrameCost cost_, shownCost_;
+    double drawingMs_ = 0;  // of this frame
     std::optional<glm::vec2> toolOnScreen_;
     std::optional<Clock::time_point> runningSince_;
 };

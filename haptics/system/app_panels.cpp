@@ -94,26 +94,24 @@ void App::drawBar() {
 /// Over the picture: what the mouse does until it has done it, and the newest warning while it is new.
 void App::drawHints(const Area& picture) const {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const float em = ImGui::GetFontSize();
-    if (session_.running() && !everHeld_) {
-        const char* hint = "Drag the tool: left moves it, right turns it. F1 tells all.";
-        const ImVec2 size = ImGui::CalcTextSize(hint);
-        list.AddText({picture.position.x + 0.5f * (picture.size.x - size.x),
-                      picture.position.y + picture.size.y - size.y - 0.6f * em},
-                     ImGui::GetColorU32(ImGuiCol_Text, 0.75f), hint);
-    }
+    const float em = ImGui::GetFontSize(), width = picture.size.x - 4 * em;
+    const auto write = [&](const std::string& text, const ImVec4& color, bool below) {
+        const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+        const ImVec2 at{picture.position.x + 0.5f * (picture.size.x - size.x),
+                        picture.position.y + (below ? picture.size.y - size.y - em : em)};
+        list.AddRectFilled({at.x - 0.5f * em, at.y - 0.4f * em}, {at.x + size.x + 0.5f * em, at.y + size.y + 0.4f * em},
+                           ImGui::GetColorU32(ImGuiCol_PopupBg, 0.9f), 0.3f * em);
+        list.AddText(nullptr, 0, at, ImGui::GetColorU32(color), text.c_str(), nullptr, width);
+    };
+    if (session_.running() && !everHeld_)
+        write("Drag the tool: left moves it, right turns it. F1 tells all.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
+              true);
     const auto& messages = session_.messages();
     const auto warning = std::find_if(messages.rbegin(), messages.rend(),
                                       [](const Message& m) { return m.kind != Message::Kind::Note; });
     if (warning == messages.rend() || session_.secondsSinceStart() - warning->seconds > kMessageSeconds) return;
-    const float width = picture.size.x - 4 * em;
-    const ImVec2 size = ImGui::CalcTextSize(warning->text.c_str(), nullptr, false, width);
-    const ImVec2 at{picture.position.x + 2 * em, picture.position.y + em};
-    list.AddRectFilled({at.x - 0.5f * em, at.y - 0.4f * em}, {at.x + size.x + 0.5f * em, at.y + size.y + 0.4f * em},
-                       ImGui::GetColorU32(ImGuiCol_PopupBg, 0.9f), 0.3f * em);
     const bool error = warning->kind == Message::Kind::Error;
-    list.AddText(nullptr, 0, at, ImGui::GetColorU32(error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1)),
-                 warning->text.c_str(), nullptr, width);
+    write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
 /// The settings; a device with hardware behind it, and what is selected, have pages beside them.

@@ -63,14 +63,14 @@ void App::toggleRecording() {
 }
 
 void App::carryOut() {
-    const PanelRequests requests = std::exchange(requests_, {});
+    PanelRequests requests = std::exchange(requests_, {});
+    if (requests.leaves() && !requests.discard && !session_.newest().edits.empty()) {
+        menu_.leaving = std::exchange(requests, {});
+        menu_.leaveDialog = true;
+    }
     if (!requests.refusal.empty()) session_.say(Message::Kind::Error, requests.refusal);
     if (requests.open) session_.open({.file = *requests.open});
-    if (requests.reload) {
-        if (!session_.newest().edits.empty())
-            session_.say(Message::Kind::Warning, "Opened again without your changes: Ctrl+Z brings them back");
-        session_.reload();
-    }
+    if (requests.reload) session_.reload();
     if (requests.cancelOpening) session_.cancelOpening();
     if (!requests.edits.empty()) session_.edit(requests.edits);
     if (requests.save && session_.save(*requests.save, requests.saveSettings)) {

@@ -38,7 +38,13 @@ App::App(const WindowRunOptions& options)
         sizes_.remember();
     }
     scenes_ = findScenes(options.sceneFolders);
-    window_.onDrop([this](const std::vector<std::filesystem::path>& files) { requests_.open = files.front(); });
+    window_.onDrop([this](const std::vector<std::filesystem::path>& files) {
+        requests_.open = files.front();
+        if (files.size() > 1)
+            session_.say(Message::Kind::Warning, "Only the first of the files that were dropped is opened: " +
+                                                     files.front().filename().string());
+    });
+    window_.onClose([this] { requests_.quit = true; });
     if (options.scene.empty())
         menu_.openDialog = true;
     else
@@ -62,6 +68,7 @@ int App::run() {
         }
         last = timeIsUp();
         if (!beginFrame(last)) break;
+        rememberSize(number == 0);
         session_.update();
         refreshScene();
 
@@ -89,7 +96,8 @@ int App::run() {
 
         const bool wanted = last && !options_.screenshot.empty();
         engine::Image picture;
-        window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr);
+        ImGui::EndFrame();
+        draw([&] { window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr); });
         if (measure_.wantsPicture()) measure_.take(picture, window_.size(), session_);
         std::swap(items_, drawnItems_);
         noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
@@ -100,9 +108,14 @@ int App::run() {
 }
 
 void App::noteCost(double cpuMs) {
-    cost_ = {.cpuMs = cpuMs, .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls()};
+    cost_ = {.cpuMs = cpuMs,
+             .drawingMs = std::exchange(drawingMs_, 0),
+             .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls()};
     constexpr double kShare = 0.1;  // of the newest frame, so that one can read it
-    shownCost_ = {.cpuMs = shownCost_.cpuMs + kShare * (cpuMs - shownCost_.cpuMs), .drawCalls = cost_.drawCalls};
+    const auto smooth = [](double shown, double now) { return shown + kShare * (now - shown); };
+    shownCost_ = {.cpuMs = smooth(shownCost_.cpuMs, cost_.cpuMs),
+                  .drawingMs = smooth(shownCost_.drawingMs, cost_.drawingMs),
+                  .drawCalls = cost_.drawCalls};
 }
 
 /// False once the window is closed; before that it stays for one more frame if a picture of it is wanted.
@@ -112,6 +125,12 @@ bool App::beginFrame(bool& last) {
     last = true;
     glfwSetWindowShouldClose(window_.handle(), GLFW_FALSE);
     return window_.beginFrame();
+}
+
+/// What the last run's window had is known from its first frame on.
+void App::rememberSize(bool first) {
+    if (first && sizes_.window.x > 0) return window_.setSize(sizes_.window);
+    sizes_.keepWindow(window_.size());
 }
 
 bool App::timeIsUp() {
@@ -124,11 +143,13 @@ bool App::timeIsUp() {
 void App::refreshScene() {
     if (viewed_ == session_.scene()) return;
     view_.reset();
+    const bool first = !viewed_;
     if (viewed_ && viewedFile_ == session_.request().file)
         selection_.moveTo(viewed_->scene, session_.scene()->scene);
     else
         selection_.select({});
     viewed_ = session_.scene();
+    if (first && options_.select) selection_.select(viewed_->scene.nodes[*options_.select]);
     view_ = std::make_unique<SceneView>(renderer_, *viewed_);
     grab_.reset();
     recent_.add(session_.request().file);
@@ -159,10 +180,11 @@ void App::drawPicture(const Area& area) {
     if (units.x <= 0 || units.y <= 0) return;
     const glm::vec2 scale = pixels / units;
     const auto whole = [](float v) { return static_cast<int>(std::lround(v)); };
-    renderer_.draw(frame, {.x = whole(scale.x * area.position.x),
-                           .y = whole(scale.y * (units.y - area.position.y - area.size.y)),
-                           .width = whole(scale.x * area.size.x),
-                           .height = whole(scale.y * area.size.y)});
+    const engine::Viewport viewport{.x = whole(scale.x * area.position.x),
+                                    .y = whole(scale.y * (units.y - area.position.y - area.size.y)),
+                                    .width = whole(scale.x * area.size.x),
+                                    .height = whole(scale.y * area.size.y)};
+    draw([&] { renderer_.draw(frame, viewport); });
 }
 
 int runWindow(const WindowRunOptions& options) {

@@ -40,6 +40,7 @@ struct WindowRunOptions {
     engine::WindowOptions window;
     DisplayOptions display;
     std::string view;                           ///< as SceneView::look(), of the first scene
+    std::optional<std::size_t> select;          ///< index of the node in it that is selected at first
     std::function<void(WindowFrame&)> onFrame;  ///< before each frame's events are handled
     std::function<void(LiveSession&)> onEnd;    ///< after the last frame, while the loop still runs
 };

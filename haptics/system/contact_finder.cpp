@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
-#include <tuple>
+#include <cstdint>
+#include <unordered_map>
 
 namespace touchstone::system {
 namespace {
@@ -21,6 +21,7 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
       solver_(solverTable()[kExactSolver].make(kRows)) {
     int index = 0;
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
+    crowded_.resize(lists_.size());
 }
 
 void ContactFinder::collect(const TickRecord& record, double margin) {
@@ -30,8 +31,9 @@ void ContactFinder::collect(const TickRecord& record, double margin) {
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
         if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // deeper in each other than any picture could show
-        if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
-            lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
+        // Filling the rows to find that there are too many takes most of the time.
+        if (!crowded_[i] && lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_)) continue;
+        crowded_[i] = lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_) > kRows;
     }
 }
 
@@ -71,16 +73,26 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
 }
 
 void ContactFinder::thin(int most) {
-    std::stable_sort(contacts_.begin(), contacts_.end(), [](const ContactPoint& a, const ContactPoint& b) {
-        return a.load != b.load ? a.load > b.load : a.gap < b.gap;
-    });
-    std::set<std::tuple<int, int, int>> taken;
+    // Of each cell the nearest; those that carry something are all kept, and stand for their cells.
     const double cell = std::max(reach_ / kCellsPerReach, 1e-3);
-    std::erase_if(contacts_, [&](const ContactPoint& c) {
-        const Vec3 index = (c.p_W / cell).array().floor();
-        const bool first = taken.emplace(int(index.x()), int(index.y()), int(index.z())).second;
-        return !first && c.load == 0;
-    });
+    const auto cellOf = [&](const ContactPoint& c) {
+        std::uint64_t key = 0;
+        for (const double x : c.p_W) key = key << 21 | (static_cast<std::uint64_t>(std::floor(x / cell)) & 0x1fffff);
+        return key;
+    };
+    std::unordered_map<std::uint64_t, ContactPoint> nearest;
+    nearest.reserve(contacts_.size());
+    const auto isNearer = [](const ContactPoint& a, const ContactPoint& b) {
+        return a.load != b.load ? a.load > b.load : a.gap < b.gap;
+    };
+    for (const ContactPoint& contact : contacts_)
+        if (const auto [held, isNew] = nearest.try_emplace(cellOf(contact), contact);
+            !isNew && isNearer(contact, held->second))
+            held->second = contact;
+    std::erase_if(contacts_, [](const ContactPoint& c) { return c.load == 0; });
+    for (const auto& [key, contact] : nearest)
+        if (contact.load == 0) contacts_.push_back(contact);
+    std::sort(contacts_.begin(), contacts_.end(), isNearer);
     if (contacts_.size() > static_cast<std::size_t>(most)) contacts_.resize(static_cast<std::size_t>(most));
 }
 

@@ -47,6 +47,7 @@ class ContactFinder {
     std::shared_ptr<const World> world_;
     double reach_;
     std::vector<NeighbourList> lists_;
+    std::vector<bool> crowded_;  ///< had more pairs than fit, when last looked at
     RowSet rows_;
     std::unique_ptr<Solver> solver_;
     std::vector<ContactPoint> contacts_;

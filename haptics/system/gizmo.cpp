@@ -205,6 +205,7 @@ void Gizmo::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 
         const char label[] = {"XYZ"[k], 0};
         const ImVec2 size = ImGui::CalcTextSize(label);
         const ImVec2 end = at(tip + 0.12f * place.size * along);
+        list.AddCircleFilled(end, 0.6f * size.y, kDark);
         list.AddText({end.x - 0.5f * size.x, end.y - 0.5f * size.y}, color, label);
     }
     if (shown(GizmoHandle::MovePlane)) {

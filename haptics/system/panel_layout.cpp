@@ -45,21 +45,31 @@ void PanelSizes::remember() {
     handler.UserData = this;
     handler.ReadOpenFn = [](ImGuiContext*, ImGuiSettingsHandler* h, const char*) -> void* { return h->UserData; };
     handler.ReadLineFn = [](ImGuiContext*, ImGuiSettingsHandler* h, void*, const char* line) {
-        PanelSizes read = sizesOf(h);
-        if (std::sscanf(line, "Panels=%f,%f,%f,%f", &read.left, &read.right, &read.bottom, &read.haptics) != 4) return;
+        PanelSizes& sizes = sizesOf(h);
+        PanelSizes read = sizes;
         // Whatever stands there, every panel can be found again. NaN becomes the lower bound.
         const auto within = [](float v, float low, float high) { return v > low ? std::min(v, high) : low; };
-        sizesOf(h) = {.left = within(read.left, kNarrowest, 60),
-                      .right = within(read.right, kNarrowest, 80),
-                      .bottom = within(read.bottom, kLowest, 40),
-                      .haptics = within(read.haptics, 0.1f, 0.9f)};
+        if (std::sscanf(line, "Panels=%f,%f,%f,%f", &read.left, &read.right, &read.bottom, &read.haptics) == 4)
+            sizes = {.left = within(read.left, kNarrowest, 60),
+                     .right = within(read.right, kNarrowest, 80),
+                     .bottom = within(read.bottom, kLowest, 40),
+                     .haptics = within(read.haptics, 0.1f, 0.9f),
+                     .window = sizes.window};
+        if (std::sscanf(line, "Size=%d,%d", &read.window.x, &read.window.y) == 2)
+            sizes.window = glm::clamp(read.window, glm::ivec2(640, 400), glm::ivec2(16384));
     };
     handler.WriteAllFn = [](ImGuiContext*, ImGuiSettingsHandler* h, ImGuiTextBuffer* out) {
         const PanelSizes& s = sizesOf(h);
-        out->appendf("[%s][Window]\nPanels=%.2f,%.2f,%.2f,%.4f\n\n", kIniName, double(s.left), double(s.right),
-                     double(s.bottom), double(s.haptics));
+        out->appendf("[%s][Window]\nPanels=%.2f,%.2f,%.2f,%.4f\nSize=%d,%d\n\n", kIniName, double(s.left),
+                     double(s.right), double(s.bottom), double(s.haptics), s.window.x, s.window.y);
     };
     ImGui::GetCurrentContext()->SettingsHandlers.push_back(handler);
+}
+
+void PanelSizes::keepWindow(glm::ivec2 size) {
+    if (size == window) return;
+    window = size;
+    ImGui::MarkIniSettingsDirty();
 }
 
 Layout::Layout(glm::vec2 window, float top, float em, const PanelSizes& sizes, bool panels) {

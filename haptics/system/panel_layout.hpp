@@ -14,10 +14,12 @@ struct Area {
 /// What the user may drag.
 struct PanelSizes {
     float left = 20, right = 25, bottom = 8;  ///< in units of the font's size
-    float haptics = 0.6f;                     ///< share of the left column
+    float haptics = 0.55f;                    ///< share of the left column
+    glm::ivec2 window{0};                     ///< in screen units; 0 x 0 before it is known
 
     /// Has ImGui's ini file remember these. Before the first frame; they must outlive ImGui's context.
     void remember();
+    void keepWindow(glm::ivec2 size);
 };
 
 /// The scene's picture gets what the panels leave.

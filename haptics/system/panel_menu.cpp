@@ -11,7 +11,7 @@ namespace touchstone::system {
 namespace {
 
 constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys",
-                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part";
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Not saved";
 
 /// A dialog in the middle of the window, opened on request and closed by a click beside it or Escape.
 bool beginDialog(const char* title, bool& open) {
@@ -106,6 +106,26 @@ void drawAddDialog(MenuState& state, PanelRequests& requests, ItemRects* items) 
     ImGui::EndPopup();
 }
 
+void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, ItemRects* items) {
+    if (!beginDialog(kLeaveTitle, state.leaveDialog)) return;
+    ImGui::Text("The scene differs from %s.", view.file.filename().c_str());
+    const auto button = [&](const char* label, const char* help) {
+        const bool pressed = ImGui::Button(label);
+        noteItem(items, label);
+        tooltip(help);
+        ImGui::SameLine();
+        if (pressed) ImGui::CloseCurrentPopup();
+        return pressed;
+    };
+    if (button("Save first ...", "Then ask for it again.")) state.saveDialog = true;
+    if (button("Go on without the changes", state.leaving.reload ? "Ctrl+Z brings them back." : "They are lost.")) {
+        requests = state.leaving;
+        requests.discard = true;
+    }
+    button("Stay", "The scene stays as it is.");
+    ImGui::EndPopup();
+}
+
 void drawHelpDialog(MenuState& state) {
     if (!beginDialog(kHelpTitle, state.helpDialog)) return;
     const struct {
@@ -182,7 +202,7 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             noteItem(items, "menu open");
             if (ImGui::MenuItem("Open again", nullptr, false, view.hasScene)) requests.reload = true;
             noteItem(items, "menu reload");
-            tooltip("As its file has it, without what was changed by hand; Ctrl+Z brings that back.");
+            tooltip("As its file now is.");
             if (ImGui::BeginMenu("Opened last", !view.recent.empty())) {
                 for (const std::filesystem::path& scene : view.recent)
                     if (ImGui::MenuItem(scene.c_str())) requests.open = scene;
@@ -257,6 +277,7 @@ void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests
     drawSaveDialog(view, state, requests, items);
     drawAddDialog(state, requests, items);
     drawReplayDialog(state, requests, items);
+    drawLeaveDialog(view, state, requests, items);
     drawHelpDialog(state);
 }
 

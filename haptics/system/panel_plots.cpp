@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "haptics/system/pareto.hpp"
 
@@ -35,6 +36,7 @@ class Panel {
         stretch_ = shownStretch(*history_, state_, view_.settings.rate);
         ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
         ImGui::BeginGroup();
+        if (std::exchange(state_.width, ImGui::GetWindowWidth()) != ImGui::GetWindowWidth()) state_.textHeight = {};
         if (ImGui::BeginTabBar("plots")) {
             tab(PlotsTab::Time, "Time", &Panel::drawTime);
             tab(PlotsTab::Contact, "Contact", &Panel::drawContact);
@@ -112,14 +114,22 @@ class Panel {
         const bool open = ImGui::BeginTabItem(label, nullptr, bring ? ImGuiTabItemFlags_SetSelected : 0);
         noteItem(items_, std::string("tab ") + label);
         if (!open) return;
+        tab_ = which;
         (this->*body)();
+        const float between = ImGui::GetCursorPosY() - plotsTop_ - plotsHeight_;
+        textHeight() = std::max(textHeight(), between);
         ImGui::EndTabItem();
     }
 
-    /// Height of each of some plots that share what lines of text leave.
-    float heightOf(int plots, float lines) const {
-        const float line = ImGui::GetTextLineHeightWithSpacing();
-        return std::max((ImGui::GetContentRegionAvail().y - lines * line) / static_cast<float>(plots) - 4, 2.2f * line);
+    float& textHeight() { return state_.textHeight[static_cast<std::size_t>(tab_)]; }
+
+    /// Height of each of some plots that share from here on what the text between them left in earlier frames.
+    float heightOf(int plots) {
+        const float least = 2.2f * ImGui::GetTextLineHeightWithSpacing(), count = static_cast<float>(plots);
+        const float height = std::max((ImGui::GetContentRegionAvail().y - textHeight()) / count, least);
+        plotsTop_ = ImGui::GetCursorPosY();
+        plotsHeight_ = count * height;
+        return height;
     }
 
     engine::RingView of(Channel channel) const { return history_->view(channel); }
@@ -156,7 +166,7 @@ class Panel {
         tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
         noteItem(items_, "late");
 
-        const float height = heightOf(4, 13.5f);
+        const float height = heightOf(4);
         plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
              static_cast<float>(1e6 / rate()));
         plot("Its stages", "µs", height,
@@ -184,7 +194,7 @@ class Panel {
     }
 
     void drawContact() {
-        const float height = heightOf(6, 17);
+        const float height = heightOf(6);
         plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
         plot("Torque about C", "mN·m", height, {{"tick", of(Channel::Torque), kBlue}});
         plot("Near pairs", "", height, {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
@@ -277,7 +287,7 @@ class Panel {
         drawSweepControls();
         std::vector<engine::Layer> layers = sweepLayers();
         layers.insert(layers.begin(), cloud());
-        const float height = heightOf(5, 13.5f);
+        const float height = heightOf(5);
         engine::drawChart("Time against force error", layers,
                           {.xName = "time of the solver",
                            .xUnit = "µs",
@@ -323,7 +333,7 @@ class Panel {
             ImGui::TextDisabled("Swept: tick %llu, %d rows", static_cast<unsigned long long>(view_.sweep->tick),
                                 view_.sweep->rows);
         else
-            ImGui::TextDisabled("Points are the ticks shown; a sweep adds a curve for each solver.");
+            ImGui::TextDisabled("Points are ticks; a sweep adds a curve a solver.");
     }
 
     /// What the mouse did over the plots.
@@ -350,6 +360,8 @@ class Panel {
     const TickHistory* history_;
     engine::Stretch stretch_;
     engine::PlotMouse mouse_;
+    PlotsTab tab_ = PlotsTab::Time;  // that is drawn
+    float plotsTop_ = 0, plotsHeight_ = 0;
 };
 
 }  // namespace

@@ -27,6 +27,8 @@ struct PlotsPanelState {
     StretchTimes times;                         ///< of the stretch, kept a moment to be readable
     double timesAt = -1;                        ///< ImGui's time when they were taken
     glm::vec4 area{0};                          ///< where tabs and plots were drawn, as ItemRects
+    std::array<float, 3> textHeight{};          ///< by tab, the most that stood between its plots
+    float width = 0;                            ///< for which that holds
 };
 
 struct PlotsView {

@@ -29,18 +29,17 @@ ImVec4 roleColor(Role role) {
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
 }
 
-/// Lines below a part that has a sphere tree: how good it is, and on hover all that is known of it.
+/// Below a part that has a sphere tree: how good it is, what is not as it should be, and on hover all that is known.
 void drawTree(const SphereTree& tree, const std::string& part, ItemRects* items) {
     const TreeCertificate& certificate = tree.certificate;
-    std::array<char, 48> hollow{};
-    if (certificate.hollow >= 0) std::snprintf(hollow.data(), hollow.size(), ", hollow %.3g mm", certificate.hollow);
     ImGui::PushStyleColor(ImGuiCol_Text,
                           needsAttention(certificate) ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     ImGui::Indent(ImGui::GetFontSize());
     ImGui::BeginGroup();
-    ImGui::Text("%d leaves, %s", tree.leafCount(), protrusionWords(certificate).c_str());
-    ImGui::Text("%s, %s%s", certificate.covered ? "covered" : "not covered", certificate.closed ? "closed" : "open",
-                hollow.data());
+    ImGui::Text("%d leaves, %.2g mm out", tree.leafCount(), certificate.protrusion);
+    if (!certificate.covered) ImGui::TextUnformatted("not proven covered");
+    if (!certificate.closed) ImGui::TextUnformatted("open");
+    if (certificate.hollow >= 0) ImGui::Text("hollow for balls up to %.2g mm", certificate.hollow);
     ImGui::EndGroup();
     ImGui::Unindent(ImGui::GetFontSize());
     ImGui::PopStyleColor();

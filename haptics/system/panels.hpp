@@ -25,9 +25,13 @@ struct PanelRequests {
     std::optional<engine::StandardView> view;  ///< the camera is to look from there
     std::string refusal;                       ///< a value that was typed and not accepted
     bool reload = false, restart = false, stopOrEngage = false, cancelOpening = false, quit = false;
+    bool discard = false;  ///< changes that are not saved: else the user is asked before they are lost
     bool frameCamera = false, frameSelection = false;
     bool undo = false, redo = false, copyCommand = false;
     bool record = false;  ///< begin, or stop
+
+    /// The scene that is shown gives way to its file, to another one, or to nothing.
+    bool leaves() const { return open || reload || quit; }
 };
 
 using PathInput = std::array<char, 1024>;
@@ -96,7 +100,9 @@ struct MenuView {
 struct MenuState {
     bool panels = true;  ///< all panels are shown
     /// To be opened in this frame.
-    bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false;
+    bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false,
+         leaveDialog = false;
+    PanelRequests leaving;  ///< what the dialog asks about
     PathInput openPath{}, replayPath{}, savePath{}, addPath{};
     bool saveSettings = true;
     Role addRole = Role::Obstacle;

@@ -159,7 +159,11 @@ void LiveSession::moveObstacles() {
     std::vector<Pose> targets;
     for (const engine::Entity obstacle : scene.roles.obstacles)
         targets.push_back(toPose(engine::worldPose(scene.scene.registry, obstacle)));
-    if (targets != targets_) loop_->moveObstacles(targets_ = targets);
+    if (targets == targets_) return;
+    if (!targets_.empty() && settings_.mode != Mode::Default && !std::exchange(toldNeverHeld_, true))
+        say(Message::Kind::Warning, "In " + getSetting(settings_, "mode") +
+                                        " mode nothing holds an obstacle back: it may be moved into the tool");
+    loop_->moveObstacles(targets_ = targets);
 }
 
 void LiveSession::tellHeld() {

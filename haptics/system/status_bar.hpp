@@ -22,7 +22,8 @@ struct DeviceFacts {
 
 /// What a frame took of the window's thread.
 struct FrameCost {
-    double cpuMs = 0;  ///< from the end of its wait for the frame before to the swap
+    double cpuMs = 0;      ///< from the end of its wait for the frame before to the swap
+    double drawingMs = 0;  ///< of these in the graphics driver and the code that calls it, the swap included
     int drawCalls = 0;
 };
 

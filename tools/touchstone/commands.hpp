@@ -30,6 +30,7 @@ struct RunOptions {
     std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
     std::string plots;       ///< what a window shows first: time, contact or trade
+    std::string select;      ///< node that is selected in a window at first, by name
 };
 int run(const RunOptions& options);
 /// The keys of --set, one a line.

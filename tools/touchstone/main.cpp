@@ -56,6 +56,7 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
         "a window, which shows it, the one at three fifths of --seconds");
     run->add_option("--plots", options.plots, "what the window's plots show first: time, contact or trade")
         ->check(CLI::IsMember({"time", "contact", "trade"}));
+    run->add_option("--select", options.select, "a part, by its name, that is selected in the window at first");
     run->add_option("--screenshot", options.screenshot, "write a picture of the last tick to a PNG file");
     run->add_option("--show", options.show,
                     "what to draw besides, with commas between: " + namesOf(system::displaySwitches()) +

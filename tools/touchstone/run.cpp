@@ -21,6 +21,7 @@
 #include "tools/touchstone/run_report.hpp"
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
+#include "tools/touchstone/tree_parts.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -154,7 +155,7 @@ std::optional<system::PlotsTab> tabOf(const std::string& name) {
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
-    lookInto(file, options, options.device, std::make_shared<MouseTarget>());
+    const system::HapticScene scene = lookInto(file, options, options.device, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
     system::LiveSession* session = nullptr;  // known from the first frame on
@@ -171,6 +172,9 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.screenshot = options.screenshot;
     window.display = chosenDisplay(options);
     window.view = options.view;
+    if (!options.select.empty())
+        window.select =
+            static_cast<std::size_t>(engine::nodeIndex(scene.scene, nodeNamed(scene.scene, options.select)));
     const bool reported = table || !options.report.empty();
     WindowLoad load;
     std::optional<std::uint64_t> began;  // ns
@@ -219,6 +223,8 @@ int run(const RunOptions& options) {
     withCommandLine({}, options);  // what does not exist is told before a scene is read
     chosenDisplay(options);
     const std::filesystem::path file = findScene(options.scene);
+    if (options.headless && !options.select.empty())
+        throw UsageError("--select belongs to a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
     if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");

@@ -114,6 +114,8 @@ void WindowLoad::frame(const system::LiveSession& session, const system::FrameCo
     const std::uint64_t clock = steadyNanoseconds();
     if (clock_ != 0) {
         cpuMs_.push_back(cost.cpuMs);
+        drawingMs_.push_back(cost.drawingMs);
+        restMs_.push_back(cost.cpuMs - cost.drawingMs);
         drawCalls_.push_back(cost.drawCalls);
         frameMs_.push_back(1e-6 * static_cast<double>(clock - clock_));
     }
@@ -126,6 +128,8 @@ void WindowLoad::frame(const system::LiveSession& session, const system::FrameCo
 void WindowLoad::print() const {
     std::printf("window: %zu frames, %zu ticks\n", cpuMs_.size(), tickUs_.size());
     printPercentiles("frame", system::percentiles(cpuMs_), "ms of the window's thread");
+    printPercentiles("its drawing", system::percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
+    printPercentiles("all else", system::percentiles(restMs_), "ms");
     printPercentiles("drawing", system::percentiles(drawCalls_), "calls a frame");
     printPercentiles("frame", system::percentiles(frameMs_), "ms from frame to frame");
     printPercentiles("step", system::percentiles(stepUs_), "µs");

@@ -48,7 +48,7 @@ class WindowLoad {
     void print() const;
 
   private:
-    std::vector<double> stepUs_, tickUs_, periodUs_, cpuMs_, frameMs_, drawCalls_;
+    std::vector<double> stepUs_, tickUs_, periodUs_, cpuMs_, drawingMs_, restMs_, frameMs_, drawCalls_;
     std::uint64_t clock_ = 0;  // ns, at the last frame; 0 before a scene ran
     std::uint64_t overruns_ = 0, overrunsBefore_ = 0, dropped_ = 0;
 };

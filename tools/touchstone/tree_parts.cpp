@@ -39,28 +39,6 @@ TreePart readMeshPart(const PartChoice& choice) {
     return part;
 }
 
-/// The node of that name: one with a role before others, since helpers often repeat it.
-engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name) {
-    std::vector<engine::Entity> found;
-    std::string names;
-    for (const engine::Entity node : scene.nodes) {
-        if (!node) continue;
-        const std::string& given = scene.registry.get<engine::Name>(node).value;
-        if (given == name) found.push_back(node);
-        if (!given.empty()) names += (names.empty() ? "" : ", ") + engine::printable(given);
-    }
-    const auto marked = std::stable_partition(
-        found.begin(), found.end(), [&](engine::Entity node) { return scene.registry.has<system::BodyMarking>(node); });
-    if (found.empty())
-        throw std::runtime_error(scene.file.string() + ": no node is called '" + engine::printable(name) + "'" +
-                                 (names.empty() ? "" : "; there are " + names));
-    const auto meant = marked == found.begin() ? found.end() : marked;
-    if (meant - found.begin() > 1)
-        throw std::runtime_error(scene.file.string() + ": several nodes are called '" + engine::printable(name) +
-                                 "': give the one that is meant a name of its own");
-    return found.front();
-}
-
 TreePart nodePart(const engine::Scene& scene, engine::Entity node) {
     TreePart part;
     const std::string& given = scene.registry.get<engine::Name>(node).value;
@@ -99,6 +77,27 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
 }
 
 }  // namespace
+
+engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name) {
+    std::vector<engine::Entity> found;
+    std::string names;
+    for (const engine::Entity node : scene.nodes) {
+        if (!node) continue;
+        const std::string& given = scene.registry.get<engine::Name>(node).value;
+        if (given == name) found.push_back(node);
+        if (!given.empty()) names += (names.empty() ? "" : ", ") + engine::printable(given);
+    }
+    const auto marked = std::stable_partition(
+        found.begin(), found.end(), [&](engine::Entity node) { return scene.registry.has<system::BodyMarking>(node); });
+    if (found.empty())
+        throw std::runtime_error(scene.file.string() + ": no node is called '" + engine::printable(name) + "'" +
+                                 (names.empty() ? "" : "; there are " + names));
+    const auto meant = marked == found.begin() ? found.end() : marked;
+    if (meant - found.begin() > 1)
+        throw std::runtime_error(scene.file.string() + ": several nodes are called '" + engine::printable(name) +
+                                 "': give the one that is meant a name of its own");
+    return found.front();
+}
 
 double TreePart::diagonal() const {
     Eigen::AlignedBox3d box;

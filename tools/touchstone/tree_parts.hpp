@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "tools/touchstone/commands.hpp"
 
@@ -25,6 +26,10 @@ double metresPer(const std::string& unit);
 /// is named with what hangs below it. Throws UsageError where the choice does not fit the file, else
 /// engine::SceneError or std::runtime_error with one sentence.
 std::vector<TreePart> readParts(const PartChoice& choice);
+
+/// The node of that name: one with a role before others, since helpers often repeat it. Throws std::runtime_error with
+/// the names that there are, or where several have it.
+engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name);
 
 /// The only part that is meant. `why` completes the UsageError where there are several: "-o writes one tree".
 TreePart onlyPart(std::vector<TreePart> parts, const std::string& file, const std::string& why);
