@@ -4,12 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <unordered_map>
+#include <utility>
 
 namespace touchstone::system {
 namespace {
 
 constexpr int kRows = 1 << 15;
+constexpr int kMany = 1 << 13;         // rows, which take a millisecond or two
 constexpr double kCellsPerReach = 30;  // contacts nearer than a cell of this size look like one
 
 }  // namespace
@@ -21,7 +22,6 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
       solver_(solverTable()[kExactSolver].make(kRows)) {
     int index = 0;
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
-    crowded_.resize(lists_.size());
 }
 
 void ContactFinder::collect(const TickRecord& record, double margin) {
@@ -31,9 +31,8 @@ void ContactFinder::collect(const TickRecord& record, double margin) {
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
         if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // deeper in each other than any picture could show
-        // Filling the rows to find that there are too many takes most of the time.
-        if (!crowded_[i] && lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_)) continue;
-        crowded_[i] = lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_) > kRows;
+        if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
+            lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
 }
 
@@ -49,7 +48,11 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double 
 
 std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
                                                   int most) {
-    collect(record, margin);
+    collect(record, share_ * margin);
+    if (rows_.size() > kMany)
+        share_ /= 2;
+    else if (rows_.size() < kMany / 4)
+        share_ = std::min(2 * share_, 1.0);
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
@@ -73,27 +76,30 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
 }
 
 void ContactFinder::thin(int most) {
-    // Of each cell the nearest; those that carry something are all kept, and stand for their cells.
     const double cell = std::max(reach_ / kCellsPerReach, 1e-3);
     const auto cellOf = [&](const ContactPoint& c) {
         std::uint64_t key = 0;
         for (const double x : c.p_W) key = key << 21 | (static_cast<std::uint64_t>(std::floor(x / cell)) & 0x1fffff);
         return key;
     };
-    std::unordered_map<std::uint64_t, ContactPoint> nearest;
-    nearest.reserve(contacts_.size());
-    const auto isNearer = [](const ContactPoint& a, const ContactPoint& b) {
+    const auto isBefore = [](const ContactPoint& a, const ContactPoint& b) {
         return a.load != b.load ? a.load > b.load : a.gap < b.gap;
     };
-    for (const ContactPoint& contact : contacts_)
-        if (const auto [held, isNew] = nearest.try_emplace(cellOf(contact), contact);
-            !isNew && isNearer(contact, held->second))
-            held->second = contact;
-    std::erase_if(contacts_, [](const ContactPoint& c) { return c.load == 0; });
-    for (const auto& [key, contact] : nearest)
-        if (contact.load == 0) contacts_.push_back(contact);
-    std::sort(contacts_.begin(), contacts_.end(), isNearer);
-    if (contacts_.size() > static_cast<std::size_t>(most)) contacts_.resize(static_cast<std::size_t>(most));
+    cells_.clear();
+    for (const ContactPoint& contact : contacts_) cells_.emplace_back(cellOf(contact), static_cast<int>(cells_.size()));
+    std::sort(cells_.begin(), cells_.end(), [&](const auto& a, const auto& b) {
+        if (a.first != b.first) return a.first < b.first;
+        const ContactPoint &x = contacts_[a.second], &y = contacts_[b.second];
+        return isBefore(x, y) || (!isBefore(y, x) && a.second < b.second);
+    });
+    std::vector<ContactPoint> kept;
+    for (std::size_t i = 0; i < cells_.size(); ++i)
+        if (const ContactPoint& contact = contacts_[cells_[i].second];
+            contact.load != 0 || i == 0 || cells_[i].first != cells_[i - 1].first)
+            kept.push_back(contact);
+    std::stable_sort(kept.begin(), kept.end(), isBefore);
+    if (kept.size() > static_cast<std::size_t>(most)) kept.resize(static_cast<std::size_t>(most));
+    contacts_ = std::move(kept);
 }
 
 }  // namespace touchstone::system

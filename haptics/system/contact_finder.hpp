@@ -2,6 +2,7 @@
 // The contacts of a tick, found again for display: off the loop's thread and with its own memory.
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "haptics/collision/neighbour_list.hpp"
@@ -33,7 +34,7 @@ class ContactFinder {
 
     /// Pairs with gap <= margin mm at the graphic tool's pose of the record. Of those that lie close together only the
     /// nearest is returned, and all that carry load; by falling load, then rising gap, at most `most`. Valid until the
-    /// next call.
+    /// next call. Where thousands of pairs are that near, the calls after that look within less.
     std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin,
                                        int most = 400);
     /// All pairs with gap <= margin mm at the graphic tool's pose, the nearest 32,768 where there are more of them.
@@ -47,10 +48,11 @@ class ContactFinder {
     std::shared_ptr<const World> world_;
     double reach_;
     std::vector<NeighbourList> lists_;
-    std::vector<bool> crowded_;  ///< had more pairs than fit, when last looked at
     RowSet rows_;
     std::unique_ptr<Solver> solver_;
+    double share_ = 1;  ///< of the margin that find() looks within
     std::vector<ContactPoint> contacts_;
+    std::vector<std::pair<std::uint64_t, int>> cells_;  ///< of the contacts
     std::vector<NearPair> pairs_;
 };
 

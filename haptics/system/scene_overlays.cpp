@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/units.hpp"
 
 namespace touchstone::system {
@@ -93,7 +94,8 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
         const auto found = finder_.find(record, settings, options.contactMargin);
         contacts_.assign(found.begin(), found.end());
     }
-    if (gaps) {
+    if (!gaps) toolGaps_.clear();
+    if (const std::uint64_t now = steadyNanoseconds(); gaps && (toolGaps_.empty() || now > gapsDue_)) {
         toolGaps_.assign(static_cast<std::size_t>(world_->tool->leafCount()), kFar);
         obstacleGaps_.resize(world_->obstacles.size());
         for (std::size_t i = 0; i < obstacleGaps_.size(); ++i)
@@ -106,8 +108,8 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
             keep(toolGaps_, pair.toolLeaf);
             keep(obstacleGaps_[static_cast<std::size_t>(pair.obstacle)], pair.obstacleLeaf);
         }
-    } else {
-        toolGaps_.clear();
+        constexpr int kRest = 9;  // times as long as it took: in a tight fit tens of thousands of pairs are that near
+        gapsDue_ = steadyNanoseconds() + kRest * (steadyNanoseconds() - now);
     }
 
     ContactPlace sum;

@@ -89,6 +89,7 @@ class SceneOverlays {
     std::optional<Nearest> nearest_;
     std::vector<float> toolGaps_;                   ///< per leaf, mm
     std::vector<std::vector<float>> obstacleGaps_;  ///< per obstacle and leaf
+    std::uint64_t gapsDue_ = 0;                     ///< ns, to be found anew
 };
 
 }  // namespace touchstone::system
