@@ -48,11 +48,12 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double 
 
 std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
                                                   int most) {
+    if (record.tick != std::exchange(tick_, record.tick)) {  // else the picture is to be the same
+        if (found_ > kMany) share_ /= 2;
+        if (found_ < kMany / 4) share_ = std::min(2 * share_, 1.0);
+    }
     collect(record, share_ * margin);
-    if (rows_.size() > kMany)
-        share_ /= 2;
-    else if (rows_.size() < kMany / 4)
-        share_ = std::min(2 * share_, 1.0);
+    found_ = rows_.size();
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
@@ -68,7 +69,7 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
             logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
         problem.rows = &rows_;
-        solver_->reset();  // the same picture for the same tick
+        solver_->reset();  // the same for the same tick
         for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
     }
     thin(most);
@@ -79,7 +80,7 @@ void ContactFinder::thin(int most) {
     const double cell = std::max(reach_ / kCellsPerReach, 1e-3);
     const auto cellOf = [&](const ContactPoint& c) {
         std::uint64_t key = 0;
-        for (const double x : c.p_W) key = key << 21 | (static_cast<std::uint64_t>(std::floor(x / cell)) & 0x1fffff);
+        for (const double x : c.p_W) key = key << 21 | (static_cast<std::int64_t>(std::floor(x / cell)) & 0x1fffff);
         return key;
     };
     const auto isBefore = [](const ContactPoint& a, const ContactPoint& b) {

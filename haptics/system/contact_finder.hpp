@@ -34,7 +34,7 @@ class ContactFinder {
 
     /// Pairs with gap <= margin mm at the graphic tool's pose of the record. Of those that lie close together only the
     /// nearest is returned, and all that carry load; by falling load, then rising gap, at most `most`. Valid until the
-    /// next call. Where thousands of pairs are that near, the calls after that look within less.
+    /// next call. Where thousands of pairs are that near, later ticks are looked at within less.
     std::span<const ContactPoint> find(const TickRecord& record, const Settings& settings, double margin,
                                        int most = 400);
     /// All pairs with gap <= margin mm at the graphic tool's pose, the nearest 32,768 where there are more of them.
@@ -50,7 +50,9 @@ class ContactFinder {
     std::vector<NeighbourList> lists_;
     RowSet rows_;
     std::unique_ptr<Solver> solver_;
-    double share_ = 1;  ///< of the margin that find() looks within
+    double share_ = 1;        ///< of the margin that find() looks within
+    int found_ = 0;           ///< rows, there
+    std::uint64_t tick_ = 0;  ///< that it was asked of
     std::vector<ContactPoint> contacts_;
     std::vector<std::pair<std::uint64_t, int>> cells_;  ///< of the contacts
     std::vector<NearPair> pairs_;
