@@ -32,7 +32,7 @@ system::WindowRunOptions optionsFor(const std::filesystem::path& scene) {
     options.window.width = 1280;
     options.window.height = 800;
     options.window.vsync = false;
-    options.seconds = 30;
+    options.seconds = 90;  // many times what it takes: sanitizers and crowded machines are slow
     return options;
 }
 
