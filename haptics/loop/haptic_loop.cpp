@@ -34,8 +34,10 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
       nanosecondsPerRowIteration_(calibrateWork()),
       snapshots_({.record = {}, .X_WO = std::vector<Pose>(kMaxObstacles), .settings = {}}),
       ring_(options.ringCapacity),
+      starts_(16, {.number = 0, .X_WO = std::vector<Pose>(kMaxObstacles)}),
       driver_(makeSession(std::move(world), settings, std::move(device))) {
     newest_.settings = driver_.settings();
+    begun_.X_WO.reserve(kMaxObstacles);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     ready_.wait();
 }
@@ -77,9 +79,17 @@ bool HapticLoop::poll() {
     return snapshots_.update();
 }
 
+bool HapticLoop::pop(WholeTick& tick) {
+    if (!ring_.pop(tick)) return false;
+    // A start whose tick was dropped is passed over.
+    while (tick.input.start && start_.number < tick.starts && starts_.pop(start_)) {
+    }
+    return true;
+}
+
 bool HapticLoop::pop(TickRecord& record) {
     WholeTick tick;
-    const bool some = ring_.pop(tick);
+    const bool some = pop(tick);
     if (some) record = tick.record;
     return some;
 }
@@ -105,6 +115,19 @@ void HapticLoop::takeRequests() {
         else
             driver_.engage();
     }
+}
+
+/// The newest tick, to who takes them one by one: with where it began, or not at all.
+void HapticLoop::hand(const TickRecord& record) {
+    const Session& session = driver_.session();
+    const TickInput& input = session.state.input();
+    if (input.start) {
+        const std::span<const Pose> X_WO = session.state.obstaclesAtStart();
+        ++begun_.number;
+        begun_.X_WO.assign(X_WO.begin(), X_WO.end());
+        if (!starts_.push(begun_)) return;
+    }
+    ring_.push({input, record, session.number, begun_.number});
 }
 
 void HapticLoop::run(const std::stop_token& stop) {
@@ -133,12 +156,12 @@ void HapticLoop::run(const std::stop_token& stop) {
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
-        ring_.push({driver_.session().state.input(), snapshot.record, driver_.session().number});
+        hand(snapshot.record);
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;
         ++snapshot.ticks;
         snapshot.overruns = pacer.overruns();
-        snapshot.dropped = ring_.dropped();
+        snapshot.dropped = ring_.dropped() + starts_.dropped();
         snapshot.rate = meter.tick(steadyNanoseconds());
         snapshot.fade = driver_.fade();
         snapshot.finished = driver_.finished();

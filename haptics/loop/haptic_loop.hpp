@@ -77,8 +77,10 @@ class HapticLoop {
     const LoopSnapshot& snapshot() const { return snapshots_.get(); }
     /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
     /// none.
-    bool pop(WholeTick& tick) { return ring_.pop(tick); }
+    bool pop(WholeTick& tick);
     bool pop(TickRecord& record);
+    /// Where the obstacles were at the start that the tick taken last tells; meaningless where it tells none.
+    std::span<const Pose> obstaclesAtStart() const { return start_.X_WO; }
 
     /// What the system allowed the thread.
     const RealTimeStatus& realTime() const { return realTime_; }
@@ -91,11 +93,18 @@ class HapticLoop {
         std::uint64_t session = 0;
     };
 
+    /// Where the obstacles were when a state began: too much for every tick to carry.
+    struct StartPlaces {
+        std::uint64_t number = 0;
+        std::vector<Pose> X_WO;
+    };
+
     Settings checked(const Settings& settings) const;
     std::unique_ptr<Session> makeSession(std::shared_ptr<const World> world, const Settings& settings,
                                          std::unique_ptr<Device> device) const;
     void run(const std::stop_token& stop);
     void takeRequests();
+    void hand(const TickRecord& record);
 
     const LoopOptions options_;
     const double nanosecondsPerRowIteration_;
@@ -111,6 +120,9 @@ class HapticLoop {
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
     Ring<WholeTick> ring_;
+    Ring<StartPlaces> starts_;  // of ticks in ring_, in their order
+    StartPlaces start_;         // the view's: of the tick taken last
+    StartPlaces begun_;         // the loop's: the next for starts_
     TickDriver driver_;    // the loop's
     std::jthread thread_;  // last: joined before anything it uses goes
 };

@@ -434,7 +434,7 @@ void LiveSession::take(const WholeTick& tick) {
     history_.push(tick.record);
     heldTicks_ = tick.record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
     if (options_.onTick) options_.onTick(tick.record);
-    if (recorder_) recorder_->add(tick);
+    if (recorder_) recorder_->add(tick, loop_->obstaclesAtStart());
     std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
     if (tick.session != loopSession_ || replayed_.empty()) return;
     if (tick.input.start) {
