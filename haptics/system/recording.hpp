@@ -49,7 +49,8 @@ class Recorder {
 
     /// Ticks of the session of this number are in this scene and with this device. Before they come.
     void announce(std::uint64_t session, RecordedScene scene, std::string device);
-    /// X_WO: where the obstacles were when the tick's start, if it tells one, was made; empty: where the scene has them.
+    /// X_WO: where the obstacles were when the tick's start, if it tells one, was made; empty: where the scene has
+    /// them.
     void add(const WholeTick& tick, std::span<const Pose> X_WO = {});
     void flush();
 

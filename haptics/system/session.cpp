@@ -235,10 +235,10 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     if (first && !options_.record.empty()) record(options_.record);
     const std::shared_ptr<DeviceControl> control = device->control();
     DeviceFacts facts{device->limits(), device->dynamics()};
-    if (control && control->maps()) {
+    if (control && control->maps() != DeviceControl::Maps::Nothing) {
         const Workspace workspace = workspaces_.load(next.request.file, choice);
         control->setWorkspace(workspace);  // before the loop asks for limits
-        facts.scale = workspace.scale;
+        if (control->maps() == DeviceControl::Maps::All) facts.scale = workspace.scale;
     }
     facts_ = std::move(facts);
     device_ = choice;
@@ -385,7 +385,7 @@ void LiveSession::tellDevice() {
 }
 
 void LiveSession::setWorkspace(const Workspace& workspace) {
-    if (!control_ || !control_->maps() || !running() || next_) return;
+    if (!control_ || control_->maps() == DeviceControl::Maps::Nothing || !running() || next_) return;
     if (const std::string wrong = checkWorkspace(workspace); !wrong.empty()) {
         say(Message::Kind::Error, wrong);
         return;
@@ -421,6 +421,10 @@ void LiveSession::update() {
             next_.reset();
         }
     }
+    if (loop_->hangs() && !toldHang_)
+        say(Message::Kind::Error, "The haptic thread hangs, and the " + device_ +
+                                      " device was told to let go: if it still pushes, switch it off");
+    toldHang_ = loop_->hangs();
     for (WholeTick tick; loop_->pop(tick);) take(tick);
     if (recorder_ && !recorder_->failure().empty()) stopRecording();
     followRecordedSettings();

@@ -400,9 +400,10 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }
 
-TEST_CASE("session: a recording begun in mid-run goes through restarts, moved obstacles, settings and scenes, and "
-          "repeats to the bit",
-          "[session]") {
+TEST_CASE(
+    "session: a recording begun in mid-run goes through restarts, moved obstacles, settings and scenes, and "
+    "repeats to the bit",
+    "[session]") {
     const TempFolder folder;
     const auto file = holdFile(folder), recording = folder.path() / "recording";
     const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
