@@ -129,7 +129,7 @@ class StepState {
     std::span<const Pose> obstacles() const noexcept;
     /// Which pairs the last step() asked for; negative margin: none.
     const Within& asked() const noexcept;
-    /// Where they were when it last began.
+    /// Where the obstacles were when it last began.
     std::span<const Pose> obstaclesAtStart() const noexcept;
     /// What the last step() was given.
     const TickInput& input() const;
