@@ -25,8 +25,9 @@ class DeviceControl {
     /// Tries to get a lost device back, on a thread of its own; status() tells how that goes. The force stays zero
     /// until somebody engages it.
     virtual void reconnect() {}
-    /// From the hand's space into the scene. Devices that do not map leave it as it is.
-    virtual bool maps() const { return false; }
+    /// How much of a Workspace it follows; what is above stays as it is by default.
+    enum class Maps { Nothing, Axes, All };
+    virtual Maps maps() const { return Maps::Nothing; }
     virtual Workspace workspace() const { return {}; }
     /// Acts at the next tick, without a jump of the tool; the scale only on a device that no loop has yet.
     virtual void setWorkspace(const Workspace&) {}

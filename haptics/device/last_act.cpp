@@ -62,9 +62,9 @@ LastAct::~LastAct() {
     if (slot_) slot_->store(nullptr);
 }
 
-void LastAct::guard(Device& device) noexcept {
+void LastAct::guard(Device& device, bool motors) noexcept {
     if (slot_) std::exchange(slot_, nullptr)->store(nullptr);
-    if (!device.limits().motors) return;
+    if (!motors) return;
     for (auto& slot : guarded) {
         Device* none = nullptr;
         if (!slot.compare_exchange_strong(none, &device)) continue;

@@ -15,7 +15,7 @@ void endWithZeroForce();
 /// Gives the calling thread a stack for signals, so that its own may overflow. Does nothing where it has one.
 void useSignalStack();
 
-/// A device that is let go of when the process ends, if it has motors. At most 16 at once.
+/// A device that is let go of when the process ends. At most 16 at once.
 class LastAct {
   public:
     LastAct() = default;
@@ -23,8 +23,8 @@ class LastAct {
     LastAct(const LastAct&) = delete;
     LastAct& operator=(const LastAct&) = delete;
 
-    /// This device in place of the one before. Real time.
-    void guard(Device& device) noexcept;
+    /// This device in place of the one before, if it has motors. Real time.
+    void guard(Device& device, bool motors) noexcept;
     /// The process is ending: whoever writes to a device writes zero.
     static bool begun() noexcept;
 

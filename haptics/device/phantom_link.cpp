@@ -166,8 +166,8 @@ void PhantomLink::calibrate() {
     hd_.getIntegerv(hd::kCalibrationStyle, &style);
     hd_.endFrame(device_);
     // Forces are not enabled yet: calibrating with force would jerk the arm.
-    if (state != hd::kCalibrationOk && (style & 3)) {
-        hd_.updateCalibration(style & 1 ? 1 : 2);
+    if (state != hd::kCalibrationOk && (style & 7)) {
+        hd_.updateCalibration(style & 1 ? 1 : style & 2 ? 2 : 4);  // reset, automatic, by the inkwell
         state = hd_.checkCalibration();
     }
     const std::string wrong = drained();

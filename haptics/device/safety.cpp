@@ -32,6 +32,7 @@ constexpr std::array<TripInfo, kTripCount> kTrips = {{
     {"torque slewed", Follows::Limit, "The torque grew or turned faster than the device may: it follows."},
     {"overload", Follows::Fault, "More than the device can give was asked for during 5 s: go back out of the part."},
     {"buzz", Follows::Fault, "The force swung to and fro faster than a hand can: lower the stiffness."},
+    {"tick hung", Follows::Fault, "No tick came for so long that the device was told to let go: look at its driver."},
 }};
 
 constexpr std::uint32_t tripsThat(Follows follows) {
@@ -168,6 +169,7 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     trip(Trip::StaleReading, !in.fresh);                                // guard
     trip(Trip::DeviceLost, staleMs_ > kLostMs);                         // guard
     trip(Trip::LateTick, motors_ && in.period > kLatePeriods * in.dt);  // guard
+    trip(Trip::TickHung, motors_ && in.hung);                           // guard
 
     bool open = (acting_ & kZeroing) == 0;
     open &= isEngaged(engagement_);  // guard

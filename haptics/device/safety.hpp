@@ -27,8 +27,9 @@ enum class Trip : std::uint8_t {
     TorqueSlewed,
     Overload,
     Buzz,
+    TickHung,
 };
-inline constexpr int kTripCount = 16;
+inline constexpr int kTripCount = 17;
 
 /// What a trip does.
 enum class Follows : std::uint8_t {
@@ -67,6 +68,7 @@ struct SafetyInput {
     std::uint32_t flags = 0;  ///< TickFlag bits
     bool fresh = true;        ///< the device's reading was valid
     bool fault = false;       ///< the device says that it has failed
+    bool hung = false;        ///< so long without a tick that the device was let go of
     double fade = 1;          ///< share of the wrench to let through, 0 to 1
     double dt = 1;            ///< nominal time between ticks, ms; positive
     double period = 0;        ///< that by the clock since the tick before, ms; 0 where nobody measures
@@ -99,6 +101,7 @@ class SafetyStage {
     /// The motors stay as warm as the other stage left them.
     void inherit(const SafetyStage& before) noexcept;
 
+    bool motors() const { return motors_; }
     Engagement engagement() const { return engagement_; }
     /// Of the last fault; meaningful while Faulted.
     Trip cause() const { return cause_; }

@@ -136,31 +136,47 @@ class SpaceMouseControl final : public DeviceControl {
                     .text = "The SpaceMouse's daemon is gone: start spacenavd and choose the device again"};
         return {.text = "The SpaceMouse runs"};
     }
+    Maps maps() const override { return Maps::Axes; }
+    Workspace workspace() const override { return newest_; }
+    void setWorkspace(const Workspace& workspace) override {
+        newest_ = workspace;
+        axes_.write(workspace.q_WD);
+    }
+    TripleBuffer<Quat>& axes() { return axes_; }
 
   private:
     const std::shared_ptr<CapReader> reader_;
+    Workspace newest_;  // the window's
+    TripleBuffer<Quat> axes_{Quat::Identity()};
 };
 
 class SpaceMouseDevice final : public Device {
   public:
     SpaceMouseDevice(std::shared_ptr<CapReader> reader, const Pose& X_WT_start, double speed)
-        : reader_(std::move(reader)), X_WT_start_(X_WT_start), X_WT_(X_WT_start), speed_(speed) {}
+        : reader_(std::move(reader)),
+          control_(std::make_shared<SpaceMouseControl>(reader_)),
+          X_WT_start_(X_WT_start),
+          X_WT_(X_WT_start),
+          speed_(speed) {}
 
     DeviceLimits limits() const noexcept override { return {.motors = false}; }
     DeviceReading read(double t, double dt) noexcept override {
         if (t <= 0) X_WT_ = X_WT_start_;
         if (reader_->lost()) return {.X_WT = X_WT_, .valid = false, .fault = true};
         const CapState& cap = reader_->newest();
+        control_->axes().update();
+        const Quat& q_WD = control_->axes().get();
         if (t > 0 && steadyNanoseconds() - cap.time < kSilenceNs) {
-            X_WT_.p += 1e-3 * dt * speed_ * heldBack(cap.move, wrench_.force, kFirmForce);
-            const Vec3 turn = 1e-3 * dt * speed_ * kTurnPerSpeed * heldBack(cap.turn, wrench_.torque, kFirmTorque);
+            X_WT_.p += 1e-3 * dt * speed_ * heldBack(q_WD * cap.move, wrench_.force, kFirmForce);
+            const Vec3 turn =
+                1e-3 * dt * speed_ * kTurnPerSpeed * heldBack(q_WD * cap.turn, wrench_.torque, kFirmTorque);
             X_WT_.q = (expRotation(turn) * X_WT_.q).normalized();
         }
         return {.X_WT = X_WT_, .buttons = cap.buttons};
     }
     void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }
     void engage(const Pose& X_WT) noexcept override { X_WT_ = X_WT; }
-    std::shared_ptr<DeviceControl> control() const override { return std::make_shared<SpaceMouseControl>(reader_); }
+    std::shared_ptr<DeviceControl> control() const override { return control_; }
 
   private:
     static Vec3 heldBack(const Vec3& rate, const Vec3& load, double firm) noexcept {
@@ -170,6 +186,7 @@ class SpaceMouseDevice final : public Device {
     }
 
     const std::shared_ptr<CapReader> reader_;
+    const std::shared_ptr<SpaceMouseControl> control_;
     const Pose X_WT_start_;
     Pose X_WT_;
     const double speed_;  // mm/s

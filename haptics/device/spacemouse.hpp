@@ -9,9 +9,9 @@ namespace touchstone {
 double spaceMouseRate(int value);
 
 /// Row of the device table: spacemouse[:SPEED], mm/s at full deflection, 50 by default; turns go with it, 1 rad/s
-/// at 50. The cap's axes are those of the scene: right, up, towards the user. There is no force to feel; where the tool
-/// is held back the wanted pose slows down and stops against it. Throws std::runtime_error with one sentence when
-/// libspnav or its daemon is missing.
+/// at 50. The cap's axes, right, up and towards the user, are those of the scene, turned by Workspace::q_WD. There is
+/// no force to feel; where the tool is held back the wanted pose slows down and stops against it. Throws
+/// std::runtime_error with one sentence when libspnav or its daemon is missing.
 std::unique_ptr<Device> makeSpaceMouse(const DeviceContext& context);
 /// What works here.
 DeviceCheck examineSpaceMouse();

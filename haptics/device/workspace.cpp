@@ -20,7 +20,7 @@ class MappedControl final : public DeviceControl {
     void reconnect() override {
         if (raw_) raw_->reconnect();
     }
-    bool maps() const override { return true; }
+    Maps maps() const override { return Maps::All; }
     Workspace workspace() const override { return newest_; }
     void setWorkspace(const Workspace& workspace) override {
         newest_ = workspace;

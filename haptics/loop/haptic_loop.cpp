@@ -1,5 +1,6 @@
 #include "haptics/loop/haptic_loop.hpp"
 
+#include <chrono>
 #include <stdexcept>
 
 namespace touchstone {
@@ -34,10 +35,13 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
       nanosecondsPerRowIteration_(calibrateWork()),
       snapshots_({.record = {}, .X_WO = std::vector<Pose>(kMaxObstacles), .settings = {}}),
       ring_(options.ringCapacity),
+      starts_(16, {.number = 0, .X_WO = std::vector<Pose>(kMaxObstacles)}),
       driver_(makeSession(std::move(world), settings, std::move(device))) {
     newest_.settings = driver_.settings();
+    begun_.X_WO.reserve(kMaxObstacles);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     ready_.wait();
+    if (options_.watchdogMs > 0) watchdog_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
 }
 
 HapticLoop::~HapticLoop() = default;
@@ -69,17 +73,25 @@ void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settin
     session->number = newest_.session + 1;
     newest_ = {.settings = session->settings, .X_WO = {}, .session = session->number};
     incoming_.put(std::move(session));  // frees one that was never taken
-    outgoing_.take();
+    freeRetired();
 }
 
 bool HapticLoop::poll() {
-    outgoing_.take();
+    freeRetired();
     return snapshots_.update();
+}
+
+bool HapticLoop::pop(WholeTick& tick) {
+    if (!ring_.pop(tick)) return false;
+    // A start whose tick was dropped is passed over.
+    while (tick.input.start && start_.number < tick.starts && starts_.pop(start_)) {
+    }
+    return true;
 }
 
 bool HapticLoop::pop(TickRecord& record) {
     WholeTick tick;
-    const bool some = ring_.pop(tick);
+    const bool some = pop(tick);
     if (some) record = tick.record;
     return some;
 }
@@ -107,10 +119,51 @@ void HapticLoop::takeRequests() {
     }
 }
 
+void HapticLoop::freeRetired() {
+    if (outgoing_.empty()) return;
+    const std::lock_guard lock(freeing_);
+    outgoing_.take();
+}
+
+void HapticLoop::watch(const std::stop_token& stop) {
+    const auto limit = static_cast<std::uint64_t>(1e6 * options_.watchdogMs);
+    std::uint64_t seen = 0, since = steadyNanoseconds();
+    while (!stop.stop_requested()) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        const std::uint64_t ticks = ticks_.load(std::memory_order_acquire), now = steadyNanoseconds();
+        if (ticks != seen) {
+            seen = ticks;
+            since = now;
+            hangs_ = false;
+        }
+        if (hangs_ || now - since < limit) continue;
+        const std::lock_guard lock(freeing_);
+        Device* const device = engaged_.load();
+        if (!device) continue;
+        // First, so that a tick that goes on right now writes zero too.
+        hung_ = true;  // guard
+        hangs_ = true;
+        device->letGo();  // guard
+    }
+}
+
+/// The newest tick, to who takes them one by one: with where it began, or not at all.
+void HapticLoop::hand(const TickRecord& record) {
+    const Session& session = driver_.session();
+    const TickInput& input = session.state.input();
+    if (input.start) {
+        const std::span<const Pose> X_WO = session.state.obstaclesAtStart();
+        ++begun_.number;
+        begun_.X_WO.assign(X_WO.begin(), X_WO.end());
+        if (!starts_.push(begun_)) return;
+    }
+    ring_.push({input, record, session.number, begun_.number});
+}
+
 void HapticLoop::run(const std::stop_token& stop) {
     useSignalStack();  // guard
     realTime_ = raiseThread(options_.realTime);
-    TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
+    TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds, .hung = &hung_};
     ready_.count_down();
 
     LoopSnapshot snapshot;
@@ -133,16 +186,19 @@ void HapticLoop::run(const std::stop_token& stop) {
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
-        ring_.push({driver_.session().state.input(), snapshot.record, driver_.session().number});
+        hand(snapshot.record);
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;
         ++snapshot.ticks;
         snapshot.overruns = pacer.overruns();
-        snapshot.dropped = ring_.dropped();
+        snapshot.dropped = ring_.dropped() + starts_.dropped();
         snapshot.rate = meter.tick(steadyNanoseconds());
         snapshot.fade = driver_.fade();
         snapshot.finished = driver_.finished();
         const SafetyStage& safety = driver_.session().safety;
+        // Before a session that has ended is handed back, so that what is watched is not freed.
+        engaged_ = safety.motors() && isEngaged(safety.engagement()) ? driver_.session().device.get() : nullptr;
+        ticks_.store(snapshot.ticks, std::memory_order_release);
         snapshot.trips = safety.counts();
         snapshot.engagement = safety.engagement();
         snapshot.cause = safety.cause();

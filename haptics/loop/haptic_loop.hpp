@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <latch>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,6 +24,7 @@ struct LoopOptions {
     std::size_t ringCapacity = 1 << 14;  ///< ticks: 16 s at 1 kHz
     WorkShares shares;
     bool helper = std::thread::hardware_concurrency() > 1;  ///< a thread beside it finds lists ahead
+    double watchdogMs = 250;  ///< without a tick, until a device whose motors are engaged is let go of; 0: never
 };
 
 /// The newest tick and the loop's health.
@@ -44,7 +46,8 @@ struct LoopSnapshot {
 
 /// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,
 /// and nothing given to the loop is freed on it. Settings, a session or a restart act at a tick boundary as TickDriver
-/// says.
+/// says. A second thread lets go of the device (Device::letGo) when the first hangs while motors are engaged; should
+/// that go on, the safety stage takes it for a fault.
 class HapticLoop {
   public:
     /// Starts ticking. Throws std::invalid_argument with one sentence when checkSettings() objects, std::system_error
@@ -75,10 +78,14 @@ class HapticLoop {
     /// the loop has handed back.
     bool poll();
     const LoopSnapshot& snapshot() const { return snapshots_.get(); }
+    /// The device was let go of for want of ticks, and none has come since.
+    bool hangs() const { return hangs_.load(std::memory_order_relaxed); }
     /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
     /// none.
-    bool pop(WholeTick& tick) { return ring_.pop(tick); }
+    bool pop(WholeTick& tick);
     bool pop(TickRecord& record);
+    /// Where the obstacles were at the start that the tick taken last tells; meaningless where it tells none.
+    std::span<const Pose> obstaclesAtStart() const { return start_.X_WO; }
 
     /// What the system allowed the thread.
     const RealTimeStatus& realTime() const { return realTime_; }
@@ -91,11 +98,20 @@ class HapticLoop {
         std::uint64_t session = 0;
     };
 
+    /// Where the obstacles were when a state began: too much for every tick to carry.
+    struct StartPlaces {
+        std::uint64_t number = 0;
+        std::vector<Pose> X_WO;
+    };
+
     Settings checked(const Settings& settings) const;
     std::unique_ptr<Session> makeSession(std::shared_ptr<const World> world, const Settings& settings,
                                          std::unique_ptr<Device> device) const;
     void run(const std::stop_token& stop);
+    void watch(const std::stop_token& stop);
+    void freeRetired();
     void takeRequests();
+    void hand(const TickRecord& record);
 
     const LoopOptions options_;
     const double nanosecondsPerRowIteration_;
@@ -111,8 +127,17 @@ class HapticLoop {
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
     Ring<WholeTick> ring_;
-    TickDriver driver_;    // the loop's
-    std::jthread thread_;  // last: joined before anything it uses goes
+    Ring<StartPlaces> starts_;  // of ticks in ring_, in their order
+    StartPlaces start_;         // the view's: of the tick taken last
+    StartPlaces begun_;         // the loop's: the next for starts_
+    TickDriver driver_;         // the loop's
+
+    std::mutex freeing_;                      // of sessions; against watch(), never the loop's
+    std::atomic<Device*> engaged_ = nullptr;  // the session's, while its motors are
+    std::atomic<std::uint64_t> ticks_ = 0;
+    std::atomic<bool> hung_ = false, hangs_ = false;
+    std::jthread watchdog_;
+    std::jthread thread_;  // last: joined, and watched until then, before anything it uses goes
 };
 
 }  // namespace touchstone

@@ -13,8 +13,9 @@ namespace touchstone {
 template <class T>
 class Ring {
   public:
-    /// Capacity is rounded up to a power of two.
-    explicit Ring(std::size_t capacity) : slots_(std::bit_ceil(capacity)), mask_(slots_.size() - 1) {}
+    /// Capacity is rounded up to a power of two. `initial` is in every slot: it brings the memory that values need.
+    explicit Ring(std::size_t capacity, const T& initial = T())
+        : slots_(std::bit_ceil(capacity), initial), mask_(slots_.size() - 1) {}
     Ring(const Ring&) = delete;
     Ring& operator=(const Ring&) = delete;
 

@@ -51,8 +51,10 @@ StepState::~StepState() = default;
 StepState::StepState(StepState&&) noexcept = default;
 StepState& StepState::operator=(StepState&&) noexcept = default;
 
-void StepState::begin(const StepStart& start) noexcept {
+void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexcept {
     Impl& s = *impl;
+    for (std::size_t k = 0; k < std::min(X_WO.size(), s.X_WO.size()); ++k) s.place(int(k), X_WO[k]);
+    s.X_WO_start = s.X_WO;
     s.start = start;
     s.tick = start.tick;
     s.graphic = s.referencePose(start.X_WT);
@@ -79,6 +81,7 @@ void StepState::resume(const TickRecord& record) noexcept {
 }
 
 std::span<const Pose> StepState::obstacles() const noexcept { return impl->X_WO; }
+std::span<const Pose> StepState::obstaclesAtStart() const noexcept { return impl->X_WO_start; }
 
 void StepState::Impl::place(int obstacle, const Pose& X) {
     X_WO[obstacle] = X;
@@ -244,7 +247,7 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     TickRecord record;
     record.tick = state.tick++;
     state.asked = {};
-    state.given = {input.X_WT, settings, std::exchange(state.start, std::nullopt)};
+    state.given = {.X_WT = input.X_WT, .settings = settings, .start = std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};
     for (std::size_t k = 0; k < state.lists.size(); ++k)
         state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
@@ -261,6 +264,10 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
         } else {
             const int k = state.nextToMove(input.X_WO);
             state.obstacleTravel = 0;
+            if (k >= 0) {
+                state.given.obstacle = k;
+                state.given.X_WO = input.X_WO[k];
+            }
             hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
         }
     }

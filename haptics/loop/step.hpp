@@ -51,6 +51,8 @@ struct TickInput {
     Pose X_WT;  ///< as StepInput's, before anything was made of it
     Settings settings;
     std::optional<StepStart> start;  ///< the state began anew, right before this tick
+    int obstacle = -1;               ///< whose turn it was to move; -1: none was on its way
+    Pose X_WO = {};                  ///< where that one was to go
 };
 
 /// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
@@ -98,6 +100,7 @@ struct WholeTick {
     TickInput input;
     TickRecord record;
     std::uint64_t session = 0;  ///< the holder's; tells the world
+    std::uint64_t starts = 0;   ///< of the holder's states so far; counted by the loop
 };
 
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.
@@ -113,8 +116,8 @@ class StepState {
     StepState& operator=(StepState&&) noexcept;
 
     /// Forgets everything but for where the obstacles are: what follows depends on that, `start` and what step() is
-    /// given.
-    void begin(const StepStart& start) noexcept;
+    /// given. X_WO: the obstacles are there, as far as it tells.
+    void begin(const StepStart& start, std::span<const Pose> X_WO = {}) noexcept;
     /// Begins with graphic tool and device at X_WT.
     void reset(const Pose& X_WT) noexcept { begin({.X_WT = X_WT, .X_WT_device = X_WT}); }
 
@@ -126,6 +129,8 @@ class StepState {
     std::span<const Pose> obstacles() const noexcept;
     /// Which pairs the last step() asked for; negative margin: none.
     const Within& asked() const noexcept;
+    /// Where the obstacles were when it last began.
+    std::span<const Pose> obstaclesAtStart() const noexcept;
     /// What the last step() was given.
     const TickInput& input() const;
 

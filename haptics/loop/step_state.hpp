@@ -26,6 +26,7 @@ struct StepState::Impl {
 
     // Where the obstacles are.
     std::vector<Pose> X_WO, X_OW;
+    std::vector<Pose> X_WO_start;  ///< when the state last began
     std::vector<Mat3> R_WO;
     std::vector<double> paces;  ///< share of the greatest move that an obstacle tries next
     int lastMoved = 0;          ///< obstacles take turns

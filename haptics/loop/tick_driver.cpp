@@ -107,7 +107,7 @@ void TickDriver::startOver() {
     X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
     session_->safety.begin();  // guard
     if (stopped()) session_->state.reset(X_WT_before_);
-    lastAct_.guard(*session_->device);  // guard
+    lastAct_.guard(*session_->device, session_->safety.motors());  // guard
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
@@ -170,12 +170,13 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     record.periodUs = 1000 * clocks.periodMs;
     record.wrench_out = session.safety.pass({
         .wrench_o = record.wrench_o,
-        .flags = record.flags,         // guard
-        .fresh = reading.valid,        // guard
-        .fault = reading.fault,        // guard
-        .fade = fade_.next(),          // guard
-        .dt = 1000 / settings().rate,  // guard
-        .period = clocks.periodMs,     // guard
+        .flags = record.flags,                                // guard
+        .fresh = reading.valid,                               // guard
+        .fault = reading.fault,                               // guard
+        .hung = clocks.hung && clocks.hung->exchange(false),  // guard
+        .fade = fade_.next(),                                 // guard
+        .dt = 1000 / settings().rate,                         // guard
+        .period = clocks.periodMs,                            // guard
     });
     record.trips = session.safety.acting();
     if (session.safety.zeroed()) {

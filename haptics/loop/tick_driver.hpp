@@ -1,5 +1,6 @@
 #pragma once
 // One tick after another, without thread or clock: device, step, safety, device, and every change without a jolt.
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -37,6 +38,7 @@ struct TickClocks {
     double (*cpuMicroseconds)() =
         nullptr;          ///< of the calling thread; for TickRecord::totalUs, the time of step() alone
     double periodMs = 0;  ///< by the clock, since the tick before began; much too long, and the force falls to zero
+    std::atomic<bool>* hung = nullptr;  ///< set by who let go of the device for want of ticks; the tick clears it
 };
 
 /// The per-tick sequence that the loop's thread, headless runs and tests share. Ramps and fades count ticks, so runs

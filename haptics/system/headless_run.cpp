@@ -52,12 +52,12 @@ class Pass {
 
     const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
     const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
+    const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
     const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
     const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
     /// The newest tick whole, `record` being what is known of it.
     WholeTick whole(const TickRecord& record) const {
-        if (!replay_) return {driver_->session().state.input(), record, 0};
-        return {replay_->tick().input, record, replay_->tick().session};
+        return {state().input(), record, replay_ ? replay_->tick().session : 0};
     }
 
   private:
@@ -122,7 +122,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
                                    options.device);
         }
         run.settings = pass.settings();
-        const double penetration = meter->depth(run.last.X_WT), dt = 1000 / run.settings.rate;
+        const double penetration = meter->depth(run.last.X_WT, pass.state().obstacles()), dt = 1000 / run.settings.rate;
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
         if (tick < timed.ticks.size()) {
@@ -132,7 +132,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             run.last.totalUs = timed.ticks[tick].step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
-        if (recorder) recorder->add(pass.whole(run.last));
+        if (recorder) recorder->add(pass.whole(run.last), pass.state().obstaclesAtStart());
         if (options.onTick) options.onTick(run.last, penetration);
     }
     if (recorder) {

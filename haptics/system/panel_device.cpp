@@ -50,7 +50,7 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, ItemRects*
 }
 
 /// Returns true when `workspace` is as the user wants it; while it is dragged it is in `state` alone.
-bool drawWorkspace(Workspace& workspace, DevicePanelState& state, PanelRequests& requests, ItemRects* items) {
+bool drawWorkspace(Workspace& workspace, DevicePanelState& state, ItemRects* items) {
     if (state.edited) workspace = *state.edited;
     bool done = false, editing = false;
     const auto follow = [&](const char* item) {
@@ -85,22 +85,24 @@ bool drawWorkspace(Workspace& workspace, DevicePanelState& state, PanelRequests&
         ImGui::EndCombo();
     }
     noteItem(items, "device clutch");
-
-    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Button("Axes of the view", {half, 0})) requests.alignWithView = true;
-    noteItem(items, "device view axes");
-    tooltip("What is right, up and towards you at the device is so in the picture as it stands now.");
-    ImGui::SameLine();
-    if (ImGui::Button("Axes of the scene", {half, 0})) {
-        workspace.q_WD.setIdentity();
-        done = true;
-    }
-    noteItem(items, "device scene axes");
     if (editing && !done)
         state.edited = workspace;
     else
         state.edited.reset();
     return done;
+}
+
+/// Likewise.
+bool drawAxes(Workspace& workspace, PanelRequests& requests, ItemRects* items) {
+    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    if (ImGui::Button("Axes of the view", {half, 0})) requests.alignWithView = true;
+    noteItem(items, "device view axes");
+    tooltip("What is right, up and towards you at the device is so in the picture as it stands now.");
+    ImGui::SameLine();
+    const bool ofScene = ImGui::Button("Axes of the scene", {half, 0});
+    if (ofScene) workspace.q_WD.setIdentity();
+    noteItem(items, "device scene axes");
+    return ofScene;
 }
 
 }  // namespace
@@ -114,18 +116,24 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
     }
     if (!view.control) return;
     drawStatus(view, requests, items);
-    if (!view.control->maps()) return;
+    using Maps = DeviceControl::Maps;
+    const Maps maps = view.control->maps();
+    if (maps == Maps::Nothing) return;
 
-    const DeviceLimits& limits = view.facts.limits;
-    ImGui::Spacing();
-    ImGui::TextDisabled("The hand feels");
-    ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
-    ImGui::TextDisabled("at most %.3g N and %.3g mN·m,", limits.peakForce, limits.peakTorque);
-    ImGui::TextDisabled("for long %.3g N and %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+    if (maps == Maps::All) {
+        const DeviceLimits& limits = view.facts.limits;
+        ImGui::Spacing();
+        ImGui::TextDisabled("The hand feels");
+        ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
+        ImGui::TextDisabled("at most %.3g N and %.3g mN·m,", limits.peakForce, limits.peakTorque);
+        ImGui::TextDisabled("for long %.3g N and %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+    }
     ImGui::Spacing();
     ImGui::TextDisabled("From hand to scene");
     Workspace workspace = view.control->workspace();
-    if (drawWorkspace(workspace, state, requests, items)) {
+    bool done = maps == Maps::All && drawWorkspace(workspace, state, items);
+    done |= drawAxes(workspace, requests, items);
+    if (done) {
         workspace.scale = std::clamp(workspace.scale, kSmallestScale, kLargestScale);
         requests.workspace = workspace;
     }

@@ -54,13 +54,13 @@ void Recorder::fail(const std::exception& error) {
                " ticks: " + error.what();
 }
 
-void Recorder::add(const WholeTick& tick) {
+void Recorder::add(const WholeTick& tick, std::span<const Pose> X_WO) {
     if (!ticks_ || (!before_ && !tick.input.start)) return;
     try {
         if (!before_)
-            begin(tick);
+            begin(tick, X_WO);
         else
-            noteChanges(tick);
+            noteChanges(tick, X_WO);
         ticks_->append(tick);
         before_ = tick;
     } catch (const std::exception& error) {
@@ -86,7 +86,7 @@ void Recorder::flush() {
     flushed_ = std::chrono::steady_clock::now();
 }
 
-void Recorder::begin(const WholeTick& first) {
+void Recorder::begin(const WholeTick& first, std::span<const Pose> X_WO) {
     const SessionFacts& facts = sessions_[first.session];
     ordered_json notes = {{"format", kFormat},
                           {"version", kFormatVersion},
@@ -96,7 +96,7 @@ void Recorder::begin(const WholeTick& first) {
                           {"scene", toJson(facts.scene)},
                           {"device", facts.device},
                           {"settings", toJson(first.input.settings, nullptr)},
-                          {"start", toJson(*first.input.start)}};
+                          {"start", toJson(*first.input.start, X_WO)}};
     std::string text = textOf(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
@@ -111,7 +111,7 @@ void Recorder::change(const WholeTick& tick, const char* kind, ordered_json what
     anyChange_ = true;
 }
 
-void Recorder::noteChanges(const WholeTick& tick) {
+void Recorder::noteChanges(const WholeTick& tick, std::span<const Pose> X_WO) {
     const TickInput& input = tick.input;
     if (tick.session != before_->session) {
         const SessionFacts& facts = sessions_[tick.session];
@@ -120,7 +120,7 @@ void Recorder::noteChanges(const WholeTick& tick) {
     const ordered_json settings = toJson(input.settings, &before_->input.settings);
     if (!settings.empty()) change(tick, "settings", {{"settings", settings}});
     if (input.start) {
-        change(tick, "start", {{"start", toJson(*input.start)}});
+        change(tick, "start", {{"start", toJson(*input.start, X_WO)}});
     } else if (tick.session != before_->session) {
         change(tick, "gap", ordered_json::object());  // the first ticks of the session
     } else if (tick.record.tick != before_->record.tick + 1) {

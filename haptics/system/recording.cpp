@@ -49,7 +49,7 @@ Recording::Recording(fs::path folder)
         scene_ = toRecordedScene(fieldOf(header_, "scene"));
         device_ = textOf(header_, "device");
         applySettings(settings_, fieldOf(header_, "settings"));
-        start_ = toStart(fieldOf(header_, "start"));
+        begin(fieldOf(header_, "start"));
         if (!fieldOf(header_, "changes").is_array()) throw std::invalid_argument("changes must be a list");
         std::uint64_t row = 0;
         for (const json& change : header_["changes"]) {
@@ -65,13 +65,18 @@ void Recording::fail(const std::string& what) const {
     throw std::runtime_error((folder_ / kNotesFile).string() + ": " + what);
 }
 
+void Recording::begin(const json& start) {
+    start_ = toStart(start);
+    X_WO_ = toObstacles(start);
+}
+
 /// Kinds that are not known are for readers that know more.
 void Recording::apply(const json& change) {
     const std::string kind = textOf(change, "kind");
     if (kind == "settings") {
         applySettings(settings_, fieldOf(change, "settings"));
     } else if (kind == "start") {
-        start_ = toStart(fieldOf(change, "start"));
+        begin(fieldOf(change, "start"));
     } else if (kind == "scene") {
         scene_ = toRecordedScene(fieldOf(change, "scene"));
         device_ = textOf(change, "device");

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,7 +49,9 @@ class Recorder {
 
     /// Ticks of the session of this number are in this scene and with this device. Before they come.
     void announce(std::uint64_t session, RecordedScene scene, std::string device);
-    void add(const WholeTick& tick);
+    /// X_WO: where the obstacles were when the tick's start, if it tells one, was made; empty: where the scene has
+    /// them.
+    void add(const WholeTick& tick, std::span<const Pose> X_WO = {});
     void flush();
 
     const std::filesystem::path& folder() const { return folder_; }
@@ -62,9 +65,9 @@ class Recorder {
         RecordedScene scene;
         std::string device;
     };
-    void begin(const WholeTick& first);
+    void begin(const WholeTick& first, std::span<const Pose> X_WO);
     void change(const WholeTick& tick, const char* kind, nlohmann::ordered_json what);
-    void noteChanges(const WholeTick& tick);
+    void noteChanges(const WholeTick& tick, std::span<const Pose> X_WO);
     void fail(const std::exception& error);
 
     std::filesystem::path folder_;
@@ -88,6 +91,8 @@ class Recording {
     /// The next tick whole, its `session` the number of scenes before its own; false after the last.
     bool next(WholeTick& tick);
     std::uint64_t rows() const { return ticks_.rows(); }
+    /// Where the obstacles were at the newest start; empty: where the scene has them.
+    const std::vector<Pose>& obstacles() const { return X_WO_; }
     /// Of the newest tick; before the first, of that.
     const RecordedScene& scene() const { return scene_; }
     const std::string& device() const { return device_; }
@@ -101,6 +106,7 @@ class Recording {
   private:
     [[noreturn]] void fail(const std::string& what) const;
     void apply(const nlohmann::json& change);
+    void begin(const nlohmann::json& start);
 
     std::filesystem::path folder_;
     nlohmann::json header_;
@@ -109,6 +115,7 @@ class Recording {
     std::string device_;
     Settings settings_;
     std::optional<StepStart> start_;
+    std::vector<Pose> X_WO_;
     std::size_t nextChange_ = 0;
     std::uint64_t scenes_ = 0;
     bool gap_ = false;

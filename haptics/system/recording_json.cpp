@@ -17,14 +17,15 @@ using nlohmann::ordered_json;
 
 ordered_json toJson(const Pose& X) { return {X.p.x(), X.p.y(), X.p.z(), X.q.w(), X.q.x(), X.q.y(), X.q.z()}; }
 
-Pose poseOf(const json& object, const char* key) {
-    const json& values = fieldOf(object, key);
+Pose toPose(const json& values, const char* key) {
     const auto finite = [](const json& v) { return v.is_number() && std::isfinite(v.get<double>()); };
     if (!values.is_array() || values.size() != 7 || !std::all_of(values.begin(), values.end(), finite))
         throw std::invalid_argument(std::string(key) + " must be seven numbers x, y, z, qw, qx, qy, qz");
     const auto v = values.get<std::vector<double>>();
     return {{v[0], v[1], v[2]}, Quat(v[3], v[4], v[5], v[6])};
 }
+
+Pose poseOf(const json& object, const char* key) { return toPose(fieldOf(object, key), key); }
 
 ordered_json toJson(const RecordedScene::Body& body) {
     return {{"name", body.name}, {"tree", body.tree}, {"pose", toJson(body.X_WB)}};
@@ -85,17 +86,28 @@ RecordedScene toRecordedScene(const json& value) {
     return scene;
 }
 
-ordered_json toJson(const StepStart& start) {
-    return {{"tick", start.tick},
-            {"tool", toJson(start.X_WT)},
-            {"device", toJson(start.X_WT_device)},
-            {"loaded_before", start.loadedBefore}};
+ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO) {
+    ordered_json json = {{"tick", start.tick},
+                         {"tool", toJson(start.X_WT)},
+                         {"device", toJson(start.X_WT_device)},
+                         {"loaded_before", start.loadedBefore}};
+    for (const Pose& X : X_WO) json["obstacles"].push_back(toJson(X));
+    return json;
 }
 
 StepStart toStart(const json& value) {
     const json& loaded = fieldOf(value, "loaded_before");
     if (!loaded.is_boolean()) throw std::invalid_argument("loaded_before must be true or false");
     return {countOf(value, "tick"), poseOf(value, "tool"), poseOf(value, "device"), loaded.get<bool>()};
+}
+
+std::vector<Pose> toObstacles(const json& start) {
+    std::vector<Pose> X_WO;
+    if (!start.contains("obstacles")) return X_WO;  // of a program that did not record their moves
+    const json& poses = start["obstacles"];
+    if (!poses.is_array()) throw std::invalid_argument("obstacles must be a list");
+    for (const json& pose : poses) X_WO.push_back(toPose(pose, "each of obstacles"));
+    return X_WO;
 }
 
 ordered_json toJson(const Settings& settings, const Settings* before) {

@@ -38,7 +38,7 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
         enterScene(file, opened.world);
     }
     if (recorded_.input.start) {
-        state_->begin(*recorded_.input.start);
+        state_->begin(*recorded_.input.start, recording_.obstacles());
         lost_ = false;
     }
     if (recording_.takeGap()) lost_ = true;
@@ -49,7 +49,11 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
     }
 
     const double began = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
-    record = step(*world_, settings_, {recorded_.input.X_WT}, *state_, clocks.stage, audit);
+    // All stay, but for the one that moved.
+    targets_.assign(state_->obstacles().begin(), state_->obstacles().end());
+    if (const auto k = static_cast<std::size_t>(recorded_.input.obstacle); k < targets_.size())
+        targets_[k] = recorded_.input.X_WO;
+    record = step(*world_, settings_, {recorded_.input.X_WT, {}, targets_}, *state_, clocks.stage, audit);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - began;
     done_ = {state_->input(), record, session_};
 

@@ -35,6 +35,7 @@ class ReplayPass {
     const RecordedScene& scene() const { return recording_.scene(); }
     const Settings& settings() const { return settings_; }
     StepState& state() { return *state_; }
+    const StepState& state() const { return *state_; }
     const ReplayCheck& check() const { return check_; }
 
   private:
@@ -45,6 +46,7 @@ class ReplayPass {
     std::function<Settings(const Settings&)> adjust_;
     std::shared_ptr<const World> world_;
     std::unique_ptr<StepState> state_;
+    std::vector<Pose> targets_;  // of the obstacles
     std::uint64_t session_ = 0;
     Settings settings_;
     WholeTick recorded_, done_;

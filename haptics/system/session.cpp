@@ -37,6 +37,10 @@ void LiveSession::update() {
             next_.reset();
         }
     }
+    if (loop_->hangs() && !toldHang_)
+        say(Message::Kind::Error, "The haptic thread hangs, and the " + device_ +
+                                      " device was told to let go: if it still pushes, switch it off");
+    toldHang_ = loop_->hangs();
     for (WholeTick tick; loop_->pop(tick);) take(tick);
     if (recorder_ && !recorder_->failure().empty()) stopRecording();
     followRecordedSettings();
@@ -50,7 +54,7 @@ void LiveSession::take(const WholeTick& tick) {
     history_.push(tick.record);
     heldTicks_ = tick.record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
     if (options_.onTick) options_.onTick(tick.record);
-    if (recorder_) recorder_->add(tick);
+    if (recorder_) recorder_->add(tick, loop_->obstaclesAtStart());
     std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
     if (tick.session != loopSession_ || replayed_.empty()) return;
     if (tick.input.start) {

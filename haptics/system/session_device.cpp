@@ -56,10 +56,10 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     if (first && !options_.record.empty()) record(options_.record);
     const std::shared_ptr<DeviceControl> control = device->control();
     DeviceFacts facts{device->limits(), device->dynamics()};
-    if (control && control->maps()) {
+    if (control && control->maps() != DeviceControl::Maps::Nothing) {
         const Workspace workspace = workspaces_.load(next.request.file, choice);
         control->setWorkspace(workspace);  // before the loop asks for limits
-        facts.scale = workspace.scale;
+        if (control->maps() == DeviceControl::Maps::All) facts.scale = workspace.scale;
     }
     facts_ = std::move(facts);
     device_ = choice;
@@ -106,7 +106,7 @@ void LiveSession::chooseDevice(const std::string& choice) {
 }
 
 void LiveSession::setWorkspace(const Workspace& workspace) {
-    if (!control_ || !control_->maps() || !running() || next_) return;
+    if (!control_ || control_->maps() == DeviceControl::Maps::Nothing || !running() || next_) return;
     if (const std::string wrong = checkWorkspace(workspace); !wrong.empty()) {
         say(Message::Kind::Error, wrong);
         return;

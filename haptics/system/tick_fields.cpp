@@ -17,6 +17,7 @@ using T = WholeTick&;
 using R = FieldRef;
 
 constexpr const char* kInputPose = "where the device wants the tool node, scene frame, as step() received it";
+constexpr const char* kObstaclePose = "where that one was to go, scene frame, as step() received it";
 constexpr const char* kDevicePose = "the same as the tick took it: the last good one, of unit length";
 constexpr const char* kToolPose = "tool node where it is (the graphic tool), scene frame";
 constexpr const char* kForce = "on the hand, by the tick, world axes";
@@ -40,6 +41,14 @@ constexpr TickField kFields[] = {
     {"input_torsion_mNm_per_rad", [](T t) -> R { return &t.input.settings.torsion; }, true,
      "where its ramp is in this tick"},
     {"input_pause", [](T t) -> R { return &t.input.settings.pause; }, true, "the tool was to hold"},
+    {"obstacle", [](T t) -> R { return &t.input.obstacle; }, true, "its index, whose turn it was to move; -1: none"},
+    {"obstacle_to_x_mm", [](T t) -> R { return &t.input.X_WO.p.x(); }, true, kObstaclePose},
+    {"obstacle_to_y_mm", [](T t) -> R { return &t.input.X_WO.p.y(); }, true, kObstaclePose},
+    {"obstacle_to_z_mm", [](T t) -> R { return &t.input.X_WO.p.z(); }, true, kObstaclePose},
+    {"obstacle_to_qw", [](T t) -> R { return &t.input.X_WO.q.w(); }, true, kObstaclePose},
+    {"obstacle_to_qx", [](T t) -> R { return &t.input.X_WO.q.x(); }, true, kObstaclePose},
+    {"obstacle_to_qy", [](T t) -> R { return &t.input.X_WO.q.y(); }, true, kObstaclePose},
+    {"obstacle_to_qz", [](T t) -> R { return &t.input.X_WO.q.z(); }, true, kObstaclePose},
     {"tick", [](T t) -> R { return &t.record.tick; }, true, "since the scene, or the last restart, began"},
     {"device_x_mm", [](T t) -> R { return &t.record.X_WT_device.p.x(); }, true, kDevicePose},
     {"device_y_mm", [](T t) -> R { return &t.record.X_WT_device.p.y(); }, true, kDevicePose},

@@ -6,18 +6,13 @@
 #include <functional>
 #include <thread>
 
+#include "tests/support/ground_world.hpp"
+
 using namespace touchstone;
 
 namespace {
 
-std::shared_ptr<const World> groundWorld() {
-    World world;
-    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
-    world.obstacles.push_back(
-        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {{0, 0, -1000}, Quat::Identity()}});
-    world.X_WT_start.p.z() = 20;
-    return std::make_shared<World>(world);
-}
+std::shared_ptr<const World> groundWorld() { return test::groundBelow(Vec3::UnitZ(), 20); }
 
 /// Shared with the test's thread.
 struct Watch {
@@ -50,7 +45,7 @@ class PressingDevice final : public Device {
 };
 
 // Rights of the test's user must not matter, and the machine's other work should go on.
-const LoopOptions kOptions{.realTime = {.raise = false}, .ringCapacity = 1 << 14, .shares = {}};
+const LoopOptions kOptions{.realTime = {.raise = false}, .ringCapacity = 1 << 14, .shares = {}, .watchdogMs = 0};
 
 /// Polls until the snapshot is as wanted. The limit is for a loop that hangs, not a measure of speed.
 bool waitFor(HapticLoop& loop, const std::function<bool(const LoopSnapshot&)>& wanted) {
@@ -191,4 +186,90 @@ TEST_CASE("haptic loop: motors wait for engage(), and obey stop()", "[loop][thre
     CHECK(reaches(Engagement::Stopped));
     CHECK(watch.lastForce == 0);
     CHECK(watch.engaged == 1);
+}
+
+TEST_CASE("haptic loop: a device whose driver hangs is let go of meanwhile, which is a fault when the ticks go on",
+          "[loop][thread]") {
+    struct Hand {
+        std::atomic<bool> hangs = false;
+        std::atomic<int> letGo = 0;
+        std::atomic<double> force = 0;
+        std::atomic<bool> disobeyed = false;  // a force after it was let go of
+    } hand;
+    /// Presses once it is engaged.
+    class HangingDevice final : public Device {
+      public:
+        explicit HangingDevice(Hand& hand) : hand_(hand) {}
+        DeviceReading read(double, double) noexcept override {
+            while (hand_.hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            z_ = std::max(z_ - 0.01, 2.0);
+            return {.X_WT = {{0, 0, z_}, Quat::Identity()}};
+        }
+        void write(const Wrench& wrench) noexcept override {
+            hand_.force = wrench.force.norm();
+            if (hand_.letGo > 0 && hand_.force > 0) hand_.disobeyed = true;
+        }
+        void letGo() noexcept override {
+            hand_.force = 0;
+            ++hand_.letGo;
+        }
+        void engage(const Pose& X_WT) noexcept override { z_ = X_WT.p.z(); }
+
+      private:
+        Hand& hand_;
+        double z_ = 20;
+    };
+    LoopOptions options = kOptions;
+    options.watchdogMs = 1000;  // a crowded machine holds threads up
+    HapticLoop loop(groundWorld(), {}, std::make_unique<HangingDevice>(hand), options);
+    loop.engage();
+    REQUIRE(waitFor(loop, [&](const LoopSnapshot&) { return hand.force > 2; }));
+    CHECK_FALSE(loop.hangs());
+    const auto until = [](const auto& wanted) {
+        for (int i = 0; i < 60'000 && !wanted(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return wanted();
+    };
+    hand.hangs = true;
+    REQUIRE(until([&] { return hand.letGo == 1; }));
+    CHECK(hand.force == 0);
+    CHECK(loop.hangs());
+    hand.hangs = false;
+    CHECK(waitFor(loop, [](const LoopSnapshot& s) { return s.engagement == Engagement::Faulted; }));
+    CHECK(loop.snapshot().cause == Trip::TickHung);
+    CHECK(loop.snapshot().trips[static_cast<std::size_t>(Trip::TickHung)].events == 1);
+    CHECK(until([&] { return !loop.hangs(); }));
+    CHECK_FALSE(hand.disobeyed);
+    CHECK(hand.letGo == 1);
+    hand.letGo = 0;
+    loop.engage();
+    CHECK(waitFor(loop, [&](const LoopSnapshot&) { return hand.force > 2; }));
+}
+
+TEST_CASE("haptic loop: a start comes with where the obstacles were, tick after tick", "[loop][thread]") {
+    Watch watch;
+    HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
+    WholeTick tick;
+    double last = 0;
+    const auto follow = [&](int more) {
+        return waitFor(loop, [&](const LoopSnapshot&) {
+            while (loop.pop(tick)) {
+                if (!tick.input.start) continue;
+                REQUIRE(loop.obstaclesAtStart().size() == 1);
+                last = loop.obstaclesAtStart()[0].p.x();
+                if (--more == 0) return true;
+            }
+            return false;
+        });
+    };
+    REQUIRE(follow(1));
+    CHECK(last == 0);
+    const Pose aside{{3, 0, -1000}, Quat::Identity()};
+    loop.moveObstacles(std::span(&aside, 1));
+    REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) { return !s.X_WO.empty() && s.X_WO[0].p.x() == 3; }));
+    loop.restart();
+    REQUIRE(follow(1));
+    CHECK(last == 3);
+    loop.beginAnew();
+    REQUIRE(follow(1));
+    CHECK(last == 3);
 }

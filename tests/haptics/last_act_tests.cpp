@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "haptics/loop/haptic_loop.hpp"
+#include "tests/support/ground_world.hpp"
 
 using namespace touchstone;
 
@@ -52,14 +53,9 @@ class SharedDevice final : public Device {
 };
 
 std::unique_ptr<HapticLoop> pressingLoop(Motors& motors) {
-    World world;
-    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
-    world.obstacles.push_back(
-        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {{0, 0, -1000}, Quat::Identity()}});
-    world.X_WT_start.p.z() = 8;
-    auto loop =
-        std::make_unique<HapticLoop>(std::make_shared<World>(world), Settings{}, std::make_unique<SharedDevice>(motors),
-                                     LoopOptions{.realTime = {.raise = false}, .shares = {}});
+    auto loop = std::make_unique<HapticLoop>(test::groundBelow(Vec3::UnitZ()), Settings{},
+                                             std::make_unique<SharedDevice>(motors),
+                                             LoopOptions{.realTime = {.raise = false}, .shares = {}, .watchdogMs = 0});
     loop->engage();
     return loop;
 }

@@ -12,6 +12,7 @@ namespace {
 LoopOptions unraised() {
     LoopOptions options;
     options.realTime.raise = false;
+    options.watchdogMs = 0;
     return options;
 }
 

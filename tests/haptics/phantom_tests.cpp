@@ -87,7 +87,11 @@ TEST_CASE("phantom: without calibration it does not start, and one it can do its
         CHECK_THAT(refusal(), Contains("not calibrated") && Contains("reset position"));
         CHECK(fake.state().handles == 0);
     }
-    const FakeHd fake("update-calibration");
+    {
+        const FakeHd fake("inkwell,out-of-well");
+        CHECK_THAT(refusal(), Contains("put the stylus into the inkwell and choose the device again"));
+    }
+    const FakeHd fake(GENERATE("update-calibration", "inkwell"));
     Ticked phantom;
     phantom.tick();
     CHECK(phantom.status().state == State::Running);

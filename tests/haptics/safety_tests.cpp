@@ -85,6 +85,7 @@ TEST_CASE("safety: every failure zeroes the wrench, by its own name", "[safety]"
         {{.wrench_o = good, .fault = true}, Trip::DeviceFault},
         {{.wrench_o = good, .fresh = false}, Trip::StaleReading},
         {{.wrench_o = good, .period = 10.1}, Trip::LateTick},
+        {{.wrench_o = good, .hung = true}, Trip::TickHung},
     };
     for (const auto& [input, trip] : cases) {
         INFO(name(trip));
@@ -354,6 +355,7 @@ TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safet
                     if (chance(2)) *x = wild();
             if (violent && chance(100)) input.flags = static_cast<std::uint32_t>(random());
             if (violent && chance(200)) input.fault = true;
+            if (violent && chance(200)) input.hung = true;
             input.fresh = i < lost && !chance(200);
             const Wrench out = safety.pass(input);
 

@@ -107,6 +107,41 @@ TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "
     CHECK(now.X_WT.p == Vec3(9, 9, 9));
 }
 
+TEST_CASE("spacemouse: its axes are those that the window gives it, and what holds the tool back is on the scene's",
+          "[device]") {
+    const FakeSpnav fake;
+    const auto device = open();
+    const auto control = device->control();
+    REQUIRE(control->maps() == DeviceControl::Maps::Axes);
+    // The picture is seen from the right: right in it is the scene's -z, towards the user its x.
+    const Quat q_WD = expRotation(Vec3(0, M_PI / 2, 0));
+    control->setWorkspace({.q_WD = q_WD});
+    CHECK(control->workspace().q_WD.coeffs() == q_WD.coeffs());
+    device->read(0, 1);
+    double t = 1;
+    DeviceReading before, now;
+    const auto step = [&] {
+        before = now;
+        now = device->read(t++, 1);
+        return now.X_WT.p - before.X_WT.p;
+    };
+    step();
+    FakeSpnav::send(1, 350, 0, 0);
+    CHECK(arrives([&] { return (step() - Vec3(0, 0, -0.05)).norm() < 1e-12; }));
+    device->write({.force = {0, 0, 10}, .torque = Vec3::Zero()});
+    CHECK(step().norm() < 1e-12);
+    device->write({});
+    FakeSpnav::send(1, 0, 0, 0, 350, 0, 0);
+    CHECK(arrives([&] {
+        step();
+        return (logRotation(now.X_WT.q * before.X_WT.q.conjugate()) - Vec3(0, 0, -0.001)).norm() < 1e-9;
+    }));
+    // From one tick to the next, without a jump.
+    control->setWorkspace({});
+    FakeSpnav::send(1, 0, 350, 0);
+    CHECK(arrives([&] { return (step() - Vec3(0, 0.05, 0)).norm() < 1e-12; }));
+}
+
 TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", "[device]") {
     const FakeSpnav fake;
     const auto device = open();

@@ -5,19 +5,14 @@
 #include <functional>
 #include <vector>
 
+#include "tests/support/ground_world.hpp"
+
 using namespace touchstone;
 
 namespace {
 
-/// A tool of two balls R 5 above ground that is the top of a ball R 1000: contact where the tool node is at z = 5 mm.
-std::shared_ptr<const World> groundWorld() {
-    World world;
-    world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));
-    world.obstacles.push_back(
-        {"ground", std::make_shared<SphereTree>(makeSphereTree({{0, 0, 0, 1000}})), {{0, 0, -1000}, Quat::Identity()}});
-    world.X_WT_start.p.z() = 20;
-    return std::make_shared<World>(world);
-}
+/// Contact where the tool node is at z = 5 mm.
+std::shared_ptr<const World> groundWorld() { return test::groundBelow(Vec3::UnitZ(), 20); }
 
 /// What passed between driver and device.
 struct Log {

@@ -65,7 +65,8 @@ std::uint64_t recordEverything(const fs::path& folder) {
     const auto run = [&](int ticks) {
         for (int i = 0; i < ticks; ++i) {
             last = driver.tick();
-            if (recording) recorder.add({driver.session().state.input(), last, driver.session().number});
+            const StepState& state = driver.session().state;
+            if (recording) recorder.add({state.input(), last, driver.session().number}, state.obstaclesAtStart());
             driver.takeRetired();
         }
     };
@@ -73,20 +74,31 @@ std::uint64_t recordEverything(const fs::path& folder) {
         REQUIRE(setSetting(settings, key, value).empty());
         driver.request(settings);
     };
+    const auto lift = [&](double y) {
+        Pose X_WO = press().scene.world->obstacles[0].X_WO;
+        X_WO.p.y() += y;
+        driver.moveObstacles(std::span(&X_WO, 1));
+    };
+    lift(0.6);
     run(330);
     recording = true;
+    lift(0.3);
     run(1);
     CHECK(recorder.rows() == 0);  // nothing tells where it began
     CHECK(last.wrench_C.force.norm() > 0.5);
     driver.resume(last);
     run(20);
     change("stiffness", "2.5");  // ramps
-    run(90);
+    run(10);
+    lift(0.8);
+    run(80);
     change("solver", "pqp");  // fades
     run(150);
     change("linearisations", "3");
     driver.restart();
+    lift(0);
     run(400);
+    lift(0.5);
     change("rate", "2000");
     run(300);
     change("pause", "on");
@@ -156,6 +168,21 @@ TEST_CASE("recording: a run through changes, restarts, pauses, bad input and ano
     const system::Recording second(folder.path() / "again");
     for (const auto& change : second.header()["changes"]) kinds.insert(change["kind"].get<std::string>());
     CHECK(kinds == std::set<std::string>{"settings", "start", "scene"});
+}
+
+TEST_CASE("recording: one without moves of obstacles is read as one in which they stayed", "[system][recording]") {
+    const TempFolder folder;
+    const fs::path recording = pressRecording(folder);
+    // As a program wrote it that knew of none.
+    std::string ticks = bytesOf(recording / "ticks.npy"), notes = bytesOf(recording / "recording.json");
+    for (std::size_t at; (at = ticks.find("'obstacle")) != std::string::npos;) ticks[at + 1] = '-';
+    writeBytes(recording / "ticks.npy", ticks);
+    const auto begin = notes.find("\"obstacles\"", notes.find("\"loaded_before\""));
+    REQUIRE(begin != std::string::npos);
+    notes.replace(begin, 11, "\"unknown__\"");
+    writeBytes(recording / "recording.json", notes);
+    CHECK(system::Recording(recording).obstacles().empty());
+    CHECK(replay(recording).replay->same == 801);
 }
 
 TEST_CASE("recording: another input, other settings, another scene and a gap are told", "[system][recording]") {

@@ -540,7 +540,8 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
 
 TEST_CASE("panels: the device page tells state and trouble, and asks for what was clicked", "[panels]") {
     struct Control final : DeviceControl {
-        bool maps() const override { return true; }
+        Maps follows = Maps::All;
+        Maps maps() const override { return follows; }
         Workspace workspace() const override { return {.scale = 2}; }
     } control;
     Bench bench;
@@ -565,6 +566,15 @@ TEST_CASE("panels: the device page tells state and trouble, and asks for what wa
     REQUIRE(requests.workspace);
     CHECK(requests.workspace->scale > 4);
     CHECK_FALSE(state.edited);
+
+    // A cap that says how fast has axes, and no place.
+    control.follows = DeviceControl::Maps::Axes;
+    bench.items.clear();
+    bench.frame(draw);
+    CHECK(bench.items.count("device scale") == 0);
+    CHECK(bench.items.count("device view axes") == 1);
+    bench.click("device scene axes", draw);
+    CHECK(requests.workspace->q_WD.coeffs() == Quat::Identity().coeffs());
 
     trouble = "no library";
     const auto drawTrouble = [&] {

@@ -401,8 +401,10 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }
 
-TEST_CASE("session: a recording begun in mid-run goes through restarts, settings and scenes, and repeats to the bit",
-          "[session]") {
+TEST_CASE(
+    "session: a recording begun in mid-run goes through restarts, moved obstacles, settings and scenes, and "
+    "repeats to the bit",
+    "[session]") {
     const TempFolder folder;
     const auto file = holdFile(folder), recording = folder.path() / "recording";
     const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
@@ -420,15 +422,32 @@ TEST_CASE("session: a recording begun in mid-run goes through restarts, settings
             session.update();
             return session.record() && session.record()->wrench_C.force.norm() > 0.5;
         }));
+        const auto lift = [&](double y) {  // the slab, with the tool on it
+            const engine::Scene& scene = session.scene()->scene;
+            const auto from = scene.registry.get<engine::LocalTransform>(scene.nodes[1]);
+            engine::LocalTransform to = from;
+            to.translation.y = y;
+            session.edit({PlaceNode{1, from, to}});
+        };
+        lift(0.0007);
+        REQUIRE(ticksMore(session, 50));  // from here on it is not where the scene's file has it
+        lift(0.0005);
         session.record(recording);
         REQUIRE(session.recorder());
-        REQUIRE(ticksMore(session, 100));
+        REQUIRE(ticksMore(session, 50));
+        const double force = session.record()->wrench_C.force.norm();
+        lift(0.0012);
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.record()->wrench_C.force.norm() > force + 0.5;
+        }));
         Settings settings = session.settings();
         settings.stiffness = 2;
         settings.solver = findSolver("pqp");
         session.setSettings(settings);
         REQUIRE(ticksMore(session, 200));
         session.restart();
+        lift(0.0002);
         REQUIRE(ticksMore(session, 200));
         session.open({file});
         REQUIRE(patiently([&] {

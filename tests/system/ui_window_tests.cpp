@@ -10,6 +10,7 @@
 #include "engine/view/image_file.hpp"
 #include "haptics/system/units.hpp"
 #include "haptics/system/user_files.hpp"
+#include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/system/ui_scene.hpp"
 #include "tests/system/ui_user.hpp"
 
@@ -32,6 +33,72 @@ void lower(LiveSession& session) {
 }
 
 }  // namespace
+
+TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to engage them", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const FakeHd fake;
+    constexpr const char* kPhantom = "phantom:,stale=500";
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.session.loop.watchdogMs = 0;
+    enum { Start, Engage, Engaged, Away, Back, Anew, Done } phase = Start;
+    GLFWwindow* other = nullptr;
+    int frames = 0;
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        const auto focused = [&] { return glfwGetWindowAttrib(frame.window.handle(), GLFW_FOCUSED) != 0; };
+        const auto engagement = [&] { return session.snapshot()->engagement; };
+        ++frames;
+        switch (phase) {
+            case Start:
+                if (!session.running()) break;
+                session.chooseDevice(kPhantom);
+                REQUIRE(session.device() == kPhantom);
+                phase = Engage;
+                break;
+            case Engage:
+                if (session.snapshot()->session == 0 || session.record()->tick < 5) break;  // the demonstration's
+                glfwFocusWindow(frame.window.handle());
+                session.engage();
+                if (focused() && isEngaged(engagement())) phase = Engaged, frames = 0;
+                break;
+            case Engaged:  // while it has the focus it goes on
+                if (!focused()) frames = 0;
+                if (frames < 10) break;
+                REQUIRE(isEngaged(engagement()));
+                glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+                other = glfwCreateWindow(100, 100, "another", nullptr, nullptr);
+                REQUIRE(other);
+                phase = Away;
+                break;
+            case Away:
+                glfwFocusWindow(other);
+                if (engagement() != Engagement::Stopped) break;
+                CHECK_FALSE(focused());
+                CHECK(session.record()->wrench_out.force.isZero(0));
+                glfwDestroyWindow(other);
+                phase = Back, frames = 0;
+                break;
+            case Back:  // looking again does not start the motors
+                glfwFocusWindow(frame.window.handle());
+                if (!focused()) frames = 0;
+                if (frames < 30) break;
+                CHECK(engagement() == Engagement::Stopped);
+                session.engage();
+                phase = Anew;
+                break;
+            case Anew:
+                if (!isEngaged(engagement())) break;
+                phase = Done;
+                frame.window.close();
+                break;
+            case Done:
+                break;
+        }
+    };
+    CHECK(runWindow(options) == 0);
+    CHECK(phase == Done);
+}
 
 TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force follows", "[ui]") {
     if (!hasDisplay()) return;

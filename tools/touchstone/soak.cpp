@@ -224,7 +224,9 @@ class Soak {
                     scene.stem().c_str(), seconds(), number(taken_), number(settings_), number(scenes_));
         std::printf("  memory      %.1f MB after %.0f s, %.1f MB at the end: grew by %.1f MB, %.0f may be\n", first,
                     warm, last, last - first, options_.mostGrowth);
-        std::printf("  ticks       %llu dropped and counted, %llu not counted, %llu ended late\n", number(dropped_),
+        std::printf("  by the second");
+        for (const auto& [t, megabytes] : memory_) std::printf(" %.0f: %.1f", t, megabytes);
+        std::printf("\n  ticks       %llu dropped and counted, %llu not counted, %llu ended late\n", number(dropped_),
                     number(uncounted_), number(overruns));
         std::printf("  recordings  %llu ticks in %llu, %llu lack ticks\n", number(rows_), number(recordings_),
                     number(broken_));
@@ -242,9 +244,7 @@ class Soak {
             std::error_code error;
             fs::remove_all(folder_, error);
         } else {
-            std::printf("  the last recording stays in %s; memory by the second:", recording().c_str());
-            for (const auto& [t, megabytes] : memory_) std::printf(" %.0f: %.1f", t, megabytes);
-            std::printf("\n");
+            std::printf("  the last recording stays in %s\n", recording().c_str());
         }
         return good ? kOk : kFailed;
     }

@@ -5,6 +5,7 @@
 //   no-device       no name can be opened
 //   only-phantom    only "Default PHANToM" can
 //   no-calibration  never calibrated      update-calibration  calibrated by one encoder reset
+//   inkwell         calibrated by its inkwell, unless out-of-well
 //   comm            0302 in every frame   warm  0200  max-force  0201  impulse  0202  max-velocity  0203, for 20 ticks
 //   no-torque       CURRENT_TORQUE is an invalid enum       no-limits  nominal limits are
 //   slow            30 Hz   lazy  400 Hz  dead  the scheduler calls nobody
@@ -166,7 +167,7 @@ std::uint32_t hdInitDevice(const char* name) {
     f.misuses = 0;
     f.peakForce = 0;
     f.forces = f.inFrame = false;
-    f.calibrated = !f.has("no-calibration") && !f.has("update-calibration");
+    f.calibrated = !f.has("no-calibration") && !f.has("update-calibration") && !f.has("inkwell");
     for (double* zero : {f.p, f.v, f.w, f.wv, f.force, f.torque, f.handP, f.handW})
         std::memset(zero, 0, 3 * sizeof *zero);
     f.buttons = 0;
@@ -223,7 +224,7 @@ void hdGetIntegerv(std::uint32_t what, int* to) {
     else if (what == 0x2554)
         *to = 6;
     else if (what == 0x2555)
-        *to = 1;
+        *to = f.has("inkwell") ? 4 : 1;
     else
         f.push(0x0100);
 }
@@ -292,6 +293,7 @@ void hdUpdateCalibration(std::uint32_t style) {
     LOCKED;
     f.wrongly(f.forces, 0x0102);  // never with forces on
     if (style == 1 && f.has("update-calibration")) f.calibrated = true;
+    if (style == 4 && f.has("inkwell") && !f.has("out-of-well")) f.calibrated = true;
 }
 void hdSetSchedulerRate(unsigned long rate) {
     LOCKED;
