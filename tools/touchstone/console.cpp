@@ -114,4 +114,13 @@ void writeText(const std::filesystem::path& file, const std::string& what, const
                                  "': check the folder, its permissions and free space");
 }
 
+void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text) {
+    std::filesystem::path part = file;
+    part += "." + std::to_string(getpid()) + ".part";
+    writeText(part, what, text);
+    std::error_code error;
+    std::filesystem::rename(part, file, error);
+    if (error) throw std::runtime_error("cannot write the " + what + " to '" + file.string() + "': " + error.message());
+}
+
 }  // namespace touchstone::app

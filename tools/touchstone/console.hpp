@@ -20,5 +20,7 @@ void makeFolder(const std::filesystem::path& folder, const std::string& what);
 
 /// Throws std::runtime_error naming `what` when the file cannot be written.
 void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text);
+/// The same, and the file is at no time there in part: it replaces what was there when it is whole.
+void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text);
 
 }  // namespace touchstone::app
