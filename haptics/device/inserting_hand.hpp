@@ -12,14 +12,14 @@ namespace touchstone {
 struct InsertingParameters {
     HandParameters hand;
     std::uint64_t seed = 1;
-    double startError = 2, startTwistError = 0.1;           ///< of the first pose, mm and rad
-    double placeError = 0.35, axisError = 0.008;            ///< of where it thinks the goal is, mm, and how tilted, rad
-    double tremor = 0.03, tremorAngle = 0.002;              ///< at 8 to 12 Hz, mm and rad
-    double speed = 0.03;                                    ///< of the way there and in, mm/ms
-    double press = 2.5;                                     ///< N
-    double sweep = 0.55, sweepSpeed = 0.002;                ///< turns to and fro about the axis, rad and rad/ms
-    double spiral = 1, pitch = 0.15, spiralSpeed = 1.2e-3;  ///< across the axis: radius, between turns, mm; mm/ms
-    double patience = 25'000;                               ///< ms of searching after which it gives up and draws back
+    double startError = 2, startTwistError = 0.15;  ///< of the first pose, mm and rad
+    double placeError = 0.45, axisError = 0.012;    ///< of where it thinks the goal is, mm, and how tilted, rad
+    double tremor = 0.03, tremorAngle = 0.002;      ///< at 8 to 12 Hz, mm and rad
+    double speed = 0.03;                            ///< of the way there and in, mm/ms
+    double press = 2.5;                             ///< N
+    double sweep = 0.55, sweepSpeed = 0.002;        ///< turns to and fro about the axis, rad and rad/ms
+    double spiral = 1.2, pitch = 0.15, spiralSpeed = 1.2e-3;  ///< across the axis: radius, between turns, mm; mm/ms
+    double patience = 25'000;  ///< ms of searching after which it gives up and draws back
 };
 
 /// A mass on a spring to a target that it moves by what a person has: its own pose, the wrench it feels, and roughly

@@ -106,13 +106,13 @@ std::string panel(const std::vector<ordered_json>& lines, const std::string& mea
     }
     const std::string name = "$d" + std::to_string(number);
     return data + "EOD\nset title \"" + title + "\"\nif (|" + name + "| > 0) plot " + name +
-           " using 0:2:3:4:xtic(1) with boxerrorbars fill solid 0.8 linecolor rgb \"" + colour(number) + "\" notitle\n";
+           " using 0:2:3:4:(0.5):xtic(1) with boxerrorbars fill solid 0.8 linecolor rgb \"" + colour(number) +
+           "\" notitle\n";
 }
 
 void draw(const fs::path& folder, const std::vector<ordered_json>& lines, const std::vector<std::string>& conditions) {
-    const std::string style =
-        "set boxwidth 0.5\nset yrange [0:*]\nset xtics rotate by -20 noenhanced\nset xrange [-0.6:" +
-        text(static_cast<double>(conditions.size()) - 0.4) + "]\nunset key\n";
+    const std::string style = "set yrange [0:*]\nset xtics rotate by -20 noenhanced\nset xrange [-0.6:" +
+                              text(static_cast<double>(conditions.size()) - 0.4) + "]\nunset key\n";
     gnuplot(folder, "summary",
             style + "set bars 2\nset multiplot layout 1,3 margins 0.06,0.97,0.2,0.88 spacing 0.07\n" +
                 panel(lines, "seated_rate", "share of trials seated", 0) +
@@ -159,6 +159,9 @@ void summarise(const fs::path& folder, const std::vector<TrialRow>& rows, const 
         }
         std::printf("\n");
     }
+    for (ordered_json& line : lines)
+        for (ordered_json& value : line)
+            if (value.is_number_float()) value = std::stod(text(value.get<double>()));
     replaceText(folder / "summary.csv", "summary", toCsv(lines));
     draw(folder, lines, conditions);
 }

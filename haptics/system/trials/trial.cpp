@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
+#include <string>
 
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/loop/tick_driver.hpp"
@@ -26,6 +28,12 @@ std::uint32_t saturation() {
 /// The scripted hand of a trial is the one of its seed.
 std::string deviceOf(const Condition& condition, const Trial& trial) {
     return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
+}
+
+std::string numberText(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
 }
 
 }  // namespace
@@ -139,6 +147,8 @@ ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const 
     row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(tick.X_WT);
     row["safety_trips"] = trips;
     row["recording"] = folder.filename().string();
+    for (ordered_json& value : row)  // six digits are more than any of it means
+        if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
     return row;
 }
 
