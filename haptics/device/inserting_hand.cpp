@@ -16,6 +16,7 @@ constexpr double kFeelMs = 10;     // over which the force is smoothed
 constexpr double kProgress = 0.3;  // mm; less than that in kStuckMs is none
 constexpr double kStuckMs = 120, kYieldMs = 60;
 constexpr double kAtGoal = 3;                     // mm above the goal where being stuck means being there
+constexpr double kFarBelow = 15;                  // mm below the goal, where it looks no further
 constexpr double kHomeMs = 300;                   // of being stuck there until it lets go
 constexpr double kLetGoMs = 300, kLookMs = 1200;  // until nothing presses, and until it has seen that the tool stays
 constexpr double kDrawBackMs = 2000;
@@ -127,6 +128,7 @@ void InsertingHand::approach(double dt) {
     } else {
         target_.p.y() -= step;
         if (push_ > kTouched) change(Act::Press);
+        if (target_.p.y() < -kFarBelow) change(Act::DrawBack);  // nothing is there
     }
 }
 

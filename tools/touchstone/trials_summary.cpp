@@ -111,10 +111,10 @@ std::string panel(const std::vector<ordered_json>& lines, const std::string& mea
 }
 
 void draw(const fs::path& folder, const std::vector<ordered_json>& lines, const std::vector<std::string>& conditions) {
-    const std::string style = "set yrange [0:*]\nset xtics rotate by -20 noenhanced\nset xrange [-0.6:" +
+    const std::string style = "set yrange [0:*]\nset xtics rotate by 25 right noenhanced\nset xrange [-0.6:" +
                               text(static_cast<double>(conditions.size()) - 0.4) + "]\nunset key\n";
     gnuplot(folder, "summary",
-            style + "set bars 2\nset multiplot layout 1,3 margins 0.06,0.97,0.2,0.88 spacing 0.07\n" +
+            style + "set bars 2\nset multiplot layout 1,3 margins 0.07,0.98,0.24,0.9 spacing 0.08\n" +
                 panel(lines, "seated_rate", "share of trials seated", 0) +
                 panel(lines, "time_s of seated", "time to be seated, s", 1) +
                 panel(lines, "force_peak_N", "peak force, N", 2) + "unset multiplot\n");
@@ -128,7 +128,9 @@ void draw(const fs::path& folder, const std::vector<ordered_json>& lines, const 
         data += "\n";
     }
     data += "EOD\nset style data histograms\nset style histogram rowstacked\nset style fill solid 0.85\n";
-    std::string plot = "set key outside right\nset ylabel \"mean time in each phase, s\"\nplot ";
+    std::string plot =
+        "set key outside right\nset boxwidth 0.6\nset xtics noenhanced\nset ylabel \"mean time in each phase, "
+        "s\"\nplot ";
     const char* phases[] = {"approach", "search", "align", "insert"};
     for (std::size_t i = 0; i < 4; ++i)
         plot += std::string(i ? ", " : "") + "$d using " + std::to_string(i + 2) + (i ? "" : ":xtic(1)") +
