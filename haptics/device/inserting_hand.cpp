@@ -47,7 +47,7 @@ InsertingHand::InsertingHand(const Pose& X_WT_start, const Pose& X_WG, const Ins
     const Vec3 place = draw.vector(parameters.placeError), axis = draw.vector(parameters.axisError);
     X_WB_ = X_WG * Pose{place, expRotation({axis.x(), 0, axis.z()})};
     Place start = placeOf(X_WT_start);
-    start.p += aside;
+    start.p += Vec3(aside.x(), std::abs(aside.y()), aside.z());  // never nearer to what it might touch
     start.twist += twisted;
     X_WT_start_ = poseOf(start);
     for (std::size_t i = 0; i < tremor_.size(); i += 2) {

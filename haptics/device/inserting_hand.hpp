@@ -8,7 +8,8 @@
 
 namespace touchstone {
 
-/// How a hand looks for the hole. What differs from hand to hand is drawn from the seed: standard deviations.
+/// How a hand looks for the hole. The seed draws what differs from hand to hand: errors and tremor by these standard
+/// deviations, and how fast, hard and patient it is by some 15 % about what stands here.
 struct InsertingParameters {
     HandParameters hand;
     std::uint64_t seed = 1;

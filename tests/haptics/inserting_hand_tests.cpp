@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "tests/support/alloc_count.hpp"
+
 using namespace touchstone;
 
 namespace {
@@ -52,6 +54,7 @@ TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives
     double least = 1e9, most = -1e9, force = 0;
     DeviceReading reading;
     int t = 0;
+    const test::AllocationCounter allocations;
     for (; t < 60'000 && !reading.finished; ++t) {
         reading = one.read(t, 1);
         floor.push(one, reading.X_WT);
@@ -61,6 +64,7 @@ TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives
         least = std::min(least, twist);
         most = std::max(most, twist);
     }
+    CHECK(allocations.count() == 0);
     CHECK(reading.finished);
     CHECK(t > 10'000);
     CHECK(one.act() == InsertingHand::Act::DrawBack);

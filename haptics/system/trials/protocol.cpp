@@ -99,7 +99,7 @@ std::vector<Participant> readParticipants(Reader& reader) {
     if (!list.is_array() || list.empty()) reader.fail("participants", kMust);
     std::set<std::string> names;
     for (const ordered_json& one : list) {
-        if (one.is_number_unsigned())
+        if (one.is_number_integer() && one.get<std::int64_t>() >= 0)
             participants.push_back({one.dump(), one.get<std::uint64_t>()});
         else if (one.is_string() && !one.get<std::string>().empty())
             participants.push_back({one.get<std::string>(), seedOf(one.get<std::string>())});
