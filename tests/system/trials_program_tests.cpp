@@ -5,7 +5,6 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/system/trials/trial.hpp"
-#include "tests/system/csv_table.hpp"
 #include "tests/system/program.hpp"
 
 using namespace touchstone;
@@ -95,7 +94,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         REQUIRE(touchstone("trials " + study + " --out " + broken).code == 0);
         CHECK(fs::last_write_time(broken + "/trial-0001/row.json") == first);  // not repeated
         CHECK(whatRepeats(broken, 5) == rows);
-        CHECK(tableOf(broken + "/summary.csv") == tableOf(whole + "/summary.csv"));
+        CHECK(textOf(broken + "/summary.csv") == textOf(whole + "/summary.csv"));
     }
     SECTION("in two shards") {
         const std::string one = touchstone.file("one"), two = touchstone.file("two"), both = touchstone.file("both");
@@ -104,7 +103,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK_FALSE(fs::exists(one + "/summary.csv"));
         CHECK_FALSE(fs::exists(one + "/trial-0002"));
         REQUIRE(touchstone("trials summary " + one + " " + two + " --out " + both).code == 0);
-        CHECK(tableOf(both + "/summary.csv") == tableOf(whole + "/summary.csv"));
+        CHECK(textOf(both + "/summary.csv") == textOf(whole + "/summary.csv"));
         const Answer twice = touchstone("trials summary " + one + " " + whole + " --out " + both);
         CHECK(twice.code == 1);
         CHECK(isOneSentence(twice.err));
