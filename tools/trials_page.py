@@ -40,6 +40,8 @@ def interval(line, of="mean"):
     if not line[of]:
         return ""
     low, high = line[of + "_low"], line[of + "_high"]
+    if line["measure"] == "residual_penetration_mm" and float(high or line[of]) < 1e-9:
+        return "below 1e-9"
     return number(line[of]) + (f" [{number(low)}, {number(high)}]" if low else "")
 
 
@@ -60,7 +62,7 @@ PICTURES.mkdir(parents=True, exist_ok=True)
 text = [BEGIN, f"What came out here (commit {program['commit']}, {program['compiler']}):", "", *five(), "",
         "A larger study, [`docs/examples/clearance-study.json`](examples/clearance-study.json), asks what clearance, stiffness and the "
         "penalty method do to the same twelve hands. Means with 95 % intervals:", "", *study(), "",
-        plot("clearance-study", "summary", "Share seated, time and peak force of each condition, with 95 % intervals"), "",
+        plot("clearance-study", "summary", "Share seated, time and peak torque of each condition, with 95 % intervals"), "",
         plot("clearance-study", "phases", "Mean time in each phase, by condition"), END]
 page = PAGE.read_text()
 PAGE.write_text(page[:page.index(BEGIN)] + "\n".join(text) + page[page.index(END) + len(END):])

@@ -117,7 +117,7 @@ void draw(const fs::path& folder, const std::vector<ordered_json>& lines, const 
             style + "set bars 2\nset multiplot layout 1,3 margins 0.07,0.98,0.24,0.9 spacing 0.08\n" +
                 panel(lines, "seated_rate", "share of trials seated", 0) +
                 panel(lines, "time_s of seated", "time to be seated, s", 1) +
-                panel(lines, "force_peak_N", "peak force, N", 2) + "unset multiplot\n");
+                panel(lines, "torque_peak_mNm", "peak torque, mN·m", 2) + "unset multiplot\n");
     std::string data = "$d << EOD\n";
     for (const std::string& condition : conditions) {
         data += '"' + condition + '"';
