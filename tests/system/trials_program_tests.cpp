@@ -79,7 +79,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         const std::string broken = touchstone.file("broken");
         std::ofstream(touchstone.file("kill.sh"))
             << "export TOUCHSTONE_CACHE='" << touchstone.file("cache") << "'\n"
-            << "'" TOUCHSTONE_BINARY_DIR "/touchstone' trials '" << study << "' --out '" << broken
+            << "'" TOUCHSTONE_BINARY_DIR "/touchstone' trials '" << study << "' --headless --out '" << broken
             << "' >/dev/null 2>&1 &\n"
             << "while kill -0 $! && [ ! -e '" << broken << "/trial-0003/ticks.npy' ]; do sleep 0.005; done\n"
             << "kill -9 $!; wait $!; true\n";
@@ -91,15 +91,15 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         fs::remove(broken + "/trial-0005/row.json");
         std::ofstream(broken + "/trial-0005/ticks.npy") << "half";
         const auto first = fs::last_write_time(broken + "/trial-0001/row.json");
-        REQUIRE(touchstone("trials " + study + " --out " + broken).code == 0);
+        REQUIRE(touchstone("trials " + study + " --headless --out " + broken).code == 0);
         CHECK(fs::last_write_time(broken + "/trial-0001/row.json") == first);  // not repeated
         CHECK(whatRepeats(broken, 5) == rows);
         CHECK(textOf(broken + "/summary.csv") == textOf(whole + "/summary.csv"));
     }
     SECTION("in two shards") {
         const std::string one = touchstone.file("one"), two = touchstone.file("two"), both = touchstone.file("both");
-        REQUIRE(touchstone("trials " + study + " --shard 1/2 --out " + one).code == 0);
-        REQUIRE(touchstone("trials " + study + " --shard 2/2 --out " + two).code == 0);
+        REQUIRE(touchstone("trials " + study + " --headless --shard 1/2 --out " + one).code == 0);
+        REQUIRE(touchstone("trials " + study + " --headless --shard 2/2 --out " + two).code == 0);
         CHECK_FALSE(fs::exists(one + "/summary.csv"));
         CHECK_FALSE(fs::exists(one + "/trial-0002"));
         REQUIRE(touchstone("trials summary " + one + " " + two + " --out " + both).code == 0);
@@ -110,7 +110,8 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK_THAT(twice.err, Catch::Contains("trial-0001"));
     }
     SECTION("its folder takes no other study") {
-        const Answer other = touchstone("trials " + studyFile(touchstone, {{"seed", 9}}) + " --out " + whole);
+        const Answer other =
+            touchstone("trials " + studyFile(touchstone, {{"seed", 9}}) + " --headless --out " + whole);
         CHECK(other.code == 1);
         CHECK(isOneSentence(other.err));
         CHECK_THAT(other.err, Catch::Contains("another protocol"));
@@ -119,7 +120,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
 
 TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
     const Program touchstone;
-    const std::string study = studyFile(touchstone), out = " --out " + touchstone.file("out");
+    const std::string study = studyFile(touchstone), out = " --headless --out " + touchstone.file("out");
     engine::writeGltf(pressScene(), touchstone.file("no-goal.glb"));
     const auto with = [&](const json& condition) {
         std::string file = studyFile(touchstone, {{"conditions", {condition}}}) + out;
@@ -141,10 +142,11 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
     for (const auto& [args, code, why] : std::vector<std::tuple<std::string, int, std::string>>{
              {"", 2, "PROTOCOL"},
              {study, 2, "--out"},
+             {study + " --out " + touchstone.file("out"), 1, "no display"},
              {study + out + " --shard 3/2", 2, "--shard"},
              {touchstone.file("none.json") + out, 1, "none.json"},
              {touchstone.file("down.glb") + out, 1, "JSON"},
-             {"summary " + touchstone.file("") + out, 1, "holds no trials"}}) {
+             {"summary " + touchstone.file("") + " --out " + touchstone.file("out"), 1, "holds no trials"}}) {
         const Answer answer = touchstone("trials " + args);
         INFO(answer.err);
         CHECK(answer.code == code);

@@ -138,6 +138,7 @@ int paper(const PaperCommand& command);
 struct TrialsCommand {
     std::filesystem::path protocol, out;
     std::string shard;  ///< K/N; empty: all trials, and their summary
+    bool headless = false;
 };
 /// Runs the trials that `out` does not hold yet.
 int trials(const TrialsCommand& command);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -86,6 +87,17 @@ system::SceneProgress progressBar(const std::string& doing) {
         bar->show(status);
         return interrupted == 0;
     };
+}
+
+void requireDisplay() {
+    const auto given = [](const char* variable) {
+        const char* value = std::getenv(variable);
+        return value && *value;
+    };
+    if (!given("DISPLAY") && !given("WAYLAND_DISPLAY"))
+        throw std::runtime_error(
+            "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "
+            "'ssh -X' or under 'xvfb-run'");
 }
 
 void requireWritable(const std::filesystem::path& file, const std::string& what) {

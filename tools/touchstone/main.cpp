@@ -254,13 +254,13 @@ void addTrials(CLI::App& program, app::TrialsCommand& options, app::TrialsSummar
                                           "it holds of this protocol already is not repeated");
     trials->add_option("--shard", options.shard,
                        "K/N: the K-th of N parts and no summary, for `touchstone trials summary`");
-    trials->add_flag_callback(
-        "--headless", [] {}, "without window and clock, as fast as it goes: so far the only way");
+    trials->add_flag("--headless", options.headless,
+                     "without window and clock, as fast as it goes; else a panel of the window says what is next");
     trials->footer(
         "Trials are interrupted and resumed at will: the same command goes on where it was.\n\n"
         "Examples:\n"
-        "  touchstone trials study.json --out study\n"
-        "  touchstone trials study.json --shard 2/8 --out part-2\n"
+        "  touchstone trials study.json --headless --out study\n"
+        "  touchstone trials study.json --headless --shard 2/8 --out part-2\n"
         "  touchstone trials summary part-* --out study\n");
 
     CLI::App* summary = trials->add_subcommand("summary", "Join shards: one table, means with their confidence, plots");

@@ -2,12 +2,15 @@
 #include "tools/touchstone/trials.hpp"
 
 #include <cstdio>
+#include <deque>
 #include <fstream>
 #include <map>
 #include <memory>
 
+#include "haptics/system/app_window.hpp"
 #include "haptics/system/device_choice.hpp"
-#include "haptics/system/trials/trial.hpp"
+#include "haptics/system/trials/live_trials.hpp"
+#include "haptics/system/user_files.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
@@ -63,6 +66,56 @@ void claim(const fs::path& folder, const Protocol& protocol) {
     }
 }
 
+/// An empty folder for a trial: what an interrupted run left of it goes.
+fs::path freshFolder(const fs::path& study, const Trial& trial) {
+    const fs::path folder = trialFolder(study, trial.number);
+    fs::remove_all(folder);
+    return folder;
+}
+
+/// The recording is whole by now; with its row the trial counts as done.
+void finish(const fs::path& study, const Protocol& protocol, const Trial& trial, const TrialRow& row) {
+    replaceText(trialFolder(study, trial.number) / kRowFile, "row", row.dump(1) + "\n");
+    std::fprintf(stderr, "trial %d, %s, %s: %s after %.2f s\n", trial.number,
+                 row.at("participant").get<std::string>().c_str(), row.at("condition").get<std::string>().c_str(),
+                 row.at("outcome").get<std::string>().c_str(), row.at("time_s").get<double>());
+    writeTable(study, readRows({study}, protocol));
+}
+
+void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+    Scenes scenes;
+    for (const Trial& trial : queue) {
+        const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
+        finish(study, protocol, trial,
+               system::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial)));
+    }
+}
+
+void runInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+    system::LiveTrials live(
+        protocol, {.queue = queue,
+                   .sceneFile = findScene,
+                   .folder = [&](const Trial& trial) { return freshFolder(study, trial); },
+                   .done = [&](const Trial& trial, const TrialRow& row) { finish(study, protocol, trial, row); }});
+    const system::LiveSession* session = nullptr;  // known from the first frame on
+    system::WindowRunOptions window;
+    window.scene = findScene(protocol.conditions[static_cast<std::size_t>(queue.front().condition)].scene);
+    window.configFolder = system::configFolder();
+    window.session.device = live.restingDevice();
+    window.session.adjust = [&](const Settings& scene) { return live.settings(scene); };
+    window.session.onTick = [&](const TickRecord& tick) {
+        if (session) live.add(tick, *session);
+    };
+    window.onFrame = [&](system::WindowFrame& frame) {
+        session = &frame.session;
+        live.update(frame.session);
+    };
+    window.panel = [&](system::LiveSession& shown, const glm::vec4& picture, system::ItemRects& items) {
+        live.draw(shown, picture, &items);
+    };
+    system::runWindow(window);
+}
+
 }  // namespace
 
 fs::path trialFolder(const fs::path& study, int trial) {
@@ -103,27 +156,19 @@ int trials(const TrialsCommand& command) {
     const Shard shard = shardOf(command.shard);
     const Protocol protocol = system::readProtocol(command.protocol);
     if (command.shard.empty()) requireGnuplot();
+    if (!command.headless) requireDisplay();
     for (const Condition& condition : protocol.conditions) lookInto(condition);
     claim(command.out, protocol);
 
-    Scenes scenes;
     const std::vector<Trial> all = protocol.trials();
-    for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n) {
-        const fs::path folder = trialFolder(command.out, all[i].number);
-        if (fs::exists(folder / kRowFile)) continue;
-        fs::remove_all(folder);  // what an interrupted run left of it
-        const Condition& condition = protocol.conditions[static_cast<std::size_t>(all[i].condition)];
-        const TrialRow row = system::runTrial(scenes.open(condition), protocol, all[i], folder);
-        // The recording is whole by now; with its row the trial counts as done.
-        replaceText(folder / kRowFile, "row", row.dump(1) + "\n");
-        std::fprintf(stderr, "trial %d of %zu, %s, %s: %s after %.2f s\n", all[i].number, all.size(),
-                     row.at("participant").get<std::string>().c_str(), condition.name.c_str(),
-                     row.at("outcome").get<std::string>().c_str(), row.at("time_s").get<double>());
-        writeTable(command.out, readRows({command.out}, protocol));
-    }
+    std::deque<Trial> queue;
+    for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
+        if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
+    if (!queue.empty()) (command.headless ? runHeadless : runInWindow)(protocol, queue, command.out);
+
     const std::vector<TrialRow> rows = readRows({command.out}, protocol);
     writeTable(command.out, rows);
-    if (command.shard.empty()) summarise(command.out, rows, protocol);
+    if (command.shard.empty() && !rows.empty()) summarise(command.out, rows, protocol);
     std::printf("%zu of %zu trials are in %s\n", rows.size(), all.size(),
                 (command.out / "trials.csv").string().c_str());
     return kOk;

@@ -25,11 +25,6 @@ std::uint32_t saturation() {
     return bits;
 }
 
-/// The scripted hand of a trial is the one of its seed.
-std::string deviceOf(const Condition& condition, const Trial& trial) {
-    return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
-}
-
 std::string numberText(double value) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g", value);
@@ -52,6 +47,7 @@ void TrialMeasures::add(const TickRecord& tick, double dt) {
         rows_ += tick.rows;
         mostRows_ = std::max(mostRows_, tick.rows);
     }
+    if (!before_) overrunsBefore_ = tick.overruns;
     if (before_) {
         const Vec6 way = incrementBetween(before_->X_WT, tick.X_WT);
         path_ += way.head<3>().norm();
@@ -91,14 +87,58 @@ void TrialMeasures::write(ordered_json& row, TrialEnd end) const {
     row["cpu_mean_us"] = cpuUs_ / std::max<double>(1, static_cast<double>(ticks_));
     row["cpu_max_us"] = mostCpuUs_;
     row["cpu_overrun_ticks"] = lateTicks_;
+    // Without a clock there is no deadline.
+    row["deadline_misses"] =
+        before_ && before_->periodUs > 0 ? ordered_json(before_->overruns - overrunsBefore_) : ordered_json(nullptr);
 }
 
-bool isMeasuredTime(const std::string& column) { return column.starts_with("cpu_"); }
+bool isMeasuredTime(const std::string& column) { return column.starts_with("cpu_") || column == "deadline_misses"; }
+
+std::string deviceOf(const Condition& condition, const Trial& trial) {
+    return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
+}
+
+bool movesByItself(const std::string& device) {
+    const std::string kind = device.substr(0, device.find(':'));
+    return kind == "demo" || kind == "hand" || kind == "insert" || kind == "replay";
+}
+
+std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& condition) {
+    if (phases.end()) return phases.end();
+    if (phases.elapsed() < 1000 * condition.timeLimit) return std::nullopt;
+    return phases.jammed() ? TrialEnd::Jam : TrialEnd::TimeLimit;
+}
+
+ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial, const Settings& settings,
+                      const TrialMeasures& measures, TrialEnd end, std::uint64_t trips, const Pose& X_WT,
+                      const std::filesystem::path& folder) {
+    const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
+    const Participant& participant = protocol.participants[static_cast<std::size_t>(trial.participant)];
+    const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
+    ordered_json row{{"trial", trial.number},
+                     {"participant", participant.name},
+                     {"order", trial.order},
+                     {"condition", condition.name},
+                     {"repetition", trial.repetition},
+                     {"seed", std::to_string(trial.seed)},  // a spreadsheet would round the number
+                     {"scene", sceneName(scene)},
+                     {"device", condition.device},
+                     {"mode", getSetting(settings, "mode")},
+                     {"solver", settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver")},
+                     {"tolerance", approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr)},
+                     {"stiffness_N_per_mm", settings.stiffness}};
+    measures.write(row, end);
+    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT);
+    row["safety_trips"] = trips;
+    row["recording"] = folder.filename().string();
+    for (ordered_json& value : row)  // six digits are more than any of it means
+        if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
+    return row;
+}
 
 ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
                       const std::filesystem::path& folder) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-    const Participant& participant = protocol.participants[static_cast<std::size_t>(trial.participant)];
     if (!scene.roles.goal)
         throw std::runtime_error("condition '" + condition.name + "': the scene '" + condition.scene +
                                  "' has no goal, so no trial in it can end: give a node the role goal");
@@ -118,38 +158,16 @@ ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const 
         tick = driver.tick(clocks);
         recorder.add({driver.session().state.input(), tick, driver.session().number});
         measures.add(tick, dt);
-        const PhaseWatch& phases = measures.phases();
-        end = phases.end();
+        end = endOf(measures.phases(), condition);
         if (!end && (driver.finished() || driver.session().safety.engagement() == Engagement::Faulted))
             end = TrialEnd::Abort;
-        if (!end && phases.elapsed() >= 1000 * condition.timeLimit)
-            end = phases.jammed() ? TrialEnd::Jam : TrialEnd::TimeLimit;
     }
     recorder.flush();
     if (!recorder.failure().empty()) throw std::runtime_error(recorder.failure());
 
     std::uint64_t trips = 0;
     for (const TripCount& count : driver.session().safety.counts()) trips += count.events;
-    const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
-    ordered_json row{{"trial", trial.number},
-                     {"participant", participant.name},
-                     {"order", trial.order},
-                     {"condition", condition.name},
-                     {"repetition", trial.repetition},
-                     {"seed", std::to_string(trial.seed)},  // a spreadsheet would round the number
-                     {"scene", sceneName(scene)},
-                     {"device", condition.device},
-                     {"mode", getSetting(settings, "mode")},
-                     {"solver", settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver")},
-                     {"tolerance", approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr)},
-                     {"stiffness_N_per_mm", settings.stiffness}};
-    measures.write(row, *end);
-    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(tick.X_WT);
-    row["safety_trips"] = trips;
-    row["recording"] = folder.filename().string();
-    for (ordered_json& value : row)  // six digits are more than any of it means
-        if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
-    return row;
+    return trialRow(scene, protocol, trial, settings, measures, *end, trips, tick.X_WT, folder);
 }
 
 }  // namespace touchstone::system

@@ -22,14 +22,26 @@ class TrialMeasures {
   private:
     PhaseWatch phases_;
     std::optional<TickRecord> before_;
-    std::uint64_t ticks_ = 0, contactTicks_ = 0, saturatedTicks_ = 0, lateTicks_ = 0, hash_ = 0;
+    std::uint64_t ticks_ = 0, contactTicks_ = 0, saturatedTicks_ = 0, lateTicks_ = 0, overrunsBefore_ = 0, hash_ = 0;
     double force_ = 0, torque_ = 0, forceSquares_ = 0, torqueSquares_ = 0, impulse_ = 0;
     double path_ = 0, rotation_ = 0, rows_ = 0, cpuUs_ = 0, mostCpuUs_ = 0;
     int mostRows_ = 0;
 };
 
-/// The row's columns that hold measured processor times and may differ from run to run.
+/// The row's columns that hold what was measured by a clock and may differ from run to run.
 bool isMeasuredTime(const std::string& column);
+
+/// The device of a trial: of insert the hand of its seed.
+std::string deviceOf(const Condition& condition, const Trial& trial);
+/// Such a device is not chosen before the trial starts.
+bool movesByItself(const std::string& device);
+/// How the trial stands: ended by what was seen, or because the time is over.
+std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& condition);
+
+/// The row of a trial that has ended with the tool at X_WT, after so many beginnings of safety trips.
+nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
+                                const Settings& settings, const TrialMeasures& measures, TrialEnd end,
+                                std::uint64_t trips, const Pose& X_WT, const std::filesystem::path& folder);
 
 /// Runs the trial from its start, tick by tick in simulated time, until it ends or its time is over, and records it
 /// into `folder`. The row repeats but for isMeasuredTime(). Pre: the scene is that of the trial's condition and has a
