@@ -154,10 +154,11 @@ void summarise(const fs::path& folder, const std::vector<TrialRow>& rows, const 
         std::printf("%-28s %7zu", condition.name.c_str(), own.size());
         const std::size_t first = lines.size() - std::size(kMeasures) - 1;
         for (const std::size_t i : {first, first + 1, first + 6}) {
-            const auto at = [&](const char* key) {
-                return lines[i].at(key).is_null() ? NAN : lines[i].at(key).get<double>();
-            };
-            std::printf("   %6.2f [%5.2f, %6.2f]", at("mean"), at("mean_low"), at("mean_high"));
+            const auto at = [&](const char* key) { return lines[i].at(key).get<double>(); };
+            if (lines[i].at("mean_low").is_null())
+                std::printf("%25s", lines[i].at("mean").is_null() ? "" : text(at("mean")).c_str());
+            else
+                std::printf("   %6.2f [%5.2f, %6.2f]", at("mean"), at("mean_low"), at("mean_high"));
         }
         std::printf("\n");
     }

@@ -35,7 +35,7 @@ class LiveTrials {
 
     void start(LiveSession& session);
     void abort();
-    /// Its panel in the lower left of the picture (x, y, x + width, y + height; screen units).
+    /// Its panel in the upper left of the picture (x, y, x + width, y + height; screen units).
     void draw(LiveSession& session, const glm::vec4& picture, ItemRects* items);
 
     bool ready(const LiveSession& session) const;  ///< start() would do something

@@ -7,14 +7,14 @@
 namespace touchstone::system {
 namespace {
 
-constexpr std::size_t kShown = 5;  // of those that are to come
+constexpr std::size_t kShown = 3;  // of those that are to come
 
 }  // namespace
 
 void LiveTrials::draw(LiveSession& session, const glm::vec4& picture, ItemRects* items) {
     const float em = ImGui::GetFontSize();
-    ImGui::SetNextWindowPos({picture.x + 0.5f * em, picture.w - 0.5f * em}, ImGuiCond_Always, {0, 1});
-    ImGui::SetNextWindowSize({22 * em, 0});
+    ImGui::SetNextWindowPos({picture.x + 0.5f * em, picture.y + 0.5f * em});
+    ImGui::SetNextWindowSize({15 * em, 0});
     ImGui::Begin("Trials", nullptr,
                  ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
