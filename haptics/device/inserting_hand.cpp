@@ -27,7 +27,10 @@ class Draw {
   public:
     explicit Draw(std::uint64_t seed) : random_(seed) {}
     double uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
-    double normal() { return std::sqrt(-2 * std::log(1 - uniform())) * std::cos(kTau * uniform()); }
+    double normal() {
+        const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+        return radius * std::cos(kTau * uniform());
+    }
     Vec3 vector(double deviation) {
         const double x = normal(), y = normal(), z = normal();
         return deviation * Vec3(x, y, z);

@@ -72,6 +72,8 @@ void LiveTrials::add(const TickRecord& tick, const LiveSession& session) {
 void LiveTrials::update(LiveSession& session) {
     if (options_.queue.empty()) return;
     if (running() && !session.recorder()) abort();  // it was stopped by hand, or the disk is full
+    const LoopSnapshot* loop = session.snapshot();
+    if (running() && last_ && loop && (loop->finished || loop->engagement == Engagement::Faulted)) abort();
     if (running() && end_) finish(session);
     if (!running() && !options_.queue.empty() && opened_ != options_.queue.front().number) open(session);
 }
