@@ -79,6 +79,7 @@ class MouseTarget;
 /// What a device may need to start; a row takes what it uses.
 struct DeviceContext {
     Pose X_WT_start;                              ///< tool node at the start of the scene
+    std::optional<Pose> goal;                     ///< where the tool node is to come to rest; nothing without one
     std::shared_ptr<const Motion> demonstration;  ///< the scene's motion; null if it has none
     std::span<const NamedMotion> motions;         ///< all of the scene's motions, the demonstration first
     std::shared_ptr<MouseTarget> mouse;           ///< fed by the window; null without one
@@ -99,7 +100,7 @@ struct DeviceInfo {
     DeviceCheck (*examine)() = nullptr;
 };
 
-/// demo, hand, mouse, phantom, replay, spacemouse. Adding one is adding a row.
+/// demo, hand, insert, mouse, phantom, replay, spacemouse. Adding one is adding a row.
 std::span<const DeviceInfo> deviceTable();
 const DeviceInfo* findDevice(std::string_view name);
 

@@ -4,6 +4,7 @@
 #include "haptics/device/demo.hpp"
 #include "haptics/device/device.hpp"
 #include "haptics/device/held_motion.hpp"
+#include "haptics/device/inserting_hand.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/device/phantom.hpp"
 #include "haptics/device/replay.hpp"
@@ -20,6 +21,8 @@ constexpr std::array kDevices{
         "a simulated hand that follows the demonstration, as hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, N/m, "
         "N·s/m and ticks",
         makeHand},
+    DeviceInfo{"insert", "a simulated hand that puts the tool into the hole at the goal by feel, as insert:SEED",
+               makeInsertingHand},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
     DeviceInfo{"phantom",
                "a Phantom or Touch through OpenHaptics, as phantom:NAME[,OPTION] (see docs/devices.md for options)",

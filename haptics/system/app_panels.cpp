@@ -67,6 +67,10 @@ void App::drawPanels(const Layout& layout) {
     drawBar();
     drawGuideWindow(layout.picture);
     drawHints(layout.picture);
+    if (options_.panel) {
+        const ImVec2 low = layout.picture.position, size = layout.picture.size;
+        options_.panel(session_, {low.x, low.y, low.x + size.x, low.y + size.y}, items_);
+    }
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }

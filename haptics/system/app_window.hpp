@@ -42,7 +42,9 @@ struct WindowRunOptions {
     std::string view;                           ///< as SceneView::look(), of the first scene
     std::optional<std::size_t> select;          ///< index of the node in it that is selected at first
     std::function<void(WindowFrame&)> onFrame;  ///< before each frame's events are handled
-    std::function<void(LiveSession&)> onEnd;    ///< after the last frame, while the loop still runs
+    /// Draws a panel of its own; `picture` as in WindowFrame.
+    std::function<void(LiveSession&, const glm::vec4& picture, ItemRects&)> panel;
+    std::function<void(LiveSession&)> onEnd;  ///< after the last frame, while the loop still runs
 };
 
 /// Opens the window and runs until it is closed or `seconds` have passed. Returns 0, or 1 when `scene` could not be

@@ -28,6 +28,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
         throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
     }
     return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
+                       .goal = scene.roles.goal ? std::optional(scene.roles.goal->X_WT) : std::nullopt,
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),

@@ -93,8 +93,6 @@ constexpr auto kKeys = [] {
     return keys;
 }();
 
-double angleBetween(const Quat& a, const Quat& b) { return logRotation(a * b.conjugate()).norm(); }
-
 ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& scene, const std::string& object,
                          const SceneRoles& roles, std::vector<std::string>& warnings) {
     ExpectedOutcome expected;
@@ -183,10 +181,7 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     }
     if (expected_.gauge) seen_.depth.add(expected_.gauge->depth(record.X_WT));
     if (const auto& region = expected_.seated ? expected_.seated : expected_.reached) {
-        const GoalRegion& goal = *region;
-        const bool inside = (record.X_WT.p - goal.X_WT.p).norm() <= goal.tolerance &&
-                            angleBetween(record.X_WT.q, goal.X_WT.q) <= goal.toleranceAngle;
-        seen_.heldMs = inside ? seen_.heldMs + dt : 0;
+        seen_.heldMs = region->contains(record.X_WT) ? seen_.heldMs + dt : 0;
         seen_.longestHeldMs = std::max(seen_.longestHeldMs, seen_.heldMs);
     }
 }
@@ -213,8 +208,8 @@ std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
                           seen_.longestHeldMs > 0 && seen_.longestHeldMs >= expected_.reached->hold});
     if (expected_.seated) {
         const GoalRegion& goal = *expected_.seated;
-        atMost("seated_distance_m", goal.tolerance / kMmPerMetre, (seen_.X_WT.p - goal.X_WT.p).norm() / kMmPerMetre);
-        atMost("seated_angle_rad", goal.toleranceAngle, angleBetween(seen_.X_WT.q, goal.X_WT.q));
+        atMost("seated_distance_m", goal.tolerance / kMmPerMetre, goal.distance(seen_.X_WT) / kMmPerMetre);
+        atMost("seated_angle_rad", goal.toleranceAngle, goal.angle(seen_.X_WT));
         checks.push_back({"seated_hold_s", goal.hold / 1000, seen_.heldMs / 1000, seen_.heldMs >= goal.hold});
     }
     return checks;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "engine/scene/gltf_container.hpp"
@@ -191,6 +192,8 @@ GoalRegion RoleReader::regionOf(Entity node) const {
         if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMetre;
         if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
         if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
+        if (const auto metres = goal->number("depth_m", 0, 1e3)) region.depth = *metres * kMmPerMetre;
+        if (const auto times = goal->whole("fold", 1, 1000)) region.fold = *times;
     }
     return region;
 }
@@ -216,7 +219,8 @@ void RoleReader::chooseGoal() {
     found_.goal = regionOf(chosen);
     if (const json* mark = touchstoneOf(scene_, chosen); mark && mark->contains("goal")) {
         Fields goal(scene_, label(chosen), "extras.touchstone.goal", mark->at("goal"));
-        for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s"}) goal.find(key);
+        for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s", "depth_m", "fold"})
+            goal.find(key);
         goal.nameUnknown(found_.warnings);
     }
 }
@@ -425,6 +429,13 @@ void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings
         engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
                        "its extras are no object: make them one to keep settings there");
     scene.extras["touchstone"]["settings"].update(changed);
+}
+
+double GoalRegion::angle(const Pose& X_WO) const {
+    const Quat q = X_WT.q.conjugate() * X_WO.q;
+    // The twist about the way out is taken back by whole steps.
+    const double step = 2 * std::numbers::pi / fold, twist = 2 * std::atan2(q.y(), q.w());
+    return logRotation(q * expRotation({0, -step * std::round(twist / step), 0})).norm();
 }
 
 void saveScene(const Scene& scene, const std::filesystem::path& out) {

@@ -50,6 +50,12 @@ struct GoalRegion {
     double tolerance = 1;         ///< mm between the origins
     double toleranceAngle = 3.2;  ///< rad
     double hold = 0;              ///< ms that the tool has to stay
+    double depth = 0;             ///< mm along +y of X_WT, the way out, where the way in begins; 0: not known
+    int fold = 1;                 ///< orientations about that axis that are as good, evenly spread
+
+    double distance(const Pose& X_WO) const { return (X_WO.p - X_WT.p).norm(); }
+    double angle(const Pose& X_WO) const;  ///< to the nearest of them, rad
+    bool contains(const Pose& X_WO) const { return distance(X_WO) <= tolerance && angle(X_WO) <= toleranceAngle; }
 };
 
 /// What assignRoles() found. `taken` and `warnings` are sentences for `touchstone validate`.

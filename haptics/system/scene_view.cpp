@@ -301,8 +301,7 @@ void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) 
     const GoalRegion& goal = *scene_.roles.goal;
     if (!meshShown) addGhost(frame, goal.X_WT, kGoalTint, 0.8f, 0.14f);
     // The ball in which the tool node's origin has to be, brighter once it is.
-    const bool inside = (X_WT.p - goal.X_WT.p).norm() <= goal.tolerance &&
-                        logRotation(X_WT.q * goal.X_WT.q.conjugate()).norm() <= goal.toleranceAngle;
+    const bool inside = goal.contains(X_WT);
     const glm::vec3 origin(toMetres(goal.X_WT.p)), node(toMetres(X_WT.p));
     frame.spheres.push_back({.center = origin,
                              .radius = static_cast<float>(toMetres(goal.tolerance)),

@@ -163,7 +163,7 @@ class LiveSession {
     std::array<std::uint64_t, kTripCount> toldTrips_{};
     std::vector<Pose> targets_;  ///< X_WO that the loop was told; empty: none yet
     int heldTicks_ = 0;          ///< in a row, in which an obstacle could not go on
-    bool toldHeld_ = false, toldNeverHeld_ = false;
+    bool toldHeld_ = false, toldNeverHeld_ = false, toldHang_ = false;
     std::uint64_t loopSession_ = 0;  ///< number of the newest session given to the loop
     std::optional<Shown> next_;      ///< given to the loop, shown when it ticks
     /// What the loop was given under each number, for a recording.

@@ -11,8 +11,8 @@ using namespace touchstone;
 using Catch::Matchers::Contains;
 
 TEST_CASE("device table: each device is found by name, others are not", "[devices]") {
-    REQUIRE(deviceTable().size() == 6);
-    for (const char* name : {"demo", "hand", "mouse", "phantom", "replay", "spacemouse"}) {
+    REQUIRE(deviceTable().size() == 7);
+    for (const char* name : {"demo", "hand", "insert", "mouse", "phantom", "replay", "spacemouse"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
         CHECK(!findDevice(name)->summary.empty());

@@ -275,6 +275,6 @@ TEST_CASE("device choice: names and files are told apart, and what does not exis
     const auto demo = system::startDevice(scene, "demo");
     CHECK(demo->read(0, 1).X_WT.p.isApprox(Vec3(0, 15, 0), 1e-6));
     CHECK_THROWS_WITH(system::startDevice(scene, "joystick"),
-                      Contains("'joystick'") && Contains("demo, hand, mouse, phantom, replay, spacemouse"));
+                      Contains("'joystick'") && Contains("demo, hand, insert, mouse, phantom, replay, spacemouse"));
     CHECK_THROWS_WITH(system::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }

@@ -93,7 +93,12 @@ Scene makeSpline(const SceneOptions& options) {
     addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addBody(scene, "seated", at(fit.depth, 0), nullptr, {},
             {{"role", "goal"},
-             {"goal", {{"tolerance_m", fit.clearance / 1000}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}});
+             {"goal",
+              {{"tolerance_m", fit.clearance / 1000},
+               {"tolerance_rad", 0.05},
+               {"hold_s", 0.5},
+               {"depth_m", fit.depth / 1000},
+               {"fold", fit.keys}}}});
     scene.animations.push_back(motion.animation(tool));
     json hard = snaps();
     hard.update(outcome);

@@ -18,22 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-struct Shard {
-    std::size_t k = 1, n = 1;
-};
-
-Shard shardOf(const std::string& text) {
-    Shard shard;
-    if (text.empty()) return shard;
-    const char* const end = text.data() + text.size();
-    const auto first = std::from_chars(text.data(), end, shard.k);
-    const auto second = first.ptr < end ? std::from_chars(first.ptr + 1, end, shard.n) : first;
-    if (first.ec != std::errc{} || second.ec != std::errc{} || *first.ptr != '/' || second.ptr != end || shard.k < 1 ||
-        shard.k > shard.n)
-        throw UsageError("--shard takes K/N with K from 1 to N, like 2/8, not '" + text + "'");
-    return shard;
-}
-
 void makeOutFolder(const fs::path& folder) {
     if (folder.empty()) throw UsageError("touchstone bench needs --out DIR, a folder to write to");
     makeFolder(folder, "benchmark");
@@ -81,6 +65,18 @@ std::string quoted(const std::string& text) {
 }
 
 }  // namespace
+
+Shard shardOf(const std::string& text) {
+    Shard shard;
+    if (text.empty()) return shard;
+    const char* const end = text.data() + text.size();
+    const auto first = std::from_chars(text.data(), end, shard.k);
+    const auto second = first.ptr < end ? std::from_chars(first.ptr + 1, end, shard.n) : first;
+    if (first.ec != std::errc{} || second.ec != std::errc{} || *first.ptr != '/' || second.ptr != end || shard.k < 1 ||
+        shard.k > shard.n)
+        throw UsageError("--shard takes K/N with K from 1 to N, like 2/8, not '" + text + "'");
+    return shard;
+}
 
 std::string toCsv(const std::vector<ordered_json>& rows) {
     if (rows.empty()) return {};

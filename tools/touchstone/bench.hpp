@@ -33,6 +33,12 @@ struct BenchCase {
     Settings settings(const Settings& usual) const;
 };
 
+/// The k-th of n parts, from --shard K/N; all of it of an empty text. Throws UsageError for any other.
+struct Shard {
+    std::size_t k = 1, n = 1;
+};
+Shard shardOf(const std::string& text);
+
 /// Everything that a sweep measures, in an order that depends on the arguments alone.
 struct BenchPlan {
     std::vector<BenchCase> cases;

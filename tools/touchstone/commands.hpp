@@ -136,6 +136,20 @@ struct PaperCommand {
 };
 int paper(const PaperCommand& command);
 
+struct TrialsCommand {
+    std::filesystem::path protocol, out;
+    std::string shard;  ///< K/N; empty: all trials, and their summary
+    bool headless = false;
+};
+/// Runs the trials that `out` does not hold yet.
+int trials(const TrialsCommand& command);
+
+struct TrialsSummaryCommand {
+    std::vector<std::filesystem::path> folders;  ///< what --out of each shard was
+    std::filesystem::path out;
+};
+int summariseTrials(const TrialsSummaryCommand& command);
+
 struct NewOptions {
     std::filesystem::path tool, obstacle, output;
     std::string unit = "mm";  ///< mm, cm, m or in

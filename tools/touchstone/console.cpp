@@ -7,6 +7,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -88,6 +89,17 @@ system::SceneProgress progressBar(const std::string& doing) {
     };
 }
 
+void requireDisplay() {
+    const auto given = [](const char* variable) {
+        const char* value = std::getenv(variable);
+        return value && *value;
+    };
+    if (!given("DISPLAY") && !given("WAYLAND_DISPLAY"))
+        throw std::runtime_error(
+            "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "
+            "'ssh -X' or under 'xvfb-run'");
+}
+
 void requireWritable(const std::filesystem::path& file, const std::string& what) {
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
@@ -112,6 +124,15 @@ void writeText(const std::filesystem::path& file, const std::string& what, const
     if (!out)
         throw std::runtime_error("cannot write the " + what + " to '" + file.string() +
                                  "': check the folder, its permissions and free space");
+}
+
+void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text) {
+    std::filesystem::path part = file;
+    part += "." + std::to_string(getpid()) + ".part";
+    writeText(part, what, text);
+    std::error_code error;
+    std::filesystem::rename(part, file, error);
+    if (error) throw std::runtime_error("cannot write the " + what + " to '" + file.string() + "': " + error.message());
 }
 
 }  // namespace touchstone::app

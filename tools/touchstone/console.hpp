@@ -12,6 +12,9 @@ namespace touchstone::app {
 /// of". While it lives the first Ctrl-C cancels, the second ends the program.
 system::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
 
+/// Throws std::runtime_error with one sentence when there is no display for a window.
+void requireDisplay();
+
 /// Throws std::runtime_error when a file to be called `what` could not be written there.
 void requireWritable(const std::filesystem::path& file, const std::string& what);
 
@@ -20,5 +23,7 @@ void makeFolder(const std::filesystem::path& folder, const std::string& what);
 
 /// Throws std::runtime_error naming `what` when the file cannot be written.
 void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text);
+/// The same, and the file is at no time there in part: it replaces what was there when it is whole.
+void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text);
 
 }  // namespace touchstone::app

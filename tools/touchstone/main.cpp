@@ -246,6 +246,37 @@ void addPaper(CLI::App& program, app::PaperCommand& options, std::function<int()
     paper->callback([&] { command = [&] { return app::paper(options); }; });
 }
 
+void addTrials(CLI::App& program, app::TrialsCommand& options, app::TrialsSummaryCommand& summaryOptions,
+               std::function<int()>& command) {
+    CLI::App* trials = program.add_subcommand("trials", "Run a study: who assembles what, how often, and how it went");
+    CLI::Option* protocol = trials->add_option("PROTOCOL", options.protocol, "a JSON file, see docs/trials.md");
+    CLI::Option* out = trials->add_option("--out", options.out,
+                                          "folder for a recording of each trial, trials.csv and the summary; what "
+                                          "it holds of this protocol already is not repeated");
+    trials->add_option("--shard", options.shard,
+                       "K/N: the K-th of N parts and no summary, for `touchstone trials summary`");
+    trials->add_flag("--headless", options.headless,
+                     "without window and clock, as fast as it goes; else a panel of the window says what is next");
+    trials->footer(
+        "Trials are interrupted and resumed at will: the same command goes on where it was.\n\n"
+        "Examples:\n"
+        "  touchstone trials study.json --headless --out study\n"
+        "  touchstone trials study.json --headless --shard 2/8 --out part-2\n"
+        "  touchstone trials summary part-* --out study\n");
+
+    CLI::App* summary = trials->add_subcommand("summary", "Join shards: one table, means with their confidence, plots");
+    summary->add_option("DIR", summaryOptions.folders, "what --out of each shard was")->required();
+    summary->add_option("--out", summaryOptions.out, "folder for the table, the summary and its plots")->required();
+    summary->footer("Plots need gnuplot.\n\nExample:\n  touchstone trials summary part-* --out study\n");
+    summary->callback([&] { command = [&] { return app::summariseTrials(summaryOptions); }; });
+
+    trials->callback([&, summary, protocol, out] {
+        if (summary->parsed()) return;
+        if (protocol->empty() || out->empty()) throw CLI::RequiredError("PROTOCOL and --out");
+        command = [&] { return app::trials(options); };
+    });
+}
+
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
     CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
@@ -328,6 +359,8 @@ int main(int argc, char** argv) {
     app::SoakOptions soakOptions;
     app::CompareCommand compareCommand;
     app::PaperCommand paperCommand;
+    app::TrialsCommand trialsCommand;
+    app::TrialsSummaryCommand trialsSummaryCommand;
     std::filesystem::path recovered;
     std::string scene;
     addRun(program, runOptions, command);
@@ -342,6 +375,7 @@ int main(int argc, char** argv) {
     addSoak(program, soakOptions, command);
     addCompare(program, compareCommand, command);
     addPaper(program, paperCommand, command);
+    addTrials(program, trialsCommand, trialsSummaryCommand, command);
     addBench(program, benchCommand, benchQpCommand, benchMergeCommand, command);
 
     try {

@@ -1,7 +1,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <memory>
 
@@ -209,14 +208,6 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     return code;
 }
 
-bool hasDisplay() {
-    const auto given = [](const char* variable) {
-        const char* value = std::getenv(variable);
-        return value && *value;
-    };
-    return given("DISPLAY") || given("WAYLAND_DISPLAY");
-}
-
 }  // namespace
 
 int run(const RunOptions& options) {
@@ -230,10 +221,7 @@ int run(const RunOptions& options) {
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
     if (!options.sweep.empty() && !options.seconds)
         throw UsageError("--sweep in a window needs --seconds: it takes the tick at three fifths of them");
-    if (!hasDisplay())
-        throw std::runtime_error(
-            "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "
-            "'ssh -X' or under 'xvfb-run'");
+    requireDisplay();
     return runInWindow(options, file);
 }
 

@@ -1,0 +1,61 @@
+#pragma once
+// A study in the window: a person, or a scripted hand, does one trial after the other.
+#include <deque>
+#include <functional>
+
+#include "haptics/system/session.hpp"
+#include "haptics/system/trials/trial.hpp"
+#include "haptics/system/widgets.hpp"
+
+namespace touchstone::system {
+
+struct LiveTrialsOptions {
+    std::deque<Trial> queue;  ///< those to be done, in order
+    /// Of a condition's scene; throws std::exception with one sentence.
+    std::function<std::filesystem::path(const std::string&)> sceneFile;
+    /// A new folder for a trial's recording, with nothing in it.
+    std::function<std::filesystem::path(const Trial&)> folder;
+    /// A trial has ended, and its recording is whole.
+    std::function<void(const Trial&, const nlohmann::ordered_json& row)> done;
+};
+
+/// Opens the scene of the first trial of the queue, waits for start(), records and measures until it ends, and goes on
+/// to the next. Used by the window's thread.
+class LiveTrials {
+  public:
+    LiveTrials(const Protocol& protocol, LiveTrialsOptions options);
+
+    /// The device of the window while nothing runs: it must not move by itself.
+    std::string restingDevice() const;
+    /// For SessionOptions::adjust and onTick.
+    Settings settings(const Settings& scene) const;
+    void add(const TickRecord& tick, const LiveSession& session);
+    /// To be called once a frame.
+    void update(LiveSession& session);
+
+    void start(LiveSession& session);
+    void abort();
+    /// Its panel in the upper left of the picture (x, y, x + width, y + height; screen units).
+    void draw(LiveSession& session, const glm::vec4& picture, ItemRects* items);
+
+    bool ready(const LiveSession& session) const;  ///< start() would do something
+    bool running() const { return measures_.has_value(); }
+    std::size_t left() const { return options_.queue.size(); }
+
+  private:
+    const Condition& condition() const;
+    void open(LiveSession& session);
+    void finish(LiveSession& session);
+
+    Protocol protocol_;
+    LiveTrialsOptions options_;
+    int opened_ = 0;  // number of the trial whose scene was asked for last
+    std::filesystem::path file_;
+    std::uint64_t scene_ = 0;  // number of the session's scene before that
+    std::optional<TrialMeasures> measures_;
+    std::optional<TickRecord> last_;
+    std::optional<TrialEnd> end_;
+    std::uint64_t tripsBefore_ = 0;
+};
+
+}  // namespace touchstone::system

@@ -1,0 +1,227 @@
+#include "haptics/system/trials/protocol.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "haptics/system/session.hpp"
+
+namespace touchstone::system {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// One object of the file, whose keys are asked for one by one.
+class Reader {
+  public:
+    Reader(std::string file, std::string path, const ordered_json& value)
+        : file_(std::move(file)), path_(std::move(path)), value_(value) {
+        if (!value_.is_object()) fail("", "an object");
+    }
+
+    [[noreturn]] void fail(const std::string& key, const std::string& must) const {
+        const std::string where = path_.empty() || key.empty() ? path_ + key : path_ + "." + key;
+        throw std::runtime_error(file_ + ": " + (where.empty() ? "what it holds" : where) + " must be " + must);
+    }
+    const ordered_json* find(const std::string& key) {
+        known_.insert(key);
+        const auto found = value_.find(key);
+        return found == value_.end() ? nullptr : &*found;
+    }
+    const ordered_json& get(const std::string& key, const std::string& must) {
+        const ordered_json* value = find(key);
+        if (!value) fail(key, "given: " + must);
+        return *value;
+    }
+    double number(const std::string& key, double usual, double min, double max) {
+        const ordered_json* value = find(key);
+        if (!value) return usual;
+        if (!value->is_number() || !(value->get<double>() >= min && value->get<double>() <= max)) {
+            char range[64];
+            std::snprintf(range, sizeof range, "a number from %g to %g", min, max);
+            fail(key, range);
+        }
+        return value->get<double>();
+    }
+    int whole(const std::string& key, int usual, int min, int max) {
+        const double value = number(key, usual, min, max);
+        if (value != std::floor(value)) fail(key, "a whole number");
+        return static_cast<int>(value);
+    }
+    std::string text(const std::string& key, const std::string& usual) {
+        const ordered_json* value = find(key);
+        if (!value) return usual;
+        if (!value->is_string() || value->get<std::string>().empty()) fail(key, "a text");
+        return value->get<std::string>();
+    }
+    /// A misspelt key would be a condition that is not what it says.
+    void refuseUnknown() const {
+        std::string names;
+        for (const std::string& key : known_) names += (names.empty() ? "" : ", ") + key;
+        for (const auto& [key, value] : value_.items())
+            if (!known_.count(key)) fail(key, "left out: the keys here are " + names);
+    }
+
+  private:
+    std::string file_, path_;
+    const ordered_json& value_;
+    std::set<std::string> known_;
+};
+
+/// FNV-1a, so that a name is a seed.
+std::uint64_t seedOf(const std::string& name) {
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    for (const unsigned char c : name) hash = (hash ^ c) * 0x100000001b3ull;
+    return hash;
+}
+
+/// One seed of two. Source: Steele, Lea and Flood's SplitMix64 (2014).
+std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
+    std::uint64_t z = a * 0x9e3779b97f4a7c15ull + b + 0x9e3779b97f4a7c15ull;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+}
+
+std::vector<Participant> readParticipants(Reader& reader) {
+    constexpr const char* kMust = "a list of names or whole numbers (seeds), or how many there are, 1 to 10000";
+    const ordered_json& list = reader.get("participants", kMust);
+    std::vector<Participant> participants;
+    if (list.is_number_integer()) {
+        const int count = reader.whole("participants", 1, 1, 10'000);
+        for (int i = 1; i <= count; ++i) participants.push_back({std::to_string(i), static_cast<std::uint64_t>(i)});
+        return participants;
+    }
+    if (!list.is_array() || list.empty()) reader.fail("participants", kMust);
+    std::set<std::string> names;
+    for (const ordered_json& one : list) {
+        if (one.is_number_integer() && one.get<std::int64_t>() >= 0)
+            participants.push_back({one.dump(), one.get<std::uint64_t>()});
+        else if (one.is_string() && !one.get<std::string>().empty())
+            participants.push_back({one.get<std::string>(), seedOf(one.get<std::string>())});
+        else
+            reader.fail("participants", kMust);
+        if (!names.insert(participants.back().name).second)
+            reader.fail("participants", "different from each other: '" + participants.back().name + "' is there twice");
+    }
+    return participants;
+}
+
+Condition readCondition(Reader reader, const Condition& usual, std::size_t number) {
+    Condition condition = usual;
+    condition.scene = reader.text("scene", usual.scene);
+    if (condition.scene.empty()) reader.fail("scene", "given: the name of a scene or a .glb or .gltf file");
+    condition.device = reader.text("device", usual.device);
+    condition.timeLimit = reader.number("time_limit_s", usual.timeLimit, 0.1, 3600);
+    for (const char* key : {"mode", "solver", "tolerance", "stiffness"})
+        if (const ordered_json* value = reader.find(key))
+            condition.set.emplace_back(key, value->is_string() ? value->get<std::string>() : value->dump());
+    if (const ordered_json* settings = reader.find("settings")) {
+        if (!settings->is_object()) reader.fail("settings", "an object with keys of touchstone run --help-settings");
+        for (const auto& [key, value] : settings->items())
+            condition.set.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+    }
+    std::string name = condition.scene;
+    for (const auto& [key, value] : condition.set) name += " " + key + "=" + value;
+    condition.name = reader.text("name", name.empty() ? std::to_string(number) : name);
+    if (condition.name.find_first_of("\"\n") != std::string::npos)
+        reader.fail("name", "a text without quotes, on one line");
+    reader.refuseUnknown();
+    Settings scratch;
+    for (const auto& [key, value] : condition.set)
+        if (const std::string wrong = setSetting(scratch, key, value); !wrong.empty())
+            reader.fail(key, "one that exists: " + wrong);
+    return condition;
+}
+
+}  // namespace
+
+Settings Condition::settings(Settings changed) const {
+    const auto fail = [&](const std::string& wrong) { throw std::runtime_error("condition '" + name + "': " + wrong); };
+    changed.shadow = -1;
+    for (const auto& [key, value] : set) {
+        Settings asked = changed;
+        if (const std::string wrong = setSetting(asked, key, value); !wrong.empty()) fail(wrong);
+        changed = key == "mode" ? withMode(changed, asked.mode) : asked;
+        if (key == "mode") changed.shadow = -1;
+    }
+    if (const std::string wrong = checkSettings(changed); !wrong.empty()) fail(wrong);
+    return changed;
+}
+
+std::vector<Trial> Protocol::trials() const {
+    std::vector<Trial> all;
+    for (std::size_t p = 0; p < participants.size(); ++p) {
+        const std::uint64_t own = mixed(seed, participants[p].seed);
+        std::vector<Trial> his;
+        for (int repetition = 1; repetition <= repetitions; ++repetition)
+            for (std::size_t c = 0; c < conditions.size(); ++c)
+                his.push_back({.participant = static_cast<int>(p),
+                               .condition = static_cast<int>(c),
+                               .repetition = repetition,
+                               .seed = mixed(own, static_cast<std::uint64_t>(repetition))});
+        std::mt19937_64 random(own);  // the library's shuffle may differ from machine to machine
+        for (std::size_t i = his.size(); randomOrder && i > 1; --i) std::swap(his[i - 1], his[random() % i]);
+        for (std::size_t i = 0; i < his.size(); ++i) {
+            his[i].order = static_cast<int>(i) + 1;
+            his[i].number = static_cast<int>(all.size()) + 1;
+            all.push_back(his[i]);
+        }
+    }
+    return all;
+}
+
+Protocol readProtocol(const ordered_json& source, const std::string& file) {
+    Protocol protocol;
+    protocol.source = source;
+    Reader reader(file, "", source);
+    if (reader.text("format", "") != "touchstone trials") reader.fail("format", "\"touchstone trials\"");
+    if (reader.whole("version", 1, 1, 1'000'000) != 1) reader.fail("version", "1, the one that this program knows");
+    protocol.seed = static_cast<std::uint64_t>(reader.number("seed", 1, 0, 1e15));
+    const std::string order = reader.text("order", "random");
+    if (order != "random" && order != "fixed") reader.fail("order", "\"random\" or \"fixed\"");
+    protocol.randomOrder = order == "random";
+    protocol.repetitions = reader.whole("repetitions", 1, 1, 10'000);
+    protocol.participants = readParticipants(reader);
+    Condition usual;
+    usual.scene = reader.text("scene", "");
+    usual.device = reader.text("device", "insert");
+    usual.timeLimit = reader.number("time_limit_s", usual.timeLimit, 0.1, 3600);
+    const ordered_json& conditions = reader.get("conditions", "a list with an object for each");
+    if (!conditions.is_array() || conditions.empty()) reader.fail("conditions", "a list with an object for each");
+    std::set<std::string> names;
+    for (const ordered_json& one : conditions) {
+        const std::string path = "conditions[" + std::to_string(protocol.conditions.size()) + "]";
+        protocol.conditions.push_back(readCondition({file, path, one}, usual, names.size() + 1));
+        if (const std::string& name = protocol.conditions.back().name; !names.insert(name).second)
+            reader.fail(path + ".name", "another than '" + name + "', which is there already");
+    }
+    if (const ordered_json* value = reader.find("jam")) {
+        Reader jam(file, "jam", *value);
+        protocol.limits.jamForce = jam.number("force_N", protocol.limits.jamForce, 0, 1e3);
+        protocol.limits.jamProgress = jam.number("progress_mm", protocol.limits.jamProgress, 0, 1e3);
+        protocol.limits.jamMs = jam.number("time_ms", protocol.limits.jamMs, 1, 1e6);
+        jam.refuseUnknown();
+    }
+    reader.refuseUnknown();
+    return protocol;
+}
+
+Protocol readProtocol(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    if (!in) throw std::runtime_error("cannot read the protocol '" + file.string() + "': is it there?");
+    ordered_json source;
+    try {
+        source = ordered_json::parse(in);
+    } catch (const nlohmann::json::exception& error) {
+        const std::string what = error.what();
+        throw std::runtime_error(file.string() + ": this is not JSON, correct it: " + what.substr(what.find("] ") + 2));
+    }
+    return readProtocol(source, file.string());
+}
+
+}  // namespace touchstone::system

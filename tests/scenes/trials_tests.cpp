@@ -1,0 +1,78 @@
+// A hand that only feels puts the splined shaft into its hole, and not into one that is blocked.
+#include <catch2/catch.hpp>
+
+#include <unistd.h>
+
+#include "haptics/system/session.hpp"
+#include "haptics/system/trials/trial.hpp"
+
+using namespace touchstone;
+using namespace touchstone::system;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
+
+HapticScene open(const std::string& name) {
+    return openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + name + ".glb",
+                     {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+}
+
+Protocol study(const std::string& scene, int hands, double seconds) {
+    return readProtocol(ordered_json{{"format", "touchstone trials"},
+                                     {"participants", hands},
+                                     {"time_limit_s", seconds},
+                                     {"conditions", {{{"scene", scene}}}}},
+                        "study");
+}
+
+std::vector<ordered_json> run(const HapticScene& scene, const Protocol& protocol) {
+    const fs::path folder = fs::temp_directory_path() / ("touchstone_trials_" + std::to_string(getpid()));
+    std::vector<ordered_json> rows;
+    for (const Trial& trial : protocol.trials()) {
+        fs::remove_all(folder);
+        rows.push_back(runTrial(scene, protocol, trial, folder));
+    }
+    fs::remove_all(folder);
+    return rows;
+}
+
+/// The scene with another shaft in the hole, its upper end this deep below the mouth, mm, and turned, rad.
+HapticScene plugged(const std::string& name, double depth, double turned) {
+    HapticScene scene = open(name);
+    World world = *scene.world;
+    const GoalRegion& goal = *scene.roles.goal;
+    const double length = 2 * (goal.depth + goal.X_WT.p.y());  // the tool's origin is its middle
+    world.obstacles.push_back({"plug", world.tool, {{0, -depth - length / 2, 0}, expRotation({0, turned, 0})}});
+    scene.world = std::make_shared<World>(world);
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("trials: hands of many seeds insert the splined shaft by feel", "[scenes]") {
+    const std::string name = GENERATE("spline-05", "spline");
+    const HapticScene scene = open(name);
+    for (const ordered_json& row : run(scene, study(name, 6, 30))) {
+        INFO(name << " " << row);
+        CHECK(row.at("outcome") == "seated");
+        // In order: it came, searched or aligned, and went in no faster than a hand moves.
+        CHECK(row.at("first_contact_s").get<double>() > 0.2);
+        CHECK(row.at("search_s").get<double>() + row.at("align_s").get<double>() > 0.02);
+        CHECK(row.at("insert_s").get<double>() > 1);  // 36 mm at some 30 mm/s
+        CHECK(row.at("force_peak_N").get<double>() < 6);
+        CHECK(row.at("residual_penetration_mm").get<double>() <= 1e-3);
+    }
+}
+
+TEST_CASE("trials: a hole that is blocked seats nobody", "[scenes]") {
+    // Closed at the mouth by keys where keyways should be, and 6 mm below it.
+    const auto [depth, turned] = GENERATE(std::pair(0.0, 0.3927), std::pair(6.0, 0.0));
+    const HapticScene scene = plugged("spline-05", depth, turned);
+    for (const ordered_json& row : run(scene, study("spline-05", 3, 12))) {
+        INFO(depth << " " << row);
+        CHECK(row.at("outcome") != "seated");
+        CHECK(row.at("seated_s") == 0);
+        CHECK((row.at("insert_s").get<double>() > 0) == (depth > 0));
+    }
+}
