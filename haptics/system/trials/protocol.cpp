@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "haptics/system/presets.hpp"
 #include "haptics/system/session.hpp"
 
 namespace touchstone::system {
