@@ -41,8 +41,7 @@ double meanRadius(const SphereTree& tree) {
 NeighbourList::NeighbourList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex)
     : tool_(&tool),
       obstacle_(&obstacle),
-      center_(tool.center()),
-      reach_(tool.reach()),
+      extent_(tool),
       meanSum_(meanRadius(tool) + meanRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
       finder_(tool, obstacle),
@@ -69,7 +68,7 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
     }
     // Looking ahead pays while the tool keeps to its course, and where the next tick need not find anew in any case.
     Coverage next{ahead(course, kNarrowTicks, narrow), longer(asked.within)};
-    if (finder_.strayed(*from, next.course) > narrow || next.course.length(reach_) > kNarrowTicks * slack)
+    if (finder_.strayed(*from, next.course) > narrow || extent_.length(next.course) > kNarrowTicks * slack)
         next.course = course;
     if (finder_.reserve(*from, next) < 0) next = asked;
     next.within = next.within.wider(std::min(narrow, finder_.reserve(*from, next)));
@@ -81,17 +80,17 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
 /// of that; else the course itself.
 Course NeighbourList::ahead(const Course& course, double ticks, double slack) const {
     const Course tick{course.X_OT, shift_, turn_};
-    const double length = tick.length(reach_);
+    const double length = extent_.length(tick);
     if (length * ticks < kShortest) return course;
     const Course way = tick.times(std::min(ticks, kLongest / length));
-    return deviation(way, course, center_, reach_) <= slack / 2 ? way : course;
+    return deviation(way, course, extent_) <= slack / 2 ? way : course;
 }
 
 /// A distance of centres curves upwards by less than the square of their way over itself, and is no less than the sum
 /// of radii before they touch: a gap that stays above half of that has a plane that lies behind the end of the way.
 /// What turns ends beside its way by the bend of an arc.
 Coverage NeighbourList::crossing(const Course& step, double margin) const {
-    const double length = step.length(reach_), bend = reach_ * step.turn.squaredNorm() / 2;
+    const double length = extent_.length(step), bend = extent_.reach * step.turn.squaredNorm() / 2;
     const Within onWay{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
     // Long ways differ too much from each other to look along each.
     if (length <= kLongWay * margin && onWay.at(meanSum_) < kFew * margin) return {step, onWay};
@@ -147,7 +146,7 @@ struct RowLanes {
 }  // namespace
 
 bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int most) const {
-    const Vec3 C = X_OT * center_;
+    const Vec3 C = X_OT * extent_.center;
     most = std::min(most, rows.capacity());
     int n = rows.size();
     bool fits = true;
@@ -172,7 +171,7 @@ void NeighbourList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin,
     const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // to the last bit as the others have it
     const LeafGaps l = leafGaps(c_O, s.r, *obstacle_, bucket);
     if (l.gap[obstacleLeaf - first] > margin || rows.size() == rows.capacity()) return;
-    RowLanes(l, R_WO, R_WO * (c_O - X_OT * center_))
+    RowLanes(l, R_WO, R_WO * (c_O - X_OT * extent_.center))
         .store(rows, rows.size(), l.gap, contactId(obstacleIndex_, toolLeaf, first), 1u << (obstacleLeaf - first));
     rows.setSize(rows.size() + 1);
 }
@@ -208,7 +207,7 @@ bool NeighbourList::findFar(const Course& step, double margin) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
-            const Vec3 arm = R * (s.center() - center_), at = R * s.center() + X_OT.p;
+            const Vec3 arm = R * (s.center() - extent_.center), at = R * s.center() + X_OT.p;
             for (int k = 0; k < 3; ++k) c[k] = float(at[k]), r[k] = float(arm[k]);
             radius = s.r;
         }
@@ -227,7 +226,7 @@ bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double mar
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = far_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
                                      compliance.tail<3>().minCoeff(), by.notDeeper);
-    const float error = 4 * floatGuard(*tool_, *obstacle_, X_OT) + float(kFloatError * step.length(reach_));
+    const float error = 4 * floatGuard(*tool_, *obstacle_, X_OT) + float(kFloatError * extent_.length(step));
 
     const int before = crossed.size();
     bool fits = true;
@@ -264,7 +263,7 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
     const auto flush = [&] {
         if (best.toolLeaf < 0 || rows.size() == rows.capacity()) return;
         const Vec3 n = best.distance > 0 ? Vec3(R_WO * best.offset / best.distance) : Vec3(Vec3::Zero());
-        const Vec3 r = R_WO * (best.c_O - X_OT * center_);
+        const Vec3 r = R_WO * (best.c_O - X_OT * extent_.center);
         Vec6 j;
         j << n, r.cross(n);
         rows.push(j, best.gap, contactId(obstacleIndex_, best.toolLeaf, best.obstacleLeaf));

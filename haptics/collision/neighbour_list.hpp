@@ -95,8 +95,8 @@ class NeighbourList {
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
-    Vec3 center_;
-    double reach_, meanSum_;  ///< meanSum_: of the radii of a pair
+    LeafExtent extent_;
+    double meanSum_;  ///< of the radii of a pair
     Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();
     int obstacleIndex_;
     PairFinder finder_;

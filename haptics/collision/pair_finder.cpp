@@ -1,6 +1,7 @@
 #include "haptics/collision/pair_finder.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace touchstone {
@@ -11,21 +12,31 @@ double travel(const Pose& from, const Pose& to, const Vec3& center, double reach
     return (to * center - from * center).norm() + reach * logRotation(to.q * from.q.conjugate()).norm();
 }
 
-double deviation(const Course& from, const Course& other, const Vec3& center, double reach) {
+LeafExtent::LeafExtent(const SphereTree& tool) : center(tool.center()), reach(tool.reach()), about(Vec3::Zero()) {
+    for (int i = 0; i < tool.leafCount(); ++i) {
+        const Vec3 arm = tool.leaf(i).center() - center;
+        for (int k = 0; k < 3; ++k) about[k] = std::max(about[k], std::hypot(arm[(k + 1) % 3], arm[(k + 2) % 3]));
+    }
+}
+
+double deviation(const Course& from, const Course& other, const LeafExtent& extent) {
     // Leaves go straight on a course; turned ones get there by an arc that is off by up to half the angle squared.
-    const auto bend = [&](const Vec3& turn) { return reach * turn.squaredNorm() / 2; };
-    const double way2 = from.shift.squaredNorm() + reach * reach * from.turn.squaredNorm();
+    const auto bend = [&](const Vec3& turn) { return extent.reach * turn.squaredNorm() / 2; };
+    const auto turned = [&](const Vec3& turn) { return extent.turned(from.X_OT.q, turn); };
+    const double lever = from.turn.isZero(0) ? 0 : turned(from.turn) / from.turn.norm();
+    const double way2 = from.shift.squaredNorm() + lever * lever * from.turn.squaredNorm();
     const auto at = [&](const Pose& X_OT) {
-        const Vec3 p = X_OT * center - from.X_OT * center, turn = logRotation(X_OT.q * from.X_OT.q.conjugate());
-        const double start = p.norm() + reach * turn.norm();
+        const Vec3 p = X_OT * extent.center - from.X_OT * extent.center,
+                   turn = logRotation(X_OT.q * from.X_OT.q.conjugate());
+        const double start = p.norm() + turned(turn);
         if (way2 == 0) return start;
-        const double s = std::clamp((p.dot(from.shift) + reach * reach * turn.dot(from.turn)) / way2, 0.0, 1.0);
-        return std::min(start, (p - s * from.shift).norm() + reach * (turn - s * from.turn).norm() + bend(turn));
+        const double s = std::clamp((p.dot(from.shift) + lever * lever * turn.dot(from.turn)) / way2, 0.0, 1.0);
+        return std::min(start, (p - s * from.shift).norm() + turned(turn - s * from.turn) + bend(turn));
     };
     const double start = at(other.X_OT);
     if (other.stays()) return start;
     // Between its ends a straight way is no further from another than at one of them.
-    return std::max(start, at(other.end(center)) + bend(other.turn));
+    return std::max(start, at(other.end(extent.center)) + bend(other.turn));
 }
 
 namespace {
@@ -48,8 +59,7 @@ PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle) {
 PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
     : tool_(&tool),
       obstacle_(&obstacle),
-      center_(tool.center()),
-      reach_(tool.reach()),
+      extent_(tool),
       leastSum_(leastRadius(tool) + leastRadius(obstacle)),
       walk_(tool, obstacle),
       found_(tool, obstacle),
@@ -67,7 +77,7 @@ double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
 void PairFinder::place(const Course& course) {
     const Pose& X_OT = course.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
-    const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * center_).cast<float>();
+    const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * extent_.center).cast<float>();
     const Eigen::Vector3f shift = course.shift.cast<float>(), turn = course.turn.cast<float>();
     const bool stays = course.stays();
     const TreeLevel& leaves = tool_->levels[0];

@@ -11,8 +11,22 @@ namespace touchstone {
 /// How far any leaf of a tool travels at most between two poses, mm: |δp| + ρ|δθ| about `center`, whose leaves reach
 /// `reach`.
 double travel(const Pose& from, const Pose& to, const Vec3& center, double reach);
-/// How far any of its leaves goes from one course at most while it follows another, mm.
-double deviation(const Course& from, const Course& other, const Vec3& center, double reach);
+/// How far a tool's leaves are from its centre. A long shaft turns about its axis with little way for any leaf.
+struct LeafExtent {
+    Vec3 center;
+    double reach;  ///< greatest distance of a leaf's centre, mm
+    Vec3 about;    ///< likewise from each axis of the tool's frame, mm
+
+    explicit LeafExtent(const SphereTree& tool);
+    /// How far a turn about the centre, on the obstacle's axes, takes any leaf of a tool that lies so at most, mm.
+    double turned(const Quat& q_OT, const Vec3& turn) const {
+        return std::min(reach * turn.norm(), (q_OT.conjugate() * turn).cwiseAbs().dot(about));
+    }
+    /// How far any leaf goes on a course at most, mm.
+    double length(const Course& course) const { return course.shift.norm() + turned(course.X_OT.q, course.turn); }
+};
+/// How far any leaf of a tool goes from one course at most while it follows another, mm.
+double deviation(const Course& from, const Course& other, const LeafExtent& extent);
 
 /// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket: every pair of the
 /// coverage. Found along a course for margin M they hold every pair with gap <= m wherever the tool deviates from it by
@@ -41,9 +55,7 @@ class PairFinder {
     /// How much wider than asked entries of a coverage are complete, mm; negative: they are not complete.
     double reserve(const Coverage& have, const Coverage& asked) const;
     /// How far any leaf of the tool is off the entries' course at most somewhere on another, mm.
-    double strayed(const Coverage& have, const Course& course) const {
-        return deviation(have.course, course, center_, reach_);
-    }
+    double strayed(const Coverage& have, const Course& course) const { return deviation(have.course, course, extent_); }
 
     /// visit(entry) for every entry that may hold a pair that is asked for, until it returns false.
     template <class Visit>
@@ -59,8 +71,8 @@ class PairFinder {
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
-    Vec3 center_;
-    double reach_, leastSum_;  ///< leastSum_: of the radii of a pair
+    LeafExtent extent_;
+    double leastSum_;  ///< of the radii of a pair
     TreeWalk walk_;
     PairEntries found_;
     enum { kX, kY, kZ, kR, kWayX, kWayY, kWayZ, kPerWay2, kColumns };

@@ -20,8 +20,6 @@ struct Course {
     Course(const Pose& X_OT_, const Vec3& shift_, const Vec3& turn_) : X_OT(X_OT_), shift(shift_), turn(turn_) {}
     bool stays() const { return shift.isZero(0) && turn.isZero(0); }
     Course times(double k) const { return {X_OT, k * shift, k * turn}; }
-    /// How far any leaf of a tool goes at most, mm; reach as in travel().
-    double length(double reach) const { return shift.norm() + reach * turn.norm(); }
     /// Where a tool with that centre is then.
     Pose end(const Vec3& center) const {
         const Quat q = (expRotation(turn) * X_OT.q).normalized();

@@ -119,13 +119,12 @@ bool DefaultTick::anyWithin(double margin) const {
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    // For what the answer may cross, too, if it is like that of the last tick.
+    // For all that a long answer may cross, too, if it is like that of the last tick; a short one looks along its way.
     const Vec6& likely = s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)];
     bool complete = true;
     for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
         Coverage asked = s_.lists[k].crossing(course(k, likely), std::min(set_.margin, s_.lengthOf(likely)));
-        asked.within.margin = std::max(asked.within.margin, margin);
-        asked.within.most = std::max(asked.within.most, margin);
+        if (!asked.course.stays() || asked.within.margin < margin) asked = {asked.course.X_OT, margin};
         s_.ask(asked.within);
         complete = s_.lists[k].complete(asked, set_.slack);
     }

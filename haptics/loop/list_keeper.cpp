@@ -64,9 +64,9 @@ void ListKeeper::serve(const Message& message) {
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
         const Pose &X_OT = message.X_OT[k], &before = message.X_OT_before[k];
-        const Course tick{X_OT, X_OT * part->center - before * part->center,
+        const Course tick{X_OT, X_OT * part->extent.center - before * part->extent.center,
                           logRotation(X_OT.q * before.q.conjugate())};
-        const double fastest = kLongest / std::max(tick.length(part->reach), 1e-9);  // ticks
+        const double fastest = kLongest / std::max(part->extent.length(tick), 1e-9);  // ticks
         const double leadMs = kLeadMs + kLead * part->findMs;
         const Course next = tick.times(std::min(leadMs / r.tickMs, fastest));
         if (part->finder.reserve(part->published, {next, r.within}) >= (1 - kRenew) * r.slack) continue;

@@ -38,13 +38,9 @@ class ListKeeper {
   private:
     struct Part {
         Part(const SphereTree& tool, const Obstacle& obstacle)
-            : center(tool.center()),
-              reach(tool.reach()),
-              finder(tool, *obstacle.tree),
-              entries(PairEntries(tool, *obstacle.tree)) {}
+            : extent(tool), finder(tool, *obstacle.tree), entries(PairEntries(tool, *obstacle.tree)) {}
 
-        Vec3 center;
-        double reach;
+        LeafExtent extent;
         PairFinder finder;                  // the keeper's thread's
         TripleBuffer<PairEntries> entries;  // from it to the tick
         Coverage published;                 // of the last

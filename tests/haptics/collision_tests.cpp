@@ -197,7 +197,7 @@ TEST_CASE(
         for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
             const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
             // The bound holds for each leaf, whose way is straight.
-            const double bound = deviation(course, X, C, tool.reach());
+            const double bound = deviation(course, X, LeafExtent(tool));
             const Mat3 R = course.X_OT.R();
             for (int t = 0; t < tool.leafCount(); ++t) {
                 const Vec3 from = R * tool.leaf(t).center() + course.X_OT.p;

@@ -48,7 +48,7 @@ json closeFit(json marking, int leaves, double clearance) {
 json closeFitExtras(double clearance) {
     const double near = 0.4 * clearance;
     return {
-        {"touchstone", {{"settings", {{"margin", near}, {"trust", near}, {"slack", std::min(0.1, 0.5 * clearance)}}}}}};
+        {"touchstone", {{"settings", {{"margin", near}, {"trust", near}, {"slack", std::min(0.1, 0.6 * clearance)}}}}}};
 }
 
 std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {
