@@ -43,6 +43,8 @@ for scene in ("bunnies", "spline", "wedge", "plate", "dental", "dental-inflamed"
     for mode in ("default", "paper"):
         print(row(f"{scene}-{mode}", f"`{scene}`, {mode}"))
 
+print(row("bunnies-10khz", "`bunnies`, default, 10 kHz by the clock"))
+
 print("""
 ## Rendering with each solver (bunnies, default mode)
 
