@@ -155,7 +155,7 @@ def failed():
 
 part = results["parts"][0]
 PICTURES.mkdir(parents=True, exist_ok=True)
-for picture in sorted(folder.glob("*.svg")) + sorted(folder.glob("*.png")):
+for picture in sorted(folder.glob("*.svg")):
     shutil.copyfile(picture, PICTURES / f"bench-{picture.name}")
 command = "touchstone bench" + (" --quick" if results["quick"] else "") + (f" --suite {results['suite']}" if results["suite"] != "sweep" else "")
 text = [BEGIN, f"One run of `{command}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 
 #include "haptics/collision/leaf_gaps.hpp"
 
@@ -18,22 +17,20 @@ constexpr double kRounding = 1e-9;  // mm: more than two ways to compute a gap c
 /// so far.
 class Search {
   public:
-    Search(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost, LeafPair* nearest,
-           double enough = -INFINITY)
+    Search(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost, LeafPair* nearest)
         : tool_(tool),
           obstacle_(obstacle),
           X_OT_(X_OT),
           R_(X_OT.R()),
           guard_(floatGuard(tool, obstacle, X_OT)),
           best_(atMost),
-          enough_(enough),
           nearest_(nearest) {}
 
     double run() {
         if (nearest_) test(nearest_->toolLeaf, nearest_->obstacleLeaf);
         const int a = int(tool_.levels.size()) - 1, b = int(obstacle_.levels.size()) - 1;
         const Sphere t = tool_.block(a, 0), o = obstacle_.block(b, 0);
-        if ((place(t) - Vec3(o.x, o.y, o.z)).norm() - t.r - o.r < best_ && best_ > enough_) descend(a, 0, b, 0);
+        if ((place(t) - Vec3(o.x, o.y, o.z)).norm() - t.r - o.r < best_) descend(a, 0, b, 0);
         return best_;
     }
 
@@ -62,7 +59,7 @@ class Search {
             for (; at > 0 && bound[order[at - 1]] > bound[lane]; --at) order[at] = order[at - 1];
             order[at] = lane;
         }
-        for (int n = 0; n < count && double(bound[order[n]]) < best_ && best_ > enough_; ++n)
+        for (int n = 0; n < count && double(bound[order[n]]) < best_; ++n)
             if (descendObstacle)
                 descend(a, i, b - 1, children + order[n]);
             else
@@ -112,7 +109,6 @@ class Search {
     const Mat3 R_;
     const float guard_;
     double best_;
-    const double enough_;  ///< the search ends with a gap as small as this
     LeafPair* nearest_;
 };
 
@@ -121,11 +117,6 @@ class Search {
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost,
                 LeafPair* nearest) {
     return Search(tool, obstacle, X_OT, atMost, nearest).run();
-}
-
-bool anyGapWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin,
-                  LeafPair& nearest) {
-    return Search(tool, obstacle, X_OT, std::nextafter(margin, INFINITY), &nearest, margin).run() <= margin;
 }
 
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT) {

@@ -13,9 +13,6 @@ struct LeafPair {
 /// and replaced by the one found; it saves time and changes no result. Real time: no allocation, lock or throw.
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost = 1e30,
                 LeafPair* nearest = nullptr);
-/// Whether some gap is as small as that; replaces `nearest` by a pair found.
-bool anyGapWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin,
-                  LeafPair& nearest);
 
 /// leastGap() with atMost 0, by a walk of the same trees: pairs that do not overlap are left out eight at a time.
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);

@@ -103,14 +103,9 @@ bool DefaultTick::isShort(const Vec6& x) const {
     return s_.lengthOf(x) <= std::min(kFewSteps, set_.linearisations - linearisation_) * set_.trust;
 }
 
-/// What the lists know mostly tells; else the trees do.
 bool DefaultTick::anyWithin(double margin) const {
-    for (int k = 0; k < int(s_.lists.size()); ++k) {
-        const Pose X_OT = s_.inObstacle(k, s_.graphic);
-        if (s_.lists[k].anyWithin(X_OT, margin) ||
-            anyGapWithin(*s_.world->tool, *s_.world->obstacles[k].tree, X_OT, margin, s_.nearest[k]))
-            return true;
-    }
+    for (int k = 0; k < int(s_.lists.size()); ++k)
+        if (s_.lists[k].anyWithin(s_.inObstacle(k, s_.graphic), margin)) return true;
     return false;
 }
 

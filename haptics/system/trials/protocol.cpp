@@ -161,10 +161,11 @@ std::vector<Trial> Protocol::trials() const {
         std::vector<Trial> his;
         for (int repetition = 1; repetition <= repetitions; ++repetition)
             for (std::size_t c = 0; c < conditions.size(); ++c)
-                his.push_back({.participant = static_cast<int>(p),
-                               .condition = static_cast<int>(c),
-                               .repetition = repetition,
-                               .seed = mixed(own, static_cast<std::uint64_t>(repetition))});
+                his.push_back(
+                    {.participant = static_cast<int>(p),
+                     .condition = static_cast<int>(c),
+                     .repetition = repetition,
+                     .seed = mixed(own, static_cast<std::uint64_t>(repetition)) >> 32});  // as a spreadsheet can hold
         std::mt19937_64 random(own);  // the library's shuffle may differ from machine to machine
         for (std::size_t i = his.size(); randomOrder && i > 1; --i) std::swap(his[i - 1], his[random() % i]);
         for (std::size_t i = 0; i < his.size(); ++i) {

@@ -120,7 +120,7 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
                      {"order", trial.order},
                      {"condition", condition.name},
                      {"repetition", trial.repetition},
-                     {"seed", std::to_string(trial.seed)},  // a spreadsheet would round the number
+                     {"seed", trial.seed},
                      {"scene", sceneName(scene)},
                      {"device", condition.device},
                      {"mode", getSetting(settings, "mode")},
