@@ -1,5 +1,6 @@
 #include "haptics/loop/rt_thread.hpp"
 
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -46,6 +47,9 @@ bool lockMemory() {
     rlimit limit{};
     const bool unlimited =
         geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+    // Locked pages between others in use cannot be given back: what is large gets pages of its own, however often the
+    // like was freed before.
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
     return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
 }
 
