@@ -1,6 +1,8 @@
 #pragma once
 // Rows in single precision, among which a step's crossed ones are looked for.
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
@@ -16,13 +18,15 @@ class FarRows {
     explicit FarRows(int capacity);
 
     int size() const { return size_; }
-    void clear() { size_ = 0; }
+    void clear() { size_ = 0, leastDistance2_ = simd::splat(std::numeric_limits<float>::infinity()); }
     bool isFull() const { return size_ > capacity_ - 8; }
     /// Rows of one tool leaf against the eight obstacle leaves from `first`, those with a gap up to the limit. c:
     /// centre of the tool leaf, r: from C to it. Pre: not full.
     void append(int toolLeaf, const float c[3], float radius, const float r[3], const TreeLevel& obstacle, int first,
                 float limit);
 
+    /// Of the centres of any pair that was looked at, mm.
+    float leastDistance() const { return std::sqrt(simd::least(leastDistance2_)); }
     int toolLeaf(int i) const { return toolLeaf_[i]; }
     int obstacleLeaf(int i) const { return obstacleLeaf_[i]; }
 
@@ -44,6 +48,7 @@ class FarRows {
 
   private:
     int size_ = 0, capacity_;
+    simd::Float8 leastDistance2_{};
     AlignedVector<float> columns_[7];  ///< n, r x n, gap
     AlignedVector<float> left_;
     std::vector<std::int32_t> toolLeaf_, obstacleLeaf_;
@@ -55,7 +60,8 @@ inline void FarRows::append(int toolLeaf, const float c[3], float radius, const 
     using namespace simd;
     Float8 nx = c[0] - load(&obstacle.x[first]), ny = c[1] - load(&obstacle.y[first]),
            nz = c[2] - load(&obstacle.z[first]);
-    const Float8 distance = simd::sqrt(nx * nx + ny * ny + nz * nz);
+    const Float8 distance2 = nx * nx + ny * ny + nz * nz, distance = simd::sqrt(distance2);
+    leastDistance2_ = leastDistance2_ < distance2 ? leastDistance2_ : distance2;
     const Float8 gap = distance - (load(&obstacle.r[first]) + radius);
     const Mask mask = lessEqual(gap, splat(limit));
     const Float8 inverse = 1.0f / max(distance, splat(1e-20f));

@@ -23,7 +23,7 @@ constexpr float kMost = 0.5f;                       // of the deepest crossing: 
 constexpr double kFloatError = 2e-6;  // of a step's length: what is left of a gap may be off by that in float
 constexpr int kFarRows = 1 << 18;
 constexpr double kCrossed = 1e-10;   // mm
-constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen
+constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen, poses that near are one
 
 /// For a step that is.
 Within longer(Within within) {
@@ -185,17 +185,19 @@ bool NeighbourList::anyWithin(const Pose& X_OT, double margin) const {
     return found;
 }
 
+bool NeighbourList::farHas(const Coverage& asked) const {
+    return farHas_.course.X_OT == asked.course.X_OT && finder_.reserve(farHas_, asked) >= -kRounding;
+}
+
 /// The rows that a step may cross, in far_. False if they do not fit.
 bool NeighbourList::findFar(const Course& step, double margin) {
     const Pose& X_OT = step.X_OT;
     Coverage asked = crossing(step, margin);
-    const bool few = asked.within.margin < margin && isComplete(asked);
-    if (!few) asked = {X_OT, margin};
+    if (asked.within.margin >= margin || !isComplete(asked)) asked = {X_OT, margin};
     // Rows of pairs further than the margin were not crossed: the margin is the step's length, or the greatest there
     // is.
-    if (!few && farMargin_ >= margin && far_X_OT_ == X_OT) return true;
-    farMargin_ = few ? -1 : margin;
-    far_X_OT_ = X_OT;
+    if (farHas(asked)) return true;
+    farHas_ = asked;
     far_.clear();
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
@@ -215,8 +217,13 @@ bool NeighbourList::findFar(const Course& step, double margin) {
         if (fits) far_.append(placed, c, radius, r, leaves, entry.bucket * SphereTree::kBranching, limit);
         return fits;
     });
-    if (!fits) farMargin_ = -1;
+    if (!fits) farHas_.within = {};
     return fits;
+}
+
+/// Bound on the error of what far_ says is left of a gap.
+float NeighbourList::farError(const Course& step) const {
+    return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent_.length(step));
 }
 
 bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by,
@@ -226,7 +233,7 @@ bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double mar
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = far_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
                                      compliance.tail<3>().minCoeff(), by.notDeeper);
-    const float error = 4 * floatGuard(*tool_, *obstacle_, X_OT) + float(kFloatError * extent_.length(step));
+    const float error = farError(step);
 
     const int before = crossed.size();
     bool fits = true;
@@ -285,10 +292,10 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
     return pairs;
 }
 
-NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& after, double tolerance) const {
+NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& after, double tolerance) {
     Overlap overlap;
-    const Mat3 R = before.R();
-    forEachHit(after, 0, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    const Mat3 R = before.R(), R_after = after.R();
+    const auto look = [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const Sphere s = tool_->leaf(toolLeaf);
         const LeafGaps now = leafGaps(c_O, s.r, *obstacle_, bucket);
         mask &= lessEqual(now.gap, splat(0.0));
@@ -303,6 +310,22 @@ NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& 
             }
         }
         return !overlap.deeper();
+    };
+    const Course step = Course::between(before, after, extent_.center);
+    const double length = extent_.length(step);
+    const bool known = farHas({before, length}) || farHas(crossing(step, length));
+    if (!known || far_.leastDistance() < length) {
+        forEachHit(after, 0, look);
+        return overlap;
+    }
+    // A distance is convex along a straight way: no gap falls below what its row leaves but for the bend of an arc.
+    far_.measure(step.shift, step.turn, 0, 0, 0, false);
+    const double bend = extent_.reach * step.turn.squaredNorm() / 2;
+    far_.forEachBelow(float(bend) + farError(step), [&](int i) {
+        const Sphere s = tool_->leaf(far_.toolLeaf(i));
+        const int bucket = far_.obstacleLeaf(i) / SphereTree::kBranching;
+        return look(far_.toolLeaf(i), R_after * Vec3(s.x, s.y, s.z) + after.p, bucket,
+                    1u << far_.obstacleLeaf(i) % SphereTree::kBranching);
     });
     return overlap;
 }

@@ -46,7 +46,7 @@ class NeighbourList {
     /// The way of the tool's centre and about it in one tick, on the obstacle's axes, mm and rad, if it goes on as it
     /// does: what is found anew is found that way ahead.
     void expect(const Vec3& shift, const Vec3& turn) { shift_ = shift, turn_ = turn; }
-    void forget() { all_.within = near_.within = {}, farMargin_ = -1; }
+    void forget() { all_.within = near_.within = farHas_.within = {}; }
     /// Entries that complete() may take instead of finding its own, until the next call; null for none. They stay the
     /// caller's.
     void offer(const PairEntries* entries) { offered_ = entries; }
@@ -80,7 +80,7 @@ class NeighbourList {
     };
     /// Re-measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance).
     /// Pre: complete for the crossing() on the way, with its length as margin.
-    Overlap remeasure(const Pose& before, const Pose& after, double tolerance) const;
+    Overlap remeasure(const Pose& before, const Pose& after, double tolerance);
     /// Whether that pair is deeper.
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const;
 
@@ -90,6 +90,8 @@ class NeighbourList {
   private:
     Course ahead(const Course& course, double ticks, double slack) const;
     bool findFar(const Course& step, double margin);
+    bool farHas(const Coverage& asked) const;
+    float farError(const Course& step) const;
     template <class Visit>
     void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
 
@@ -103,8 +105,7 @@ class NeighbourList {
     PairEntries all_, near_;
     const PairEntries* offered_ = nullptr;
     FarRows far_;
-    Pose far_X_OT_;          ///< what far_ holds all rows of:
-    double farMargin_ = -1;  ///< up to this gap at that pose; negative: of less
+    Coverage farHas_;  ///< rows of these pairs, at its pose
 };
 
 }  // namespace touchstone

@@ -18,6 +18,10 @@ struct Course {
     Course() = default;
     Course(const Pose& X_OT_) : X_OT(X_OT_) {}  // NOLINT: staying is a course
     Course(const Pose& X_OT_, const Vec3& shift_, const Vec3& turn_) : X_OT(X_OT_), shift(shift_), turn(turn_) {}
+    /// The way from one pose to another of a tool with that centre.
+    static Course between(const Pose& from, const Pose& to, const Vec3& center) {
+        return {from, to * center - from * center, logRotation(to.q * from.q.conjugate())};
+    }
     bool stays() const { return shift.isZero(0) && turn.isZero(0); }
     Course times(double k) const { return {X_OT, k * shift, k * turn}; }
     /// Where a tool with that centre is then.

@@ -447,8 +447,9 @@ bool DefaultTick::run(Wrench& wrench) {
     tick_.record.hover = s_.hoverAt(s_.graphic);
 
     for (int k = 0; k < int(s_.lists.size()); ++k) {
-        const Pose X_OT = s_.inObstacle(k, s_.graphic), before = s_.ways[k].X_OT;
-        s_.ways[k] = {X_OT, X_OT * s_.p_TC - before * s_.p_TC, logRotation(X_OT.q * before.q.conjugate())};
+        const Pose X_OT = s_.inObstacle(k, s_.graphic);
+        s_.ways[k] = Course::between(s_.ways[k].X_OT, X_OT, s_.p_TC);
+        s_.ways[k].X_OT = X_OT;
     }
     const Vec6 pull = incrementBetween(device_, s_.graphic);
     wrench.force = set_.stiffness * pull.head<3>();

@@ -9,9 +9,10 @@ namespace touchstone {
 namespace {
 
 constexpr double kLeadMs = 2, kLead = 2;  // of the course is left when it finds anew, and as much more as finding took
-constexpr double kUseMs = 6;              // is how long a course serves beside,
+constexpr double kUseMs = 2;              // is how long a course serves beside,
 constexpr double kLongest = 2.5;          // mm, at most
 constexpr double kRenew = 0.4;            // of the slack is spent when it finds anew, too
+constexpr double kStraight = 0.25;        // of the slack may the tool be off the way through where it was
 constexpr double kRest = 0.8, kLeastRestMs = 0.1;  // between looks at the mailbox, in ticks: none has to wake it
 
 }  // namespace
@@ -63,19 +64,28 @@ void ListKeeper::serve(const Message& message) {
     const Request& r = message.asked;
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
-        const Pose &X_OT = message.X_OT[k], &before = message.X_OT_before[k];
-        const Course tick{X_OT, X_OT * part->extent.center - before * part->extent.center,
-                          logRotation(X_OT.q * before.q.conjugate())};
+        const Pose& X_OT = message.X_OT[k];
+        const Vec3& center = part->extent.center;
+        Course tick = Course::between(message.X_OT_before[k], X_OT, center);
+        tick.X_OT = X_OT;
         const double fastest = kLongest / std::max(part->extent.length(tick), 1e-9);  // ticks
+        const Course string = Course::between(part->behind, X_OT, center);
+        const double length = part->extent.length(string);
+        if (length > r.slack) part->behind = string.times(1 - r.slack / length).end(center);
+        // What fits tightly goes back and forth: from where it came, if all lies on one way.
+        const auto along = [&](double ms) {
+            const Course ahead = tick.times(std::min(ms / r.tickMs, fastest));
+            const Course way = Course::between(part->behind, ahead.end(center), center);
+            return deviation(way, X_OT, part->extent) <= kStraight * r.slack ? way : ahead;
+        };
         const double leadMs = kLeadMs + kLead * part->findMs;
-        const Course next = tick.times(std::min(leadMs / r.tickMs, fastest));
-        if (part->finder.reserve(part->published, {next, r.within}) >= (1 - kRenew) * r.slack) continue;
+        if (part->finder.reserve(part->published, {along(leadMs), r.within}) >= (1 - kRenew) * r.slack) continue;
         PairEntries& entries = part->entries.back();
         // Steps may get longer.
         Within within = r.within;
         within.curve = std::max(2 * within.curve, 2 * r.slack * r.slack);
         within.most = std::max(within.most, r.margin);
-        const Coverage asked{tick.times(std::min((leadMs + kUseMs) / r.tickMs, fastest)), within.wider(r.slack)};
+        const Coverage asked{along(leadMs + kUseMs), within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
         if (!part->finder.find(asked, entries)) continue;  // too deep: the tick sees to it
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);

@@ -44,7 +44,8 @@ class ListKeeper {
         PairFinder finder;                  // the keeper's thread's
         TripleBuffer<PairEntries> entries;  // from it to the tick
         Coverage published;                 // of the last
-        double findMs = 0;                  ///< what finding them took
+        Pose behind;                        // follows the tool as if on a string as long as the slack
+        double findMs = 0;                  // what finding them took
     };
 
     struct Message {

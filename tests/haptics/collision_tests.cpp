@@ -375,6 +375,64 @@ TEST_CASE("neighbour list: re-measuring sees a pair that got deeper and tolerate
     REQUIRE_FALSE(list.isDeeper(at(1.9), at(1.95), overlap, 0.5e-3));
 }
 
+TEST_CASE("neighbour list: re-measuring by the rows of a step sees what re-measuring all pairs sees", "[collision]") {
+    const unsigned seed = GENERATE(31u, 32u, 33u);
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const SphereTree tool = bumpyBall(150, seed), obstacle = bumpyBall(300, seed + 1);
+    NeighbourList all(tool, obstacle, 0), list(tool, obstacle, 0);
+    const Pose away{Vec3(1000, 0, 0), Quat::Identity()};
+    int deeper = 0, overlaps = 0, byRows = 0;
+    for (int pose = 0; pose < 200; ++pose) {
+        const Pose X = randomPose(random, 25);
+        Crossing by;
+        for (int k = 0; k < 6; ++k) by.x[k] = std::uniform_real_distribution<double>(-1, 1)(random);
+        by.x.tail<3>() *= pose % 2 ? 0.15 : 0;
+        const double tolerance = pose % 3 ? 0.5e-3 : 5;
+        const Course step{X, by.x.head<3>(), by.x.tail<3>()};
+        const double length = LeafExtent(tool).length(step);
+        double nearest = 1e30;
+        for (int i = 0; i < tool.leafCount(); ++i)
+            for (int j = 0; j < obstacle.leafCount(); ++j)
+                nearest = std::min(nearest, (X * tool.leaf(i).center() - obstacle.leaf(j).center()).norm());
+        RowSet none(1 << 15), crossed(1 << 15);
+        REQUIRE(list.complete({X, 4}, 0.5));
+        // Of a long way all pairs within the margin are rows, and the tool goes no further than that.
+        constexpr double kShare = 0.4;
+        REQUIRE(list.appendCrossed(X, Mat3::Identity(), kShare * length, by, none, crossed));
+        REQUIRE(all.complete({X, 4}, 0.5));
+        // Nothing is near there: only the rows can tell.
+        if (nearest > length) REQUIRE(list.complete({away, 4}, 0.5));
+        byRows += nearest > length;
+        for (const double share : {kShare, 0.1, 0.01}) {
+            const Pose after = step.times(share).end(tool.center());
+            const auto expected = all.remeasure(X, after, tolerance), got = list.remeasure(X, after, tolerance);
+            REQUIRE(got.toolLeaf == expected.toolLeaf);
+            REQUIRE(got.obstacleLeaf == expected.obstacleLeaf);
+            if (!expected.deeper()) REQUIRE(got.depth == expected.depth);
+            deeper += expected.deeper();
+            overlaps += !expected.deeper() && expected.depth > 0;
+        }
+    }
+    REQUIRE(deeper > 50);
+    REQUIRE(overlaps > 20);
+    REQUIRE(byRows > 50);
+
+    // A leaf near a large sphere enters it by the bend of its arc, of which its row says nothing.
+    const SphereTree pair = makeSphereTree({{5, 0, 0, 0.1f}, {-5, 0, 0, 0.1f}}),
+                     large = makeSphereTree({{-15.101f, 0, 0, 20}});
+    NeighbourList bent(pair, large, 0);
+    const Course turn{Pose{}, Vec3::Zero(), Vec3(0, 0, 0.1)};
+    Crossing by;
+    by.x.tail<3>() = turn.turn;
+    RowSet none(8), crossed(8);
+    REQUIRE(bent.complete({turn.X_OT, 0.2}, 0.1));
+    REQUIRE(bent.appendCrossed(turn.X_OT, Mat3::Identity(), 0.2, by, none, crossed));
+    REQUIRE(bent.complete({away, 0.2}, 0.1));
+    const Pose after = turn.times(0.4).end(pair.center());
+    REQUIRE(bent.remeasure(turn.X_OT, after, 0.5e-3).deeper());
+}
+
 TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     const unsigned seed = GENERATE(21u, 22u, 23u, 24u);
     CAPTURE(seed);

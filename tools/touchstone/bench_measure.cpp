@@ -18,6 +18,7 @@ constexpr double kExactResidual = 1e-6;
 constexpr int kDepths[] = {1, 2, 5, 10, 20, 40};
 constexpr const char* kStageNames[] = {"step", "collision", "solve", "helper", "both"};  // both: step and helper
 constexpr std::size_t kStages = std::size(kStageNames);
+constexpr double kSlowUs = 70;  // that no more than one tick of a thousand is to take on the bunnies
 
 /// Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
 class Judge {
@@ -96,12 +97,15 @@ nlohmann::ordered_json medianOrNull(std::vector<double> values) {
 struct Timing {
     std::array<std::array<std::vector<double>, 3>, kStages> percentiles;  ///< of each run: p50, p99, p99.9
     std::vector<double> most, constantMost;
+    std::vector<double> slow;  ///< share of a run's ticks above kSlowUs
     std::array<std::vector<double>, 3> constant;
     std::vector<std::vector<double>> byDepth = std::vector<std::vector<double>>(std::size(kDepths));
     std::size_t ticks = 0;  ///< of a run, the fewest
 
     void add(std::array<std::vector<double>, kStages>& times, std::vector<double>& equal) {
         ticks = ticks == 0 ? times[0].size() : std::min(ticks, times[0].size());
+        const auto count = std::count_if(times[0].begin(), times[0].end(), [](double us) { return us > kSlowUs; });
+        slow.push_back(static_cast<double>(count) / static_cast<double>(times[0].size()));
         for (std::size_t stage = 0; stage < kStages; ++stage) addPercentiles(times[stage], percentiles[stage]);
         most.push_back(*std::max_element(times[0].begin(), times[0].end()));
         addPercentiles(equal, constant);
@@ -269,6 +273,7 @@ class Measuring {
             return valid ? nlohmann::ordered_json(*std::min_element(values.begin(), values.end())) : nullptr;
         };
         row["step_worst_us"] = least(timing_.most);
+        row["step_slow_share"] = medianOrNull(timing_.slow);
         for (std::size_t i = 0; i < 3; ++i)
             row[std::string("constant") + kNames[i]] = medianOrNull(timing_.constant[i]);
         row["constant_worst_us"] = least(timing_.constantMost);
