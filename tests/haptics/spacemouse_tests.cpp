@@ -58,6 +58,25 @@ bool arrives(const F& done) {
     return false;
 }
 
+/// Tick by tick.
+struct Steps {
+    Device& device;
+    double t = 1;
+    DeviceReading before, now;
+
+    /// The way of the next one, mm.
+    Vec3 next() {
+        before = now;
+        now = device.read(t++, 1);
+        return now.X_WT.p - before.X_WT.p;
+    }
+    /// The turn of the next one, rad.
+    Vec3 nextTurn() {
+        next();
+        return logRotation(now.X_WT.q * before.X_WT.q.conjugate());
+    }
+};
+
 }  // namespace
 
 TEST_CASE("spacemouse: rest and what is near it is zero, then the rate grows to one", "[device]") {
@@ -82,29 +101,21 @@ TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "
     const FakeSpnav fake;
     const auto device = open("80");
     CHECK(device->read(0, 1).X_WT.p == Vec3(1, 2, 3));
-    double t = 1;
-    DeviceReading before, now;
-    const auto step = [&] {
-        before = now;
-        now = device->read(t++, 1);
-        return now.X_WT.p - before.X_WT.p;
-    };
-    step();
+    Steps steps{*device};
+    steps.next();
     FakeSpnav::send(1, 350, 0, 350);
-    CHECK(arrives([&] { return (step() - Vec3(0.08, 0, -0.08)).norm() < 1e-12; }));  // 80 mm/s, libspnav's z is away
+    // 80 mm/s, libspnav's z is away.
+    CHECK(arrives([&] { return (steps.next() - Vec3(0.08, 0, -0.08)).norm() < 1e-12; }));
     FakeSpnav::send(1, 0, 0, 0, 0, 350, 0);
-    CHECK(arrives([&] {
-        step();
-        return (logRotation(now.X_WT.q * before.X_WT.q.conjugate()) - Vec3(0, 0.0016, 0)).norm() < 1e-9;
-    }));
+    CHECK(arrives([&] { return (steps.nextTurn() - Vec3(0, 0.0016, 0)).norm() < 1e-9; }));
     FakeSpnav::send(2, 1, 1, 0);
-    CHECK(arrives([&] { return step(), now.buttons == 2; }));
+    CHECK(arrives([&] { return steps.next(), steps.now.buttons == 2; }));
     FakeSpnav::send(1, 0, 0, 0);
-    CHECK(arrives([&] { return step().norm() == 0; }));
+    CHECK(arrives([&] { return steps.next().norm() == 0; }));
     // Set to where the tool is, it goes on from there.
     device->engage({{9, 9, 9}, Quat::Identity()});
-    step();
-    CHECK(now.X_WT.p == Vec3(9, 9, 9));
+    steps.next();
+    CHECK(steps.now.X_WT.p == Vec3(9, 9, 9));
 }
 
 TEST_CASE("spacemouse: its axes are those that the window gives it, and what holds the tool back is on the scene's",
@@ -118,28 +129,19 @@ TEST_CASE("spacemouse: its axes are those that the window gives it, and what hol
     control->setWorkspace({.q_WD = q_WD});
     CHECK(control->workspace().q_WD.coeffs() == q_WD.coeffs());
     device->read(0, 1);
-    double t = 1;
-    DeviceReading before, now;
-    const auto step = [&] {
-        before = now;
-        now = device->read(t++, 1);
-        return now.X_WT.p - before.X_WT.p;
-    };
-    step();
+    Steps steps{*device};
+    steps.next();
     FakeSpnav::send(1, 350, 0, 0);
-    CHECK(arrives([&] { return (step() - Vec3(0, 0, -0.05)).norm() < 1e-12; }));
+    CHECK(arrives([&] { return (steps.next() - Vec3(0, 0, -0.05)).norm() < 1e-12; }));
     device->write({.force = {0, 0, 10}, .torque = Vec3::Zero()});
-    CHECK(step().norm() < 1e-12);
+    CHECK(steps.next().norm() < 1e-12);
     device->write({});
     FakeSpnav::send(1, 0, 0, 0, 350, 0, 0);
-    CHECK(arrives([&] {
-        step();
-        return (logRotation(now.X_WT.q * before.X_WT.q.conjugate()) - Vec3(0, 0, -0.001)).norm() < 1e-9;
-    }));
+    CHECK(arrives([&] { return (steps.nextTurn() - Vec3(0, 0, -0.001)).norm() < 1e-9; }));
     // From one tick to the next, without a jump.
     control->setWorkspace({});
     FakeSpnav::send(1, 0, 350, 0);
-    CHECK(arrives([&] { return (step() - Vec3(0, 0.05, 0)).norm() < 1e-12; }));
+    CHECK(arrives([&] { return (steps.next() - Vec3(0, 0.05, 0)).norm() < 1e-12; }));
 }
 
 TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", "[device]") {
