@@ -149,7 +149,9 @@ void App::refreshScene() {
     else
         selection_.select({});
     viewed_ = session_.scene();
-    if (first && options_.select) selection_.select(viewed_->scene.nodes[*options_.select]);
+    if (first && options_.select && session_.request().file == options_.scene &&
+        *options_.select < viewed_->scene.nodes.size())
+        selection_.select(viewed_->scene.nodes[*options_.select]);
     view_ = std::make_unique<SceneView>(renderer_, *viewed_);
     grab_.reset();
     recent_.add(session_.request().file);
