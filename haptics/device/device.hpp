@@ -80,6 +80,7 @@ class MouseTarget;
 struct DeviceContext {
     Pose X_WT_start;                              ///< tool node at the start of the scene
     std::optional<Pose> goal;                     ///< where the tool node is to come to rest; nothing without one
+    double goalHold = 0;                          ///< ms that it is to stay there
     std::shared_ptr<const Motion> demonstration;  ///< the scene's motion; null if it has none
     std::span<const NamedMotion> motions;         ///< all of the scene's motions, the demonstration first
     std::shared_ptr<MouseTarget> mouse;           ///< fed by the window; null without one

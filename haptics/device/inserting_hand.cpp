@@ -19,6 +19,7 @@ constexpr double kAtGoal = 3;                     // mm above the goal where bei
 constexpr double kFarBelow = 15;                  // mm below the goal, where it looks no further
 constexpr double kHomeMs = 300;                   // of being stuck there until it lets go
 constexpr double kLetGoMs = 300, kLookMs = 1200;  // until nothing presses, and until it has seen that the tool stays
+constexpr double kSettleMs = 700;                 // of which the tool may need until it does
 constexpr double kDrawBackMs = 2000;
 constexpr double kGivesWay = 0.08;  // rad that the twist leads before it turns back
 
@@ -113,7 +114,7 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
             yield(own, dt);
             target_.p.y() =
                 own.p.y() - std::max(0.0, 1 - actMs_ / kLetGoMs) * parameters_.press / parameters_.hand.spring;
-            finished = actMs_ > kLetGoMs + kLookMs;
+            finished = actMs_ > kLetGoMs + std::max(kLookMs, kSettleMs + parameters_.hold);
             break;
         case Act::DrawBack:
             target_.p.y() += parameters_.speed * dt;
@@ -198,6 +199,7 @@ std::unique_ptr<Device> makeInsertingHand(const DeviceContext& context) {
     if (!context.goal)
         throw std::runtime_error("this scene has no goal: give a node the role goal, or choose another --device");
     InsertingParameters parameters;
+    parameters.hold = context.goalHold;
     const char *first = context.file.data(), *last = first + context.file.size();
     if (!context.file.empty()) {
         const auto [end, error] = std::from_chars(first, last, parameters.seed);

@@ -21,6 +21,7 @@ struct InsertingParameters {
     double sweep = 0.55, sweepSpeed = 0.002;        ///< turns to and fro about the axis, rad and rad/ms
     double spiral = 1.2, pitch = 0.15, spiralSpeed = 1.2e-3;  ///< across the axis: radius, between turns, mm; mm/ms
     double patience = 25'000;  ///< ms of searching after which it gives up and draws back
+    double hold = 0;           ///< ms that the tool is to stay at the goal: it looks on for at least that long
 };
 
 /// A mass on a spring to a target that it moves by what a person has: its own pose, the wrench it feels, and roughly

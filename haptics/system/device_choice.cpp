@@ -29,6 +29,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
     }
     return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
                        .goal = scene.roles.goal ? std::optional(scene.roles.goal->X_WT) : std::nullopt,
+                       .goalHold = scene.roles.goal ? scene.roles.goal->hold : 0,
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),
