@@ -33,7 +33,8 @@ std::string text(double value) {
 void requireGnuplot() {
     if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
         throw std::runtime_error(
-            "the plots need gnuplot, which is not there: install gnuplot-nox (a benchmark's --shard 1/1 draws none)");
+            "the plots need gnuplot, which is not there: install gnuplot-nox (`bench` and `trials` draw none with "
+            "--shard 1/1)");
 }
 
 void gnuplot(const std::filesystem::path& folder, const std::string& name, const std::string& commands, int height) {
