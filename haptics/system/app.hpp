@@ -79,6 +79,7 @@ class App {
     engine::OrbitCamera camera_;
     Area picture_;
     MouseGrab grab_;
+    std::uint64_t grabSession_ = 0;
     Selection selection_;
     double strength_ = 1;  // of the hand that the mouse device was told of last
     bool holding_ = false, everHeld_ = false, focused_ = false;

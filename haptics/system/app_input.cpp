@@ -2,6 +2,8 @@
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 
+#include <utility>
+
 #include "haptics/system/app.hpp"
 #include "haptics/system/presets.hpp"
 #include "haptics/system/units.hpp"
@@ -55,6 +57,9 @@ void App::handleMouse(const Area& picture) {
                         mouse.cursor.x < mouse.viewport.x && mouse.cursor.y < mouse.viewport.y;
     mouse.elsewhere = io.WantCaptureMouse || !inside;
 
+    // A device that is new begins where the tool is, not where the one before was left.
+    if (const LoopSnapshot* loop = session_.snapshot())
+        if (std::exchange(grabSession_, loop->session) != loop->session && !grab_.holding()) grab_.reset();
     const TickRecord* record = session_.record();
     const ToolPoses poses = toolPoses();
     GrabTool tool;

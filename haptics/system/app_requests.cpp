@@ -55,7 +55,10 @@ void App::copyCommand() {
 }
 
 void App::toggleRecording() {
-    if (session_.recorder()) return session_.stopRecording();
+    if (session_.recorder()) {
+        session_.stopRecording();
+        return;
+    }
     const std::time_t now = std::time(nullptr);
     char when[32] = "";
     std::strftime(when, sizeof when, "-%Y%m%d-%H%M%S", std::localtime(&now));

@@ -32,6 +32,8 @@ struct RecordedScene {
     std::vector<Body> obstacles;
 };
 RecordedScene recordedScene(const std::filesystem::path& file, const World& world);
+/// Of the file's bytes; empty where it cannot be read.
+std::string hashOf(const std::filesystem::path& file);
 
 /// The world as it was recorded: `now`'s trees where they are those recorded, its obstacles where they stood. Null when
 /// a tree is another; `why` then tells which.

@@ -43,16 +43,16 @@ std::string hashOf(const SphereTree& tree) {
     return hexadecimal(hash.value());
 }
 
+bool standsInRows(std::string_view key) { return key == "stiffness" || key == "torsion" || key == "pause"; }
+
+}  // namespace
+
 std::string hashOf(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     if (!in) return {};
     const std::string bytes(std::istreambuf_iterator<char>(in), {});
     return hexadecimal(Hash().add(bytes.data(), bytes.size()).value());
 }
-
-bool standsInRows(std::string_view key) { return key == "stiffness" || key == "torsion" || key == "pause"; }
-
-}  // namespace
 
 const json& fieldOf(const json& object, const char* key) {
     if (!object.is_object() || !object.contains(key)) throw std::invalid_argument(std::string(key) + " is missing");

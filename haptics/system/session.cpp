@@ -53,8 +53,8 @@ void LiveSession::update() {
 void LiveSession::take(const WholeTick& tick) {
     history_.push(tick.record);
     heldTicks_ = tick.record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
+    if (recorder_ && tick.session >= recordFrom_) recorder_->add(tick, loop_->obstaclesAtStart());
     if (options_.onTick) options_.onTick(tick.record);
-    if (recorder_) recorder_->add(tick, loop_->obstaclesAtStart());
     std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
     if (tick.session != loopSession_ || replayed_.empty()) return;
     if (tick.input.start) {
@@ -80,20 +80,23 @@ void LiveSession::record(const std::filesystem::path& folder) {
         say(Message::Kind::Error, e.what());
         return;
     }
+    recordFrom_ = loopSession_;
     for (const Given& given : given_) recorder_->announce(given.number, given.scene, given.device);
     if (loop_) loop_->beginAnew();
     say(Message::Kind::Note, "Recording to " + folder.string());
 }
 
-void LiveSession::stopRecording() {
-    if (!recorder_) return;
+bool LiveSession::stopRecording() {
+    if (!recorder_) return false;
     recorder_->flush();
-    if (recorder_->failure().empty())
+    const bool whole = recorder_->failure().empty();
+    if (whole)
         say(Message::Kind::Note, "The recording in " + recorder_->folder().string() + " has " +
                                      std::to_string(recorder_->rows()) + " ticks");
     else
         say(Message::Kind::Error, recorder_->failure());
     recorder_.reset();
+    return whole;
 }
 
 void LiveSession::tellTrips(const LoopSnapshot& snapshot) {

@@ -24,8 +24,9 @@ struct SessionOptions {
     std::string device;  ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
     /// From the settings of a scene to those it starts with: what the command line sets. May throw std::exception.
     std::function<Settings(const Settings&)> adjust;
-    std::function<void(const TickRecord&)> onTick;  ///< sees every tick that was not dropped, in order, from update()
-    std::filesystem::path record;                   ///< folder for a recording from the first scene on; empty: none
+    /// Sees every tick that was not dropped, in order, from update(), when it is recorded; it may stop the recording.
+    std::function<void(const TickRecord&)> onTick;
+    std::filesystem::path record;  ///< folder for a recording from the first scene on; empty: none
     std::filesystem::path treeCache = treeCacheFolder();
     std::filesystem::path configFolder;  ///< for how devices lie in scenes; empty: remembered for this run alone
     LoopOptions loop;
@@ -96,12 +97,15 @@ class LiveSession {
     void engage();
     /// Not stopped, and no fault.
     bool engaged() const;
+    /// A scene or a device is about to take the place of what runs.
+    bool switching() const { return next_.has_value(); }
 
     /// NAME or NAME:FILE of the device that runs.
     const std::string& device() const { return device_; }
     const DeviceFacts& deviceFacts() const { return facts_; }
-    /// Another device in place of the present one. What a hand holds takes the tool over where it is.
-    void chooseDevice(const std::string& choice);
+    /// Another device in place of the present one. It takes the tool over where it is, or all begins at the scene's
+    /// start, as it always does where the device is the same.
+    void chooseDevice(const std::string& choice, bool fromStart = false);
     /// What can be asked of the device; null where it has nothing to tell.
     const DeviceControl* deviceControl() const { return control_.get(); }
     /// Why the device chosen last could not start, in full; empty when it did.
@@ -113,10 +117,11 @@ class LiveSession {
     /// Where the mouse's hand is to go; null while another device holds the tool.
     MouseTarget* mouse() { return mouse_.get(); }
 
-    /// Records from now on into a folder of its own; the tool goes on as it is. Scenes, devices and settings may
-    /// change.
+    /// Records from now on into a folder of its own, while switching() from the first tick of what comes; the tool goes
+    /// on as it is. Scenes, devices and settings may change.
     void record(const std::filesystem::path& folder);
-    void stopRecording();
+    /// False where nothing was recorded or it is not whole, which is told.
+    bool stopRecording();
     const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
 
     void say(Message::Kind kind, std::string text);
@@ -174,6 +179,7 @@ class LiveSession {
     };
     std::vector<Given> given_;
     std::unique_ptr<Recorder> recorder_;
+    std::uint64_t recordFrom_ = 0;                ///< number of the session that it begins with
     std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played
     std::size_t nextReplayed_ = 0;
     double replayMs_ = 0;

@@ -92,12 +92,12 @@ void LiveSession::startOrMouse(const Shown& next, const Settings& settings, cons
     }
 }
 
-void LiveSession::chooseDevice(const std::string& choice) {
+void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
     if (!running() || next_) return;
     // The device is set onto the tool where it is free, never the tool onto the device.
     const World& world = *shown_.scene->world;
     try {
-        start(shown_, settings_, choice, choice != device_ ? record()->X_WT : world.X_WT_start);
+        start(shown_, settings_, choice, choice == device_ || fromStart ? world.X_WT_start : record()->X_WT);
         say(Message::Kind::Note, "The " + device_ + " device holds the tool");
     } catch (const std::exception& e) {
         trouble_ = e.what();

@@ -25,13 +25,14 @@ inline std::string textOf(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Runs `touchstone ARGS` without a display and with a tree cache of its own.
+/// Runs `touchstone ARGS` without a display, if `variables` give none, and with a tree cache of its own.
 class Program {
   public:
-    Answer operator()(const std::string& args) const {
+    Answer operator()(const std::string& args, const std::string& variables = {}) const {
         const fs::path err = folder_.path() / "stderr";
-        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + file("cache") +
-                                    "' '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" + err.string() + "'";
+        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + file("cache") + "' " +
+                                    variables + " '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" +
+                                    err.string() + "'";
         Answer answer;
         FILE* pipe = popen(command.c_str(), "r");
         REQUIRE(pipe);

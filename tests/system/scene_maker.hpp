@@ -88,4 +88,15 @@ inline engine::Scene pressScene() {
     return scene;
 }
 
+/// The same with a goal: the cube is put down on the slab and stays for so long, s.
+inline engine::Scene downScene(double hold = 0.3) {
+    engine::Scene scene = pressScene();
+    const engine::Entity goal = addNode(scene, "down", {}, {.translation = {0, 0.010, 0}});
+    setExtras(scene, goal,
+              {{"touchstone",
+                {{"role", "goal"}, {"goal", {{"tolerance_m", 0.003}, {"tolerance_rad", 0.5}, {"hold_s", hold}}}}}});
+    updateWorldTransforms(scene);
+    return scene;
+}
+
 }  // namespace touchstone::test

@@ -15,13 +15,7 @@ namespace {
 
 /// Five hands put the cube down on the slab.
 std::string studyFile(const Program& touchstone, const json& changed = json::object()) {
-    engine::Scene scene = pressScene();
-    const engine::Entity goal = addNode(scene, "down", {}, {.translation = {0, 0.010, 0}});
-    setExtras(scene, goal,
-              {{"touchstone",
-                {{"role", "goal"}, {"goal", {{"tolerance_m", 0.003}, {"tolerance_rad", 0.5}, {"hold_s", 0.3}}}}}});
-    updateWorldTransforms(scene);
-    engine::writeGltf(scene, touchstone.file("down.glb"));
+    engine::writeGltf(downScene(), touchstone.file("down.glb"));
     json study{{"format", "touchstone trials"},
                {"version", 1},
                {"participants", {"ada", 17, 3, 4, 5}},
@@ -109,6 +103,39 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK(isOneSentence(twice.err));
         CHECK_THAT(twice.err, Catch::Contains("trial-0001"));
     }
+    const std::string again = "trials " + study + " --headless --out " + whole, third = whole + "/trial-0003";
+    const auto refused = [&](const std::string& args, const std::string& why) {
+        fs::remove_all(whole + "/trial-0005");
+        const Answer other = touchstone(args);
+        INFO(other.err);
+        CHECK(other.code == 1);
+        CHECK(isOneSentence(other.err));
+        CHECK_THAT(other.err, Catch::Contains("trial-0003/row.json") && Catch::Contains(why));
+        CHECK_FALSE(fs::exists(whole + "/trial-0005"));  // before any trial
+    };
+    const auto changeRow = [&](const std::string& column, const json& value) {
+        nlohmann::ordered_json row = nlohmann::ordered_json::parse(textOf(third + "/row.json"));
+        row[column] = value;
+        std::ofstream(third + "/row.json") << row;
+    };
+    SECTION("a row that a crash left empty is told before the first trial") {
+        std::ofstream(third + "/row.json") << "";
+        refused(again, "no row of this trial");
+    }
+    SECTION("a row of another trial is none of this study") {
+        const json changed = GENERATE(json{"seed", 5}, json{"seed", "none"}, json{"participant", "bob"},
+                                      json{"condition", "soft"}, json{"repetition", 2});
+        INFO(changed);
+        changeRow(changed[0].get<std::string>(), changed[1]);
+        refused(again, "no row of this trial");
+        refused("trials summary " + whole + " --out " + whole, "no row of this trial");
+    }
+    SECTION("trials in another scene are not of this study") {
+        changeRow("scene_hash", "0123456789abcdef");
+        refused("trials summary " + whole + " --out " + whole, "the scene '" + touchstone.file("down.glb"));
+        for (int i : {1, 2, 4}) fs::remove_all(whole + "/trial-000" + std::to_string(i));
+        refused(again, "was another in this trial");  // than it is now
+    }
     SECTION("its folder takes no other study") {
         const Answer other =
             touchstone("trials " + studyFile(touchstone, {{"seed", 9}}) + " --headless --out " + whole);
@@ -116,6 +143,32 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK(isOneSentence(other.err));
         CHECK_THAT(other.err, Catch::Contains("another protocol"));
     }
+}
+
+TEST_CASE("trials: a study with the mouse needs a window, and goes on there", "[system]") {
+    const Program touchstone;
+    const auto study = [&](const std::string& device) {
+        return studyFile(touchstone, {{"participants", 1},
+                                      {"device", device},
+                                      {"conditions", {{{"name", "down"}, {"scene", touchstone.file("down.glb")}}}}});
+    };
+    const std::string out = touchstone.file("out");
+    REQUIRE(touchstone("trials " + study("insert") + " --headless --out " + out).code == 0);
+    std::ofstream(out + "/protocol.json") << textOf(study("mouse"));
+    const std::string again = "trials " + study("mouse") + " --out " + out;
+    CHECK(touchstone(again + " --headless").code == 1);
+    const Answer answer = touchstone(again, "DISPLAY=:none");  // all is done, so no window is opened
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Catch::Contains("1 of 1 trials"));
+}
+
+TEST_CASE("trials: the hand waits as long as the goal asks", "[system]") {
+    const Program touchstone;
+    const std::string study = studyFile(touchstone, {{"participants", 1}}), out = touchstone.file("out");
+    engine::writeGltf(downScene(2.5), touchstone.file("down.glb"));
+    REQUIRE(touchstone("trials " + study + " --headless --out " + out).code == 0);
+    CHECK(whatRepeats(out, 1)[0].at("outcome") == "seated");
 }
 
 TEST_CASE("trials: what cannot be run is one sentence", "[system]") {

@@ -1,94 +1,111 @@
 // A study in the window: Start is pressed, the trial ends by itself or is aborted, and the next one is there.
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <map>
 
-#define GLFW_INCLUDE_NONE
-#include <GLFW/glfw3.h>
-#include <backends/imgui_impl_glfw.h>
-
-#include "haptics/system/app_window.hpp"
 #include "haptics/system/trials/live_trials.hpp"
 #include "tests/system/ui_scene.hpp"
+#include "tests/system/ui_user.hpp"
 
 using namespace touchstone;
 using namespace touchstone::system;
 using namespace touchstone::test;
 using nlohmann::ordered_json;
 
-TEST_CASE("window: trials are started, end, are aborted, and are recorded", "[ui]") {
-    if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) {
-        WARN("skipped: there is no display; run the tests under xvfb-run");
-        return;
-    }
-    const TempFolder folder;
-    engine::Scene scene = pressScene();
-    const engine::Entity goal = addNode(scene, "down", {}, {.translation = {0, 0.010, 0}});
-    setExtras(scene, goal,
-              {{"touchstone",
-                {{"role", "goal"}, {"goal", {{"tolerance_m", 0.003}, {"tolerance_rad", 0.5}, {"hold_s", 0.3}}}}}});
-    updateWorldTransforms(scene);
-    const std::filesystem::path file = folder.path() / "down.glb";
-    engine::writeGltf(scene, file);
+namespace {
 
-    const Protocol protocol =
-        readProtocol(ordered_json{{"format", "touchstone trials"},
-                                  {"participants", 2},
-                                  {"conditions", {{{"scene", file.string()}, {"stiffness", 0.7}}}}},
-                     "study");
-    const std::vector<Trial> trials = protocol.trials();
+/// Two trials with that device, and the window for them.
+struct Study {
+    TempFolder folder;
+    std::filesystem::path file = folder.path() / "down.glb";
+    Protocol protocol;
     std::map<int, ordered_json> rows;
-    LiveTrials live(protocol,
-                    {.queue = {trials.begin(), trials.end()},
-                     .sceneFile = [](const std::string& name) { return std::filesystem::path(name); },
-                     .folder = [&](const Trial& trial) { return folder.path() / std::to_string(trial.number); },
-                     .done = [&](const Trial& trial, const ordered_json& row) { rows[trial.number] = row; }});
-
-    WindowRunOptions options;
-    options.scene = file;
-    options.seconds = 60;  // a test that fails does not hang
-    options.session.treeCache.clear();
-    options.session.loop.realTime.raise = false;
-    options.session.device = live.restingDevice();
-    CHECK(options.session.device == "mouse");
+    LiveTrials live;
     LiveSession* session = nullptr;
-    options.session.adjust = [&](const Settings& settings) { return live.settings(settings); };
-    options.session.onTick = [&](const TickRecord& tick) {
-        if (session) live.add(tick, *session);
-    };
-    options.panel = [&](LiveSession& shown, const glm::vec4& picture, ItemRects& items) {
-        live.draw(shown, picture, &items);
-    };
-    double stiffness = 0;
-    bool down = false;
-    long pause = 0;
-    options.onFrame = [&](WindowFrame& frame) {
-        session = &frame.session;
-        live.update(frame.session);
-        if (live.left() == 0) glfwSetWindowShouldClose(frame.window.handle(), GLFW_TRUE);
-        if (live.running()) stiffness = frame.session.settings().stiffness;
-        // The second trial is aborted once it touches something; all else is a press of Start.
-        const bool abort = live.running() && live.left() == 1 && frame.session.record() &&
-                           frame.session.record()->wrench_C.force.norm() > 0.1;
-        const auto item = frame.items.find(abort ? "trial abort" : "trial start");
-        const bool wanted = item != frame.items.end() && (abort || live.ready(frame.session));
-        if (!wanted || ++pause < 10) return;  // the cursor needs a few frames to be there
-        const glm::vec4& r = item->second;
-        glfwSetCursorPos(frame.window.handle(), (r.x + r.z) / 2.0, (r.y + r.w) / 2.0);
-        down = pause % 10 == 5;
-        if (down) ImGui_ImplGlfw_MouseButtonCallback(frame.window.handle(), GLFW_MOUSE_BUTTON_LEFT, GLFW_PRESS, 0);
-    };
-    runWindow(options);
+    User user;
 
-    REQUIRE(rows.size() == 2);
-    CHECK(rows[1].at("outcome") == "seated");
-    CHECK(rows[2].at("outcome") == "abort");
-    CHECK(stiffness == 0.7);
-    for (const auto& [number, row] : rows) {
+    explicit Study(const std::string& device)
+        : protocol(readProtocol(ordered_json{{"format", "touchstone trials"},
+                                             {"participants", 2},
+                                             {"device", device},
+                                             {"conditions", {{{"scene", file.string()}, {"stiffness", 0.7}}}}},
+                                "study")),
+          live(protocol, {.queue = queue(),
+                          .sceneFile = [](const std::string& name) { return std::filesystem::path(name); },
+                          .folder = [this](const Trial& trial) { return recording(trial.number); },
+                          .done = [this](const Trial& trial, const ordered_json& row) { rows[trial.number] = row; }}) {
+        engine::writeGltf(downScene(), file);
+    }
+    std::deque<Trial> queue() const {
+        const std::vector<Trial> trials = protocol.trials();
+        return {trials.begin(), trials.end()};
+    }
+    std::filesystem::path recording(int trial) const { return folder.path() / std::to_string(trial); }
+
+    WindowRunOptions window() {
+        WindowRunOptions options = optionsFor(file);
+        options.session.device = live.restingDevice();
+        options.session.adjust = [this](const Settings& settings) { return live.settings(settings); };
+        options.session.onTick = [this](const TickRecord& tick) {
+            if (session) live.add(tick, *session);
+        };
+        options.panel = [this](LiveSession& shown, const glm::vec4& picture, ItemRects& items) {
+            live.draw(shown, picture, &items);
+        };
+        options.onFrame = [this](WindowFrame& frame) {
+            session = &frame.session;
+            live.update(frame.session);
+        };
+        return options;
+    }
+    void start() {
+        user.until([this](WindowFrame& frame) { return live.ready(frame.session); }).click("trial start");
+        user.until([this](WindowFrame&) { return live.running(); });
+    }
+    void end(std::size_t left) {
+        user.until([this, left](WindowFrame&) { return live.left() == left; });
+    }
+};
+
+}  // namespace
+
+TEST_CASE("window: trials are started, end, are aborted, and are recorded", "[ui]") {
+    if (!hasDisplay()) return;
+    Study study("insert");
+    CHECK(study.live.restingDevice() == "mouse");
+    study.start();
+    study.user.doing([](WindowFrame& frame) { CHECK(frame.session.settings().stiffness == 0.7); });
+    study.end(1);
+    study.start();
+    study.user.until([](WindowFrame& frame) { return frame.session.record()->wrench_C.force.norm() > 0.1; });
+    study.user.click("trial abort");
+    study.end(0);
+    REQUIRE(study.user.use(study.window()));
+
+    REQUIRE(study.rows.size() == 2);
+    CHECK(study.rows[1].at("outcome") == "seated");
+    CHECK(study.rows[2].at("outcome") == "abort");
+    for (const auto& [number, row] : study.rows) {
         INFO(row);
         CHECK(row.at("force_peak_N").get<double>() > 0.1);
         CHECK_FALSE(row.at("deadline_misses").is_null());
-        CHECK(isRecording(folder.path() / std::to_string(number)));
+        CHECK(isRecording(study.recording(number)));
     }
-    CHECK(rows[1].size() == rows[2].size());
+    CHECK(study.rows[1].size() == study.rows[2].size());
+}
+
+TEST_CASE("window: a tool that was dragged away before the start is at the start, and is held there", "[ui]") {
+    if (!hasDisplay()) return;
+    Study study("mouse");
+    const auto onTool = [](WindowFrame& frame) { return frame.toolOnScreen; };
+    const auto aside = [](WindowFrame& frame) { return (frame.session.record()->X_WT.p - Vec3(0, 15, 0)).norm(); };
+    study.user.until([&](WindowFrame& frame) { return study.live.ready(frame.session); });
+    study.user.hold(onTool).moveBy({150, 0}).release();
+    study.user.until([&](WindowFrame& frame) { return aside(frame) > 10; });
+    study.start();
+    study.user.until([&](WindowFrame& frame) { return frame.session.recorder()->rows() > 0 && aside(frame) < 0.1; });
+    study.user.hold(onTool).then([](WindowFrame&, int frames) { return frames > 20; });
+    study.user.doing([&](WindowFrame& frame) { CHECK(aside(frame) < 1); });
+    study.user.release().click("trial abort");
+    study.end(1);
+    CHECK(study.user.use(study.window()));
 }

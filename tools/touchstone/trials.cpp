@@ -1,6 +1,7 @@
 // touchstone trials: runs what a protocol asks for and the folder does not hold yet.
 #include "tools/touchstone/trials.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <deque>
 #include <fstream>
@@ -9,6 +10,7 @@
 
 #include "haptics/system/app_window.hpp"
 #include "haptics/system/device_choice.hpp"
+#include "haptics/system/recording.hpp"
 #include "haptics/system/trials/live_trials.hpp"
 #include "haptics/system/user_files.hpp"
 #include "tools/touchstone/bench.hpp"
@@ -41,7 +43,7 @@ class Scenes {
 };
 
 /// Finds what is wrong with a condition before the first trial, without its trees.
-void lookInto(const Condition& condition) {
+void lookInto(const Condition& condition, bool headless) {
     system::SceneOptions options;
     options.buildTrees = false;
     const system::HapticScene scene = system::openScene(findScene(condition.scene), options);
@@ -51,7 +53,7 @@ void lookInto(const Condition& condition) {
     if (!scene.missing.empty()) fail(scene.missing);
     if (!scene.roles.goal) fail("the scene '" + condition.scene + "' has no goal: give a node the role goal");
     condition.settings(scene.settings);
-    system::startDevice(scene, condition.device);
+    system::startDevice(scene, condition.device, headless ? nullptr : std::make_shared<MouseTarget>());
 }
 
 /// The folder belongs to this protocol, now or since an earlier run.
@@ -64,6 +66,13 @@ void claim(const fs::path& folder, const Protocol& protocol) {
         throw std::runtime_error("'" + folder.string() +
                                  "' holds trials of another protocol: choose another folder for --out");
     }
+}
+
+bool isRowOf(const TrialRow& row, const Protocol& protocol, const Trial& trial) {
+    const TrialRow columns = system::trialColumns(protocol, trial);
+    return row.is_object() && std::all_of(columns.items().begin(), columns.items().end(), [&](const auto& column) {
+               return row.contains(column.key()) && row[column.key()] == column.value();
+           });
 }
 
 /// An empty folder for a trial: what an interrupted run left of it goes.
@@ -97,7 +106,7 @@ void runInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const
                    .sceneFile = findScene,
                    .folder = [&](const Trial& trial) { return freshFolder(study, trial); },
                    .done = [&](const Trial& trial, const TrialRow& row) { finish(study, protocol, trial, row); }});
-    const system::LiveSession* session = nullptr;  // known from the first frame on
+    system::LiveSession* session = nullptr;  // known from the first frame on
     system::WindowRunOptions window;
     window.scene = findScene(protocol.conditions[static_cast<std::size_t>(queue.front().condition)].scene);
     window.configFolder = system::configFolder();
@@ -124,7 +133,7 @@ fs::path trialFolder(const fs::path& study, int trial) {
     return study / name;
 }
 
-std::vector<TrialRow> readRows(const std::vector<fs::path>& studies, const Protocol& protocol) {
+std::vector<TrialRow> readRows(const std::vector<fs::path>& studies, const Protocol& protocol, SceneHashes scenes) {
     std::vector<TrialRow> rows;
     for (const Trial& trial : protocol.trials()) {
         const TrialRow* found = nullptr;
@@ -137,11 +146,16 @@ std::vector<TrialRow> readRows(const std::vector<fs::path>& studies, const Proto
                                          ": this trial is in another of the folders too: leave one of "
                                          "them out");
             TrialRow row = TrialRow::parse(in, nullptr, false);
-            if (!row.is_object() || row.value("trial", 0) != trial.number ||
-                (!rows.empty() && row.size() != rows.front().size()))
+            if (!isRowOf(row, protocol, trial) || (!rows.empty() && row.size() != rows.front().size()))
                 throw std::runtime_error(file.string() +
-                                         ": this is no row of this study: remove the folder around it, "
+                                         ": this is no row of this trial of the study: remove the folder around it, "
                                          "and run the trial again");
+            const std::string& name = protocol.conditions[static_cast<std::size_t>(trial.condition)].scene;
+            const TrialRow hash = row.value("scene_hash", TrialRow());
+            if (scenes.try_emplace(name, hash).first->second != hash)
+                throw std::runtime_error(file.string() + ": the scene '" + name +
+                                         "' was another in this trial than in others or is now: remove the folder "
+                                         "around it, and run the trial again, or choose another folder for --out");
             found = &rows.emplace_back(std::move(row));
         }
     }
@@ -157,16 +171,21 @@ int trials(const TrialsCommand& command) {
     const Protocol protocol = system::readProtocol(command.protocol);
     if (command.shard.empty()) requireGnuplot();
     if (!command.headless) requireDisplay();
-    for (const Condition& condition : protocol.conditions) lookInto(condition);
+    SceneHashes scenes;
+    for (const Condition& condition : protocol.conditions) {
+        lookInto(condition, command.headless);
+        scenes[condition.scene] = system::hashOf(findScene(condition.scene));
+    }
     claim(command.out, protocol);
 
     const std::vector<Trial> all = protocol.trials();
+    readRows({command.out}, protocol, scenes);  // what is wrong with them is told before the first trial
     std::deque<Trial> queue;
     for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
         if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
     if (!queue.empty()) (command.headless ? runHeadless : runInWindow)(protocol, queue, command.out);
 
-    const std::vector<TrialRow> rows = readRows({command.out}, protocol);
+    const std::vector<TrialRow> rows = readRows({command.out}, protocol, scenes);
     writeTable(command.out, rows);
     if (command.shard.empty() && !rows.empty()) summarise(command.out, rows, protocol);
     std::printf("%zu of %zu trials are in %s\n", rows.size(), all.size(),

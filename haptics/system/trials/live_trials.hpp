@@ -20,7 +20,8 @@ struct LiveTrialsOptions {
 };
 
 /// Opens the scene of the first trial of the queue, waits for start(), records and measures until it ends, and goes on
-/// to the next. Used by the window's thread.
+/// to the next. A trial whose scene, device or settings are changed on the way, or that is not recorded whole, is to be
+/// done again. Used by the window's thread.
 class LiveTrials {
   public:
     LiveTrials(const Protocol& protocol, LiveTrialsOptions options);
@@ -29,10 +30,11 @@ class LiveTrials {
     std::string restingDevice() const;
     /// For SessionOptions::adjust and onTick.
     Settings settings(const Settings& scene) const;
-    void add(const TickRecord& tick, const LiveSession& session);
+    void add(const TickRecord& tick, LiveSession& session);
     /// To be called once a frame.
     void update(LiveSession& session);
 
+    /// Puts the trial's device where the scene has the tool. A device with motors has to be engaged then.
     void start(LiveSession& session);
     void abort();
     /// Its panel in the upper left of the picture (x, y, x + width, y + height; screen units).
@@ -44,7 +46,13 @@ class LiveTrials {
 
   private:
     const Condition& condition() const;
+    bool untouched(const LiveSession& session) const;
+    bool shown(const LiveSession& session) const;
+    bool asStarted(const LiveSession& session) const;
     void open(LiveSession& session);
+    void begin(LiveSession& session);
+    void watch(LiveSession& session);
+    void redo(LiveSession& session, const char* why);
     void finish(LiveSession& session);
 
     Protocol protocol_;
@@ -52,10 +60,15 @@ class LiveTrials {
     int opened_ = 0;  // number of the trial whose scene was asked for last
     std::filesystem::path file_;
     std::uint64_t scene_ = 0;  // number of the session's scene before that
+    bool starting_ = false;    // waits to be engaged
+    std::string device_;       // as started
+    Settings settings_;        // likewise
+    std::filesystem::path folder_;
     std::optional<TrialMeasures> measures_;
     std::optional<TickRecord> last_;
     std::optional<TrialEnd> end_;
-    std::uint64_t tripsBefore_ = 0;
+    bool broken_ = false;  // a tick does not follow the one before
+    bool whole_ = false;   // the recording is written to the end
 };
 
 }  // namespace touchstone::system

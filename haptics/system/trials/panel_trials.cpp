@@ -37,9 +37,13 @@ void LiveTrials::draw(LiveSession& session, const glm::vec4& picture, ItemRects*
         if (ImGui::Button("Abort", {-1, 0})) abort();
         noteItem(items, "trial abort");
     } else {
-        ImGui::TextUnformatted(ready(session) ? "Ready." : "Its scene is being opened.");
-        ImGui::BeginDisabled(!ready(session));
-        if (ImGui::Button("Start", {-1, 0})) start(session);
+        const bool failed = !shown(session) && !session.opening();  // or it was cancelled
+        ImGui::TextWrapped("%s", ready(session) ? "Ready."
+                                 : starting_    ? "The tool is held. Engage: Space."
+                                 : failed       ? "Its scene is not open."
+                                                : "Its scene is being opened.");
+        ImGui::BeginDisabled(!ready(session) && !failed);
+        if (ImGui::Button(failed ? "Open it" : "Start", {-1, 0})) failed ? open(session) : start(session);
         noteItem(items, "trial start");
         ImGui::EndDisabled();
     }

@@ -1,6 +1,7 @@
 #include "haptics/system/trials/trial.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -54,6 +55,7 @@ void TrialMeasures::add(const TickRecord& tick, double dt) {
         rotation_ += way.tail<3>().norm();
     }
     ++ticks_;
+    trips_ += static_cast<std::uint64_t>(std::popcount(tick.trips & ~(before_ ? before_->trips : 0)));
     saturatedTicks_ += (tick.trips & kSaturation) != 0;
     lateTicks_ += tick.totalUs > 1000 * dt;
     cpuUs_ += tick.totalUs;
@@ -109,27 +111,31 @@ std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& conditi
     return phases.jammed() ? TrialEnd::Jam : TrialEnd::TimeLimit;
 }
 
+ordered_json trialColumns(const Protocol& protocol, const Trial& trial) {
+    return {{"trial", trial.number},
+            {"participant", protocol.participants[static_cast<std::size_t>(trial.participant)].name},
+            {"order", trial.order},
+            {"condition", protocol.conditions[static_cast<std::size_t>(trial.condition)].name},
+            {"repetition", trial.repetition},
+            {"seed", trial.seed}};
+}
+
 ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial, const Settings& settings,
-                      const TrialMeasures& measures, TrialEnd end, std::uint64_t trips, const Pose& X_WT,
+                      const TrialMeasures& measures, TrialEnd end, const Pose& X_WT,
                       const std::filesystem::path& folder) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-    const Participant& participant = protocol.participants[static_cast<std::size_t>(trial.participant)];
     const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
-    ordered_json row{{"trial", trial.number},
-                     {"participant", participant.name},
-                     {"order", trial.order},
-                     {"condition", condition.name},
-                     {"repetition", trial.repetition},
-                     {"seed", trial.seed},
-                     {"scene", sceneName(scene)},
-                     {"device", condition.device},
-                     {"mode", getSetting(settings, "mode")},
-                     {"solver", settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver")},
-                     {"tolerance", approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr)},
-                     {"stiffness_N_per_mm", settings.stiffness}};
+    ordered_json row = trialColumns(protocol, trial);
+    row["scene"] = sceneName(scene);
+    row["scene_hash"] = hashOf(scene.scene.file);
+    row["device"] = condition.device;
+    row["mode"] = getSetting(settings, "mode");
+    row["solver"] = settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver");
+    row["tolerance"] = approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr);
+    row["stiffness_N_per_mm"] = settings.stiffness;
     measures.write(row, end);
     row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT);
-    row["safety_trips"] = trips;
+    row["safety_trips"] = measures.trips();
     row["recording"] = folder.filename().string();
     for (ordered_json& value : row)  // six digits are more than any of it means
         if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
@@ -164,10 +170,7 @@ ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const 
     }
     recorder.flush();
     if (!recorder.failure().empty()) throw std::runtime_error(recorder.failure());
-
-    std::uint64_t trips = 0;
-    for (const TripCount& count : driver.session().safety.counts()) trips += count.events;
-    return trialRow(scene, protocol, trial, settings, measures, *end, trips, tick.X_WT, folder);
+    return trialRow(scene, protocol, trial, settings, measures, *end, tick.X_WT, folder);
 }
 
 }  // namespace touchstone::system
