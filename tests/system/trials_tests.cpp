@@ -4,9 +4,11 @@
 #include <numbers>
 #include <set>
 
+#include "haptics/device/safety.hpp"
 #include "haptics/system/trials/intervals.hpp"
 #include "haptics/system/trials/phases.hpp"
 #include "haptics/system/trials/protocol.hpp"
+#include "haptics/system/trials/trial.hpp"
 
 using namespace touchstone;
 using namespace touchstone::system;
@@ -92,6 +94,14 @@ TEST_CASE("phases: a tool held askew over the hole is not in it", "[trials]") {
     CHECK(trial.stay(10, {0, -2, 0}, 1, 0.05) == Phase::Insert);
 }
 
+TEST_CASE("phases: beside the block there is no hole to be in", "[trials]") {
+    Made trial;
+    trial.stay(1, kOver, 1);
+    CHECK(trial.stay(5000, {10, -15, 0}, 5) == Phase::Search);  // as deep, as upright, and pressed against its side
+    CHECK(trial.watch.jams() == 0);
+    CHECK(trial.stay(10, {1, -2, 0}, 1, 0.05) == Phase::Insert);  // leaning on the rim it is in
+}
+
 TEST_CASE("phases: what is home counts only let go, at the right angle, and still", "[trials]") {
     Made trial;
     SECTION("pressed") { trial.stay(5000, kHome, 0.2); }
@@ -155,6 +165,17 @@ TEST_CASE("phases: drawn back after it touched is given up", "[trials]") {
     CHECK_FALSE(trial.watch.end());
     trial.stay(1, {0, 16, 0}, 0);
     CHECK(trial.watch.end() == TrialEnd::Abort);
+}
+
+TEST_CASE("trials: a guard that acts on is one trip", "[trials]") {
+    TrialMeasures measures(hole(), {});
+    const std::uint32_t stale = bit(Trip::StaleReading), clamped = bit(Trip::ForceClamped);
+    TickRecord tick;
+    for (const std::uint32_t acting : {stale, stale, stale | clamped, clamped, 0u, stale}) {
+        tick.trips = acting;
+        measures.add(tick, 1);
+    }
+    CHECK(measures.trips() == 3);
 }
 
 TEST_CASE("intervals: Wilson's are those of the tables", "[trials]") {
@@ -241,6 +262,9 @@ TEST_CASE("protocol: a condition changes the scene's settings, and names itself"
     CHECK(pqp.shadow == -1);
     CHECK(soft.stiffness == 0.5);
     CHECK(soft.solver == scene.solver);
+    ordered_json two = study();
+    two["conditions"] = {{{"scene", "spline"}}, {{"scene", "spline"}, {"device", "mouse"}, {"time_limit_s", 60}}};
+    CHECK(readProtocol(two, "study.json").conditions[1].name == "spline device=mouse time_limit_s=60");
     ordered_json paper = study();
     paper["conditions"] = {{{"scene", "spline"}, {"mode", "paper"}, {"settings", {{"paper_rows", 200}}}}};
     const Condition condition = readProtocol(paper, "study.json").conditions[0];
@@ -268,6 +292,7 @@ TEST_CASE("protocol: what is wrong with a file is one sentence with its name and
     refused("/format", "trials", "format must be");
     refused("/version", 2, "version must be");
     refused("/seed", -1, "seed must be");
+    refused("/seed", 7.9, "seed must be a whole number");
     refused("/repetitions", 1.5, "repetitions must be a whole number");
     refused("/order", "shuffled", "order must be");
     refused("/participants", ordered_json::array(), "participants must be");
@@ -278,7 +303,14 @@ TEST_CASE("protocol: what is wrong with a file is one sentence with its name and
     refused("/conditions/0", 3, "conditions[0] must be an object");
     refused("/conditions/0/scene", 3, "conditions[0].scene must be");
     refused("/conditions/1/solver", "simplex", "conditions[1].solver must be");
-    refused("/conditions/1/stiffness", -1, "conditions[1].stiffness must be");
+    refused("/conditions/1/stiffness", -1, "conditions[1].stiffness must be a number from");
+    refused("/conditions/1/settings", 3, "conditions[1].settings must be an object");
+    refused("/conditions/1/settings", {{"trust", -1}}, "conditions[1].settings.trust must be a number from");
+    refused("/conditions/1/settings", {{"trusts", 1}}, "conditions[1].settings.trusts must be left out: there is no");
+    refused("/conditions/1/settings", {{"shadow", "pqp"}}, "conditions[1].settings.shadow must be left out");
+    refused("/conditions/1/settings", {{"pause", true}}, "conditions[1].settings.pause must be left out");
+    refused("/conditions/1/settings", {{"mode", "paper"}}, "conditions[1].settings.mode must be left out here");
+    refused("/conditions/1/settings", {{"solver", "pqp"}}, "conditions[1].settings.solver must be left out here");
     refused("/conditions/1/colour", "red", "conditions[1].colour must be left out");
     refused("/conditions/1/name", "soft", "conditions[2].name must be another");
     refused("/conditions/1/name", "so\"ft", "conditions[1].name must be");

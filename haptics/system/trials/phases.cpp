@@ -61,8 +61,11 @@ Phase PhaseWatch::phaseOf(const Pose& X_GT) const {
     const double tilt = std::acos(std::clamp((X_GT.q * Vec3::UnitY()).y(), -1.0, 1.0));
     // Once in, it has to come out half of the way to count as out: no flicker at the edge.
     const double engaged = phase_ >= Phase::Insert ? limits_.engaged / 2 : limits_.engaged;
-    if (goal_.depth > 0 && depth_ >= engaged && tilt <= limits_.tilt) return Phase::Insert;
-    return std::hypot(X_GT.p.x(), X_GT.p.z()) <= goal_.tolerance ? Phase::Align : Phase::Search;
+    const double aside = std::hypot(X_GT.p.x(), X_GT.p.z());
+    // A tool that leans on the rim has its origin beside the axis, by no more than the hole is deep.
+    const bool over = aside <= goal_.tolerance + limits_.tilt * goal_.depth;
+    if (goal_.depth > 0 && depth_ >= engaged && tilt <= limits_.tilt && over) return Phase::Insert;
+    return aside <= goal_.tolerance ? Phase::Align : Phase::Search;
 }
 
 void PhaseWatch::watchJam(double force, double dt) {

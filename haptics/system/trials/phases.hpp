@@ -13,7 +13,7 @@ enum class Phase : std::uint8_t {
     Approach,  ///< nothing was touched yet
     Search,    ///< beside the hole: the origin further from its axis than the goal's tolerance
     Align,     ///< over the hole, not yet in it
-    Insert,    ///< at least `engaged` deep, its axis along the hole's
+    Insert,    ///< at least `engaged` deep, its axis along the hole's, and no further beside it than so tilted
     Seated,    ///< at the goal and let go
 };
 inline constexpr int kPhaseCount = 5;

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "haptics/system/presets.hpp"
-#include "haptics/system/session.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -48,10 +47,11 @@ class Reader {
         }
         return value->get<double>();
     }
-    int whole(const std::string& key, int usual, int min, int max) {
-        const double value = number(key, usual, min, max);
+    template <class Whole>
+    Whole whole(const std::string& key, Whole usual, double min, double max) {
+        const double value = number(key, static_cast<double>(usual), min, max);
         if (value != std::floor(value)) fail(key, "a whole number");
-        return static_cast<int>(value);
+        return static_cast<Whole>(value);
     }
     std::string text(const std::string& key, const std::string& usual) {
         const ordered_json* value = find(key);
@@ -59,6 +59,22 @@ class Reader {
         if (!value->is_string() || value->get<std::string>().empty()) fail(key, "a text");
         return value->get<std::string>();
     }
+    std::optional<Reader> object(const std::string& key) {
+        const ordered_json* value = find(key);
+        if (!value) return std::nullopt;
+        return Reader(file_, path_.empty() ? key : path_ + "." + key, *value);
+    }
+    /// A key of settingTable() with its value, as text.
+    std::pair<std::string, std::string> setting(const std::string& key) const {
+        const ordered_json& value = value_.at(key);
+        std::pair<std::string, std::string> set{key, value.is_string() ? value.get<std::string>() : value.dump()};
+        Settings scratch;
+        const std::string wrong = setSetting(scratch, key, set.second), begin = key + " must be ";
+        if (wrong.starts_with(begin)) fail(key, wrong.substr(begin.size()));
+        if (!wrong.empty()) fail(key, "left out: " + wrong);
+        return set;
+    }
+    auto items() const { return value_.items(); }
     /// A misspelt key would be a condition that is not what it says.
     void refuseUnknown() const {
         std::string names;
@@ -112,30 +128,35 @@ std::vector<Participant> readParticipants(Reader& reader) {
     return participants;
 }
 
-Condition readCondition(Reader reader, const Condition& usual, std::size_t number) {
+Condition readCondition(Reader reader, const Condition& usual) {
     Condition condition = usual;
     condition.scene = reader.text("scene", usual.scene);
     if (condition.scene.empty()) reader.fail("scene", "given: the name of a scene or a .glb or .gltf file");
     condition.device = reader.text("device", usual.device);
     condition.timeLimit = reader.number("time_limit_s", usual.timeLimit, 0.1, 3600);
-    for (const char* key : {"mode", "solver", "tolerance", "stiffness"})
-        if (const ordered_json* value = reader.find(key))
-            condition.set.emplace_back(key, value->is_string() ? value->get<std::string>() : value->dump());
-    if (const ordered_json* settings = reader.find("settings")) {
-        if (!settings->is_object()) reader.fail("settings", "an object with keys of touchstone run --help-settings");
-        for (const auto& [key, value] : settings->items())
-            condition.set.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+    std::set<std::string> beside;
+    for (const char* key : {"mode", "solver", "tolerance", "stiffness"}) {
+        if (!reader.find(key)) continue;
+        condition.set.push_back(reader.setting(key));
+        beside.insert(key);
+    }
+    if (const auto settings = reader.object("settings")) {
+        for (const auto& [key, value] : settings->items()) {
+            if (key == "shadow" || key == "pause") settings->fail(key, "left out: a trial has none");
+            // The mode brings a solver along, so it is set first.
+            if (key == "mode" || beside.count(key)) settings->fail(key, "left out here: its place is beside settings");
+            condition.set.push_back(settings->setting(key));
+        }
     }
     std::string name = condition.scene;
     for (const auto& [key, value] : condition.set) name += " " + key + "=" + value;
-    condition.name = reader.text("name", name.empty() ? std::to_string(number) : name);
+    for (const char* key : {"device", "time_limit_s"})
+        if (const ordered_json* value = reader.find(key))
+            name += std::string(" ") + key + "=" + (value->is_string() ? value->get<std::string>() : value->dump());
+    condition.name = reader.text("name", name);
     if (condition.name.find_first_of("\"\n") != std::string::npos)
         reader.fail("name", "a text without quotes, on one line");
     reader.refuseUnknown();
-    Settings scratch;
-    for (const auto& [key, value] : condition.set)
-        if (const std::string wrong = setSetting(scratch, key, value); !wrong.empty())
-            reader.fail(key, "one that exists: " + wrong);
     return condition;
 }
 
@@ -183,7 +204,7 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
     Reader reader(file, "", source);
     if (reader.text("format", "") != "touchstone trials") reader.fail("format", "\"touchstone trials\"");
     if (reader.whole("version", 1, 1, 1'000'000) != 1) reader.fail("version", "1, the one that this program knows");
-    protocol.seed = static_cast<std::uint64_t>(reader.number("seed", 1, 0, 1e15));
+    protocol.seed = reader.whole("seed", protocol.seed, 0, 1e15);
     const std::string order = reader.text("order", "random");
     if (order != "random" && order != "fixed") reader.fail("order", "\"random\" or \"fixed\"");
     protocol.randomOrder = order == "random";
@@ -198,16 +219,15 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
     std::set<std::string> names;
     for (const ordered_json& one : conditions) {
         const std::string path = "conditions[" + std::to_string(protocol.conditions.size()) + "]";
-        protocol.conditions.push_back(readCondition({file, path, one}, usual, names.size() + 1));
+        protocol.conditions.push_back(readCondition({file, path, one}, usual));
         if (const std::string& name = protocol.conditions.back().name; !names.insert(name).second)
             reader.fail(path + ".name", "another than '" + name + "', which is there already");
     }
-    if (const ordered_json* value = reader.find("jam")) {
-        Reader jam(file, "jam", *value);
-        protocol.limits.jamForce = jam.number("force_N", protocol.limits.jamForce, 0, 1e3);
-        protocol.limits.jamProgress = jam.number("progress_mm", protocol.limits.jamProgress, 0, 1e3);
-        protocol.limits.jamMs = jam.number("time_ms", protocol.limits.jamMs, 1, 1e6);
-        jam.refuseUnknown();
+    if (auto jam = reader.object("jam")) {
+        protocol.limits.jamForce = jam->number("force_N", protocol.limits.jamForce, 0, 1e3);
+        protocol.limits.jamProgress = jam->number("progress_mm", protocol.limits.jamProgress, 0, 1e3);
+        protocol.limits.jamMs = jam->number("time_ms", protocol.limits.jamMs, 1, 1e6);
+        jam->refuseUnknown();
     }
     reader.refuseUnknown();
     return protocol;
