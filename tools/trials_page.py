@@ -61,7 +61,7 @@ program = json.loads((folder / "five-trials" / "trial-0001" / "recording.json").
 PICTURES.mkdir(parents=True, exist_ok=True)
 text = [BEGIN, f"What came out here (commit {program['commit']}, {program['compiler']}):", "", *five(), "",
         "A larger study, [`docs/examples/clearance-study.json`](examples/clearance-study.json), asks what clearance, stiffness and the "
-        "penalty method do to the same twelve hands. Means with 95 % intervals:", "", *study(), "",
+        "penalty method do to the same 24 hands, two of each participant. Means with 95 % intervals:", "", *study(), "",
         plot("clearance-study", "summary", "Share seated, time and peak torque of each condition, with 95 % intervals"), "",
         plot("clearance-study", "phases", "Mean time in each phase, by condition"), END]
 page = PAGE.read_text()
