@@ -62,7 +62,7 @@ bool arrives(const F& done) {
 struct Steps {
     Device& device;
     double t = 1;
-    DeviceReading before, now;
+    DeviceReading before{}, now{};
 
     /// The way of the next one, mm.
     Vec3 next() {
