@@ -25,10 +25,8 @@ inline LeafGaps leafGaps(const Vec3& c_O, double radius, const SphereTree& obsta
 }
 
 /// The gap of one pair alone, mm. X_OT: tool node in the obstacle's frame.
-inline double leafGap(const SphereTree& tool, int toolLeaf, const SphereTree& obstacle, int obstacleLeaf,
-                      const Pose& X_OT) {
-    const Sphere t = tool.leaf(toolLeaf), o = obstacle.leaf(obstacleLeaf);
-    return (X_OT * t.center() - o.center()).norm() - (double(t.r) + double(o.r));
+inline double leafGap(const Sphere& tool, const Sphere& obstacle, const Pose& X_OT) {
+    return (X_OT * tool.center() - obstacle.center()).norm() - (double(tool.r) + double(obstacle.r));
 }
 
 }  // namespace touchstone

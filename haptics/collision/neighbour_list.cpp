@@ -61,9 +61,14 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
     if (std::max({left - narrow, own, offered}) < 0) {
         from = &all_;
         near_.within = {};
+        // Where others find entries, too, theirs will soon serve: little is enough till then.
+        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : kWalkTicks;
+        // Where the tool goes slowly, also for steps as long as a tick.
+        Within within = longer(asked.within);
+        if (const double tick = extent_.length({course.X_OT, shift_, turn_}); tick <= slack)
+            within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can fill the memory: then without slack, for this course alone.
-        if (!finder_.find({ahead(course, kWalkTicks, slack), longer(asked.within).wider(slack)}, all_) &&
-            !finder_.find(asked, all_))
+        if (!finder_.find({ahead(course, ticks, spare), within.wider(spare)}, all_) && !finder_.find(asked, all_))
             return false;
     }
     // Looking ahead pays while the tool keeps to its course, and where the next tick need not find anew in any case.
@@ -336,7 +341,7 @@ bool NeighbourList::isDeeper(const Pose& before, const Pose& after, const Overla
 }
 
 double NeighbourList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
-    return leafGap(*tool_, toolLeaf, *obstacle_, obstacleLeaf, X_OT);
+    return leafGap(tool_->leaf(toolLeaf), obstacle_->leaf(obstacleLeaf), X_OT);
 }
 
 }  // namespace touchstone

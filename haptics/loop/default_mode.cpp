@@ -16,12 +16,16 @@ constexpr double kLeap = 2;           // C moves this many times what the tick's
 constexpr int kHalvings = 24;         // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.04;  // of the margin: pairs this near have rows from the start,
 constexpr int kStartRows = 4096;      // unless they are more than this many
+constexpr double kCloseMargin = 0.1;  // of the margin: looked at first
+constexpr double kSurprise = 2;       // for an answer that is this many times as long as expected
 constexpr double kArrived = 1e-3;     // mm: a step this short ends the tick
+constexpr double kArc = 0.2;          // rad: flights turn no further at once, so that leaves go nearly straight
 constexpr double kViolation = 1e-6;   // mm: an approximate answer that violates a row by more is projected
 
 class DefaultTick {
   public:
-    DefaultTick(Tick& tick, const Pose& device) : tick_(tick), s_(tick.state), set_(tick.settings), device_(device) {}
+    DefaultTick(Tick& tick, const Pose& device)
+        : tick_(tick), s_(tick.state), set_(tick.settings), device_(device), flying_(!s_.loaded) {}
 
     bool run(Wrench& wrench);
 
@@ -44,9 +48,17 @@ class DefaultTick {
 
     Found findStep(const Vec6& wanted, Step& step);
     Found findClearStep(const Vec6& wanted, Step& step);
-    Found fly(double need);
+    Found fly(const Vec6& x);
     bool fliesOn(const Vec6& wanted, Step& step);
     bool collect(double margin);
+    std::array<Vec6, 2>& lastSteps() {
+        return s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)];
+    }
+    /// The answer to expect: the shorter of the last two.
+    const Vec6& likely() {
+        const auto& [last, before] = lastSteps();
+        return s_.lengthOf(last) < s_.lengthOf(before) ? last : before;
+    }
     void addLastContacts();
     Course course(int obstacle, const Vec6& x) const;
     bool completeLists(double margin, const Vec6& x);
@@ -54,7 +66,7 @@ class DefaultTick {
     bool anyWithin(double margin) const;
     bool addCrossed(double upTo, const Crossing& by, bool& added);
     void truncated(int rows);
-    double clearanceUpTo(double atMost) const;
+    double freeWay(const Vec6& x) const;
     bool solve(const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
@@ -71,7 +83,8 @@ class DefaultTick {
     int solvedRows_ = 0;
     double allBelow_ = 0;  ///< every pair with a gap up to this has its row, mm
     double looked_ = 0;    ///< and every pair up to this that the answer crosses
-    bool flying_ = false;  ///< the last step of this tick was a flight
+    double free_ = 0;      ///< of a flight: nothing is in its way this far, mm
+    bool flying_;          ///< the last step was a flight
     bool near_ = false;    ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
@@ -114,11 +127,12 @@ bool DefaultTick::anyWithin(double margin) const {
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    // For all that a long answer may cross, too, if it is like that of the last tick; a short one looks along its way.
-    const Vec6& likely = s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)];
+    // For all that a long answer may cross, too, if it is like those of the last ticks; a short one looks along its
+    // way.
+    const Vec6 x = likely();
     bool complete = true;
     for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
-        Coverage asked = s_.lists[k].crossing(course(k, likely), std::min(set_.margin, s_.lengthOf(likely)));
+        Coverage asked = s_.lists[k].crossing(course(k, x), std::min(set_.margin, s_.lengthOf(x)));
         if (!asked.course.stays() || asked.within.margin < margin) asked = {asked.course.X_OT, margin};
         s_.ask(asked.within);
         complete = s_.lists[k].complete(asked, set_.slack);
@@ -187,14 +201,16 @@ bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
     return complete;
 }
 
-double DefaultTick::clearanceUpTo(double atMost) const {
+/// How much of a step nothing is in the way of, mm, as far as it may go in this tick.
+double DefaultTick::freeWay(const Vec6& x) const {
     const std::uint64_t start = tick_.now();
-    double least = atMost;
+    const double length = s_.lengthOf(x), turn = x.tail<3>().norm();
+    const double most = std::min({1.0, budget_ / length, kArc / std::max(turn, kArc)});
+    double share = most;
     for (int k = 0; k < int(s_.lists.size()); ++k)
-        least = leastGap(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), least,
-                         &s_.nearest[k]);
+        share = freeShare(*s_.world->tool, *s_.world->obstacles[k].tree, course(k, x), s_.reach, share);
     tick_.addTime(tick_.record.collisionUs, start);
-    return least;
+    return share * length - (share < most ? kArrived : 0);
 }
 
 /// The step towards `wanted` before any cap: that of the rows of all pairs within the margin. Few of them are needed:
@@ -202,15 +218,22 @@ double DefaultTick::clearanceUpTo(double atMost) const {
 /// the answer is long cannot be crossed.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (fliesOn(wanted, step)) return Found::Free;
-    const double need = step.length;
     const double base = set_.adaptiveMargin ? kBaseMargin * set_.margin : set_.margin;
     if (!collect(base)) return Found::Failure;
+    const double expected = kSurprise * s_.lengthOf(likely());
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
+        const Crossing by{step.x, tick_.stiffness(), step.slack};
+        // What a much longer answer than expected crosses lies near, mostly, where less has to be looked at.
+        const double close = kCloseMargin * set_.margin;
+        if (step.length > std::max(close, expected)) {
+            if (!addCrossed(close, by, added)) return Found::Failure;
+            if (added) continue;
+        }
         looked_ = std::max(looked_, std::min(set_.margin, step.length));
-        if (!addCrossed(looked_, {step.x, tick_.stiffness(), step.slack}, added)) return Found::Failure;
+        if (!addCrossed(looked_, by, added)) return Found::Failure;
     }
-    s_.lastSteps[std::min<std::size_t>(linearisation_, s_.lastSteps.size() - 1)] = step.x;
+    lastSteps() = {step.x, lastSteps()[0]};
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, looked_);
     if (s_.rows.size() >= tick_.record.rows) {
         tick_.record.pairs = std::max(pairs_, s_.rows.size());
@@ -218,38 +241,32 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
     }
     if (near_) {
-        s_.freeRadius = 0;
+        flying_ = false;
         if (set_.shadow >= 0 && !shadowed_ && s_.rows.size()) {
             tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
             shadowed_ = true;
         }
         return Found::Contact;
     }
-    return fly(need);
+    return fly(wanted);
 }
 
-/// Nothing is near: as far as the true clearance allows; the trust cap would drag the tool here.
-DefaultTick::Found DefaultTick::fly(double need) {
+/// Nothing is near: as far as nothing is in the way; the trust cap would drag the tool here.
+DefaultTick::Found DefaultTick::fly(const Vec6& x) {
     flying_ = true;
-    s_.freeRadius = looked_;
-    if (need > s_.freeRadius) s_.freeRadius = std::max(s_.freeRadius, clearanceUpTo(need + set_.margin) - kArrived);
+    free_ = looked_;
+    if (s_.lengthOf(x) > free_) free_ = std::max(free_, freeWay(x));
     return Found::Free;
 }
 
-/// The straight step to the device, and whether it is known to be free. After a flight the clearance is asked before
-/// the lists, which would have to be found anew.
+/// The straight step to the device, and whether it goes on a flight. That is asked before the lists, which would have
+/// to be found anew.
 bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
-    const double need = s_.lengthOf(wanted);
-    step = {wanted, wanted, need, true};
-    if (flying_ && need >= s_.freeRadius) {
-        const double free = clearanceUpTo(need + set_.margin) - kArrived;
-        flying_ = free > set_.margin;
-        if (flying_) {
-            s_.freeRadius = free;
-            return true;
-        }
-    }
-    return need < s_.freeRadius;
+    step = {wanted, wanted, s_.lengthOf(wanted), true};
+    if (!flying_ || isShort(wanted)) return false;
+    free_ = freeWay(wanted);
+    flying_ = free_ > std::min(set_.margin, budget_ - kArrived);
+    return flying_;
 }
 
 /// A device that leaves contact in a leap would drag a tool that nothing holds, and the budget make that last: a loaded
@@ -260,6 +277,7 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
     const bool moves = way.head<3>().norm() > kArrived;
     if (moves) way.tail<3>().setZero();
     Found found = Found::Free;
+    flying_ = true;
     if (!fliesOn(way, step)) {
         const Vec6 x = way * std::min(1.0, set_.trust / step.length);
         s_.rows.clear();
@@ -269,7 +287,7 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
         bool crossed = false;
         if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
         if (crossed) return Found::Held;
-        found = near_ ? Found::Contact : fly(step.length);
+        found = near_ ? Found::Contact : fly(way);
         if (near_) step.x = x;
     }
     step.length = s_.lengthOf(wanted);
@@ -374,7 +392,7 @@ bool DefaultTick::stillDeeper(const Measured& m, const Vec6& x) const {
 double DefaultTick::move(Step step, const Vec6& wanted) {
     const bool contact = near_;
     const auto capped = [&](Vec6 x) {
-        const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : s_.freeRadius;
+        const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : free_;
         if (length <= std::min(reach, budget_) && shift <= shiftBudget_) return x;
         step.reachesDevice = false;
         if (contact || budget_ < reach || shift > shiftBudget_) tick_.record.flags |= kCapped;
@@ -405,7 +423,6 @@ double DefaultTick::move(Step step, const Vec6& wanted) {
         tick_.record.penetration = 0;
     }
     const double length = s_.lengthOf(x);
-    s_.freeRadius = std::max(0.0, s_.freeRadius - length);
     budget_ -= length;
     shiftBudget_ -= x.head<3>().norm();
     // Exactly the device's pose where nothing holds the tool, so that free flight gives exactly no force.
@@ -437,7 +454,13 @@ bool DefaultTick::run(Wrench& wrench) {
             s_.rows.clear();
             near_ = false;
         }
+        const Pose before = s_.graphic;
         const double moved = move(step, wanted);
+        // Where a tick takes many steps, they tell better than the last tick where it goes.
+        for (int k = 0; k < int(s_.lists.size()) && linearisation_ >= set_.linearisations; ++k) {
+            const Course way = Course::between(s_.inObstacle(k, before), s_.inObstacle(k, s_.graphic), s_.p_TC);
+            s_.lists[k].expect(way.shift, way.turn);
+        }
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
         stuck = moved < kArrived;  // and the next step would be no longer
         cut = moved + kArrived < step.length;

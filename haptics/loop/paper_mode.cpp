@@ -115,7 +115,6 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
             s.rememberContacts(s.rows, s.reference->solve(problem, limits));
     }
     s.graphic = record.rows ? poseOf(q_h + dq) : device;  // (20)
-    s.freeRadius = 0;
     record.hover = s.hoverAt(s.graphic);
     // Measured only on demand: the scheme itself never looks.
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));

@@ -47,7 +47,6 @@ bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
     tick.addTime(record.solveUs, start);
 
     s.contacts.clear();
-    s.freeRadius = 0;
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
     const Vec6 pull = G.cwiseProduct(incrementBetween(device, s.graphic));
     wrench.force = pull.head<3>();

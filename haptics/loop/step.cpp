@@ -40,7 +40,6 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     reference = solverTable()[kExactSolver].make(kRowCapacity);
     deepest.reserve(kPaperRowCapacity);
     order.resize(kRowCapacity);
-    nearest.resize(w.obstacles.size());
     ways.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
     lastLoaded.reserve(kRowCapacity);
@@ -60,8 +59,7 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.graphic = s.referencePose(start.X_WT);
     s.device = s.referencePose(start.X_WT_device);
     s.loaded = start.loadedBefore;
-    s.freeRadius = 0;
-    s.lastSteps.fill(Vec6::Zero());
+    s.lastSteps.fill({Vec6::Zero(), Vec6::Zero()});
     s.asked = {};
     for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;
@@ -109,7 +107,6 @@ void StepState::Impl::moveObstacle(int k, const Pose& target, double most) {
         const Pose there = moved(from, incrementBetween(from, to) * (most / whole));
         place(k, {there.p - there.q * center, there.q});
     }
-    freeRadius = std::max(0.0, freeRadius - obstacleTravel);
     lastMoved = k;
 }
 
@@ -213,7 +210,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     StepState::Impl& s = tick.state;
     const Settings& set = tick.settings;
     const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
-    const double freeRadius = s.freeRadius, most = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
+    const double most = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
     s.moveObstacle(k, target, s.paces[k] * most);
     bool fits = advance(tick, device, wrench);
     if (set.mode != Mode::Default) return fits;
@@ -227,7 +224,6 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
 
     s.place(k, X_WO);
     s.graphic = graphic;
-    s.freeRadius = freeRadius;
     s.obstacleTravel = 0;
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;

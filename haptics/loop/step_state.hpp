@@ -47,7 +47,6 @@ struct StepState::Impl {
     };
     std::vector<DeepPair> deepest;
     std::vector<int> order;
-    std::vector<LeafPair> nearest;  ///< by obstacle: where the last clearance was found
     struct Contact {
         std::uint64_t id;
         double force;  ///< N
@@ -61,11 +60,11 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;              ///< the last tick carried force
-    std::vector<Course> ways;         ///< by obstacle: where a tick left the graphic tool, and its way there
-    std::array<Vec6, 4> lastSteps{};  ///< the solver's, by linearisation of a tick, the last for those after it
-    Within asked;                     ///< of the lists, in this tick; margin negative: nothing
-    double freeRadius = 0;            ///< nothing is nearer than this to the graphic tool
+    bool loaded = false;       ///< the last tick carried force
+    std::vector<Course> ways;  ///< by obstacle: where a tick left the graphic tool, and its way there
+    /// The solver's, of the last two ticks, by linearisation; the last for those after it.
+    std::array<std::array<Vec6, 2>, 4> lastSteps;
+    Within asked;  ///< of the lists, in this tick; margin negative: nothing
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }

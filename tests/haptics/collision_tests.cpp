@@ -458,3 +458,56 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     CAPTURE(overlaps);
     REQUIRE((overlaps > 0 && overlaps < 20));
 }
+
+TEST_CASE("free share: the first meeting of brute force", "[collision]") {
+    const unsigned seed = GENERATE(31u, 32u, 33u, 34u);
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const SphereTree tool = bumpyBall(1 + int(random() % 200), seed),
+                     obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
+    const double reach = tool.reach();
+    std::uniform_real_distribution<double> coordinate(-1, 1);
+    const auto vector = [&](double size) {
+        return Vec3(size * Vec3(coordinate(random), coordinate(random), coordinate(random)));
+    };
+    int met = 0, inside = 0, missed = 0;
+    for (int pose = 0; pose < 60; ++pose) {
+        const Course way{randomPose(random, 60), vector(80), pose % 2 ? vector(0.2) : Vec3(Vec3::Zero())};
+        // Every pair by small steps: what is less than both zero and its gap at the start.
+        const auto deepest = [&](double share) {
+            const Pose X = way.times(share).end(tool.center());
+            double least = 1e30;
+            for (int i = 0; i < tool.leafCount(); ++i)
+                for (int j = 0; j < obstacle.leafCount(); ++j)
+                    least = std::min(least, pairGap(tool, obstacle, X, i, j) -
+                                                std::min(0.0, pairGap(tool, obstacle, way.X_OT, i, j)));
+            return least;
+        };
+        const double share = freeShare(tool, obstacle, way, reach);
+        CAPTURE(pose, share);
+        for (int k = 1; k <= 8; ++k) REQUIRE(deepest(share * k / 8) > -1e-8);
+        met += share > 1e-6 && share < 1;
+        inside += leastGap(tool, obstacle, way.X_OT) < 0;
+        missed += share == 1;
+        // No further than that: the pair that stops it is no further away than an arc may bend to either side.
+        const double bend = share * reach * way.turn.squaredNorm() / 2;
+        if (share < 1) REQUIRE(deepest(share) < 2 * bend + 1e-8);
+        REQUIRE(freeShare(tool, obstacle, way, reach, share / 2) == share / 2);
+    }
+    CAPTURE(met, inside, missed);
+    REQUIRE((met >= 5 && inside >= 5 && missed >= 5));
+}
+
+TEST_CASE("free share: what touches may slide along and part, and not enter", "[collision]") {
+    const SphereTree ball = makeSphereTree({{0, 0, 0, 1}});
+    const Pose touching{Vec3(2, 0, 0), Quat::Identity()}, inside{Vec3(1.5, 0, 0), Quat::Identity()};
+    for (const Pose& X : {touching, inside}) {
+        REQUIRE(freeShare(ball, ball, {X, Vec3(0, 3, 0), Vec3::Zero()}, 0) == 1);
+        REQUIRE(freeShare(ball, ball, {X, Vec3(3, 0, 0), Vec3::Zero()}, 0) == 1);
+        REQUIRE(freeShare(ball, ball, {X, Vec3(-3, 0, 0), Vec3::Zero()}, 0) < 1e-8);
+        REQUIRE(freeShare(ball, ball, {X, Vec3::Zero(), Vec3::Zero()}, 0) == 1);
+    }
+    // Straight ahead, 10 mm of 40; fast ones do not jump over it.
+    REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, 0) ==
+            Approx(0.25));
+}
