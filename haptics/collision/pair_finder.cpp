@@ -74,14 +74,15 @@ double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
     return std::min(have.within.most - widest, have.within.margin - margin) - strayed(have, asked.course);
 }
 
-void PairFinder::place(const Course& course) {
+/// All tool leaves, or those of some entries, if these are few.
+void PairFinder::place(const Course& course, const PairEntries* of) {
     const Pose& X_OT = course.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
     const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * extent_.center).cast<float>();
     const Eigen::Vector3f shift = course.shift.cast<float>(), turn = course.turn.cast<float>();
     const bool stays = course.stays();
     const TreeLevel& leaves = tool_->levels[0];
-    for (int i = 0; i < leaves.count; i += SphereTree::kBranching) {
+    const auto placeEight = [&](int i) {
         const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
         Float8 at[3];
         for (int k = 0; k < 3; ++k) {
@@ -89,7 +90,7 @@ void PairFinder::place(const Course& course) {
             store(&placed_[kX + k][i], at[k]);
         }
         store(&placed_[kR][i], load(&leaves.r[i]));
-        if (stays) continue;
+        if (stays) return;
         Float8 way2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const int a = (k + 1) % 3, b = (k + 2) % 3;
@@ -98,6 +99,13 @@ void PairFinder::place(const Course& course) {
             way2 += way * way;
         }
         store(&placed_[kPerWay2][i], way2 > 1e-12f ? 1.0f / way2 : splat(0.0f));
+    };
+    if (of && of->count < leaves.count) {
+        for (int i = 0, placed = -1; i < of->count; ++i)
+            if (const int bucket = of->at[i].toolLeaf / SphereTree::kBranching; bucket != placed)
+                placeEight((placed = bucket) * SphereTree::kBranching);
+    } else {
+        for (int i = 0; i < leaves.count; i += SphereTree::kBranching) placeEight(i);
     }
 }
 
@@ -170,7 +178,7 @@ bool PairFinder::find(const Coverage& asked, PairEntries& out) {
 }
 
 void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
-    place(asked.course);
+    place(asked.course, &from);
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     int count = 0;
     const auto keepAll = [&]<bool moves>() {

@@ -62,7 +62,7 @@ class PairFinder {
     void forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
 
   private:
-    void place(const Course& course);
+    void place(const Course& course, const PairEntries* of = nullptr);
     struct Limit;
     template <bool moves>
     void keep(LeafBucket entry, const Limit& limit, PairEntries& out, int& count) const;
