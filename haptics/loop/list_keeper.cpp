@@ -12,6 +12,7 @@ constexpr double kLeadMs = 2, kLead = 2;  // of the course is left when it finds
 constexpr double kUseMs = 2;              // is how long a course serves beside,
 constexpr double kLongest = 2.5;          // mm, at most
 constexpr double kRenew = 0.4;            // of the slack is spent when it finds anew, too
+constexpr double kResting = 0.02;         // of the slack a tick is rest
 constexpr double kStraight = 0.25;        // of the slack may the tool be off the way through where it was
 constexpr double kRest = 0.8, kLeastRestMs = 0.1;  // between looks at the mailbox, in ticks: none has to wake it
 
@@ -79,13 +80,18 @@ void ListKeeper::serve(const Message& message) {
             return deviation(way, X_OT, part->extent) <= kStraight * r.slack ? way : ahead;
         };
         const double leadMs = kLeadMs + kLead * part->findMs;
-        if (part->finder.reserve(part->published, {along(leadMs), r.within}) >= (1 - kRenew) * r.slack) continue;
+        const Course next = along(leadMs + kUseMs);
+        // Where it rests, the course that brought it there is too long: most of its entries are in vain.
+        const bool tooLong = part->extent.length(tick) < kResting * r.slack &&
+                             part->extent.length(part->published.course) > part->extent.length(next) + r.slack;
+        const double left = part->finder.reserve(part->published, {along(leadMs), r.within});
+        if (!tooLong && left >= (1 - kRenew) * r.slack) continue;
         PairEntries& entries = part->entries.back();
         // Steps may get longer.
         Within within = r.within;
         within.curve = std::max(2 * within.curve, 2 * r.slack * r.slack);
         within.most = std::max(within.most, r.margin);
-        const Coverage asked{along(leadMs + kUseMs), within.wider(r.slack)};
+        const Coverage asked{next, within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
         if (!part->finder.find(asked, entries)) continue;  // too deep: the tick sees to it
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
