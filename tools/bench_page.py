@@ -1,4 +1,5 @@
-"""Writes the measured part of docs/benchmarks.md from one run of `touchstone bench`: python3 bench_page.py FOLDER."""
+"""Writes the measured part of docs/benchmarks.md from a run of `touchstone bench` and one of its hard suite:
+python3 bench_page.py FOLDER HARD_FOLDER."""
 import json
 import math
 import pathlib
@@ -12,6 +13,7 @@ LANES, GHZ, BYTES_PER_NS = 8, 3.0, 20  # floats of a register; a cautious clock 
 
 folder = pathlib.Path(sys.argv[1])
 results = json.loads((folder / "bench.json").read_text())
+hard = json.loads((pathlib.Path(sys.argv[2]) / "bench.json").read_text())
 rows, qp = results["rows"], results["qp"]
 valid = [r for r in rows if r["valid"]]
 
@@ -102,6 +104,22 @@ def motion_table():
     return out
 
 
+def hard_table():
+    """Every hard motion in both modes with each solver: a row a motion and mode, a column a solver."""
+    solvers = ("dual-active-set", "active-set", "pqp")
+    out = ["| scene, motion | mode | " + " | ".join(solvers) + " |", "|---|---|" + "---|" * len(solvers)]
+    of = {(r["scene"], r["motion"], r["mode"], r["solver"]): r for r in hard["rows"]}
+
+    def cell(r):
+        times = f"{r['step_p50_us']:.1f} / {r['step_p999_us']:.0f}" if r["valid"] else f"{r['why']}"
+        return f"{times}; {r['penetration_max_mm']:.1g}; {'met' if r['outcome_met'] else 'not met'}"
+
+    for scene, motion, mode in sorted({key[:3] for key in of}):
+        cells = (cell(of[scene, motion, mode, solver]) for solver in solvers)
+        out.append(f"| `{scene}` {motion} | {mode} | " + " | ".join(cells) + " |")
+    return out
+
+
 def screening_table():
     out = ["| pqp at N, screening | rows: median / most | left: median / most | ticks where it is not exact | solver µs: median / p99.9 | solver's force error N: median / most |",
            "|---|---|---|---|---|---|"]
@@ -155,15 +173,21 @@ def failed():
     return [f"Of {len(rows)} rows {len(bad)} failed and have no time:", ""] + [f"- `{r['key']}`: {r['why']}" for r in bad]
 
 
+def command(run):
+    return "touchstone bench" + (f" --suite {run['suite']}" if run["suite"] != "sweep" else "") + (" --quick" if run["quick"] else "")
+
+
 part = results["parts"][0]
 PICTURES.mkdir(parents=True, exist_ok=True)
 for picture in sorted(folder.glob("*.svg")):
     shutil.copyfile(picture, PICTURES / f"bench-{picture.name}")
-command = "touchstone bench" + (" --quick" if results["quick"] else "") + (f" --suite {results['suite']}" if results["suite"] != "sweep" else "")
-text = [BEGIN, f"One run of `{command}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "
+text = [BEGIN, f"One run of `{command(results)}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "
         f"commit {part['commit']}, {part['compiler']}, `{part['flags']}`.", "", "## Asked and measured", "", *asked_table(), "",
         "## Scenes and motions, default mode, exact solver", "",
-        "*Met*: all limits that the motion has in its scene: penetration, hover, noise, force per ms.", "", *motion_table(), "", "## Growth", "", growth(), "",
+        "*Met*: all limits that the motion has in its scene: penetration, hover, noise, force per ms.", "", *motion_table(), "",
+        "## Hard cases, both modes, each solver", "",
+        f"`{command(hard)}`, commit {hard['parts'][0]['commit']}. A cell: step µs, median / p99.9, or why it does not count; greatest"
+        " penetration, mm; whether the limits of the motion are met, which are default mode's.", "", *hard_table(), "", "## Growth", "", growth(), "",
         "## The floor", "", f"""Of a tick that knows which rows matter: each is read as two leaves (16 bytes each) and written and read as a float row
 (28 bytes), for 15 operations a centre, 20 a row and 14 to check it, at {LANES} lanes, two operations a cycle, {GHZ:g} GHz and
 {BYTES_PER_NS} bytes a ns. What is reached holds what finds those rows, too.""", "", *floor_table(), "",
