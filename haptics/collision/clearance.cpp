@@ -107,11 +107,6 @@ class Placement {
     const Eigen::Vector3f p_;
 };
 
-/// How far an interval lies outside another, 0 if they meet.
-TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const Float8& otherLo, const Float8& otherHi) {
-    return max(max(lo - otherHi, otherLo - hi), splat(0.0f));
-}
-
 class Gap {
   public:
     Gap(const Pose& X_OT, float guard) : X_OT_(X_OT), place_(X_OT), guard_(guard) {}

@@ -122,12 +122,6 @@ void TreeWalk::descend(const Query& query, int depth, int count) {
     }
 }
 
-/// How far an interval lies outside another, 0 if they meet.
-template <class T>
-TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const T& otherLo, const T& otherHi) {
-    return max(max(lo - otherHi, otherLo - hi), splat(0.0f));
-}
-
 template <bool moves>
 int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count, int& used) {
     const Frontier& here = frontiers_[depth];

@@ -55,6 +55,11 @@ TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
 #endif
 }
 
+/// How far an interval lies outside another, 0 if they meet.
+TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const Float8& otherLo, const Float8& otherHi) {
+    return max(max(lo - otherHi, otherLo - hi), splat(0.0f));
+}
+
 inline Float8 sqrt(Float8 v) { return reinterpret_cast<Float8>(_mm256_sqrt_ps(reinterpret_cast<__m256>(v))); }
 
 TOUCHSTONE_INLINE float least(Float8 v) {
