@@ -134,6 +134,20 @@ class Gap {
     const float guard_;
 };
 
+/// No gap is less than that of the first pair within a margin, which ends the search.
+class FirstWithin : public Gap {
+  public:
+    FirstWithin(const Pose& X_OT, float guard, double margin) : Gap(X_OT, guard), margin_(margin) {}
+
+    double exact(const Sphere& tool, const Sphere& obstacle) const {
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        return Gap::exact(tool, obstacle) < margin_ ? -kInfinity : kInfinity;
+    }
+
+  private:
+    const double margin_;
+};
+
 /// The share of a way after which leaves meet; infinite if they do not.
 class Meeting {
   public:
@@ -208,6 +222,11 @@ double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& 
                 LeafPair* nearest) {
     const Gap gap(X_OT, floatGuard(tool, obstacle, X_OT));
     return Search(tool, obstacle, gap, atMost, nearest).run();
+}
+
+bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin) {
+    const FirstWithin first(X_OT, floatGuard(tool, obstacle, X_OT), margin);
+    return Search(tool, obstacle, first, margin).run() < margin;
 }
 
 double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& way, double reach, double atMost) {

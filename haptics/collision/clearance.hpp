@@ -15,6 +15,9 @@ struct LeafPair {
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost = 1e30,
                 LeafPair* nearest = nullptr);
 
+/// Whether a pair has a gap below that, mm.
+bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin);
+
 /// leastGap() with atMost 0, by a walk of the same trees: pairs that do not overlap are left out eight at a time.
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);
 

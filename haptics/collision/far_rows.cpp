@@ -15,9 +15,10 @@ FarRows::FarRows(int capacity) : capacity_(capacity) {
 }
 
 float FarRows::measure(const Vec3& shift, const Vec3& turn, double slack, double compliance, double rotationCompliance,
-                       bool notDeeper) {
+                       double share) {
     const Float8 x0 = splat(float(shift.x())), x1 = splat(float(shift.y())), x2 = splat(float(shift.z()));
     const Float8 x3 = splat(float(turn.x())), x4 = splat(float(turn.y())), x5 = splat(float(turn.z()));
+    const Float8 overlaps = splat(float(share));
     const Float8 none = splat(std::numeric_limits<float>::infinity());
     const float* columns[7];
     for (int k = 0; k < 7; ++k) columns[k] = columns_[k].data();
@@ -25,7 +26,7 @@ float FarRows::measure(const Vec3& shift, const Vec3& turn, double slack, double
     for (int i = 0; i < size_; i += 8) {
         const Float8 gap = load(columns[6] + i), u = load(columns[3] + i), v = load(columns[4] + i),
                      w = load(columns[5] + i);
-        Float8 left = (notDeeper ? max(gap, splat(0.0f)) : gap) + u * x3 + v * x4 + w * x5;
+        Float8 left = (gap < 0.0f ? overlaps * gap : gap) + u * x3 + v * x4 + w * x5;
         left += load(columns[0] + i) * x0 + load(columns[1] + i) * x1 + load(columns[2] + i) * x2;
         if (slack > 0)
             left += float(slack) * simd::sqrt(float(compliance) + float(rotationCompliance) * (u * u + v * v + w * w));

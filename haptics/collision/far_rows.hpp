@@ -31,10 +31,10 @@ class FarRows {
     int obstacleLeaf(int i) const { return obstacleLeaf_[i]; }
 
     /// What is left of each gap after a step, least of all: g + n·shift + (r x n)·turn, and `slack` times the length of
-    /// a row whose translation and rotation count as much as the compliances say; negative g count as zero if
-    /// `notDeeper`. Infinity if there are no rows.
+    /// a row whose translation and rotation count as much as the compliances say; `share` of negative g counts.
+    /// Infinity if there are no rows.
     float measure(const Vec3& shift, const Vec3& turn, double slack, double compliance, double rotationCompliance,
-                  bool notDeeper);
+                  double share);
     /// visit(row) for every row with no more left than that at the last measure(), in order, until it returns false.
     template <class Visit>
     bool forEachBelow(float limit, Visit&& visit) const {

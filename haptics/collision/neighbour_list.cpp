@@ -13,6 +13,7 @@ using namespace simd;
 namespace {
 
 constexpr double kNarrow = 0.12;                    // of the slack: how much further the narrow set reaches
+constexpr int kHandful = 64;                        // entries: not worth to be narrowed
 constexpr double kFew = 0.7;                        // of the pairs' margin: what pays to ask for along a course
 constexpr double kWide = 3;                         // times the narrow reserve: too much to look at every tick
 constexpr double kLongWay = 2;                      // times the margin: and more is
@@ -54,7 +55,8 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
     // Entries that are near no longer are looked at in vain: the narrow set is renewed before its reserve is spent.
     const double narrow = kNarrow * slack;
     const double left = finder_.reserve(near_, asked);
-    if (left >= 0 && left <= kWide * narrow && finder_.strayed(near_, course) <= narrow) return true;
+    const bool serves = near_.count <= kHandful || (left <= kWide * narrow && finder_.strayed(near_, course) <= narrow);
+    if (left >= 0 && serves) return true;
 
     const double own = finder_.reserve(all_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
     const PairEntries* from = left >= narrow ? &near_ : offered > own ? offered_ : &all_;
@@ -77,6 +79,7 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
         next.course = course;
     if (finder_.reserve(*from, next) < 0) next = asked;
     next.within = next.within.wider(std::min(narrow, finder_.reserve(*from, next)));
+    if (from->count <= kHandful) next = *from;
     finder_.narrow(*from, next, near_);
     return true;
 }
@@ -181,15 +184,6 @@ void NeighbourList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin,
     rows.setSize(rows.size() + 1);
 }
 
-bool NeighbourList::anyWithin(const Pose& X_OT, double margin) const {
-    bool found = false;
-    forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
-        found = mask & lessEqual(leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket).gap, splat(margin));
-        return !found;
-    });
-    return found;
-}
-
 bool NeighbourList::farHas(const Coverage& asked) const {
     return farHas_.course.X_OT == asked.course.X_OT && finder_.reserve(farHas_, asked) >= -kRounding;
 }
@@ -237,7 +231,7 @@ bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double mar
     if (!findFar(step, margin)) return false;
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = far_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
-                                     compliance.tail<3>().minCoeff(), by.notDeeper);
+                                     compliance.tail<3>().minCoeff(), by.share);
     const float error = farError(step);
 
     const int before = crossed.size();
@@ -250,7 +244,7 @@ bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double mar
         appendRow(X_OT, R_WO, margin, t, o, crossed);
         if (crossed.size() == n) return true;
         const Vec6 j = crossed.row(n);
-        const double g = by.notDeeper ? std::max(0.0, crossed.gap()[n]) : crossed.gap()[n];
+        const double g = std::max(crossed.gap()[n], by.share * crossed.gap()[n]);
         const double length = std::sqrt(j.cwiseAbs2().dot(compliance));
         if (g + j.dot(by.x) + by.slack * length > -kCrossed) crossed.setSize(n);
         return true;
@@ -324,7 +318,7 @@ NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& 
         return overlap;
     }
     // A distance is convex along a straight way: no gap falls below what its row leaves but for the bend of an arc.
-    far_.measure(step.shift, step.turn, 0, 0, 0, false);
+    far_.measure(step.shift, step.turn, 0, 0, 0, 1);
     const double bend = extent_.reach * step.turn.squaredNorm() / 2;
     far_.forEachBelow(float(bend) + farError(step), [&](int i) {
         const Sphere s = tool_->leaf(far_.toolLeaf(i));

@@ -24,7 +24,7 @@ struct Crossing {
     Vec6 x = Vec6::Zero();
     Vec6 stiffness = Vec6::Ones();
     double slack = 0;
-    bool notDeeper = false;  ///< negative g count as zero
+    double share = 1;  ///< of negative g: a step that goes less far has less to mend
 };
 
 /// The pairs of a tool and one obstacle. It holds two sets of entries: all of a wide margin, from a walk of the trees
@@ -66,8 +66,6 @@ class NeighbourList {
     /// crossing() with the way `by` as step.
     bool appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by, const RowSet& rows,
                        RowSet& crossed);
-    /// Whether there is a pair with gap <= margin. Without the precondition true still is true.
-    bool anyWithin(const Pose& X_OT, double margin) const;
     /// Appends only the pair of least gap of each tool leaf, as long as they fit; returns the number of pairs within
     /// margin.
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const;

@@ -16,8 +16,6 @@ constexpr double kLeap = 2;           // C moves this many times what the tick's
 constexpr int kHalvings = 24;         // 0.5 mm / 2^24 is nothing
 constexpr double kBaseMargin = 0.04;  // of the margin: pairs this near have rows from the start,
 constexpr int kStartRows = 4096;      // unless they are more than this many
-constexpr double kCloseMargin = 0.1;  // of the margin: looked at first
-constexpr double kSurprise = 2;       // for an answer that is this many times as long as expected
 constexpr double kArrived = 1e-3;     // mm: a step this short ends the tick
 constexpr double kArc = 0.2;          // rad: flights turn no further at once, so that leaves go nearly straight
 constexpr double kViolation = 1e-6;   // mm: an approximate answer that violates a row by more is projected
@@ -48,7 +46,6 @@ class DefaultTick {
 
     Found findStep(const Vec6& wanted, Step& step);
     Found findClearStep(const Vec6& wanted, Step& step);
-    Found fly(const Vec6& x);
     bool fliesOn(const Vec6& wanted, Step& step);
     bool collect(double margin);
     std::array<Vec6, 2>& lastSteps() {
@@ -59,11 +56,11 @@ class DefaultTick {
         const auto& [last, before] = lastSteps();
         return s_.lengthOf(last) < s_.lengthOf(before) ? last : before;
     }
-    void addLastContacts();
     Course course(int obstacle, const Vec6& x) const;
     bool completeLists(double margin, const Vec6& x);
     bool isShort(const Vec6& x) const;
-    bool anyWithin(double margin) const;
+    bool isNear(double margin) const;
+    Crossing trusted(const Vec6& x, double slack = 0) const;
     bool addCrossed(double upTo, const Crossing& by, bool& added);
     void truncated(int rows);
     double freeWay(const Vec6& x) const;
@@ -71,7 +68,7 @@ class DefaultTick {
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
     bool stillDeeper(const Measured& measured, const Vec6& x) const;
-    double move(Step step, const Vec6& wanted);
+    double move(Step step, const Vec6& wanted, bool contact);
 
     Tick& tick_;
     StepState::Impl& s_;
@@ -82,10 +79,9 @@ class DefaultTick {
     int pairs_ = 0;
     int solvedRows_ = 0;
     double allBelow_ = 0;  ///< every pair with a gap up to this has its row, mm
-    double looked_ = 0;    ///< and every pair up to this that the answer crosses
+    double looked_ = 0;    ///< and every pair up to this that the answer crosses as far as trust takes it
     double free_ = 0;      ///< of a flight: nothing is in its way this far, mm
     bool flying_;          ///< the last step was a flight
-    bool near_ = false;    ///< some pair is within the margin that the step needs
     bool shadowed_ = false;
 };
 
@@ -102,7 +98,7 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
         NeighbourList& list = s_.lists[k];
         Coverage asked{s_.inObstacle(k, s_.graphic), margin};
         if (list.isComplete(asked)) continue;
-        if (isShort(x)) asked = list.crossing(course(k, x), margin);
+        asked = list.crossing(course(k, x), margin);
         s_.ask(asked.within);
         complete = list.complete(asked, set_.slack);
     }
@@ -110,16 +106,25 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
     return complete;
 }
 
-/// Of a step that trust does not keep from its end in this tick it is enough to know what it crosses: it comes to the
-/// same whether something is near or not.
+/// Whether trust does not keep a step from its end in this tick.
 bool DefaultTick::isShort(const Vec6& x) const {
     return s_.lengthOf(x) <= std::min(kFewSteps, set_.linearisations - linearisation_) * set_.trust;
 }
 
-bool DefaultTick::anyWithin(double margin) const {
-    for (int k = 0; k < int(s_.lists.size()); ++k)
-        if (s_.lists[k].anyWithin(s_.inObstacle(k, s_.graphic), margin)) return true;
-    return false;
+bool DefaultTick::isNear(double margin) const {
+    const std::uint64_t start = tick_.now();
+    bool near = false;
+    for (int k = 0; k < int(s_.lists.size()) && !near; ++k)
+        near = anyWithin(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), margin);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return near;
+}
+
+/// What is asked of a step: only as much of it is taken at once as trust allows, so that it has to mend only as much of
+/// an overlap, and what it would meet further on is for the next.
+Crossing DefaultTick::trusted(const Vec6& x, double slack) const {
+    const double share = std::min(1.0, set_.trust / std::max(s_.lengthOf(x), 1e-300));
+    return {share * x, tick_.stiffness(), share * slack, share};
 }
 
 /// The rows to begin with: of all pairs within the margin or, where overlaps are so deep that these are many, of the
@@ -127,9 +132,8 @@ bool DefaultTick::anyWithin(double margin) const {
 bool DefaultTick::collect(double margin) {
     const std::uint64_t start = tick_.now();
     s_.rows.clear();
-    // For all that a long answer may cross, too, if it is like those of the last ticks; a short one looks along its
-    // way.
-    const Vec6 x = likely();
+    // For all that an answer may cross, too, if it is like those of the last ticks.
+    const Vec6 x = trusted(likely()).x;
     bool complete = true;
     for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
         Coverage asked = s_.lists[k].crossing(course(k, x), std::min(set_.margin, s_.lengthOf(x)));
@@ -144,11 +148,8 @@ bool DefaultTick::collect(double margin) {
     for (int k = 0; k < n && complete && fits; ++k)
         fits = s_.lists[k].appendRows(s_.inObstacle(k, s_.graphic), s_.R_WO[k], margin, s_.rows, most);
     pairs_ = s_.rows.size();
-    near_ = pairs_ > 0;
     allBelow_ = looked_ = margin;
-    if (complete && fits) {
-        addLastContacts();
-    } else if (complete) {
+    if (complete && !fits) {
         s_.rows.clear();
         pairs_ = 0;
         for (int k = 0; k < n; ++k)
@@ -158,22 +159,9 @@ bool DefaultTick::collect(double margin) {
             allBelow_ = margin;
             truncated(pairs_ - s_.rows.size());
         }
-        near_ = true;
     }
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
-}
-
-/// The contacts that carried the last answer mostly carry the next: with their rows the first answer crosses few
-/// others.
-void DefaultTick::addLastContacts() {
-    RowSet& known = s_.relaxed;
-    known.clear();
-    for (const std::uint64_t id : s_.lastLoaded)
-        if (const int k = obstacleOf(id); s_.rows.find(id) < 0)
-            s_.lists[k].appendRow(s_.inObstacle(k, s_.graphic), s_.R_WO[k], set_.margin, toolLeafOf(id),
-                                  obstacleLeafOf(id), known);
-    if (known.size() + s_.rows.size() <= s_.rows.capacity()) s_.rows.merge(known);
 }
 
 void DefaultTick::truncated(int rows) {
@@ -196,7 +184,6 @@ bool DefaultTick::addCrossed(double upTo, const Crossing& by, bool& added) {
     added = fits && crossed.size() > 0;
     if (added) s_.rows.merge(crossed);
     if (complete && !fits) truncated(1);  // at least: nobody counted on
-    if (complete && !near_) near_ = isShort(by.x) || anyWithin(upTo);
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
 }
@@ -213,24 +200,18 @@ double DefaultTick::freeWay(const Vec6& x) const {
     return share * length - (share < most ? kArrived : 0);
 }
 
-/// The step towards `wanted` before any cap: that of the rows of all pairs within the margin. Few of them are needed:
-/// it starts with those of the nearest and adds what the answer crosses, until it crosses nothing. Pairs further than
-/// the answer is long cannot be crossed.
+/// The step towards `wanted` before any cap. Of the pairs within the margin few rows are needed: it starts with those
+/// of the nearest and adds what the answer crosses, as far as trust takes it, until it crosses nothing. Nothing else
+/// than the pose and `wanted` decides which these are, so a tick that begins anew comes to the same.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (fliesOn(wanted, step)) return Found::Free;
+    step = {wanted, wanted, s_.lengthOf(wanted), true};
     const double base = set_.adaptiveMargin ? kBaseMargin * set_.margin : set_.margin;
     if (!collect(base)) return Found::Failure;
-    const double expected = kSurprise * s_.lengthOf(likely());
     for (bool added = true; added;) {
         if (s_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        const Crossing by{step.x, tick_.stiffness(), step.slack};
-        // What a much longer answer than expected crosses lies near, mostly, where less has to be looked at.
-        const double close = kCloseMargin * set_.margin;
-        if (step.length > std::max(close, expected)) {
-            if (!addCrossed(close, by, added)) return Found::Failure;
-            if (added) continue;
-        }
-        looked_ = std::max(looked_, std::min(set_.margin, step.length));
+        const Crossing by = trusted(step.x, step.slack);
+        looked_ = std::max(looked_, std::min(set_.margin, s_.lengthOf(by.x)));
         if (!addCrossed(looked_, by, added)) return Found::Failure;
     }
     lastSteps() = {step.x, lastSteps()[0]};
@@ -240,33 +221,22 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         tick_.record.rows = s_.rows.size();
         tick_.record.rowsScreened = s_.rows.size() ? solvedRows_ : 0;
     }
-    if (near_) {
-        flying_ = false;
-        if (set_.shadow >= 0 && !shadowed_ && s_.rows.size()) {
-            tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
-            shadowed_ = true;
-        }
-        return Found::Contact;
+    flying_ = s_.rows.size() == 0 && !isShort(wanted) && !isNear(set_.margin);
+    if (fliesOn(wanted, step)) return Found::Free;
+    if (set_.shadow >= 0 && !shadowed_ && s_.rows.size()) {
+        tick_.runShadow({tick_.stiffness(), wanted, &s_.rows}, step.rendered);
+        shadowed_ = true;
     }
-    return fly(wanted);
+    return Found::Contact;
 }
 
-/// Nothing is near: as far as nothing is in the way; the trust cap would drag the tool here.
-DefaultTick::Found DefaultTick::fly(const Vec6& x) {
-    flying_ = true;
-    free_ = looked_;
-    if (s_.lengthOf(x) > free_) free_ = std::max(free_, freeWay(x));
-    return Found::Free;
-}
-
-/// The straight step to the device, and whether it goes on a flight. That is asked before the lists, which would have
-/// to be found anew.
+/// Whether the way to the device is a flight: straight on, as far as nothing is in the way, where the trust cap would
+/// drag the tool. That is asked before the lists, which would have to be found anew.
 bool DefaultTick::fliesOn(const Vec6& wanted, Step& step) {
+    if (!flying_ || isShort(wanted)) return flying_ = false;
     step = {wanted, wanted, s_.lengthOf(wanted), true};
-    if (!flying_ || isShort(wanted)) return false;
     free_ = freeWay(wanted);
-    flying_ = free_ > std::min(set_.margin, budget_ - kArrived);
-    return flying_;
+    return flying_ = free_ > std::min(set_.trust, budget_ - kArrived);
 }
 
 /// A device that leaves contact in a leap would drag a tool that nothing holds, and the budget make that last: a loaded
@@ -279,16 +249,14 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
     Found found = Found::Free;
     flying_ = true;
     if (!fliesOn(way, step)) {
-        const Vec6 x = way * std::min(1.0, set_.trust / step.length);
+        step.x = trusted(way).x;
         s_.rows.clear();
-        near_ = false;
         allBelow_ = -INFINITY;
-        looked_ = std::max(kBaseMargin * set_.margin, s_.lengthOf(x));
+        looked_ = std::max(kBaseMargin * set_.margin, s_.lengthOf(step.x));
         bool crossed = false;
-        if (!addCrossed(looked_, {x, tick_.stiffness()}, crossed)) return Found::Failure;
+        if (!addCrossed(looked_, {step.x, tick_.stiffness()}, crossed)) return Found::Failure;
         if (crossed) return Found::Held;
-        found = near_ ? Found::Contact : fly(way);
-        if (near_) step.x = x;
+        found = Found::Contact;
     }
     step.length = s_.lengthOf(wanted);
     step.reachesDevice = step.x == wanted;
@@ -316,9 +284,6 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     if (result.status == SolveStatus::Invalid) return false;
 
     step.rendered = result.x;
-    s_.lastLoaded.clear();
-    for (const Multiplier& m : result.multipliers) s_.lastLoaded.push_back(few.rows->id(m.row));
-    std::sort(s_.lastLoaded.begin(), s_.lastLoaded.end());
     if (exact) {
         s_.rememberContacts(s_.rows, result);
     } else {
@@ -359,7 +324,9 @@ bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
         s_.rememberContacts(s_.relaxed, result);
         x = result.x;
         tick_.addTime(tick_.record.solveUs, start);
-        if (!addCrossed(looked_, {x, tick_.stiffness(), 0, true}, added)) return false;
+        Crossing by = trusted(x);
+        by.share = 0;
+        if (!addCrossed(looked_, by, added)) return false;
     }
     return true;
 }
@@ -387,10 +354,9 @@ bool DefaultTick::stillDeeper(const Measured& m, const Vec6& x) const {
                                          s_.inObstacle(m.obstacle, moved(s_.graphic, x)), m.pair, kOverlapTolerance);
 }
 
-/// Caps the step by trust (or clearance) and travel budget, and shortens it until no listed gap got worse. Returns the
-/// length of what is left of it, mm.
-double DefaultTick::move(Step step, const Vec6& wanted) {
-    const bool contact = near_;
+/// Caps the step by travel budget and trust, where it is not one of contact by what is free, and shortens it until no
+/// listed gap got worse. Returns the length of what is left of it, mm.
+double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const auto capped = [&](Vec6 x) {
         const double length = s_.lengthOf(x), shift = x.head<3>().norm(), reach = contact ? set_.trust : free_;
         if (length <= std::min(reach, budget_) && shift <= shiftBudget_) return x;
@@ -450,19 +416,16 @@ bool DefaultTick::run(Wrench& wrench) {
         const Found found = linearisation_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
         if (found == Found::Failure) return false;
         if (found == Found::Held) break;
-        if (found == Found::Free) {
-            s_.rows.clear();
-            near_ = false;
-        }
+        if (found == Found::Free) s_.rows.clear();
         const Pose before = s_.graphic;
-        const double moved = move(step, wanted);
+        const double moved = move(step, wanted, found == Found::Contact);
         // Where a tick takes many steps, they tell better than the last tick where it goes.
         for (int k = 0; k < int(s_.lists.size()) && linearisation_ >= set_.linearisations; ++k) {
             const Course way = Course::between(s_.inObstacle(k, before), s_.inObstacle(k, s_.graphic), s_.p_TC);
             s_.lists[k].expect(way.shift, way.turn);
         }
         arrived = step.length < kArrived || incrementBetween(s_.graphic, device_).isZero(0);
-        stuck = moved < kArrived;  // and the next step would be no longer
+        stuck = std::min(moved, budget_) < kArrived;  // and the next step would be no longer
         cut = moved + kArrived < step.length;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;

@@ -87,10 +87,10 @@ void ListKeeper::serve(const Message& message) {
         const double left = part->finder.reserve(part->published, {along(leadMs), r.within});
         if (!tooLong && left >= (1 - kRenew) * r.slack) continue;
         PairEntries& entries = part->entries.back();
-        // Steps may get longer.
+        // Steps may get as long as they may be.
         Within within = r.within;
-        within.curve = std::max(2 * within.curve, 2 * r.slack * r.slack);
-        within.most = std::max(within.most, r.margin);
+        within.curve = std::max(within.curve, r.trust * r.trust / 2);
+        within.most = std::max(within.most, r.trust);
         const Coverage asked{next, within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
         if (!part->finder.find(asked, entries)) continue;  // too deep: the tick sees to it

@@ -24,8 +24,8 @@ class ListKeeper {
 
     struct Request {
         double tickMs = 1;
-        Within within;                 ///< what the tick asked for; negative margin: nothing is near, nothing is wanted
-        double margin = 0, slack = 0;  ///< mm, of the settings
+        Within within;                ///< what the tick asked for; negative margin: nothing is near, nothing is wanted
+        double trust = 0, slack = 0;  ///< mm, of the settings
     };
     /// To be called after every tick, with where the graphic tool and the obstacles are then.
     void request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept;

@@ -33,7 +33,7 @@ struct Settings {
     double slack = 0.75;                    ///< mm of travel before the neighbour list is built anew
     double travelBudget = 0.5;              ///< v, mm/ms: travel beyond the device's own while in contact
     int linearisations = 2;
-    bool adaptiveMargin = true;  ///< solve at the smallest margin that is exact
+    bool adaptiveMargin = true;  ///< solve with the rows that the step would cross
     double elasticWeight = 1000;
     int paperRows = 1024;                  ///< deepest pairs kept in paper mode
     std::int64_t paperWork = 100'000'000;  ///< rows² x iterations a tick in paper mode

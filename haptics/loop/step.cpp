@@ -42,7 +42,6 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     order.resize(kRowCapacity);
     ways.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
-    lastLoaded.reserve(kRowCapacity);
 }
 
 StepState::StepState(const World& world) : impl(std::make_unique<Impl>(world)) { reset(world.X_WT_start); }
@@ -65,7 +64,6 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
-    s.lastLoaded.clear();
     for (NeighbourList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();

@@ -51,8 +51,7 @@ struct StepState::Impl {
         std::uint64_t id;
         double force;  ///< N
     };
-    std::vector<std::uint64_t> lastLoaded;  ///< contacts with multipliers in the last solve, ids ascending
-    std::vector<Contact> contacts;          ///< loaded contacts of the tick's last exact solve
+    std::vector<Contact> contacts;  ///< loaded contacts of the tick's last exact solve
 
     TickInput given;                 ///< to the last tick
     std::optional<StepStart> start;  ///< since then

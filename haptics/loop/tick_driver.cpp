@@ -161,7 +161,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         record.helperUs = session.keeper->takeCpuUs();
         session.keeper->request({.tickMs = 1000 / settings().rate,
                                  .within = session.state.asked(),
-                                 .margin = effective.margin,
+                                 .trust = effective.trust,
                                  .slack = std::max(effective.slack, effective.trust)},
                                 record.X_WT, session.state.obstacles());
     }

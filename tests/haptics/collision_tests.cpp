@@ -275,7 +275,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
     Crossing by;
     by.stiffness << 1, 1, 1, 1000, 1000, 1000;
     by.slack = GENERATE(0.0, 0.7);
-    by.notDeeper = GENERATE(false, true);
+    by.share = GENERATE(0.0, 0.3, 1.0);
     // With a list of all pairs, or one of those that the way may cross.
     const bool onWay = GENERATE(false, true);
     const double nearest_mm = onWay ? 0 : 1;
@@ -298,7 +298,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
         const int nearOnes = near.size();
         RowSet given(1 << 15);
         for (int i = 0; i < near.size(); ++i) given.push(near.row(i), near.gap()[i], near.id(i));
-        REQUIRE(list.anyWithin(X, 4) == (all.size() > 0));
+        REQUIRE(anyWithin(tool, obstacle, X, 4) == (all.size() > 0));
         if (onWay) {
             const Coverage asked = list.crossing({X, by.x.head<3>(), by.x.tail<3>()}, 4);
             REQUIRE(asked.within.margin < 0.1);
@@ -307,7 +307,7 @@ TEST_CASE("neighbour list: the rows that an increment crosses are those of brute
         }
         // Each call adds the most crossed ones of those that are left.
         const auto left = [&](const RowSet& rows, int i) {
-            const double g = by.notDeeper ? std::max(0.0, rows.gap()[i]) : rows.gap()[i];
+            const double g = std::max(rows.gap()[i], by.share * rows.gap()[i]);
             const double length = rows.row(i).cwiseQuotient(by.stiffness.cwiseSqrt()).norm();
             return rows.row(i).dot(by.x) + g + by.slack * length;
         };

@@ -166,7 +166,7 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
             const TickRecord r = step(world, {}, input, state, {}, audit);
             sum = hashTick(r, sum);
             if (!keeper) continue;
-            keeper->request({.tickMs = 1, .within = 0.5, .margin = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
+            keeper->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
             std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
         return sum;

@@ -244,21 +244,25 @@ TEST_CASE("step: the penetration meter gives the true clearance's overlap to the
     REQUIRE(free > 20);
 }
 
-TEST_CASE("step: the adaptive margin changes the number of rows, not the answer", "[step]") {
+TEST_CASE("step: the adaptive margin changes the number of rows, not an answer within trust", "[step]") {
     const World world = worldOf(blob(600, 20, 5), blob(600, 20, 6), at(0, 45, 0));
     Settings adaptive = exactAlone(), full = exactAlone();
     full.adaptiveMargin = false;
     StepState a(world), b(world);
     long rowsAdaptive = 0, rowsFull = 0;
+    int reached = 0;
     for (int tick = 0; tick < 600; ++tick) {
         const Pose device = at(4 * std::sin(0.01 * tick), std::max(30.0, 45 - 0.05 * tick), 0,
                                Vec3(0, 0.2 * std::sin(0.013 * tick), 0));
         const TickRecord r = step(world, adaptive, {device}, a), s = step(world, full, {device}, b);
         rowsAdaptive += r.rows;
         rowsFull += s.rows;
-        // Both are exact to 1e-9; the differences accumulate over the ticks of a sliding contact.
-        REQUIRE((r.X_WT.p - s.X_WT.p).norm() < 1e-5);
+        b.resume(r);
+        if (r.flags & kCapped) continue;  // on the way there they may differ
+        ++reached;
+        REQUIRE((r.X_WT.p - s.X_WT.p).norm() < 1e-7);
     }
+    REQUIRE(reached > 400);
     REQUIRE(rowsAdaptive < rowsFull / 2);
 }
 
@@ -330,7 +334,7 @@ TEST_CASE("list keeper: finds ahead of a moving tool what a tick may ask for", "
     const auto ask = [&](double y) {
         const Pose X_WO[] = {world.obstacles[0].X_WO};
         keeper.request({}, at(0, y + 0.1, 0), X_WO);
-        keeper.request({.tickMs = 1, .within = 0.5, .margin = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
+        keeper.request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
     };
     ask(32);
     REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 31.85, 0), 0.5}) >= 0; }));
@@ -446,6 +450,8 @@ TEST_CASE("step: an approximate solver takes the rows that screening left, and e
     long rows = 0, left = 0, inexact = 0;
     double error = 0;
     StepState reference(world);
+    Settings exactly = settings;
+    exactly.solver = exactAlone().solver;
     drive(
         world, settings, 500,
         [](int tick) { return at(3 * std::sin(0.02 * tick), std::max(30.0, 45 - 0.06 * tick), 0); },
@@ -455,7 +461,7 @@ TEST_CASE("step: an approximate solver takes the rows that screening left, and e
             rows += r.rows;
             left += r.rowsScreened;
             inexact += r.screenInexact;
-            const TickRecord exact = step(world, exactAlone(), {r.X_WT_device}, reference);
+            const TickRecord exact = step(world, exactly, {r.X_WT_device}, reference);
             if (r.screenInexact == 0) error = std::max(error, (exact.wrench_C.force - r.wrench_C.force).norm());
         });
     CAPTURE(rows, left, inexact, error);
