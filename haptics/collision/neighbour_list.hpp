@@ -57,9 +57,6 @@ class NeighbourList {
     /// fit or be more than `most`. All queries: pre: complete for the margin at the pose.
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
                     int most = std::numeric_limits<int>::max()) const;
-    /// Appends the row of one pair if its gap is within margin. No precondition.
-    void appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, int toolLeaf, int obstacleLeaf,
-                   RowSet& rows) const;
     /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than a rounding and `rows` has not, the
     /// most crossed ones, to `crossed`; none if and only if there are none. False, with `crossed` as it was, if they
     /// would not fit into `rows` or there are too many to look at. Pre: as for the others, or complete for the
@@ -86,6 +83,9 @@ class NeighbourList {
     double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const;
 
   private:
+    /// Appends the row of one pair if its gap is within margin.
+    void appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, int toolLeaf, int obstacleLeaf,
+                   RowSet& rows) const;
     Course ahead(const Course& course, double ticks, double slack) const;
     bool findFar(const Course& step, double margin);
     bool farHas(const Coverage& asked) const;
