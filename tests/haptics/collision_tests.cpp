@@ -448,6 +448,8 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
             for (int j = 0; j < obstacle.leafCount(); ++j) least = std::min(least, pairGap(tool, obstacle, X, i, j));
         REQUIRE(leastGap(tool, obstacle, X) == Approx(least).margin(1e-11));
         REQUIRE(leastGap(tool, obstacle, X, least - 1) == least - 1);
+        REQUIRE(anyWithin(tool, obstacle, X, least + 1e-9));
+        REQUIRE_FALSE(anyWithin(tool, obstacle, X, least - 1e-9));
         // A pair to begin with changes nothing, and the nearest takes its place.
         LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
         REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));
