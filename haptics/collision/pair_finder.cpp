@@ -62,10 +62,9 @@ PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
       extent_(tool),
       leastSum_(leastRadius(tool) + leastRadius(obstacle)),
       walk_(tool, obstacle),
-      found_(tool, obstacle),
-      offsets_(std::size_t(tool.leafCount()) + 1) {
-    for (auto& column : placed_) column.resize(std::size_t(paddedToEight(tool.leafCount())));
-}
+      found_(std::size_t(PairEntries(tool, obstacle).capacity) + 1),
+      placed_(std::size_t(paddedToEight(tool.leafCount())) / SphereTree::kBranching),
+      offsets_(std::size_t(tool.leafCount()) + 1) {}
 
 double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
     if (have.within.margin < 0) return -1;
@@ -82,116 +81,143 @@ void PairFinder::place(const Course& course, const PairEntries* of) {
     const Eigen::Vector3f shift = course.shift.cast<float>(), turn = course.turn.cast<float>();
     const bool stays = course.stays();
     const TreeLevel& leaves = tool_->levels[0];
-    const auto placeEight = [&](int i) {
+    const auto placeEight = [&](int bucket) {
+        const int i = bucket * SphereTree::kBranching;
         const Float8 x = load(&leaves.x[i]), y = load(&leaves.y[i]), z = load(&leaves.z[i]);
-        Float8 at[3];
-        for (int k = 0; k < 3; ++k) {
-            at[k] = R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k];
-            store(&placed_[kX + k][i], at[k]);
-        }
-        store(&placed_[kR][i], load(&leaves.r[i]));
+        Placed& placed = placed_[bucket];
+        placed.r = load(&leaves.r[i]);
+        for (int k = 0; k < 3; ++k) placed.at[k] = R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k];
         if (stays) return;
         Float8 way2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const int a = (k + 1) % 3, b = (k + 2) % 3;
-            const Float8 way = shift[k] + (turn[a] * (at[b] - c[b]) - turn[b] * (at[a] - c[a]));
-            store(&placed_[kWayX + k][i], way);
-            way2 += way * way;
+            placed.way[k] = shift[k] + (turn[a] * (placed.at[b] - c[b]) - turn[b] * (placed.at[a] - c[a]));
+            way2 += placed.way[k] * placed.way[k];
         }
-        store(&placed_[kPerWay2][i], way2 > 1e-12f ? 1.0f / way2 : splat(0.0f));
+        placed.perWay2 = way2 > 1e-12f ? 1.0f / way2 : splat(0.0f);
     };
     if (of && of->count < leaves.count) {
         for (int i = 0, placed = -1; i < of->count; ++i)
             if (const int bucket = of->at[i].toolLeaf / SphereTree::kBranching; bucket != placed)
-                placeEight((placed = bucket) * SphereTree::kBranching);
+                placeEight(placed = bucket);
     } else {
-        for (int i = 0; i < leaves.count; i += SphereTree::kBranching) placeEight(i);
+        for (int i = 0; i < int(placed_.size()); ++i) placeEight(i);
     }
 }
+
+/// The obstacle leaves of an entry's bucket, as the tool leaf meets them on its course.
+template <bool moves>
+struct PairFinder::Meeting {
+    Float8 distance2;  ///< of the centres where they are nearest
+    Float8 sum;        ///< of the radii
+
+    TOUCHSTONE_INLINE Meeting(LeafBucket entry, const AlignedVector<Placed>& placed, const TreeLevel& leaves) {
+        const Placed& tool = placed[entry.toolLeaf / SphereTree::kBranching];
+        const auto of = [lane = entry.toolLeaf % SphereTree::kBranching](const Float8& column) {
+            return splat(column[lane]);
+        };
+        const int first = entry.bucket * SphereTree::kBranching;
+        Float8 dx = load(&leaves.x[first]) - of(tool.at[0]);
+        Float8 dy = load(&leaves.y[first]) - of(tool.at[1]);
+        Float8 dz = load(&leaves.z[first]) - of(tool.at[2]);
+        if constexpr (moves) {
+            const Float8 wx = of(tool.way[0]), wy = of(tool.way[1]), wz = of(tool.way[2]);
+            Float8 s = (dx * wx + dy * wy + dz * wz) * of(tool.perWay2);
+            s = max(s, splat(0.0f));
+            s = s < 1.0f ? s : splat(1.0f);
+            dx -= s * wx, dy -= s * wy, dz -= s * wz;
+        }
+        distance2 = dx * dx + dy * dy + dz * dz;
+        sum = load(&leaves.r[first]) + of(tool.r);
+    }
+};
 
 /// What is within, in float, with guard.
 struct PairFinder::Limit {
-    float margin, most, curve;
+    Float8 margin, most, curve;
 
     Limit(const Within& within, float guard)
-        : margin(float(within.margin) + guard), most(float(within.most) + guard), curve(curveInFloat(within)) {}
+        : margin(splat(float(within.margin) + guard)),
+          most(splat(float(within.most) + guard)),
+          curve(splat(curveInFloat(within))) {}
+
+    /// Whether one of the leaves is: distance <= sum + min(margin + curve / sum, most), without the root.
+    template <bool moves>
+    TOUCHSTONE_INLINE bool holds(const Meeting<moves>& m) const {
+        const Float8 bent = m.sum * (m.sum + margin) + curve, straight = m.sum + most;
+        return lessEqual(m.distance2 * (m.sum * m.sum), bent * bent) & lessEqual(m.distance2, straight * straight);
+    }
 };
 
-/// Takes the entry as number `count` if a leaf of its bucket is within the limit; without a branch, since half of them
-/// are.
+/// Their gaps, which few entries get as far as needing.
 template <bool moves>
-inline void PairFinder::keep(LeafBucket entry, const Limit& limit, PairEntries& out, int& count) const {
+void PairFinder::measure(PairEntries& entries) const {
     const TreeLevel& leaves = obstacle_->levels[0];
-    const int first = entry.bucket * SphereTree::kBranching;
-    const auto placed = [&](int column) { return splat(placed_[column][entry.toolLeaf]); };
-    Float8 dx = load(&leaves.x[first]) - placed(kX);
-    Float8 dy = load(&leaves.y[first]) - placed(kY);
-    Float8 dz = load(&leaves.z[first]) - placed(kZ);
-    if constexpr (moves) {
-        const Float8 wx = placed(kWayX), wy = placed(kWayY), wz = placed(kWayZ);
-        Float8 s = (dx * wx + dy * wy + dz * wz) * placed(kPerWay2);
-        s = max(s, splat(0.0f));
-        s = s < 1.0f ? s : splat(1.0f);
-        dx -= s * wx, dy -= s * wy, dz -= s * wz;
+    for (int i = 0; i < entries.count; ++i) {
+        const LeafBucket entry = entries.at[i];
+        const Meeting<moves> m(entry, placed_, leaves);
+        entries.gap[i] = least(simd::sqrt(m.distance2) - m.sum);
+        entries.sum[i] = least(m.sum);
     }
-    const Float8 sum = load(&leaves.r[first]) + placed(kR), gap = simd::sqrt(dx * dx + dy * dy + dz * dz) - sum;
-    const Mask near = lessEqual((gap - limit.margin) * sum, splat(limit.curve)) & lessEqual(gap, splat(limit.most));
-    out.at[count] = entry;
-    out.gap[count] = least(gap);
-    out.sum[count] = obstacle_->levels[1].round[entry.bucket] + placed_[kR][entry.toolLeaf];
-    count += near != 0;
 }
 
-/// The walk tested the buckets' boxes; the leaves themselves drop most of what it found. False if too much is left.
+/// The walk tested the buckets' boxes; the leaves themselves drop most of what it found. Returns how many it left:
+/// more than memory if that is full.
 template <bool moves>
-bool PairFinder::walk(const Coverage& asked) {
+int PairFinder::walk(const Coverage& asked) {
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
-    found_.count = 0;
-    bool full = false;
+    const TreeLevel& leaves = obstacle_->levels[0];
+    const int most = int(found_.size()) - 1;
+    int kept = 0;
     walk_.run(asked, [&](const LeafBucket* entries, int count) {
-        for (int i = 0; i < count && !full; ++i) {
-            keep<moves>(entries[i], limit, found_, found_.count);
-            full = found_.count > found_.capacity;
+        for (int i = 0; i < count && kept <= most; ++i) {
+            found_[kept] = entries[i];
+            kept += limit.holds(Meeting<moves>(entries[i], placed_, leaves));
         }
     });
-    return !full;
+    return kept;
+}
+
+template <bool moves>
+bool PairFinder::find(const Coverage& asked, PairEntries& out) {
+    place(asked.course);
+    const int count = walk<moves>(asked);
+    if (count > out.capacity) return false;
+
+    // Stable counting sort by tool leaf; its buckets are ascending already.
+    std::fill(offsets_.begin(), offsets_.end(), 0);
+    for (int i = 0; i < count; ++i) ++offsets_[found_[i].toolLeaf];
+    std::exclusive_scan(offsets_.begin(), offsets_.end(), offsets_.begin(), 0);
+    for (int i = 0; i < count; ++i) out.at[offsets_[found_[i].toolLeaf]++] = found_[i];
+    out.count = count;
+    measure<moves>(out);
+    return true;
 }
 
 bool PairFinder::find(const Coverage& asked, PairEntries& out) {
     out.within = {};
-    place(asked.course);
-    if (!(asked.course.stays() ? walk<false>(asked) : walk<true>(asked))) return false;
-
-    // Stable counting sort by tool leaf; its buckets are ascending already.
-    std::fill(offsets_.begin(), offsets_.end(), 0);
-    for (int i = 0; i < found_.count; ++i) ++offsets_[found_.at[i].toolLeaf];
-    std::exclusive_scan(offsets_.begin(), offsets_.end(), offsets_.begin(), 0);
-    for (int i = 0; i < found_.count; ++i) {
-        const int to = offsets_[found_.at[i].toolLeaf]++;
-        out.at[to] = found_.at[i];
-        out.gap[to] = found_.gap[i];
-        out.sum[to] = found_.sum[i];
-    }
-    out.count = found_.count;
+    if (!(asked.course.stays() ? find<false>(asked, out) : find<true>(asked, out))) return false;
     static_cast<Coverage&>(out) = asked;
     return true;
 }
 
+template <bool moves>
 void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     place(asked.course, &from);
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
+    const TreeLevel& leaves = obstacle_->levels[0];
     int count = 0;
-    const auto keepAll = [&]<bool moves>() {
-        forEachWithin(from, asked, [&](const LeafBucket& entry) {
-            keep<moves>(entry, limit, out, count);
-            return true;
-        });
-    };
-    if (asked.course.stays())
-        keepAll.operator()<false>();
-    else
-        keepAll.operator()<true>();
+    forEachWithin(from, asked, [&](const LeafBucket& entry) {
+        out.at[count] = entry;
+        count += limit.holds(Meeting<moves>(entry, placed_, leaves));
+        return true;
+    });
     out.count = count;
+    measure<moves>(out);
+}
+
+void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+    asked.course.stays() ? narrow<false>(from, asked, out) : narrow<true>(from, asked, out);
     static_cast<Coverage&>(out) = asked;
 }
 

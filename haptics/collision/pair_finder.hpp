@@ -62,21 +62,31 @@ class PairFinder {
     void forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
 
   private:
-    void place(const Course& course, const PairEntries* of = nullptr);
+    /// Eight tool leaves in the obstacle's frame, and their ways.
+    struct Placed {
+        simd::Float8 at[3], r, way[3], perWay2;  ///< perWay2: 1 / |way|^2
+    };
+    template <bool moves>
+    struct Meeting;
     struct Limit;
+
+    void place(const Course& course, const PairEntries* of = nullptr);
     template <bool moves>
-    void keep(LeafBucket entry, const Limit& limit, PairEntries& out, int& count) const;
+    int walk(const Coverage& asked);
     template <bool moves>
-    bool walk(const Coverage& asked);
+    bool find(const Coverage& asked, PairEntries& out);
+    template <bool moves>
+    void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
+    template <bool moves>
+    void measure(PairEntries& entries) const;
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     LeafExtent extent_;
     double leastSum_;  ///< of the radii of a pair
     TreeWalk walk_;
-    PairEntries found_;
-    enum { kX, kY, kZ, kR, kWayX, kWayY, kWayZ, kPerWay2, kColumns };
-    AlignedVector<float> placed_[kColumns];  ///< of each tool leaf, in the obstacle's frame; kPerWay2: 1 / |way|^2
+    std::vector<LeafBucket> found_;
+    AlignedVector<Placed> placed_;
     std::vector<std::int32_t> offsets_;
 };
 
@@ -87,12 +97,27 @@ void PairFinder::forEachWithin(const PairEntries& entries, const Coverage& asked
                                             2 * double(floatGuard(*tool_, *obstacle_, asked.course.X_OT)));
     const Float8 margin = splat(float(grown.margin)), most = splat(float(grown.most)),
                  curve = splat(curveInFloat(grown));
-    for (int i = 0; i < entries.count; i += 8) {
-        const Float8 gap = load(&entries.gap[i]);
-        Mask mask = lessEqual((gap - margin) * load(&entries.sum[i]), curve) & lessEqual(gap, most);
-        if (i + 8 > entries.count) mask &= (1u << (entries.count - i)) - 1;
-        for (; mask; mask &= mask - 1)
-            if (!visit(entries.at[i + std::countr_zero(mask)])) return;
+    // First which, then what: a branch on each would be guessed wrong too often.
+    constexpr int kRun = 512;
+    std::int32_t run[kRun + 8];
+    for (int first = 0; first < entries.count; first += kRun) {
+        const int end = std::min(first + kRun, entries.count);
+        int found = 0;
+        for (int i = end; i < std::min(end + kRun, entries.count); i += 16) {
+            __builtin_prefetch(&entries.gap[i]);
+            __builtin_prefetch(&entries.sum[i]);
+            __builtin_prefetch(&entries.at[i]);
+            __builtin_prefetch(&entries.at[i + 8]);
+        }
+        for (int i = first; i < end; i += 8) {
+            const Float8 gap = load(&entries.gap[i]);
+            Mask mask = lessEqual((gap - margin) * load(&entries.sum[i]), curve) & lessEqual(gap, most);
+            if (i + 8 > end) mask &= (1u << (end - i)) - 1;
+            compressStore(run + found, splat(i) + lanes(), mask);
+            found += std::popcount(mask);
+        }
+        for (int i = 0; i < found; ++i)
+            if (!visit(entries.at[run[i]])) return;
     }
 }
 
