@@ -108,14 +108,14 @@ Coverage NeighbourList::crossing(const Course& step, double margin) const {
 /// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
 /// too much, until it returns false.
 template <class Visit>
-void NeighbourList::forEachHit(const Pose& X_OT, double margin, Visit&& visit) const {
+void NeighbourList::forEachHit(const PairEntries& entries, const Pose& X_OT, double margin, Visit&& visit) const {
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
     const Mat3 R = X_OT.R();
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    finder_.forEachWithin(near_, {X_OT, margin}, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(entries, {X_OT, margin}, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -158,7 +158,7 @@ bool NeighbourList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin
     most = std::min(most, rows.capacity());
     int n = rows.size();
     bool fits = true;
-    forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    forEachHit(near_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
         fits = n + int(std::popcount(mask)) <= most;
@@ -274,7 +274,7 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
         j << n, r.cross(n);
         rows.push(j, best.gap, contactId(obstacleIndex_, best.toolLeaf, best.obstacleLeaf));
     };
-    forEachHit(X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    forEachHit(near_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
         pairs += std::popcount(mask);
@@ -289,6 +289,20 @@ int NeighbourList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double 
     });
     flush();
     return pairs;
+}
+
+std::optional<bool> NeighbourList::anyWithin(const Pose& X_OT, double margin) const {
+    for (const PairEntries* entries : {&near_, &all_, offered_}) {
+        if (!entries || finder_.reserve(*entries, {X_OT, margin}) < 0) continue;
+        bool any = false;
+        forEachHit(*entries, X_OT, margin, [&](int toolLeaf, const Vec3&, int bucket, Mask mask) {
+            for (; mask && !any; mask &= mask - 1)
+                any = gap(X_OT, toolLeaf, bucket * SphereTree::kBranching + std::countr_zero(mask)) < margin;
+            return !any;
+        });
+        return any;
+    }
+    return {};
 }
 
 NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& after, double tolerance) {
@@ -314,7 +328,7 @@ NeighbourList::Overlap NeighbourList::remeasure(const Pose& before, const Pose& 
     const double length = extent_.length(step);
     const bool known = farHas({before, length}) || farHas(crossing(step, length));
     if (!known || far_.leastDistance() < length) {
-        forEachHit(after, 0, look);
+        forEachHit(near_, after, 0, look);
         return overlap;
     }
     // A distance is convex along a straight way: no gap falls below what its row leaves but for the bend of an arc.

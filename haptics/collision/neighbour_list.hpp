@@ -2,6 +2,7 @@
 // The leaf pairs that may touch for a while: found by one walk, retested every tick.
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "haptics/collision/far_rows.hpp"
@@ -67,6 +68,9 @@ class NeighbourList {
     /// margin.
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const;
 
+    /// Whether a pair has a gap below the margin; none if no entries at hand are complete for it. For any margin.
+    std::optional<bool> anyWithin(const Pose& X_OT, double margin) const;
+
     /// What a move did to the listed pairs.
     struct Overlap {
         int toolLeaf = -1, obstacleLeaf = -1;  ///< a pair that got deeper, none if -1
@@ -91,7 +95,7 @@ class NeighbourList {
     bool farHas(const Coverage& asked) const;
     float farError(const Course& step) const;
     template <class Visit>
-    void forEachHit(const Pose& X_OT, double margin, Visit&& visit) const;
+    void forEachHit(const PairEntries& entries, const Pose& X_OT, double margin, Visit&& visit) const;
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;

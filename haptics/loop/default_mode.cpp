@@ -114,8 +114,11 @@ bool DefaultTick::isShort(const Vec6& x) const {
 bool DefaultTick::isNear(double margin) const {
     const std::uint64_t start = tick_.now();
     bool near = false;
-    for (int k = 0; k < int(s_.lists.size()) && !near; ++k)
-        near = anyWithin(*s_.world->tool, *s_.world->obstacles[k].tree, s_.inObstacle(k, s_.graphic), margin);
+    for (int k = 0; k < int(s_.lists.size()) && !near; ++k) {
+        const Pose X_OT = s_.inObstacle(k, s_.graphic);
+        const std::optional<bool> listed = s_.lists[k].anyWithin(X_OT, margin);
+        near = listed ? *listed : anyWithin(*s_.world->tool, *s_.world->obstacles[k].tree, X_OT, margin);
+    }
     tick_.addTime(tick_.record.collisionUs, start);
     return near;
 }

@@ -440,6 +440,7 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     const SphereTree tool = bumpyBall(1 + int(random() % 200), seed),
                      obstacle = bumpyBall(1 + int(random() % 400), seed + 1);
     TreeWalk walk(tool, obstacle);
+    NeighbourList list(tool, obstacle, 0);
     int overlaps = 0;
     for (int pose = 0; pose < 20; ++pose) {
         const Pose X = randomPose(random, 60);
@@ -450,6 +451,13 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
         REQUIRE(leastGap(tool, obstacle, X, least - 1) == least - 1);
         REQUIRE(anyWithin(tool, obstacle, X, least + 1e-9));
         REQUIRE_FALSE(anyWithin(tool, obstacle, X, least - 1e-9));
+        // A list says the same where it is complete, whatever pose it was found for.
+        list.forget();
+        REQUIRE_FALSE(list.anyWithin(X, least).has_value());
+        REQUIRE(list.complete({Pose{X.p + Vec3(0.2, 0.1, 0), X.q}, std::max(least, 0.0) + 1}, 0.1));
+        REQUIRE(list.anyWithin(X, least + 1e-9) == true);
+        REQUIRE(list.anyWithin(X, least - 1e-9) == false);
+        REQUIRE_FALSE(list.anyWithin(X, std::max(least, 0.0) + 2).has_value());
         // A pair to begin with changes nothing, and the nearest takes its place.
         LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
         REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));
