@@ -53,6 +53,8 @@ class Pass {
     const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
     const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
     const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
+    /// By the clock, where one paces.
+    std::optional<std::uint64_t> overruns() const { return pacer_ ? std::optional(pacer_->overruns()) : std::nullopt; }
     const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
     const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
     /// The newest tick whole, `record` being what is known of it.
@@ -91,6 +93,7 @@ TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptio
         run.hash = run.ticks.empty() ? hashTick(record) : hashTick(record, run.hash);
         run.ticks.push_back({record.totalUs, record.collisionUs, record.solveUs, record.helperUs});
     }
+    run.overruns = pass.overruns();
     return run;
 }
 
@@ -140,6 +143,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         run.recordingFailure = recorder->failure();
     }
     statistics.write(run.report);
+    run.report.overruns = timed.overruns;
     if (options.timing && timed.hash != run.report.hash)
         throw std::runtime_error(
             "a repeated run gave other results, which is a fault of the program: please report it");

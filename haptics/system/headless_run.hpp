@@ -42,7 +42,8 @@ struct TickTimes {
 
 struct TimedRun {
     std::vector<TickTimes> ticks;
-    std::uint64_t hash = 0;  ///< as the report's
+    std::uint64_t hash = 0;                 ///< as the report's
+    std::optional<std::uint64_t> overruns;  ///< by the clock, where one paces
 };
 
 /// Runs the scene from its start; a recording from its own, with its settings, which are taken in place of `settings`.

@@ -38,7 +38,7 @@ struct Report {
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
     std::uint64_t infeasible = 0;           ///< ticks
-    std::optional<std::uint64_t> overruns;  ///< null when headless
+    std::optional<std::uint64_t> overruns;  ///< null where no clock paces
     Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent when headless
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;

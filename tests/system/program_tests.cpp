@@ -31,6 +31,9 @@ TEST_CASE("program: a headless run writes a whole report, and the same hash agai
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
+    // Late ticks are counted where a clock paces them.
+    CHECK(touchstone(run + " --seconds 0.05 --paced").out.find("ticks ended late") != std::string::npos);
+    CHECK(touchstone(run + " --seconds 0.05").out.find("ticks ended late") == std::string::npos);
     Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
     INFO(answer.err);
     REQUIRE(answer.code == 0);
@@ -203,8 +206,10 @@ TEST_CASE("program: help and version need no scene", "[system]") {
 TEST_CASE("program: doctor looks at everything", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone("doctor");
-    for (const char* what :
-         {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "bunny", "scenes", "cache"})
+    // 1.1 k T (0.5 + d), in N·s/m.
+    CHECK_THAT(touchstone("doctor --stiffness 2 --rate 500").out, Contains("2.2 N·s/m without delay, 6.6 with d = 1"));
+    for (const char* what : {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "passivity",
+                             "bunny", "scenes", "cache"})
         CHECK_THAT(answer.out, Contains(what));
     CHECK(answer.err.empty());
 }

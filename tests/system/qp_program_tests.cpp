@@ -76,6 +76,19 @@ TEST_CASE("qp: rows of any scale and any positive G are answered in the given ro
     CHECK(solved.answers[0]["y"][0].get<double>() == Approx(1e-18).epsilon(1e-9));
     CHECK(std::abs(solved.answers[0]["x"][2].get<double>()) <= 1e-20);
     CHECK(solved.answers[1]["y"][0].get<double>() == Approx(2e14).epsilon(1e-9));
+
+    // Overlaps far below what doubles near one resolve, and numbers as far apart as doubles are.
+    for (const char* problem : {R"({"G":[1,1,1,1,1,1],"J":[[1,0,0,0,0,0]],"g":[-1e-15],"h":[0,0,0,0,0,0]})",
+                                R"({"G":[1,1,1,1,1,1],"J":[[1e15,0,0,0,0,0]],"g":[-1],"h":[0,0,0,0,0,0]})",
+                                R"({"G":[1,1,1,1,1,1],"J":[[1,0,0,0,0,0]],"g":[-1e-17],"h":[0,0,0,0,0,0]})",
+                                R"({"G":[1,1,1,1,1,1],"J":[[1e160,1e160,0,0,0,0]],"g":[-1],"h":[0,0,0,0,0,0]})",
+                                R"({"G":[1e160,1,1,1,1,1e-160],"J":[[1,1,0,0,0,0]],"g":[-1],"h":[0,0,0,0,0,0]})"}) {
+        INFO(problem);
+        solved = solve(touchstone, problem);
+        REQUIRE(solved.answers.size() == 1);
+        CHECK(solved.answers[0]["status"] == "solved");
+        CHECK(solved.answers[0]["kkt"]["primal_mm"] <= 1e-30);
+    }
 }
 
 TEST_CASE("qp: residuals are those of rows of unit normal", "[system]") {
@@ -217,6 +230,8 @@ TEST_CASE("qp: wrong usage is one sentence", "[system]") {
     for (const auto& [args, code] : std::vector<std::pair<std::string, int>>{
              {"qp", 2},
              {"qp /no/such.jsonl", 1},
+             {"qp " + touchstone.file("."), 1},
+             {"qp " + touchstone.file("p.jsonl") + " --mode penalty", 2},
              {"qp " + touchstone.file("p.jsonl") + " --solver magic", 2},
              {"qp " + touchstone.file("p.jsonl") + " --mode papery", 2},
              {"qp " + touchstone.file("p.jsonl") + " --tolerance -1", 2},

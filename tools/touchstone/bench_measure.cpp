@@ -29,10 +29,23 @@ class Judge {
 
     void solved(const QpProblem& problem, const SolveResult& result) {
         ++statuses_[static_cast<std::size_t>(result.status)];
-        if (result.status != SolveStatus::Solved) return;
-        const KktResiduals kkt = kktResiduals(problem, result.x, result.multipliers);
+        const bool elastic = result.status == SolveStatus::Elastic && exact_;
+        if (result.status != SolveStatus::Solved && !elastic) return;
+        RowSet softened(elastic ? problem.rows->size() : 0);
+        if (elastic) soften(problem, result.slack, softened);
+        const KktResiduals kkt = kktResiduals({problem.stiffness, problem.wanted, elastic ? &softened : problem.rows},
+                                              result.x, result.multipliers);
         residual_ = std::max({residual_, kkt.dual_N, kkt.stationarity_N, exact_ ? kkt.primal_mm : 0.0,
                               exact_ ? kkt.complementarity_mJ : natural(problem, result)});
+    }
+
+    /// The rows that an elastic answer meets: each gives way by the slack in the metric of the stiffness.
+    static void soften(const QpProblem& problem, double slack, RowSet& softened) {
+        for (int i = 0; i < problem.rows->size(); ++i) {
+            const Vec6 j = problem.rows->row(i);
+            const double length = j.cwiseQuotient(problem.stiffness.cwiseSqrt()).norm();
+            softened.push(j, problem.rows->gap()[i] + slack * length, problem.rows->id(i));
+        }
     }
 
     void ticked(const TickRecord& record) {
@@ -97,7 +110,8 @@ nlohmann::ordered_json medianOrNull(std::vector<double> values) {
 struct Timing {
     std::array<std::array<std::vector<double>, 3>, kStages> percentiles;  ///< of each run: p50, p99, p99.9
     std::vector<double> most, constantMost;
-    std::vector<double> slow;  ///< share of a run's ticks above kSlowUs
+    std::vector<double> slow;      ///< share of a run's ticks above kSlowUs
+    std::vector<double> firstTen;  ///< worst of the motion's first ten ticks, each time it was run
     std::array<std::vector<double>, 3> constant;
     std::vector<std::vector<double>> byDepth = std::vector<std::vector<double>>(std::size(kDepths));
     std::size_t ticks = 0;  ///< of a run, the fewest
@@ -202,6 +216,10 @@ class Measuring {
                 throw std::runtime_error(case_.key() +
                                          ": a repeated run gave other results, which is a fault of the program: "
                                          "please report it");
+            double first = 0;
+            for (std::size_t i = 0; i < std::min<std::size_t>(10, run.ticks.size()); ++i)
+                first = std::max(first, run.ticks[i].step);
+            timing_.firstTen.push_back(first);
             for (std::size_t i = 0; i < run.ticks.size(); ++i) {
                 times[0].push_back(run.ticks[i].step);
                 times[1].push_back(run.ticks[i].collision);
@@ -273,6 +291,7 @@ class Measuring {
             return valid ? nlohmann::ordered_json(*std::min_element(values.begin(), values.end())) : nullptr;
         };
         row["step_worst_us"] = least(timing_.most);
+        row["step_first_ten_us"] = least(timing_.firstTen);
         row["step_slow_share"] = medianOrNull(timing_.slow);
         for (std::size_t i = 0; i < 3; ++i)
             row[std::string("constant") + kNames[i]] = medianOrNull(timing_.constant[i]);

@@ -38,7 +38,10 @@ void printSettings();
 
 int validate(const std::string& scene);
 
-int doctor();
+struct DoctorCommand {
+    std::optional<double> stiffness, rate;  ///< N/mm, Hz, of a contact that is to feel passive; none: as by default
+};
+int doctor(const DoctorCommand& command);
 
 /// The sphere tree that is asked for; what is not given stays as the scene or the default has it.
 struct TreeChoice {

@@ -18,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kPassive = 1.1;  // times the least damping: where a simulated hand gains nothing (hard case 14)
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 
 enum class State { Works, Limited, Fails };
@@ -107,6 +108,18 @@ void examineDevices(Examination& examination) {
     }
 }
 
+void explainPassivity(Examination& examination, const DoctorCommand& command) {
+    const double k = command.stiffness.value_or(Settings{}.stiffness), rate = command.rate.value_or(Settings{}.rate);
+    const auto least = [&](double delay) { return kPassive * leastDamping(k, rate, delay); };
+    char text[320];
+    std::snprintf(text, sizeof text,
+                  "k = %g N/mm sampled every T = %g ms gives a hand no energy where device and hand damp at least "
+                  "1.1 k T (0.5 + d): %.3g N·s/m without delay, %.3g with d = 1 tick, as a driver of its own adds "
+                  "(--stiffness, --rate)",
+                  k, 1000 / rate, least(0), least(1));
+    examination.say("passivity", State::Works, text);
+}
+
 void examineData(Examination& examination) {
     if (std::error_code error; fs::is_regular_file(kBunny, error))
         examination.say("bunny", State::Works, kBunny);
@@ -135,12 +148,13 @@ void examineData(Examination& examination) {
 
 }  // namespace
 
-int doctor() {
+int doctor(const DoctorCommand& command) {
     Examination examination;
     examineProcessor(examination);
     examineScheduling(examination);
     examineGraphics(examination);
     examineDevices(examination);
+    explainPassivity(examination, command);
     examineData(examination);
     return examination.failed() ? kFailed : kOk;
 }

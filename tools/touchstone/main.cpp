@@ -277,6 +277,15 @@ void addTrials(CLI::App& program, app::TrialsCommand& options, app::TrialsSummar
     });
 }
 
+void addDoctor(CLI::App& program, app::DoctorCommand& options, std::function<int()>& command) {
+    CLI::App* doctor =
+        program.add_subcommand("doctor", "Say what works on this machine, what does not, and what to do");
+    doctor->add_option("--stiffness", options.stiffness, "of the contact that is to feel passive, N/mm")
+        ->check(CLI::PositiveNumber);
+    doctor->add_option("--rate", options.rate, "of its ticks, Hz")->check(CLI::PositiveNumber);
+    doctor->callback([&] { command = [&] { return app::doctor(options); }; });
+}
+
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
     CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
@@ -349,6 +358,7 @@ int main(int argc, char** argv) {
     std::function<int()> command;
     app::RunOptions runOptions;
     app::NewOptions newOptions;
+    app::DoctorCommand doctorCommand;
     app::TreeCommand treeCommand;
     app::TreeCheckCommand treeCheckCommand;
     app::QpCommand qpCommand;
@@ -365,9 +375,7 @@ int main(int argc, char** argv) {
     std::string scene;
     addRun(program, runOptions, command);
     addValidate(program, scene, command);
-    program.add_subcommand("doctor", "Say what works on this machine, what does not, and what to do")->callback([&] {
-        command = app::doctor;
-    });
+    addDoctor(program, doctorCommand, command);
     addNew(program, newOptions, command);
     addTree(program, treeCommand, treeCheckCommand, command);
     addQp(program, qpCommand, command);

@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <numeric>
 
@@ -93,7 +94,9 @@ class Normalised {
         }
         // Contacts are left as they are, to the bit.
         if (!(depth > 0) || !std::isfinite(depth) || (depth > 1e-4 && depth < 1e4)) return 1;
-        return std::ldexp(1.0, -2 * std::ilogb(depth));
+        // Not so stiff that a row has no length left in the metric.
+        constexpr int kStiffest = 90;
+        return std::ldexp(1.0, std::min(-2 * std::ilogb(depth), kStiffest - std::ilogb(line_.G.maxCoeff())));
     }
 
     RowSet rows_;
@@ -138,7 +141,8 @@ class LineSolver {
         answer.status = statusName(result.status);
         if (result.status == SolveStatus::Invalid) {
             answer.why = paper && m > 1024 ? "paper mode's solver takes at most 1024 rows"
-                                           : "the solver's answer is not finite, as paper mode's is with a zero row";
+                         : paper           ? "paper mode's answer is not finite, as it is with a zero row"
+                                           : "the answer is not finite: the problem's numbers are too far apart";
             return answer;
         }
         if (result.status == SolveStatus::Solved && normalised.hopeless())
@@ -159,8 +163,10 @@ class LineSolver {
 
 int solveQps(const QpCommand& command) {
     const Settings settings = settingsOf(command);
+    if (settings.mode == Mode::Penalty) throw UsageError("--mode penalty solves no problems: use default or paper");
     std::ifstream in(command.file, std::ios::binary);
-    if (!in) throw std::runtime_error("cannot read '" + command.file.string() + "': is there such a file?");
+    if (!in || std::filesystem::is_directory(command.file))
+        throw std::runtime_error("cannot read '" + command.file.string() + "': is there such a file?");
     LineSolver solver(settings, command.warm);
     std::string text;
     int number = 0, broken = 0;
