@@ -3,6 +3,7 @@
 #include <poll.h>
 
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <utility>
@@ -12,8 +13,18 @@ namespace {
 
 std::array<std::atomic<Device*>, 16> guarded{};
 std::atomic<bool> ending = false;
-static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+std::atomic<int> stopRequests = 0;  // that live
+std::atomic<int> stopSignal = 0;    // the first that was noted
+static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free &&
+                  std::atomic<int>::is_always_lock_free,
               "signal handlers use them");
+
+/// Notes the signal where somebody is there to end cleanly. False for the second one, and for all that tell of a fault.
+bool noted(int signal) {
+    const bool asks = signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
+    int none = 0;
+    return asks && stopRequests.load() > 0 && stopSignal.compare_exchange_strong(none, signal);
+}
 
 /// Async-signal-safe.
 void letGo() {
@@ -46,10 +57,12 @@ void endWithZeroForce() {
     useSignalStack();
     struct sigaction act {};
     act.sa_handler = [](int signal) {
+        const int before = errno;
         letGo();
-        raise(signal);  // SA_RESETHAND has put the default back; it acts when this returns
+        if (!noted(signal)) raise(signal);  // SA_RESETHAND has put the default back; it acts when this returns
+        errno = before;
     };
-    act.sa_flags = static_cast<int>(SA_RESETHAND | SA_ONSTACK);
+    act.sa_flags = static_cast<int>(SA_RESETHAND | SA_ONSTACK | SA_RESTART);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
         struct sigaction before {};
         sigaction(signal, nullptr, &before);
@@ -57,6 +70,10 @@ void endWithZeroForce() {
     }
     std::atexit(letGo);  // guard
 }
+
+StopRequest::StopRequest() noexcept { ++stopRequests; }
+StopRequest::~StopRequest() { --stopRequests; }
+int StopRequest::signal() noexcept { return stopSignal.load(std::memory_order_relaxed); }
 
 LastAct::~LastAct() {
     if (slot_) slot_->store(nullptr);

@@ -8,9 +8,23 @@ namespace touchstone {
 
 /// Installs handlers of SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT (which is also
 /// where an exception that nobody catches ends), and of exit(): begin the last act, let go of every guarded device,
-/// wait until no tick that began before can still write, let go again, and do what the signal does by default. A signal
-/// that is ignored stays so. For the program to call once, on its first thread.
+/// wait until no tick that began before can still write, let go again, and do what the signal does by default, or, for
+/// the signals that StopRequest notes, return. A signal that is ignored stays so. For the program to call once, on its
+/// first thread.
 void endWithZeroForce();
+
+/// While one lives, the first SIGINT, SIGTERM or SIGHUP only takes the force away and is noted, so that whoever holds
+/// the request can end its work cleanly; the next such signal ends the process. Needs endWithZeroForce().
+class StopRequest {
+  public:
+    StopRequest() noexcept;
+    ~StopRequest();
+    StopRequest(const StopRequest&) = delete;
+    StopRequest& operator=(const StopRequest&) = delete;
+
+    /// Number of the signal that asked the process to stop; 0 before. Real time.
+    static int signal() noexcept;
+};
 
 /// Gives the calling thread a stack for signals, so that its own may overflow. Does nothing where it has one.
 void useSignalStack();

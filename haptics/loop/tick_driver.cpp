@@ -186,8 +186,8 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         else
             fadeIn();
     }
-    // The process is ending.
-    if (LastAct::begun()) record.wrench_out = {};  // guard
+    // The process is ending. A simulated hand goes on, so that what a run has measured until then stays repeatable.
+    if (LastAct::begun() && session.safety.motors()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
 

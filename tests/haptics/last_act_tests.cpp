@@ -177,3 +177,55 @@ TEST_CASE("last act: so it is at the end of an exception and at exit", "[safety]
     }
     CHECK(shared.motors.force == 0);
 }
+
+TEST_CASE("last act: where somebody ends cleanly, the first signal that asks for it is noted, with zero force",
+          "[safety][signal]") {
+    const auto live = [](Shared& shared) {
+        return [&shared] {
+            const StopRequest stop;
+            const auto loop = pressingLoop(shared.motors);
+            while (StopRequest::signal() == 0) usleep(1000);
+            usleep(50'000);  // the loop ticks on: its device stays without force
+            _exit(shared.motors.force == 0 ? StopRequest::signal() : 1);
+        };
+    };
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        INFO(strsignal(signal));
+        Shared shared;
+        const int status = deathOf(shared.motors, live(shared), [&](pid_t child) { kill(child, signal); });
+        REQUIRE(WIFEXITED(status));
+        CHECK(WEXITSTATUS(status) == signal);
+        CHECK(shared.motors.force == 0);
+        CHECK(shared.motors.letGo == 2);
+    }
+    SECTION("the second ends the process") {
+        Shared shared;
+        const int status = deathOf(
+            shared.motors,
+            [&] {
+                const StopRequest stop;
+                const auto loop = pressingLoop(shared.motors);
+                for (;;) pause();
+            },
+            [](pid_t child) {
+                kill(child, SIGINT);
+                usleep(100'000);
+                kill(child, SIGTERM);
+            });
+        REQUIRE(WIFSIGNALED(status));
+        CHECK(WTERMSIG(status) == SIGTERM);
+    }
+    SECTION("faults end it at once") {
+        Shared shared;
+        const int status = deathOf(
+            shared.motors,
+            [&] {
+                const StopRequest stop;
+                const auto loop = pressingLoop(shared.motors);
+                for (;;) pause();
+            },
+            [](pid_t child) { kill(child, SIGSEGV); });
+        REQUIRE(WIFSIGNALED(status));
+        CHECK(WTERMSIG(status) == SIGSEGV);
+    }
+}
