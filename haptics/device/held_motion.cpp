@@ -1,12 +1,12 @@
 #include "haptics/device/held_motion.hpp"
 
 #include <cassert>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
 
 #include "haptics/device/demo.hpp"
+#include "haptics/math/numbers.hpp"
 
 namespace touchstone {
 
@@ -47,16 +47,17 @@ std::unique_ptr<Device> makeHand(const DeviceContext& context) {
     for (double& value : values) {
         if (rest.empty()) break;
         const std::string_view field = rest.substr(0, rest.find(','));
-        const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-        if (error != std::errc() || end != field.data() + field.size())
-            throw std::runtime_error("'" + std::string(field) +
-                                     "' is not a number: write --device hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, "
-                                     "N/m, N·s/m and ticks");
+        const auto number = readNumber(field, 0, 1e9);
+        if (!number)
+            throw std::runtime_error(
+                "'" + std::string(field) +
+                "' is not a number from 0 to 1e9: write --device hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, "
+                "N/m, N·s/m and ticks");
+        value = *number;
         rest.remove_prefix(std::min(rest.size(), field.size() + 1));
     }
     const auto [mass, spring, damping, delay] = values;
-    if (!(mass > 0 && mass < 1e3 && spring > 0 && spring < 1e9 && damping >= 0 && damping < 1e9 && delay >= 0 &&
-          delay <= HeldMotion::kMaxDelay && delay == std::floor(delay)))
+    if (!(mass > 0 && mass < 1e3 && spring > 0 && delay <= HeldMotion::kMaxDelay && delay == std::floor(delay)))
         throw std::runtime_error(
             "a hand needs mass and spring above 0, damping of 0 or more, and a whole number of ticks of delay up to " +
             std::to_string(HeldMotion::kMaxDelay));

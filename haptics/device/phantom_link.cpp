@@ -3,7 +3,6 @@
 #include <locale.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include <stdexcept>
 
 #include "haptics/loop/rt_thread.hpp"
+#include "haptics/math/numbers.hpp"
 
 namespace touchstone {
 namespace {
@@ -58,8 +58,9 @@ PhantomOptions phantomOptions(const std::string& text) {
         const std::string key = part.substr(0, equals),
                           value = equals == std::string::npos ? "" : part.substr(equals + 1);
         const auto number = [&](double& to, double low, double high) {
-            const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), to);
-            return error == std::errc() && rest == value.data() + value.size() && to >= low && to <= high;
+            const auto read = readNumber(value, low, high);
+            to = read.value_or(to);
+            return read.has_value();
         };
         const bool good = key == "library"  ? !(options.library = value).empty()
                           : key == "drive"  ? (options.deviceDrives = value == "device") || value == "loop"

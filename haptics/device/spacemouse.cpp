@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <mutex>
@@ -15,6 +14,7 @@
 #include "haptics/device/shared_library.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/loop/triple_buffer.hpp"
+#include "haptics/math/numbers.hpp"
 
 namespace touchstone {
 namespace {
@@ -204,10 +204,11 @@ double spaceMouseRate(int value) {
 std::unique_ptr<Device> makeSpaceMouse(const DeviceContext& context) {
     double speed = kUsualSpeed;
     if (const std::string& text = context.file; !text.empty()) {
-        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), speed);
-        if (error != std::errc() || rest != text.data() + text.size() || !(speed >= 0.1 && speed <= 1000))
+        const auto read = readNumber(text, 0.1, 1000);
+        if (!read)
             throw std::runtime_error("spacemouse: '" + text +
                                      "' is no speed: write spacemouse:SPEED, 0.1 to 1000 mm/s");
+        speed = *read;
     }
     return std::make_unique<SpaceMouseDevice>(CapReader::connect(), context.X_WT_start, speed);
 }

@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "haptics/math/numbers.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -151,22 +153,10 @@ std::string solverNames(bool mayBeNone) {
     return mayBeNone ? names + ", none" : names;
 }
 
-std::string range(const SettingInfo& info, bool whole) {
-    return std::string(whole ? "a whole number" : "a number") + " from " + text(info.min) + " to " + text(info.max) +
-           (info.unit.empty() ? "" : " " + std::string(info.unit));
-}
+std::string range(const SettingInfo& info, bool whole) { return rangeWords(info.min, info.max, info.unit, whole); }
 
 std::string refuse(const SettingInfo& info, std::string_view value, const std::string& accepted) {
     return std::string(info.key) + " must be " + accepted + ", not '" + std::string(value) + "'";
-}
-
-bool inRange(const SettingInfo& info, double value) { return value >= info.min && value <= info.max; }  // false for NaN
-
-/// The whole text as a number in the row's range. Counts are read as numbers too, so that 1e8 is one.
-bool readNumber(const SettingInfo& info, std::string_view value, double& number) {
-    const char* end = value.data() + value.size();
-    const auto [rest, error] = std::from_chars(value.data(), end, number);
-    return error == std::errc() && rest == end && inRange(info, number);
 }
 
 }  // namespace
@@ -180,17 +170,16 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
     const SettingInfo& info = row->info;
 
     const auto setWhole = [&](auto member) -> std::string {
-        double number = 0;
-        if (!readNumber(info, value, number) || number != std::floor(number))
-            return refuse(info, value, range(info, true));
-        settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(number);
+        const auto number = readNumber(value, info.min, info.max);  // so that 1e8 is a count
+        if (!number || *number != std::floor(*number)) return refuse(info, value, range(info, true));
+        settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(*number);
         return {};
     };
     return std::visit(Overload{
                           [&](double Settings::*member) -> std::string {
-                              double number = 0;
-                              if (!readNumber(info, value, number)) return refuse(info, value, range(info, false));
-                              settings.*member = number;
+                              const auto number = readNumber(value, info.min, info.max);
+                              if (!number) return refuse(info, value, range(info, false));
+                              settings.*member = *number;
                               return {};
                           },
                           [&](int Settings::*member) { return setWhole(member); },
@@ -260,7 +249,7 @@ SolverSettings solverSettings(const Settings& settings) {
 std::string checkSettings(const Settings& settings) {
     for (const auto& [info, field] : kRows) {
         const auto number = [&, &info = info](auto member, bool whole) -> std::string {
-            if (inRange(info, static_cast<double>(settings.*member))) return {};
+            if (isWithin(static_cast<double>(settings.*member), info.min, info.max)) return {};
             return refuse(info, text(settings.*member), range(info, whole));
         };
         const std::string wrong = std::visit(

@@ -2,23 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "engine/scene/gltf_container.hpp"
 #include "haptics/system/tree_words.hpp"
 
 namespace touchstone::system {
-namespace {
-
-std::string range(double min, double max) {
-    std::ostringstream text;
-    text << "from " << min << " to " << max;
-    return text.str();
-}
-
-bool isFinite(const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); }
-
-}  // namespace
+namespace {}  // namespace
 
 Fields::Fields(const engine::Scene& scene, std::string object, std::string path, const nlohmann::json& value)
     : scene_(&scene), object_(std::move(object)), path_(std::move(path)), value_(&value) {
@@ -38,20 +27,17 @@ const nlohmann::json* Fields::find(const std::string& key) {
 std::optional<double> Fields::number(const std::string& key, double min, double max) {
     const nlohmann::json* value = find(key);
     if (!value) return {};
-    if (!isFinite(*value)) fail(key, "a number " + range(min, max));
-    const double number = value->get<double>();
-    if (number < min || number > max) fail(key, "a number " + range(min, max));
+    const auto number = numberIn(*value, min, max);
+    if (!number) fail(key, rangeWords(min, max));
     return number;
 }
 
 std::optional<int> Fields::whole(const std::string& key, int min, int max) {
     const nlohmann::json* value = find(key);
     if (!value) return {};
-    const std::string must = "a whole number " + range(min, max);
-    if (!isFinite(*value)) fail(key, must);
-    const double number = value->get<double>();  // 4096.0 is whole, whoever wrote it
-    if (number != std::floor(number) || number < min || number > max) fail(key, must);
-    return static_cast<int>(number);
+    const auto number = numberIn(*value, min, max);  // 4096.0 is whole, whoever wrote it
+    if (!number || *number != std::floor(*number)) fail(key, rangeWords(min, max, {}, true));
+    return static_cast<int>(*number);
 }
 
 std::optional<bool> Fields::flag(const std::string& key) {
@@ -82,14 +68,15 @@ std::optional<std::vector<double>> Fields::numbers(const std::string& key, std::
     if (!value->is_array() || value->size() != count) fail(key, must);
     std::vector<double> found;
     for (const nlohmann::json& entry : *value) {
-        if (!isFinite(entry)) fail(key, must);
-        found.push_back(entry.get<double>());
+        const auto number = numberIn(entry, -kLargestLength, kLargestLength);
+        if (!number) fail(key, must);
+        found.push_back(*number);
     }
     return found;
 }
 
 std::optional<glm::dvec3> Fields::vector(const std::string& key) {
-    const auto v = numbers(key, 3, "three numbers");
+    const auto v = numbers(key, 3, "three numbers from -1000 to 1000 m");
     if (!v) return {};
     return glm::dvec3((*v)[0], (*v)[1], (*v)[2]);
 }

@@ -9,8 +9,20 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "haptics/math/numbers.hpp"
 
 namespace touchstone::system {
+
+/// The value as a number from min to max; nothing for any other value, NaN and infinity included.
+template <class Json>
+std::optional<double> numberIn(const Json& value, double min, double max) {
+    if (!value.is_number()) return {};
+    const double number = value.template get<double>();
+    return isWithin(number, min, max) ? std::optional(number) : std::nullopt;
+}
+
+/// Lengths and coordinates of a scene, m: beyond it the tick takes no pose.
+inline constexpr double kLargestLength = 1e3;
 
 /// Each reader returns nothing when the key is absent, and throws engine::SceneError naming file, object and key when
 /// the value has the wrong type or lies outside its range.
@@ -27,7 +39,7 @@ class Fields {
     std::optional<bool> flag(const std::string& key);
     std::optional<std::string> text(const std::string& key);
     std::optional<int> choice(const std::string& key, std::span<const char* const> names);  ///< index of the name
-    std::optional<glm::dvec3> vector(const std::string& key);
+    std::optional<glm::dvec3> vector(const std::string& key);      ///< m, within kLargestLength on each axis
     std::optional<glm::dquat> quaternion(const std::string& key);  ///< xyzw, normalised
     std::optional<Fields> object(const std::string& key);
 
@@ -36,7 +48,7 @@ class Fields {
     void nameUnknown(std::vector<std::string>& warnings) const;
 
   private:
-    /// `count` finite numbers; nothing when the key is absent.
+    /// `count` numbers within kLargestLength; nothing when the key is absent.
     std::optional<std::vector<double>> numbers(const std::string& key, std::size_t count, const std::string& must);
 
     const engine::Scene* scene_;

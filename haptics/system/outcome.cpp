@@ -115,6 +115,8 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
         expected.boxMax = corner("max");
         if (!expected.boxMin) box->fail("min", "given as three numbers");
         if (!expected.boxMax) box->fail("max", "given as three numbers");
+        if ((expected.boxMin->array() > expected.boxMax->array()).any())
+            box->fail("min", "at most max on each axis: no place is within this box");
         box->nameUnknown(warnings);
     }
     if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);

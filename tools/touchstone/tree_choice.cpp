@@ -1,9 +1,9 @@
 #include "tools/touchstone/tree_choice.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "haptics/math/numbers.hpp"
 #include "haptics/system/tree_words.hpp"
 
 namespace touchstone::app {
@@ -14,15 +14,16 @@ constexpr int kMostThreads = 256;
 
 /// "0.02mm", "0.02" or "0.1%" as mm.
 double errorInMm(std::string_view text, double diagonal) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
-    while (!unit.empty() && unit.front() == ' ') unit.remove_prefix(1);
-    if (error != std::errc{} || !std::isfinite(value) || value <= 0 || !(unit.empty() || unit == "mm" || unit == "%"))
+    const bool share = text.ends_with('%');
+    std::string_view digits = text;
+    digits.remove_suffix(share ? 1 : text.ends_with("mm") ? 2 : 0);
+    while (digits.ends_with(' ')) digits.remove_suffix(1);
+    const auto value = readNumber(digits, 0, 1e9);
+    if (!value || *value == 0)
         throw UsageError(
             "--max-error takes a length like 0.02mm, or a share of the diagonal like 0.1%, above zero, not '" +
             std::string(text) + "'");
-    return unit == "%" ? value / 100 * diagonal : value;
+    return share ? *value / 100 * diagonal : *value;
 }
 
 template <class Enum>

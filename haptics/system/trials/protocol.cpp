@@ -2,18 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <random>
 #include <set>
 #include <stdexcept>
 
+#include "engine/scene/gltf_container.hpp"
+#include "haptics/system/fields.hpp"
 #include "haptics/system/presets.hpp"
 
 namespace touchstone::system {
 namespace {
 
 using nlohmann::ordered_json;
+
+constexpr double kMostTrials = 1e6;
+constexpr int kMostKeys = 20'000;
 
 /// One object of the file, whose keys are asked for one by one.
 class Reader {
@@ -40,12 +43,9 @@ class Reader {
     double number(const std::string& key, double usual, double min, double max) {
         const ordered_json* value = find(key);
         if (!value) return usual;
-        if (!value->is_number() || !(value->get<double>() >= min && value->get<double>() <= max)) {
-            char range[64];
-            std::snprintf(range, sizeof range, "a number from %g to %g", min, max);
-            fail(key, range);
-        }
-        return value->get<double>();
+        const auto number = numberIn(*value, min, max);
+        if (!number) fail(key, rangeWords(min, max));
+        return *number;
     }
     template <class Whole>
     Whole whole(const std::string& key, Whole usual, double min, double max) {
@@ -223,6 +223,9 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
         if (const std::string& name = protocol.conditions.back().name; !names.insert(name).second)
             reader.fail(path + ".name", "another than '" + name + "', which is there already");
     }
+    const double trials =
+        double(protocol.participants.size()) * double(protocol.conditions.size()) * protocol.repetitions;
+    if (trials > kMostTrials) reader.fail("repetitions", "smaller: the study has more than a million trials");
     if (auto jam = reader.object("jam")) {
         protocol.limits.jamForce = jam->number("force_N", protocol.limits.jamForce, 0, 1e3);
         protocol.limits.jamProgress = jam->number("progress_mm", protocol.limits.jamProgress, 0, 1e3);
@@ -234,11 +237,18 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
 }
 
 Protocol readProtocol(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    if (!in) throw std::runtime_error("cannot read the protocol '" + file.string() + "': is it there?");
+    const std::vector<std::uint8_t> bytes = engine::readBytes(file);
     ordered_json source;
+    int keys = 0;
+    // Keys are kept in their order, and looked for one by one.
+    const auto count = [&](int, ordered_json::parse_event_t event, const ordered_json&) {
+        if (event == ordered_json::parse_event_t::key && ++keys > kMostKeys)
+            throw std::runtime_error(file.string() + ": it has more than " + std::to_string(kMostKeys) +
+                                     " keys, which no protocol needs: remove what does not belong to it");
+        return true;
+    };
     try {
-        source = ordered_json::parse(in);
+        source = ordered_json::parse(bytes, count);
     } catch (const nlohmann::json::exception& error) {
         const std::string what = error.what();
         throw std::runtime_error(file.string() + ": this is not JSON, correct it: " + what.substr(what.find("] ") + 2));
