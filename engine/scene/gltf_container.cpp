@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 
@@ -96,24 +97,26 @@ std::vector<std::uint8_t> readBytes(const fs::path& file, const std::string& obj
 }
 
 void writeBytes(const fs::path& file, std::span<const std::uint8_t> bytes) {
-    fs::path aside = file;
-    aside += ".part" + std::to_string(::getpid());
     std::error_code error;
-    {
-        std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
-        stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        stream.close();
-        if (!stream) {
-            fs::remove(aside, error);
-            failIn(file, "", "cannot be written; check the folder's permissions and the free space");
-        }
-    }
-    fs::rename(aside, file, error);
-    if (error) {
-        std::error_code ignored;
-        fs::remove(aside, ignored);
-        failIn(file, "", "cannot be replaced (" + error.message() + "); check its permissions");
-    }
+    const fs::path target = fs::is_symlink(file, error) ? fs::weakly_canonical(file, error) : file;
+    // Beside its place until it is whole; what is no regular file (a pipe, /dev/null) can only be written to.
+    const bool direct = fs::exists(target, error) && !fs::is_regular_file(target, error);
+    fs::path aside = target;
+    if (!direct) aside += ".part" + std::to_string(::getpid());
+    errno = 0;
+    std::ofstream stream(aside, std::ios::binary | std::ios::trunc);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    error.clear();
+    if (!stream)
+        error.assign(errno ? errno : EIO, std::generic_category());
+    else if (!direct)
+        fs::rename(aside, target, error);
+    if (!error) return;
+    std::error_code ignored;
+    if (!direct) fs::remove(aside, ignored);
+    failIn(file, "",
+           "cannot be written (" + error.message() + "); check the folder, its permissions and the free space");
 }
 
 GltfContainer readContainer(const fs::path& file) {

@@ -187,13 +187,8 @@ class SceneWriter {
             if (image.width < 1 || image.height < 1 ||
                 image.rgba.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4)
                 fail(label, "has another number of pixels than its size says; repair it");
-            Bytes png;
-            const auto append = [](void* context, void* data, int size) {
-                auto* bytes = static_cast<std::uint8_t*>(data);
-                static_cast<Bytes*>(context)->insert(static_cast<Bytes*>(context)->end(), bytes, bytes + size);
-            };
-            if (!stbi_write_png_to_func(append, &png, image.width, image.height, 4, image.rgba.data(), image.width * 4))
-                fail(label, "cannot be stored as PNG; make it smaller");
+            const Bytes png = pngBytes(image);
+            if (png.empty()) fail(label, "cannot be stored as PNG; make it smaller");
             add("images", {{"mimeType", "image/png"}, {"bufferView", addView(png.data(), png.size(), kNone)}});
             add("textures", {{"source", i}});
         }
@@ -368,6 +363,17 @@ class SceneWriter {
 };
 
 }  // namespace
+
+Bytes pngBytes(const Image& image) {
+    Bytes png;
+    const auto append = [](void* context, void* data, int size) {
+        const auto* bytes = static_cast<const std::uint8_t*>(data);
+        static_cast<Bytes*>(context)->insert(static_cast<Bytes*>(context)->end(), bytes, bytes + size);
+    };
+    if (!stbi_write_png_to_func(append, &png, image.width, image.height, 4, image.rgba.data(), image.width * 4))
+        return {};
+    return png;
+}
 
 json placeFields(const LocalTransform& local) {
     json fields = json::object();

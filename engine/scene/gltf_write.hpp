@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "engine/scene/scene.hpp"
 
@@ -12,6 +13,9 @@ namespace touchstone::engine {
 /// PNG. Node and mesh indices stay those of Scene::nodes and Scene::meshes. The file appears whole or not at all.
 /// Throws SceneError when the scene is invalid or the file cannot be written.
 void writeGltf(const Scene& scene, const std::filesystem::path& file);
+
+/// The image as a PNG file; empty where it is too large for one. Pre: 4 bytes a pixel.
+std::vector<std::uint8_t> pngBytes(const Image& image);
 
 /// What to replace in an existing file, by glTF index: extras of nodes and scenes (a null value removes them), where
 /// nodes stand and how they are called, and base colour, metalness and roughness of materials.

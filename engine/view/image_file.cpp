@@ -1,17 +1,20 @@
 #include "engine/view/image_file.hpp"
 
 #include <stb_image.h>
-#include <stb_image_write.h>
 
 #include <memory>
 #include <stdexcept>
+#include <vector>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_write.hpp"
 
 namespace touchstone::engine {
 
 void writePng(const std::filesystem::path& path, const Image& image) {
-    if (!stbi_write_png(path.c_str(), image.width, image.height, 4, image.rgba.data(), 4 * image.width))
-        throw std::runtime_error("Picture " + path.string() +
-                                 " cannot be written; check that its folder exists and may be written to.");
+    const std::vector<std::uint8_t> png = pngBytes(image);
+    if (png.empty()) failIn(path, "", "the picture cannot be stored as PNG; make it smaller");
+    writeBytes(path, png);
 }
 
 Image readPng(const std::filesystem::path& path) {

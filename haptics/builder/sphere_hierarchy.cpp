@@ -1,10 +1,7 @@
 #include "haptics/builder/sphere_hierarchy.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cassert>
 #include <charconv>
 #include <cmath>
@@ -15,6 +12,8 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+
+#include "haptics/files/output_file.hpp"
 
 namespace touchstone {
 namespace {
@@ -195,9 +194,9 @@ void writeSph(const SphereHierarchy& hierarchy, const std::filesystem::path& fil
     std::vector<int> level(nodes.size(), 1);
     for (std::size_t i = 1; i < nodes.size(); ++i)
         levels = std::max<long>(levels, level[i] = level[static_cast<std::size_t>(nodes[i].parent)] + 1);
-    const std::string cannot = file.string() + ": the sphere tree cannot be written";
     if (levels > kMostLevels || slotsOf(levels, hierarchy.branching) > kMostSlots)
-        throw std::runtime_error(cannot + ", it is too deep for a file that lists every slot.");
+        throw std::runtime_error("cannot write the sphere tree to '" + file.string() +
+                                 "': it is too deep for a file that lists every slot");
 
     std::string text = std::to_string(levels) + " " + std::to_string(hierarchy.branching) + "\n";
     std::vector<int> slots{0}, below;
@@ -223,21 +222,7 @@ void writeSph(const SphereHierarchy& hierarchy, const std::filesystem::path& fil
         slots.swap(below);
     }
 
-    // Aside, then renamed: nobody sees half a tree.
-    static std::atomic<unsigned> serial{0};
-    std::filesystem::path aside = file;
-    aside += "." + std::to_string(::getpid()) + "." + std::to_string(serial++) + ".part";
-    std::ofstream out(aside, std::ios::binary);
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    out.close();
-    std::error_code error;
-    if (out.good()) {
-        std::filesystem::rename(aside, file, error);
-        if (!error) return;
-    }
-    std::error_code ignored;
-    std::filesystem::remove(aside, ignored);
-    throw std::runtime_error(cannot + (error ? " (" + error.message() + ")." : "; check the folder and the space."));
+    writeFile(file, "the sphere tree", text);
 }
 
 }  // namespace touchstone

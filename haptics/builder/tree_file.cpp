@@ -1,8 +1,5 @@
 #include "haptics/builder/tree_file.hpp"
 
-#include <unistd.h>
-
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -11,6 +8,7 @@
 #include <string>
 
 #include "haptics/builder/hash.hpp"
+#include "haptics/files/output_file.hpp"
 
 namespace touchstone {
 namespace {
@@ -104,24 +102,9 @@ TreeFile decoded(const std::string& bytes, const std::string& name) {
 }  // namespace
 
 void saveTree(const SphereTree& tree, const std::filesystem::path& file, std::uint64_t key) {
-    static std::atomic<unsigned> serial{0};
     std::error_code error;
     if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-    std::filesystem::path aside = file;
-    aside += "." + std::to_string(::getpid()) + "." + std::to_string(serial++) + ".part";
-    bool written = false;
-    {
-        const std::string bytes = encoded(tree, key);
-        std::ofstream out(aside, std::ios::binary);
-        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        out.flush();
-        written = out.good();
-    }
-    if (written) std::filesystem::rename(aside, file, error);
-    if (written && !error) return;
-    std::error_code ignored;
-    std::filesystem::remove(aside, ignored);
-    throw std::runtime_error(file.string() + " cannot be written; choose a folder that exists and is yours");
+    writeFile(file, "the sphere tree", encoded(tree, key));
 }
 
 TreeFile readTree(const std::filesystem::path& file) {

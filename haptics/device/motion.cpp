@@ -11,6 +11,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "haptics/files/output_file.hpp"
+
 namespace touchstone {
 namespace {
 
@@ -107,23 +109,20 @@ RecordedMotion readMotion(const std::filesystem::path& file) {
 }
 
 void writeMotion(const std::filesystem::path& file, std::span<const MotionKey> keys) {
-    std::ofstream out(file, std::ios::binary);
-    out << kHeader << '\n';
+    OutputFile out(file, "the motion");
+    out.write(std::string(kHeader) + '\n');
     for (const MotionKey& key : keys) {
         const Vec3& p = key.X_WT.p;
         const Quat& q = key.X_WT.q;
-        bool first = true;
+        std::string row;
         for (const double v : {key.t, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
             char text[32];
-            if (!first) out << ',';
-            out.write(text, std::to_chars(text, std::end(text), v).ptr - text);
-            first = false;
+            if (!row.empty()) row += ',';
+            row.append(text, std::to_chars(text, std::end(text), v).ptr);
         }
-        out << '\n';
+        out.write(row + '\n');
     }
     out.close();
-    if (!out)
-        throw std::runtime_error("cannot write the motion '" + file.string() + "': check the folder and free space");
 }
 
 }  // namespace touchstone

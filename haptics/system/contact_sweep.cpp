@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/pareto.hpp"
 #include "haptics/system/report.hpp"
@@ -169,17 +170,14 @@ std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double toleran
 }
 
 void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
-    std::ofstream out(file, std::ios::binary);
+    std::ostringstream out;
     out << "tick,rows,mode,solver,tolerance,time_us,force_error_N,torque_error_mNm,iterations,status,on_front\n";
     for (const SweepPoint& p : sweep.points)
         out << sweep.tick << ',' << sweep.rows << ',' << modeNames()[static_cast<std::size_t>(sweep.mode)] << ','
             << solverTable()[static_cast<std::size_t>(p.solver)].name << ',' << p.tolerance << ',' << p.us << ','
             << p.forceError << ',' << p.torqueError << ',' << p.iterations << ',' << name(p.status) << ','
             << int(p.onFront) << '\n';
-    out.close();
-    if (!out)
-        throw std::runtime_error("cannot write the sweep to '" + file.string() +
-                                 "': check the folder and its permissions");
+    writeFile(file, "the sweep", out.view());
 }
 
 struct SweepRun::Job {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
-#include <stdexcept>
+#include <sstream>
+
+#include "haptics/files/output_file.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -105,10 +106,7 @@ StretchTimes stretchTimes(const TickHistory& history, engine::Stretch stretch) {
 }
 
 void writeTicks(const TickHistory& history, engine::Stretch stretch, const std::filesystem::path& file) {
-    std::ofstream out(file, std::ios::binary);
-    if (!out)
-        throw std::runtime_error("cannot write the ticks to '" + file.string() +
-                                 "': check the folder and its permissions");
+    std::ostringstream out;
     out << "tick";
     for (const ChannelInfo& info : kChannels) out << ',' << info.column;
     out << '\n';
@@ -118,8 +116,7 @@ void writeTicks(const TickHistory& history, engine::Stretch stretch, const std::
         for (const ChannelInfo& info : kChannels) out << ',' << history.view(info.channel)[i];
         out << '\n';
     }
-    out.close();
-    if (!out) throw std::runtime_error("cannot write the ticks to '" + file.string() + "': is the disk full?");
+    writeFile(file, "the ticks", out.view());
 }
 
 }  // namespace touchstone::system

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <stdexcept>
 #include <string>
+
+#include "haptics/files/output_file.hpp"
 
 namespace touchstone::system {
 
@@ -40,9 +43,14 @@ void RecentScenes::add(const fs::path& scene) {
     if (scenes_.size() > kMost) scenes_.resize(kMost);
     if (folder_.empty()) return;
     fs::create_directories(folder_, error);
-    std::ofstream out(folder_ / "recent");
+    std::string text;
     for (const fs::path& each : scenes_)
-        if (each.string().find('\n') == std::string::npos) out << each.string() << '\n';
+        if (each.string().find('\n') == std::string::npos) text += each.string() + '\n';
+    try {
+        writeFile(folder_ / "recent", "the recent scenes", text);
+    } catch (const std::runtime_error&) {
+        // It is a convenience; the scene itself is open.
+    }
 }
 
 std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders) {

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "haptics/files/output_file.hpp"
+
 namespace touchstone::system {
 namespace {
 
@@ -92,13 +94,7 @@ void WorkspaceFile::save(const fs::path& scene, const std::string& device, const
     all[key] = toJson(workspace);
     std::error_code error;
     fs::create_directories(file_.parent_path(), error);
-    // Whole or not at all: another window may read it.
-    const fs::path part = file_.string() + ".part";
-    std::ofstream out(part);
-    out << all.dump(2) << '\n';
-    out.close();
-    if (out) fs::rename(part, file_, error);
-    if (!out || error) throw std::runtime_error("cannot write " + file_.string() + ": check the folder and free space");
+    writeFile(file_, "how the device lies in the scene", all.dump(2) + "\n");
 }
 
 }  // namespace touchstone::system

@@ -1,37 +1,14 @@
 #pragma once
 // Small scenes made by hand, in memory and on disk.
-#include <unistd.h>
-
-#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "engine/scene/scene.hpp"
 #include "engine/scene/transforms.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace touchstone::test {
-
-/// A folder of its own, removed with all in it.
-class TempFolder {
-  public:
-    TempFolder() {
-        static std::atomic<int> count = 0;
-        path_ = std::filesystem::temp_directory_path() /
-                ("touchstone_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-        std::filesystem::create_directories(path_);
-    }
-    ~TempFolder() {
-        std::error_code error;
-        std::filesystem::remove_all(path_, error);
-    }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
 
 /// An axis-aligned box about the origin, metres, outside counter-clockwise.
 inline std::shared_ptr<const engine::MeshData> boxMesh(const glm::vec3& size) {

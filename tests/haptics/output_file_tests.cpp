@@ -1,0 +1,95 @@
+// Files that are complete or not there: whatever goes wrong, what stood there before is as it was.
+#include "haptics/files/output_file.hpp"
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+
+#include "tests/support/temp_folder.hpp"
+
+using namespace touchstone;
+using Catch::Matchers::Contains;
+using test::TempFolder;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string textOf(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::ptrdiff_t filesIn(const fs::path& folder) {
+    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+/// Files of this process end at so many bytes, as they do on a full disk.
+struct Limit {
+    rlimit before{};
+    sighandler_t handler = std::signal(SIGXFSZ, SIG_IGN);
+    explicit Limit(rlim_t most) {
+        getrlimit(RLIMIT_FSIZE, &before);
+        const rlimit now{most, before.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &now);
+    }
+    ~Limit() {
+        setrlimit(RLIMIT_FSIZE, &before);
+        std::signal(SIGXFSZ, handler);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("output file: it is in its place when it is closed, and not before", "[files]") {
+    const TempFolder folder;
+    const fs::path file = folder.path() / "report";
+    writeFile(file, "the report", "earlier");
+    {
+        OutputFile out(file, "the report");
+        out.write("la");
+        out.write("ter");
+        CHECK(textOf(file) == "earlier");
+        out.close();
+        CHECK(textOf(file) == "later");
+    }
+    { OutputFile(file, "the report").write("never closed"); }
+    CHECK(textOf(file) == "later");
+    CHECK(filesIn(folder.path()) == 1);
+}
+
+TEST_CASE("output file: a full disk leaves the earlier file, and says why", "[files]") {
+    const TempFolder folder;
+    const fs::path file = folder.path() / "report";
+    writeFile(file, "the report", "earlier");
+    for (const std::size_t size : {std::size_t{2000}, std::size_t{5} << 20}) {  // seen when closed, and before
+        const Limit limit(1000);
+        CHECK_THROWS_WITH(writeFile(file, "the report", std::string(size, 'x')),
+                          Contains("cannot write the report to '" + file.string() + "': File too large"));
+    }
+    CHECK(textOf(file) == "earlier");
+    CHECK(filesIn(folder.path()) == 1);
+    CHECK_THROWS_WITH(writeFile("/dev/full", "the table", "x"), Contains("No space left on device"));
+}
+
+TEST_CASE("output file: links, modes and what is no regular file", "[files]") {
+    const TempFolder folder;
+    const fs::path file = folder.path() / "real", link = folder.path() / "link";
+    writeFile(file, "the report", "earlier");
+    fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+    fs::create_symlink("real", link);
+    writeFile(link, "the report", "later");
+    CHECK(fs::is_symlink(link));
+    CHECK(textOf(file) == "later");
+    CHECK(fs::status(file).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+    CHECK_NOTHROW(writeFile("/dev/null", "the report", "x"));
+    CHECK(fs::is_character_file("/dev/null"));
+    CHECK_THROWS_WITH(writeFile(folder.path(), "the report", "x"), Contains("Is a directory"));
+    CHECK_THROWS_WITH(writeFile(folder.path() / "no" / "report", "the report", "x"),
+                      Contains("No such file or directory"));
+}
