@@ -63,6 +63,8 @@ class Device {
     /// From the next read() on, where the hand is now stands for X_WT. A recorded motion stays where it is.
     virtual void engage(const Pose& /*X_WT*/) noexcept {}
     virtual DeviceLimits limits() const noexcept { return {}; }
+    /// When a motion ends that ends whatever it meets, ms; nothing where that is not known.
+    virtual std::optional<double> duration() const noexcept { return {}; }
     /// Nothing where they are not known, or the wrench moves nothing.
     virtual std::optional<DeviceDynamics> dynamics() const noexcept { return {}; }
     /// A device whose own scheduler is to drive the ticks calls `tick` on its thread, `rate` Hz, until that returns

@@ -19,6 +19,7 @@ class HeldMotion final : public Device {
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override;
     DeviceLimits limits() const noexcept override { return {.motors = false}; }
+    std::optional<double> duration() const noexcept override { return motion_->duration(); }
     std::optional<DeviceDynamics> dynamics() const noexcept override {
         return {{hand_.parameters().damping, static_cast<double>(delay_)}};
     }

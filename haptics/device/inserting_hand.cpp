@@ -158,7 +158,8 @@ void InsertingHand::press(const Place& own, double dt) {
     else
         yield(own, dt);
     if (home && stuckMs_ > kHomeMs) change(Act::LetGo);
-    if (searchMs_ > parameters_.patience) change(Act::DrawBack);
+    const bool throughTheHole = own.p.y() < -kFarBelow;
+    if (searchMs_ > parameters_.patience || throughTheHole) change(Act::DrawBack);
 }
 
 void InsertingHand::search(const Place& own, double dt) {

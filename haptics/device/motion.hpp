@@ -59,6 +59,7 @@ class MotionDevice final : public Device {
     }
     void write(const Wrench&) noexcept override {}
     DeviceLimits limits() const noexcept override { return {.motors = false}; }
+    std::optional<double> duration() const noexcept override { return motion_->duration(); }
 
   private:
     std::shared_ptr<const Motion> motion_;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/view/image_file.hpp"
+#include "haptics/device/last_act.hpp"
 #include "haptics/system/app.hpp"
 
 namespace touchstone::system {
@@ -134,6 +135,7 @@ void App::rememberSize(bool first) {
 }
 
 bool App::timeIsUp() {
+    if (StopRequest::signal() != 0) return true;
     if (!options_.seconds) return false;
     const bool stuck = !options_.scene.empty() && !session_.scene() && !session_.opening();
     if (session_.running() && !runningSince_) runningSince_ = Clock::now();

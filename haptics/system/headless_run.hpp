@@ -11,10 +11,19 @@
 
 namespace touchstone::system {
 
+/// How long a headless run lasts in simulated time where neither the device nor the user says when it ends, s.
+inline constexpr double kUnendingSeconds = 60;
+
+/// Why a run ended: its motion or recording was over, so were the seconds asked for or kUnendingSeconds, or a signal
+/// that StopRequest noted.
+enum class RunEnd { Motion, Seconds, Limit, Signal };
+/// "motion", "seconds", "limit", or the name of the signal.
+const char* name(RunEnd end);
+
 struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
-    std::optional<double> seconds;  ///< else until the device's motion ends
-    bool timing = true;             ///< measure CPU times, in a second pass that neither audits nor shadows
+    std::optional<double> seconds;  ///< simulated; else until the device's motion ends, see kUnendingSeconds
+    bool timing = true;             ///< measure CPU times, in a second pass alongside that neither audits nor shadows
     /// Times are taken by the clock, a tick at its time, with the thread beside that finds lists ahead, as in a window.
     bool paced = false;
     std::filesystem::path record = {};  ///< folder for a recording of the run; empty: none
@@ -47,13 +56,13 @@ struct TimedRun {
 };
 
 /// Runs the scene from its start; a recording from its own, with its settings, which are taken in place of `settings`.
-/// Without `timing` the report has no times. Pre: the scene has a world, settings that checkSettings() is content with,
-/// and a device whose motion ends or `seconds`. Throws std::runtime_error with one sentence when the device cannot
-/// start.
+/// Without `timing` the report has no times. A recording is never more than 0.25 s of wall time behind the run. Pre:
+/// the scene has a world and settings that checkSettings() is content with. Throws std::runtime_error with one sentence
+/// when the device cannot start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
 /// The times of the same run, without audit and shadow, whose work inside the tick would be measured too. Neither
 /// changes a result, so the hash must be that of runHeadless(). Pre and errors as there.
-TimedRun timeHeadless(const HapticScene& scene, Settings settings, HeadlessOptions options = {});
+TimedRun timeHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
 }  // namespace touchstone::system

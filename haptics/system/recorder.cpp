@@ -1,6 +1,11 @@
+#include <unistd.h>
+
+#include <cerrno>
 #include <ctime>
 #include <stdexcept>
+#include <system_error>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/circumstances.hpp"
 #include "haptics/system/recording_json.hpp"
 #include "haptics/system/report.hpp"
@@ -35,8 +40,9 @@ Recorder::Recorder(std::filesystem::path folder)
     std::error_code error;
     std::filesystem::create_directories(folder_, error);
     if (error) throw std::runtime_error("cannot make the folder '" + folder_.string() + "': " + error.message());
-    ticks_ = std::make_unique<TickFileWriter>(folder_ / kTicksFile);
-    notes_ = std::make_unique<PlacedFile>(folder_ / kNotesFile);
+    if (access(folder_.c_str(), W_OK) != 0)
+        throw std::runtime_error("cannot write the recording to '" + folder_.string() +
+                                 "': " + std::generic_category().message(errno));
 }
 
 Recorder::~Recorder() { flush(); }
@@ -47,7 +53,16 @@ void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string 
 }
 
 void Recorder::fail(const std::exception& error) {
-    stoppedAt_ = ticks_->rows() - ticks_->waiting();
+    stoppedAt_ = ticks_ ? ticks_->rows() - ticks_->waiting() : 0;
+    try {
+        // The changes written so far, as valid JSON: the end takes no more room than it had.
+        if (notes_) {
+            notes_->write(kNotesEnd, changesAt_);
+            notes_->cut(changesAt_ + std::string_view(kNotesEnd).size());
+        }
+    } catch (const std::exception&) {
+        // 'touchstone recover' mends it.
+    }
     ticks_.reset();
     notes_.reset();
     failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(stoppedAt_) +
@@ -55,7 +70,7 @@ void Recorder::fail(const std::exception& error) {
 }
 
 void Recorder::add(const WholeTick& tick, std::span<const Pose> X_WO) {
-    if (!ticks_ || (!before_ && !tick.input.start)) return;
+    if (!failure_.empty() || (!before_ && !tick.input.start)) return;
     try {
         if (!before_)
             begin(tick, X_WO);
@@ -100,7 +115,11 @@ void Recorder::begin(const WholeTick& first, std::span<const Pose> X_WO) {
     std::string text = textOf(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
-    notes_->write(text + kNotesEnd, 0);
+    // Both files appear with the first tick, each of them complete: a process that is killed before leaves no
+    // recording.
+    ticks_ = std::make_unique<TickFileWriter>(folder_ / kTicksFile);
+    writeFile(folder_ / kNotesFile, "the recording", text + kNotesEnd);
+    notes_ = std::make_unique<PlacedFile>(folder_ / kNotesFile, true);
     changesAt_ = text.size();
 }
 

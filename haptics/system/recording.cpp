@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/circumstances.hpp"
 #include "haptics/system/recording_json.hpp"
 
@@ -195,23 +196,19 @@ std::string recoverRecording(const fs::path& folder) {
 
 void exportCsv(const fs::path& folder, const fs::path& file) {
     TickFileReader ticks(folder / kTicksFile);
-    std::ofstream out(file, std::ios::binary);
-    if (!out)
-        throw std::runtime_error("cannot write the ticks to '" + file.string() +
-                                 "': check the folder and its permissions");
+    OutputFile out(file, "the ticks");
     std::string line;
     for (const TickField* field : ticks.fields()) line += (line.empty() ? "" : ",") + std::string(field->name);
-    out << line << '\n';
+    out.write(line + '\n');
     for (WholeTick tick; ticks.next(tick);) {
         line.clear();
         for (const TickField* field : ticks.fields()) {
             if (!line.empty()) line += ',';
             appendField(line, *field, tick);
         }
-        out << line << '\n';
+        out.write(line + '\n');
     }
     out.close();
-    if (!out) throw std::runtime_error("cannot write the ticks to '" + file.string() + "': is the disk full?");
 }
 
 }  // namespace touchstone::system

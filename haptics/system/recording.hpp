@@ -45,7 +45,8 @@ std::shared_ptr<const World> recordedWorld(const RecordedScene& scene, const std
 /// One thread at a time. What goes wrong after the constructor stops the recording and is told by failure().
 class Recorder {
   public:
-    /// Throws std::runtime_error with one sentence when there is a recording already or the folder cannot be made.
+    /// Throws std::runtime_error with one sentence when there is a recording already, or the folder cannot be made or
+    /// written to. Files appear in it with the first tick.
     explicit Recorder(std::filesystem::path folder);
     ~Recorder();
 

@@ -114,6 +114,8 @@ ordered_json toJson(const Report& report) {
         {"infeasible", report.infeasible},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
+        {"ended", report.ended.empty() ? ordered_json() : ordered_json(report.ended)},
+        {"fell_past_goal_mm", report.pastGoal > 0 ? ordered_json(report.pastGoal) : ordered_json()},
         {"safety_trips", report.safetyTrips},
         {"safety_fault", report.safetyFault},
         {"hash", hexadecimal(report.hash)},

@@ -42,6 +42,8 @@ struct Report {
     Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent when headless
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;
+    std::string ended;                 ///< what ended a headless run, see RunEnd; empty for a window's
+    double pastGoal = 0;               ///< mm that the tool fell past its goal without touching anything; 0: it did not
     std::uint64_t safetyTrips = 0;     ///< beginnings, of all guards
     std::string safetyFault;           ///< the trip that took the force away for good; empty without
     std::string gauge;                 ///< name of the scene's gauge; empty without one

@@ -229,6 +229,8 @@ void PlacedFile::write(const std::string& bytes, std::uint64_t at) {
     }
 }
 
+std::uint64_t PlacedFile::size() const { return sizeOf(handle_); }
+
 void PlacedFile::cut(std::uint64_t size) {
     if (ftruncate(handle_, static_cast<off_t>(size)) != 0) fail("shorten");
 }
@@ -242,10 +244,21 @@ void TickFileWriter::append(const WholeTick& tick) {
 
 void TickFileWriter::flush() {
     if (buffer_.empty()) return;
-    file_.write(buffer_, headerBytes() + written_ * tickRowBytes());
-    const std::uint64_t rows = this->rows();
-    file_.write(headerFor(rows), 0);
-    written_ = rows;
+    try {
+        file_.write(buffer_, headerBytes() + written_ * tickRowBytes());
+    } catch (const std::exception&) {
+        // A full disk took some of the rows: those that are whole count, and their number fits in the header's place.
+        buffer_.resize((file_.size() - headerBytes()) / tickRowBytes() * tickRowBytes() - written_ * tickRowBytes());
+        countRows();
+        file_.cut(headerBytes() + written_ * tickRowBytes());
+        throw;
+    }
+    countRows();
+}
+
+void TickFileWriter::countRows() {
+    file_.write(headerFor(rows()), 0);
+    written_ = rows();
     buffer_.clear();
 }
 

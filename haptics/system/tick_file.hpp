@@ -20,6 +20,7 @@ class PlacedFile {
     PlacedFile& operator=(const PlacedFile&) = delete;
     void write(const std::string& bytes, std::uint64_t at);
     void cut(std::uint64_t size);
+    std::uint64_t size() const;
 
   private:
     [[noreturn]] void fail(const char* what) const;
@@ -27,8 +28,8 @@ class PlacedFile {
     int handle_ = -1;
 };
 
-/// Appends rows. The file is whole after each flush(): rows first, then their number in the header, whose length never
-/// changes.
+/// Appends rows. The file is whole after each flush(), also one that throws: rows first, then their number in the
+/// header, whose length never changes.
 class TickFileWriter {
   public:
     explicit TickFileWriter(const std::filesystem::path& file);
@@ -38,6 +39,8 @@ class TickFileWriter {
     std::uint64_t waiting() const { return buffer_.size() / tickRowBytes(); }  ///< rows not flushed
 
   private:
+    void countRows();
+
     PlacedFile file_;
     std::string buffer_;
     std::uint64_t written_ = 0;

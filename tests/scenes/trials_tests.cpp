@@ -31,7 +31,7 @@ std::vector<ordered_json> run(const HapticScene& scene, const Protocol& protocol
     std::vector<ordered_json> rows;
     for (const Trial& trial : protocol.trials()) {
         fs::remove_all(folder);
-        rows.push_back(runTrial(scene, protocol, trial, folder));
+        rows.push_back(runTrial(scene, protocol, trial, folder).value());
     }
     fs::remove_all(folder);
     return rows;

@@ -280,3 +280,114 @@ TEST_CASE("program: what a picture shows and from where is checked before anythi
     CHECK(answer.code == 2);
     CHECK_THAT(answer.err, Contains("'behind'") && Contains("front"));
 }
+
+TEST_CASE("program: numbers that are not finite, or out of range, are refused by every option", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    for (const char* value : {"nan", "-nan", "inf", "1e308", "1e999", "-1", "0", "1x", "''"})
+        for (const std::string& command :
+             {"run " + scene + " --headless --seconds", "compare " + scene + " --seconds",
+              std::string("soak --seconds"), std::string("doctor --rate"), std::string("doctor --stiffness"),
+              "run " + scene + " --headless --rate", "run " + scene + " --headless --set stiffness=1 --tolerance",
+              "tree " + scene + " --max-error"}) {
+            INFO(command << ' ' << value);
+            const Answer answer = touchstone(command + " " + value);
+            CHECK(answer.code == 2);
+            CHECK(isOneSentence(answer.err));
+            CHECK(answer.out.empty());
+        }
+    for (const char* hand : {"nan,500,14,0", "0.1,inf,14,0", "0.1,500,1e308,0", "0.1,500,14,nan"}) {
+        INFO(hand);
+        const Answer answer = touchstone("run " + scene + " --headless --device hand:" + hand);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+    }
+}
+
+TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone(
+        "run " + pressFile(touchstone, {{"tool_within_m", {{"min", {0, 0, 1}}, {"max", {1, 1, 0}}}}}) + " --headless");
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.err, Contains("tool_within_m.min must be at most max"));
+    CHECK(isOneSentence(answer.err));
+}
+
+TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothing is left half written", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    const std::string run = "run " + scene + " --headless --seconds 0.3";
+    REQUIRE(touchstone(run).code == 0);  // its trees are in the cache now
+    for (const char* option : {"--report", "--ticks", "--screenshot", "--dump-qp", "--sweep"}) {
+        INFO(option);
+        const Answer answer = touchstone(run + " " + option + " /dev/full");
+        CHECK(answer.code == 1);
+        CHECK_THAT(answer.err, Contains("'/dev/full'") || Contains("/dev/full:"));
+        CHECK_THAT(answer.err, Contains("No space left on device"));
+        // Files may not grow beyond 2 blocks: as on a disk that fills up.
+        const std::string file = touchstone.file("output");
+        std::ofstream(file) << "earlier";
+        const Answer limited =
+            touchstone(run + " " + option + " " + file, "sh -c 'trap \"\" XFSZ; ulimit -f 2; exec \"$@\"' -");
+        CHECK(limited.code == 1);
+        CHECK_THAT(limited.err, Contains(file) && Contains("File too large"));
+        CHECK(textOf(file) == "earlier");
+    }
+    CHECK(touchstone(run + " >/dev/full").code == 1);
+    CHECK(touchstone("doctor >/dev/full").code == 1);
+    CHECK(touchstone("--help >/dev/full").code == 1);
+    CHECK_THAT(touchstone("validate " + scene + " >/dev/full").err, Contains("cannot write to the output stream"));
+    for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(scene).parent_path()))
+        CHECK(entry.path().extension() != ".part");
+}
+
+TEST_CASE("program: a hand whose tool falls through the hole ends, and that is said", "[system]") {
+    const Program touchstone;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
+    // A square hole of 12 mm right through a plate of 10 mm: nothing holds the peg at the goal.
+    const engine::Entity plate = addNode(scene, "plate", {}, {});
+    setExtras(scene, plate, {{"touchstone", {{"role", "obstacle"}, {"leaves", 512}}}});
+    for (const double side : {-1.0, 1.0}) {
+        addBox(scene, "x", {0.02f, 0.01f, 0.052f}, nullptr, {.translation = {side * 0.016, 0, 0}}, plate);
+        addBox(scene, "z", {0.012f, 0.01f, 0.02f}, nullptr, {.translation = {0, 0, side * 0.016}}, plate);
+    }
+    const engine::Entity goal = addNode(scene, "seat", {}, {});
+    setExtras(scene, goal, {{"touchstone", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}, {"depth_m", 0.01}}}}}});
+    engine::updateWorldTransforms(scene);
+    engine::writeGltf(scene, touchstone.file("through.glb"));
+    for (const char* seed : {"1", "3", "5"}) {
+        INFO(seed);
+        const std::string run = "run " + touchstone.file("through.glb") + " --headless --device insert:" + seed;
+        Answer answer = touchstone(run + " --report " + touchstone.file("report.json"));
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.out, Contains("the tool fell through: it was"));
+        const json report = json::parse(textOf(touchstone.file("report.json")));
+        CHECK(report.at("ended") == "motion");
+        CHECK(report.at("fell_past_goal_mm") > 15);
+        CHECK(report.at("ticks") < 60'000);
+    }
+}
+
+TEST_CASE("program: a device without an end runs for a minute of simulated time", "[system]") {
+    const Program touchstone;
+    engine::Scene scene = downScene();
+    engine::writeGltf(scene, touchstone.file("down.glb"));
+    // It presses onto the slab 40 mm above its goal, and looks for a way down until its patience is over.
+    const auto goal = std::find_if(scene.nodes.begin(), scene.nodes.end(), [&](engine::Entity node) {
+        return scene.registry.get<engine::Name>(node).value == "down";
+    });
+    scene.registry.get<engine::LocalTransform>(*goal).translation.y = -0.03;
+    engine::updateWorldTransforms(scene);
+    engine::writeGltf(scene, touchstone.file("never.glb"));
+    const std::string run = " --headless --report " + touchstone.file("report.json");
+    const auto ended = [&] { return json::parse(textOf(touchstone.file("report.json"))).at("ended"); };
+    Answer answer = touchstone("run " + touchstone.file("never.glb") + " --device insert:2" + run);
+    INFO(answer.out << answer.err);
+    CHECK(answer.code == 0);
+    CHECK((ended() == "motion" || ended() == "limit"));
+    answer = touchstone("run " + touchstone.file("down.glb") + " --seconds 0.2" + run);
+    CHECK(ended() == "seconds");
+    answer = touchstone("run " + touchstone.file("down.glb") + run);
+    CHECK(ended() == "motion");
+}

@@ -6,6 +6,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/circumstances.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
@@ -20,7 +21,7 @@ using nlohmann::ordered_json;
 
 void makeOutFolder(const fs::path& folder) {
     if (folder.empty()) throw UsageError("touchstone bench needs --out DIR, a folder to write to");
-    makeFolder(folder, "benchmark");
+    makeFolder(folder, "the benchmark");
 }
 
 void sortRows(ordered_json& results) {
@@ -33,10 +34,10 @@ void sortRows(ordered_json& results) {
 
 void write(const fs::path& folder, ordered_json& results, bool plots) {
     sortRows(results);
-    writeText(folder / "bench.json", "results", results.dump(1) + "\n");
-    writeText(folder / "rows.csv", "table", toCsv(results["rows"].get<std::vector<ordered_json>>()));
-    writeText(folder / "qp.csv", "table", toCsv(results["qp"].get<std::vector<ordered_json>>()));
-    if (plots) writeText(folder / "index.html", "page", benchPage(results, drawPlots(results, folder), folder));
+    writeFile(folder / "bench.json", "the results", results.dump(1) + "\n");
+    writeFile(folder / "rows.csv", "the table", toCsv(results["rows"].get<std::vector<ordered_json>>()));
+    writeFile(folder / "qp.csv", "the table", toCsv(results["qp"].get<std::vector<ordered_json>>()));
+    if (plots) writeFile(folder / "index.html", "the page", benchPage(results, drawPlots(results, folder), folder));
 }
 
 void tell(const ordered_json& results, const fs::path& folder) {

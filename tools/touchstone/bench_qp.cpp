@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/qp/random_contacts.hpp"
 #include "haptics/system/report.hpp"
@@ -130,7 +131,7 @@ int benchQp(const BenchQpCommand& command) {
             table.push_back(cost);
         }
     }
-    if (!command.csv.empty()) writeText(command.csv, "table", toCsv(table));
+    if (!command.csv.empty()) writeFile(command.csv, "the table", toCsv(table));
     return kOk;
 }
 

@@ -12,7 +12,7 @@ namespace touchstone::app {
 
 /// Exit codes of the program.
 inline constexpr int kOk = 0, kFailed = 1, kUsage = 2, kOutcomeUnmet = 3;
-inline constexpr int kInterrupted = 130;  ///< 128 + SIGINT, as shells have it
+inline constexpr int kSignalled = 128;  ///< plus the number of the signal that stopped it, as shells have it
 
 /// The command line asks for something that does not exist: exit code kUsage.
 struct UsageError : std::runtime_error {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/headless_run.hpp"
@@ -300,7 +301,7 @@ void drawComparison(const std::vector<ComparedRun>& runs, const fs::path& folder
 }
 
 void writeComparison(const std::vector<ComparedRun>& runs, const fs::path& folder, const std::string& prefix) {
-    writeText(folder / (prefix + "compare.csv"), "table", toCsv(comparisonRows(runs)));
+    writeFile(folder / (prefix + "compare.csv"), "the table", toCsv(comparisonRows(runs)));
     for (const ComparedRun& run : runs) {
         std::string file = prefix + "ticks-" + run.what.name() + ".csv";
         std::replace(file.begin(), file.end(), ' ', '-');
@@ -316,7 +317,7 @@ int compare(const CompareCommand& command) {
     const std::vector<CompareCase> cases = casesOf(command.modes, command.solvers);
     if (!command.out.empty()) {
         requireGnuplot();
-        makeFolder(command.out, "comparison");
+        makeFolder(command.out, "the comparison");
     }
     const bool recorded = system::isRecording(command.motion);
     if (recorded && !command.device.empty())

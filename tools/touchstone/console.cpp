@@ -4,40 +4,20 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <stdexcept>
+#include <system_error>
 
+#include "haptics/device/last_act.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/tree_words.hpp"
 
 namespace touchstone::app {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
-
-/// While it lives, the first Ctrl-C is noted; the next one acts as ever.
-class Interrupt {
-  public:
-    Interrupt() {
-        interrupted = 0;
-        struct sigaction noting {};
-        noting.sa_handler = [](int) { interrupted = 1; };
-        noting.sa_flags = static_cast<int>(SA_RESETHAND);
-        sigaction(SIGINT, &noting, &before_);
-        // Whoever started the program with Ctrl-C ignored, as scripts do in the background, wants it so.
-        if (before_.sa_handler == SIG_IGN) sigaction(SIGINT, &before_, nullptr);
-    }
-    ~Interrupt() { sigaction(SIGINT, &before_, nullptr); }
-    Interrupt(const Interrupt&) = delete;
-    Interrupt& operator=(const Interrupt&) = delete;
-
-  private:
-    struct sigaction before_ {};
-};
 
 /// Draws over its own line; whatever is printed next begins on a clean one.
 class Bar {
@@ -73,7 +53,7 @@ class Bar {
     }
 
     const std::string doing_;
-    const Interrupt interrupt_;
+    const StopRequest stop_;
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     const bool terminal_ = isatty(STDERR_FILENO) != 0;
     std::string text_;
@@ -85,7 +65,7 @@ class Bar {
 system::SceneProgress progressBar(const std::string& doing) {
     return [bar = std::make_shared<Bar>(doing)](const system::SceneStatus& status) {
         bar->show(status);
-        return interrupted == 0;
+        return StopRequest::signal() == 0;
     };
 }
 
@@ -101,38 +81,18 @@ void requireDisplay() {
 }
 
 void requireWritable(const std::filesystem::path& file, const std::string& what) {
-    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     std::error_code error;
-    const bool there = std::filesystem::exists(file, error);
-    if (std::filesystem::is_directory(file, error) || access((there ? file : folder).c_str(), W_OK) != 0)
-        throw std::runtime_error("cannot write the " + what + " to '" + file.string() +
-                                 "': check the folder and its permissions");
+    // Opening a pipe would wait for its reader.
+    if (std::filesystem::is_regular_file(file, error) || std::filesystem::is_directory(file, error) ||
+        !std::filesystem::exists(file, error))
+        const OutputFile written(file, what);
 }
 
 void makeFolder(const std::filesystem::path& folder, const std::string& what) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (!std::filesystem::is_directory(folder, error) || access(folder.c_str(), W_OK) != 0)
-        throw std::runtime_error("cannot write the " + what + " to '" + folder.string() +
-                                 "': check the folder and its permissions");
-}
-
-void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.close();
-    if (!out)
-        throw std::runtime_error("cannot write the " + what + " to '" + file.string() +
-                                 "': check the folder, its permissions and free space");
-}
-
-void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text) {
-    std::filesystem::path part = file;
-    part += "." + std::to_string(getpid()) + ".part";
-    writeText(part, what, text);
-    std::error_code error;
-    std::filesystem::rename(part, file, error);
-    if (error) throw std::runtime_error("cannot write the " + what + " to '" + file.string() + "': " + error.message());
+    if (!error && access(folder.c_str(), W_OK) != 0) error.assign(errno, std::generic_category());
+    if (error) throw std::runtime_error("cannot write " + what + " to '" + folder.string() + "': " + error.message());
 }
 
 }  // namespace touchstone::app

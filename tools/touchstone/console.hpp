@@ -1,5 +1,5 @@
 #pragma once
-// What the commands say while they work, and files written whole.
+// What the commands say while they work, and checks before they begin.
 #include <filesystem>
 #include <string>
 
@@ -15,15 +15,10 @@ system::SceneProgress progressBar(const std::string& doing = "building the spher
 /// Throws std::runtime_error with one sentence when there is no display for a window.
 void requireDisplay();
 
-/// Throws std::runtime_error when a file to be called `what` could not be written there.
+/// Throws std::runtime_error when `what` ("the report") could not be written there.
 void requireWritable(const std::filesystem::path& file, const std::string& what);
 
 /// Makes the folder if it is not there. Throws std::runtime_error when `what` could not be written there.
 void makeFolder(const std::filesystem::path& folder, const std::string& what);
-
-/// Throws std::runtime_error naming `what` when the file cannot be written.
-void writeText(const std::filesystem::path& file, const std::string& what, const std::string& text);
-/// The same, and the file is at no time there in part: it replaces what was there when it is whole.
-void replaceText(const std::filesystem::path& file, const std::string& what, const std::string& text);
 
 }  // namespace touchstone::app

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <iterator>
 #include <stdexcept>
 
@@ -20,6 +21,14 @@ set grid linecolor rgb grey linewidth 0.3
 )";
 constexpr const char* kColours[] = {"#2f81f7", "#e07020", "#1f9d55", "#c03060", "#8a5cd0",
                                     "#b08800", "#20a0a0", "#606870", "#d05090"};
+
+/// It ends as its format ends: gnuplot does not tell when a disk is full.
+bool isWhole(const std::filesystem::path& picture) {
+    std::ifstream in(picture, std::ios::binary);
+    in.seekg(-12, std::ios::end);
+    const std::string end(std::istreambuf_iterator<char>(in), {});
+    return end.find("</svg>") != std::string::npos || end.find("IEND") != std::string::npos;
+}
 
 }  // namespace
 
@@ -46,12 +55,17 @@ void gnuplot(const std::filesystem::path& folder, const std::string& name, const
           std::pair{"pngcairo" + size + " font \"sans-serif,10\"", ".png"}}) {
         FILE* pipe = popen("gnuplot", "w");
         if (!pipe) throw std::runtime_error("gnuplot could not be started, although it is installed");
-        const std::string script = "set terminal " + terminal + "\nset output \"" + (folder / name).string() +
-                                   extension + "\"\n" + kStyle + commands;
+        const std::filesystem::path file = folder / (name + extension), part = file.string() + ".part";
+        const std::string script =
+            "set terminal " + terminal + "\nset output \"" + part.string() + "\"\n" + kStyle + commands;
         std::fwrite(script.data(), 1, script.size(), pipe);
-        if (pclose(pipe) != 0)
-            throw std::runtime_error("gnuplot could not draw '" + (folder / name).string() + extension +
-                                     "': see its message above");
+        const bool drawn = pclose(pipe) == 0 && isWhole(part);
+        std::error_code error;
+        if (drawn) std::filesystem::rename(part, file, error);
+        if (drawn && !error) continue;
+        std::filesystem::remove(part, error);
+        throw std::runtime_error("gnuplot could not draw '" + file.string() +
+                                 "': see its message above, and check the folder and the free space");
     }
 }
 

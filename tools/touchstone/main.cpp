@@ -3,12 +3,16 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <functional>
+#include <iostream>
+#include <system_error>
 
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
 #include "haptics/device/last_act.hpp"
+#include "haptics/math/numbers.hpp"
 #include "haptics/qp/solver.hpp"
 #include "haptics/system/display_options.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -25,6 +29,19 @@ std::string namesOf(const Table& table) {
     return names;
 }
 
+/// The check of every number of an option; settings have theirs in settingTable().
+CLI::Validator within(double min, double max, const char* unit = "") {
+    const std::string must = rangeWords(min, max, unit);
+    return CLI::Validator(
+        [=](const std::string& text) {
+            return readNumber(text, min, max) ? "" : "must be " + must + ", not '" + text + "'";
+        },
+        "");
+}
+
+/// Of a run: from a tick at the greatest rate to more than anybody waits for.
+CLI::Validator seconds() { return within(1e-4, 1e6, "s"); }
+
 void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& command) {
     CLI::App* run = program.add_subcommand("run", "Open a scene and push: in a window, or headless with a report");
     run->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
@@ -32,8 +49,10 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
     run->add_flag("--headless", options.headless, "without window and clock, as fast as it goes; repeats to the bit");
     run->add_flag("--paced", options.paced,
                   "headless: times are taken by the clock, with the thread that finds lists ahead, as in a window");
-    run->add_option("--seconds", options.seconds, "how long (default: headless, until the motion ends)")
-        ->check(CLI::PositiveNumber);
+    run->add_option("--seconds", options.seconds,
+                    "how long, headless in simulated time (default: headless, until the motion ends, or 60 s where the "
+                    "device has no end)")
+        ->check(seconds());
     run->add_option("--device", options.device, "what holds the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
     run->add_option("--mode", options.mode,
                     "default; paper: the published method, with solver pqp at 0.01 and no shadow unless asked for; or "
@@ -111,7 +130,7 @@ void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand
     addTreeChoice(*tree, options.tree);
     tree->add_option("--levels", options.tree.levels,
                      "levels counting the root, in place of --leaves: 5 are 4096 leaves");
-    tree->add_option("--seed", options.tree.seed, "another tree, equally good")->check(CLI::NonNegativeNumber);
+    tree->add_option("--seed", options.tree.seed, "another tree, equally good")->check(within(0, 9e15));
     tree->add_option("--threads", options.tree.threads, "to build with; the tree is the same (default: 2)");
     addPart(*tree, options.from);
     tree->add_option("--export", options.exported, "write a .sph file, in frame and unit of the mesh (scenes: metres)");
@@ -135,13 +154,13 @@ void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand
         ->required();
     addPart(*check, checkOptions.of);
     check->add_option("--samples", checkOptions.samples, "of the surface, and of the leaves' outside")
-        ->check(CLI::Range(100, 100000000))
+        ->check(within(100, 1e8))
         ->capture_default_str();
     check->add_option("--poses", checkOptions.poses, "touching poses of the tree against itself")
-        ->check(CLI::Range(1, 100000))
+        ->check(within(1, 1e5))
         ->capture_default_str();
     check->add_option("--seed", checkOptions.seed, "of samples and poses")
-        ->check(CLI::NonNegativeNumber)
+        ->check(within(0, 9e15))
         ->capture_default_str();
     check->add_flag("--json", checkOptions.json, "print a JSON object, with units in the names");
     check->footer(
@@ -221,14 +240,13 @@ void addCompare(CLI::App& program, app::CompareCommand& options, std::function<i
         ->delimiter(',')
         ->capture_default_str();
     compare->add_option("--device", options.device, "what moves the tool of a scene: demo:NAME, replay:FILE");
-    compare->add_option("--seconds", options.seconds, "how long (default: until the motion ends)")
-        ->check(CLI::PositiveNumber);
+    compare->add_option("--seconds", options.seconds, "how long (default: until the motion ends)")->check(seconds());
     compare->add_option("--tolerance", options.tolerance, "of an approximate solver: N, in paper mode N·mm");
     compare->add_option("--set", options.set, "KEY=VALUE, a setting by name, for all of them")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     compare->add_option("--runs", options.runs, "timed runs of each, of which every tick's median is taken")
-        ->check(CLI::Range(1, 1000))
+        ->check(within(1, 1000))
         ->capture_default_str();
     compare->add_option("--out", options.out, "folder for the table, every tick and plots, which need gnuplot");
     compare->footer(
@@ -281,8 +299,8 @@ void addDoctor(CLI::App& program, app::DoctorCommand& options, std::function<int
     CLI::App* doctor =
         program.add_subcommand("doctor", "Say what works on this machine, what does not, and what to do");
     doctor->add_option("--stiffness", options.stiffness, "of the contact that is to feel passive, N/mm")
-        ->check(CLI::PositiveNumber);
-    doctor->add_option("--rate", options.rate, "of its ticks, Hz")->check(CLI::PositiveNumber);
+        ->check(within(1e-3, 1e6, "N/mm"));
+    doctor->add_option("--rate", options.rate, "of its ticks, Hz")->check(within(1, 1e6, "Hz"));
     doctor->callback([&] { command = [&] { return app::doctor(options); }; });
 }
 
@@ -317,8 +335,9 @@ void addSoak(CLI::App& program, app::SoakOptions& options, std::function<int()>&
         "soak", "Run the loop long, recording half of the time, while scenes, devices and settings change");
     soak->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
         ->capture_default_str();
-    soak->add_option("--seconds", options.seconds, "how long")->check(CLI::Range(1.0, 1e6))->capture_default_str();
+    soak->add_option("--seconds", options.seconds, "how long")->check(within(1, 1e6, "s"))->capture_default_str();
     soak->add_option("--most-growth", options.mostGrowth, "of memory after the first quarter of the time, MB")
+        ->check(within(0, 1e6, "MB"))
         ->capture_default_str();
     soak->add_option("--record", options.record, "folder for its recordings, each removed once it is checked");
     soak->footer(
@@ -352,8 +371,8 @@ int main(int argc, char** argv) {
         "  touchstone tree part.stl --max-error 0.02mm   its sphere tree, as coarse as may be\n"
         "  touchstone bench --quick --out bench   speed against error, as tables, plots and a page\n"
         "  touchstone doctor                      what works here, what does not, what to do\n\n"
-        "Exit codes: 0 all is well, 1 it failed, 2 wrong usage, 3 the scene's expected outcome was not met, 130 "
-        "Ctrl-C.\n");
+        "Exit codes: 0 all is well, 1 it failed, 2 wrong usage, 3 the scene's expected outcome was not met,\n"
+        "130 stopped by Ctrl-C, 143 by SIGTERM.\n");
 
     std::function<int()> command;
     app::RunOptions runOptions;
@@ -387,16 +406,24 @@ int main(int argc, char** argv) {
     addBench(program, benchCommand, benchQpCommand, benchMergeCommand, command);
 
     try {
-        program.parse(argc, argv);
-        return command();
-    } catch (const CLI::Success& leave) {
-        return program.exit(leave);
+        int code = app::kOk;
+        try {
+            program.parse(argc, argv);
+            code = command();
+        } catch (const CLI::Success& leave) {
+            code = program.exit(leave);
+        }
+        // What was printed counts as an output, too.
+        std::cout.flush();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout)
+            throw std::runtime_error("cannot write to the output stream: " + std::generic_category().message(errno));
+        return code;
     } catch (const CLI::ParseError& error) {
         return fail(std::string(error.what()) + " (see touchstone --help)", app::kUsage);
     } catch (const app::UsageError& error) {
         return fail(error.what(), app::kUsage);
     } catch (const BuildCancelled&) {
-        return fail("cancelled", app::kInterrupted);
+        return fail("cancelled", app::kSignalled + StopRequest::signal());
     } catch (const std::exception& error) {
         return fail(error.what(), app::kFailed);
     }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "engine/view/image_file.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/circumstances.hpp"
 #include "haptics/system/headless_run.hpp"
@@ -374,7 +375,7 @@ class Experiment {
 
 int paper(const PaperCommand& command) {
     requireGnuplot();
-    makeFolder(command.out, "experiments");
+    makeFolder(command.out, "the experiments");
     const std::vector<CompareCase> all =
         casesOf({"paper", "default", "penalty"}, {"active-set", "pqp", "dual-active-set"});
 
@@ -401,7 +402,7 @@ int paper(const PaperCommand& command) {
     results["classes"] = classesOf({&shallow, &deeper});
     results["phases"] = phaseRows(shaft, phases);
     results["claims"] = claimsOf(shallow, deeper, shaft, phases, bunnies.cold(shallow, "figure-5"));
-    writeText(command.out / "paper.json", "results", results.dump(1) + "\n");
+    writeFile(command.out / "paper.json", "the results", results.dump(1) + "\n");
     for (const ordered_json& claim : results["claims"]) {
         const ordered_json& agrees = claim["agrees"];
         std::printf("%s\n  measured: %s\n  %s\n", claim["published"].get<std::string>().c_str(),

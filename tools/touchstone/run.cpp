@@ -1,11 +1,12 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 
 #include "engine/view/image_file.hpp"
+#include "haptics/device/last_act.hpp"
 #include "haptics/device/mouse.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/system/app_window.hpp"
 #include "haptics/system/contact_sweep.hpp"
@@ -66,8 +67,9 @@ system::HapticScene openForRun(const std::filesystem::path& file, const RunOptio
                                const std::string& device) {
     system::HapticScene scene = lookInto(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
-    for (const auto& [path, what] : {std::pair{options.report, "report"}, std::pair{options.screenshot, "picture"},
-                                     std::pair{options.dumpQp, "problems"}, std::pair{options.sweep, "sweep"}})
+    for (const auto& [path, what] :
+         {std::pair{options.report, "the report"}, std::pair{options.screenshot, "the picture"},
+          std::pair{options.dumpQp, "the problems"}, std::pair{options.sweep, "the sweep"}})
         if (!path.empty()) requireWritable(path, what);
 
     scene =
@@ -114,17 +116,16 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         if (table) table->add(record, penetration, settings.rate);
         if (traced) ticks.push_back(record);
     };
-    std::ofstream problems;
+    std::optional<OutputFile> problems;
     if (!options.dumpQp.empty()) {
-        problems.open(options.dumpQp, std::ios::binary);
+        problems.emplace(options.dumpQp, "the problems");
         headless.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
-            problems << toLine(problem, result) << '\n';
+            problems->write(toLine(problem, result) + '\n');
         };
     }
+    const StopRequest stop;
     const system::HeadlessRun run = system::runHeadless(scene, settings, headless);
-    problems.close();
-    if (!options.dumpQp.empty() && !problems)
-        throw std::runtime_error("cannot write the problems to '" + options.dumpQp.string() + "': is the disk full?");
+    if (problems) problems->close();
     if (table) table->close();
     printReport(run.report);
     if (!options.report.empty()) writeReport(run.report, options.report);
@@ -143,6 +144,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         engine::writePng(options.screenshot, system::renderScene(scene, run.last, run.settings, picture));
     if (!run.recordingFailure.empty()) throw std::runtime_error(run.recordingFailure);
     if (run.replay && !tellReplay(*run.replay)) return kFailed;
+    if (StopRequest::signal() != 0) return kSignalled + StopRequest::signal();
     return run.report.met() ? kOk : kOutcomeUnmet;
 }
 
@@ -196,16 +198,17 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
         }
     };
     window.session.onTick = [&](const TickRecord& record) {
-        if (options.seconds) load.add(record);
+        load.add(record);
         if (session && reported) live.add(record, *session);
     };
     window.onEnd = [&](system::LiveSession& ended) {
         if (!options.report.empty()) writeReport(live.finish(ended), options.report);
     };
+    const StopRequest stop;
     const int code = system::runWindow(window);
     if (table) table->close();
-    if (options.seconds) load.print();
-    return code;
+    if (options.seconds || StopRequest::signal() != 0) load.print();
+    return StopRequest::signal() != 0 ? kSignalled + StopRequest::signal() : code;
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/rt_thread.hpp"
+#include "haptics/system/headless_run.hpp"
 #include "tools/touchstone/console.hpp"
 
 namespace touchstone::app {
@@ -42,6 +44,15 @@ void printReport(const system::Report& report) {
         std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
                     static_cast<unsigned long long>(report.safetyTrips));
+    if (report.ended == "limit")
+        std::printf(
+            "  ended after %g s of simulated time: the device did not end before; --seconds sets another limit\n",
+            system::kUnendingSeconds);
+    else if (report.ended.starts_with("SIG"))
+        std::printf("  stopped by %s after %g s of simulated time\n", report.ended.c_str(),
+                    static_cast<double>(report.ticks) / report.rate);
+    if (report.pastGoal > 0)
+        std::printf("  the tool fell through: it was %.1f mm past its goal and touched nothing\n", report.pastGoal);
     if (!report.safetyFault.empty())
         std::printf("  no force from some tick on, by the safety stage: %s\n", report.safetyFault.c_str());
     if (report.overruns)
@@ -49,14 +60,15 @@ void printReport(const system::Report& report) {
                     static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
     std::printf("  hash %s\n", toJson(report).at("hash").get<std::string>().c_str());
     if (report.checks.empty()) return;
-    std::printf("  expected outcome: %s\n", report.met() ? "met" : "NOT MET");
+    std::printf("  expected outcome: %s%s\n", report.met() ? "met" : "NOT MET",
+                report.ended.starts_with("SIG") ? " as far as it came" : "");
     for (const system::OutcomeCheck& check : report.checks)
         std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(), check.limit,
                     check.value);
 }
 
 void writeReport(const system::Report& report, const std::filesystem::path& file) {
-    writeText(file, "report", toJson(report).dump(2) + "\n");
+    writeFile(file, "the report", toJson(report).dump(2) + "\n");
 }
 
 void LiveReport::add(const TickRecord& record, const system::LiveSession& session) {

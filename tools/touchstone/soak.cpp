@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "haptics/device/last_act.hpp"
 #include "haptics/system/headless_run.hpp"
 #include "haptics/system/session.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -80,15 +81,18 @@ class Soak {
         const fs::path scene = findScene(options_.scene);
         session_.open({.file = scene});
         const auto opening = Clock::now();
-        while (!session_.running()) {
+        while (!session_.running() && StopRequest::signal() == 0) {
             pass();
             if (!session_.opening() && Seconds(Clock::now() - opening).count() > 5) break;
         }
+        if (StopRequest::signal() != 0) return stopped();
         if (!session_.running())
             throw std::runtime_error(session_.messages().empty() ? "the scene did not start"
                                                                  : session_.messages().back().text);
         began_ = Clock::now();
-        for (int block = 0; seconds() < options_.seconds; ++block) runBlock(block % 2 == 1);
+        for (int block = 0; seconds() < options_.seconds && StopRequest::signal() == 0; ++block)
+            runBlock(block % 2 == 1);
+        if (StopRequest::signal() != 0) return stopped();
         return report(scene);
     }
 
@@ -138,7 +142,7 @@ class Soak {
         const double move = end - random(0.2, 0.8) * block_;
         const bool storm = choose(2) == 0;
         bool moved = false;
-        for (double next = 0; seconds() < end;) {
+        for (double next = 0; seconds() < end && StopRequest::signal() == 0;) {
             pass();
             if (!session_.running() || seconds() < next) continue;
             next = seconds() + (storm ? 0.02 : 0.5);
@@ -191,6 +195,14 @@ class Soak {
                 session_.setEdits({place});
             }
         }
+    }
+
+    /// Ended by a signal before there is enough to judge.
+    int stopped() {
+        std::printf(
+            "soak: stopped after %.1f s, %llu ticks, %llu recorded in %s, %llu not counted, %llu unsafe outputs\n",
+            seconds(), number(taken_), number(rows_), folder_.c_str(), number(uncounted_), number(unsafe_));
+        return kSignalled + StopRequest::signal();
     }
 
     fs::path recording() const { return folder_ / std::to_string(recordings_); }
@@ -264,11 +276,12 @@ class Soak {
 
     static unsigned long long number(std::uint64_t n) { return n; }
 
+    const StopRequest stop_;
     const SoakOptions& options_;
     const fs::path folder_;
     const double block_;  // s
     std::mt19937 random_{1};
-    Clock::time_point began_;
+    Clock::time_point began_ = Clock::now();
     double toldUntil_ = -1;
     std::uint64_t taken_ = 0, dropped_ = 0, uncounted_ = 0, unsafe_ = 0, lost_ = 0;
     std::uint64_t settings_ = 0, scenes_ = 0, recordings_ = 0, rows_ = 0, broken_ = 0;

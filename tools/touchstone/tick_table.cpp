@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <iterator>
-#include <stdexcept>
 #include <string>
 
 #include "haptics/system/tick_fields.hpp"
@@ -20,14 +19,11 @@ std::string text(double number) {
 
 }  // namespace
 
-TickTable::TickTable(const std::filesystem::path& file) : file_(file), out_(file, std::ios::binary) {
-    if (!out_)
-        throw std::runtime_error("cannot write the ticks to '" + file.string() +
-                                 "': check the folder and its permissions");
+TickTable::TickTable(const std::filesystem::path& file) : out_(file, "the ticks") {
     std::string header;
     for (const system::TickField& field : system::recordFields())
         header += header.empty() ? field.name + std::string(kOthers) : ',' + std::string(field.name);
-    out_ << header << '\n';
+    out_.write(header + '\n');
 }
 
 void TickTable::add(const TickRecord& record, double penetration, double rate) {
@@ -41,12 +37,7 @@ void TickTable::add(const TickRecord& record, double penetration, double rate) {
             line += ',' + text(static_cast<double>(record.tick) * 1000 / rate) + ',' + text(penetration) + ',' +
                     text(record.totalUs - record.shadowUs);
     }
-    out_ << line << '\n';
-}
-
-void TickTable::close() {
-    out_.close();
-    if (!out_) throw std::runtime_error("cannot write the ticks to '" + file_.string() + "': is the disk full?");
+    out_.write(line + '\n');
 }
 
 }  // namespace touchstone::app

@@ -1,8 +1,8 @@
 #pragma once
 // Every tick of a run as a line of CSV.
 #include <filesystem>
-#include <fstream>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/loop/step.hpp"
 
 namespace touchstone::app {
@@ -13,12 +13,11 @@ class TickTable {
     explicit TickTable(const std::filesystem::path& file);
     /// `penetration`: of the true gaps, mm; `rate`: Hz.
     void add(const TickRecord& record, double penetration, double rate);
-    /// Throws std::runtime_error when something could not be written.
-    void close();
+    /// The file is in its place when this returns. Throws std::runtime_error when something could not be written.
+    void close() { out_.close(); }
 
   private:
-    std::filesystem::path file_;
-    std::ofstream out_;
+    OutputFile out_;
 };
 
 }  // namespace touchstone::app

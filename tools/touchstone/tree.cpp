@@ -137,8 +137,9 @@ void check(const TreeCommand& command) {
     if (!command.imported.empty() && (choice.leaves || choice.levels || !choice.maxError.empty() || choice.quality ||
                                       choice.interior || choice.seed))
         throw UsageError("--import takes the leaves as they are: it goes with no option that says how to build them");
-    for (const auto& [path, what] : {std::pair{command.output, "tree"}, std::pair{command.exported, "exported tree"},
-                                     std::pair{command.picture, "picture"}})
+    for (const auto& [path, what] :
+         {std::pair{command.output, "the tree"}, std::pair{command.exported, "the exported tree"},
+          std::pair{command.picture, "the picture"}})
         if (!path.empty()) requireWritable(path, what);
 }
 

@@ -8,6 +8,8 @@
 #include <map>
 #include <memory>
 
+#include "haptics/device/last_act.hpp"
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/app_window.hpp"
 #include "haptics/system/device_choice.hpp"
 #include "haptics/system/recording.hpp"
@@ -58,10 +60,10 @@ void lookInto(const Condition& condition, bool headless) {
 
 /// The folder belongs to this protocol, now or since an earlier run.
 void claim(const fs::path& folder, const Protocol& protocol) {
-    makeFolder(folder, "trials");
+    makeFolder(folder, "the trials");
     const fs::path file = folder / kProtocolFile;
     if (!fs::exists(file)) {
-        replaceText(file, "protocol", protocol.source.dump(1) + "\n");
+        writeFile(file, "the protocol", protocol.source.dump(1) + "\n");
     } else if (system::readProtocol(file).source != protocol.source) {
         throw std::runtime_error("'" + folder.string() +
                                  "' holds trials of another protocol: choose another folder for --out");
@@ -84,7 +86,7 @@ fs::path freshFolder(const fs::path& study, const Trial& trial) {
 
 /// The recording is whole by now; with its row the trial counts as done.
 void finish(const fs::path& study, const Protocol& protocol, const Trial& trial, const TrialRow& row) {
-    replaceText(trialFolder(study, trial.number) / kRowFile, "row", row.dump(1) + "\n");
+    writeFile(trialFolder(study, trial.number) / kRowFile, "the row", row.dump(1) + "\n");
     std::fprintf(stderr, "trial %d, %s, %s: %s after %.2f s\n", trial.number,
                  row.at("participant").get<std::string>().c_str(), row.at("condition").get<std::string>().c_str(),
                  row.at("outcome").get<std::string>().c_str(), row.at("time_s").get<double>());
@@ -95,8 +97,9 @@ void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const
     Scenes scenes;
     for (const Trial& trial : queue) {
         const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-        finish(study, protocol, trial,
-               system::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial)));
+        const auto row = system::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial));
+        if (!row) return;  // asked to stop
+        finish(study, protocol, trial, *row);
     }
 }
 
@@ -163,7 +166,7 @@ std::vector<TrialRow> readRows(const std::vector<fs::path>& studies, const Proto
 }
 
 void writeTable(const fs::path& folder, const std::vector<TrialRow>& rows) {
-    replaceText(folder / "trials.csv", "table", toCsv(rows));
+    writeFile(folder / "trials.csv", "the table", toCsv(rows));
 }
 
 int trials(const TrialsCommand& command) {
@@ -183,14 +186,17 @@ int trials(const TrialsCommand& command) {
     std::deque<Trial> queue;
     for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
         if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
+    const StopRequest stop;
     if (!queue.empty()) (command.headless ? runHeadless : runInWindow)(protocol, queue, command.out);
 
     const std::vector<TrialRow> rows = readRows({command.out}, protocol, scenes);
     writeTable(command.out, rows);
-    if (command.shard.empty() && !rows.empty()) summarise(command.out, rows, protocol);
-    std::printf("%zu of %zu trials are in %s\n", rows.size(), all.size(),
-                (command.out / "trials.csv").string().c_str());
-    return kOk;
+    const bool stopped = StopRequest::signal() != 0;
+    if (command.shard.empty() && !rows.empty() && !stopped) summarise(command.out, rows, protocol);
+    std::printf("%zu of %zu trials are in %s%s\n", rows.size(), all.size(),
+                (command.out / "trials.csv").string().c_str(),
+                stopped ? ": stopped, and the same command continues" : "");
+    return stopped ? kSignalled + StopRequest::signal() : kOk;
 }
 
 int summariseTrials(const TrialsSummaryCommand& command) {
@@ -206,7 +212,7 @@ int summariseTrials(const TrialsSummaryCommand& command) {
                                      command.folders.front().string() + "': summarise them apart");
     const std::vector<TrialRow> rows = readRows(command.folders, protocol);
     if (rows.empty()) throw std::runtime_error("no trial is done yet in these folders: run `touchstone trials` first");
-    makeFolder(command.out, "summary");
+    makeFolder(command.out, "the summary");
     writeTable(command.out, rows);
     summarise(command.out, rows, protocol);
     std::printf("%zu of %zu trials are in %s\n", rows.size(), protocol.trials().size(),

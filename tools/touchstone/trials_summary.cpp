@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "haptics/files/output_file.hpp"
 #include "haptics/system/trials/intervals.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
@@ -165,7 +166,7 @@ void summarise(const fs::path& folder, const std::vector<TrialRow>& rows, const 
     for (ordered_json& line : lines)
         for (ordered_json& value : line)
             if (value.is_number_float()) value = std::stod(text(value.get<double>()));
-    replaceText(folder / "summary.csv", "summary", toCsv(lines));
+    writeFile(folder / "summary.csv", "the summary", toCsv(lines));
     draw(folder, lines, conditions);
 }
 

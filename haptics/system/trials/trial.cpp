@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "haptics/device/last_act.hpp"
 #include "haptics/loop/rt_thread.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/system/device_choice.hpp"
@@ -142,8 +143,8 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
     return row;
 }
 
-ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
-                      const std::filesystem::path& folder) {
+std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
+                                     const std::filesystem::path& folder) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
     if (!scene.roles.goal)
         throw std::runtime_error("condition '" + condition.name + "': the scene '" + condition.scene +
@@ -160,7 +161,7 @@ ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const 
     TrialMeasures measures(*scene.roles.goal, protocol.limits);
     std::optional<TrialEnd> end;
     TickRecord tick;
-    while (!end) {
+    while (!end && StopRequest::signal() == 0) {
         tick = driver.tick(clocks);
         recorder.add({driver.session().state.input(), tick, driver.session().number});
         measures.add(tick, dt);
@@ -170,6 +171,7 @@ ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const 
     }
     recorder.flush();
     if (!recorder.failure().empty()) throw std::runtime_error(recorder.failure());
+    if (!end) return std::nullopt;
     return trialRow(scene, protocol, trial, settings, measures, *end, tick.X_WT, folder);
 }
 

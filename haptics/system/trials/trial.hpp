@@ -49,10 +49,10 @@ nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protoc
                                 const std::filesystem::path& folder);
 
 /// Runs the trial from its start, tick by tick in simulated time, until it ends or its time is over, and records it
-/// into `folder`. The row repeats but for isMeasuredTime(). Pre: the scene is that of the trial's condition and has a
-/// world. Throws std::runtime_error with one sentence when the scene has no goal, the device cannot start or the
-/// recording had to stop.
-nlohmann::ordered_json runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
-                                const std::filesystem::path& folder);
+/// into `folder`. The row repeats but for isMeasuredTime(); there is none when StopRequest::signal() asked to stop
+/// before the end. Pre: the scene is that of the trial's condition and has a world. Throws std::runtime_error with one
+/// sentence when the scene has no goal, the device cannot start or the recording had to stop.
+std::optional<nlohmann::ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
+                                               const std::filesystem::path& folder);
 
 }  // namespace touchstone::system
