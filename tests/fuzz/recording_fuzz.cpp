@@ -1,0 +1,77 @@
+// Any bytes as a recording: four bytes tell how many of the next are recording.json, the rest is ticks.npy. It is read,
+// handed to step(), made a motion, recovered and exported.
+#include <stdexcept>
+
+#include "haptics/system/recording.hpp"
+#include "haptics/system/replay_pass.hpp"
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/support/temp_folder.hpp"
+#include "tests/system/scene_maker.hpp"
+
+using namespace touchstone;
+using fuzz::require;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void write(const fs::path& file, const std::uint8_t* data, std::size_t size) {
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+}
+
+/// What it throws is one sentence.
+template <class Work>
+bool spoken(Work&& work) {
+    try {
+        work();
+        return true;
+    } catch (const std::exception& error) {
+        fuzz::requireSentence(error.what());
+        return false;
+    }
+}
+
+const system::HapticScene& scene() {
+    static const system::HapticScene opened = system::openScene(test::pressScene());
+    return opened;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const test::TempFolder folder;
+    const fs::path recording = folder.path() / "recording";
+    fs::create_directory(recording);
+    const std::size_t notes =
+        std::min<std::size_t>(fuzz::Bytes(data, size).take<std::uint32_t>(), size - std::min<std::size_t>(size, 4));
+    const std::uint8_t* rest = data + std::min<std::size_t>(size, 4);
+    write(recording / "recording.json", rest, notes);
+    write(recording / "ticks.npy", rest + notes, static_cast<std::size_t>(data + size - rest) - notes);
+
+    std::uint64_t rows = 0;
+    const bool readable = spoken([&] {
+        system::Recording whole(recording);
+        WholeTick tick;
+        while (whole.next(tick)) ++rows;
+        require(rows == whole.rows(), "as many rows as it says");
+    });
+    if (readable && rows < 200)  // scenes of other files are not for a fuzzer to open
+        spoken([&] {
+            system::ReplayPass pass(scene(), recording, {});
+            TickRecord record;
+            for (std::uint64_t row = 0; row < rows && pass.next(record, {}, true); ++row) {
+                require(record.X_WT.isFinite() && record.wrench_C.isFinite(), "the tool and its force are finite");
+                require(!(record.penetration > 1e7), "no more penetration than there is space");
+            }
+        });
+    spoken([&] { system::recordedHand(recording); });
+    spoken([&] { system::exportCsv(recording, folder.path() / "ticks.csv"); });
+    if (spoken([&] { system::recoverRecording(recording); })) {
+        spoken([&] { system::Recording{recording}; });
+        // What is whole needs no more mending.
+        const std::string once = system::recoverRecording(recording);
+        require(once.find("torn") == std::string::npos, "recovered once is recovered");
+    }
+    return 0;
+}
