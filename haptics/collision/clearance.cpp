@@ -65,6 +65,7 @@ class Search {
         if (a == 0 && b == 0) return test(i, j);
         const bool descendObstacle = a == 0 || (b > 0 && obstacle_.levels[b].r[j] >= tool_.levels[a].r[i]);
         const int children = (descendObstacle ? j : i) * SphereTree::kBranching;
+        const Mask blocks = (descendObstacle ? obstacle_.levels[b - 1] : tool_.levels[a - 1]).blocksFrom(children);
         const float best = float(best_);
         const Float8 bound = descendObstacle ? measure_.bound(Blocks::one(tool_.levels[a], i),
                                                               Blocks::eight(obstacle_.levels[b - 1], children), best)
@@ -73,7 +74,7 @@ class Search {
         // The lanes that may hold less, the least first.
         std::array<int, 8> order;
         int count = 0;
-        for (Mask open = lessEqual(bound, splat(best)); open; open &= open - 1) {
+        for (Mask open = lessEqual(bound, splat(best)) & blocks; open; open &= open - 1) {
             const int lane = std::countr_zero(open);
             int at = count++;
             for (; at > 0 && bound[order[at - 1]] > bound[lane]; --at) order[at] = order[at - 1];

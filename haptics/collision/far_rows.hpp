@@ -1,5 +1,6 @@
 #pragma once
 // Rows in single precision, among which a step's crossed ones are looked for.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -40,6 +41,7 @@ class FarRows {
     bool forEachBelow(float limit, Visit&& visit) const {
         for (int i = 0; i < size_; i += 8) {
             simd::Mask mask = simd::lessEqual(simd::load(&left_[i]), simd::splat(limit));
+            mask &= 0xffu >> std::max(i + 8 - size_, 0);
             for (; mask; mask &= mask - 1)
                 if (!visit(i + std::countr_zero(mask))) return false;
         }

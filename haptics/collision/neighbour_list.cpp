@@ -60,7 +60,7 @@ bool NeighbourList::complete(const Coverage& asked, double slack) {
 
     const double own = finder_.reserve(all_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
     const PairEntries* from = left >= narrow ? &near_ : offered > own ? offered_ : &all_;
-    if (std::max({left - narrow, own, offered}) < 0) {
+    if (!(left - narrow >= 0 || own >= 0 || offered >= 0)) {
         from = &all_;
         near_.within = {};
         // Where others find entries, too, theirs will soon serve: little is enough till then.
@@ -178,7 +178,7 @@ void NeighbourList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin,
     const int bucket = obstacleLeaf / SphereTree::kBranching, first = bucket * SphereTree::kBranching;
     const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // to the last bit as the others have it
     const LeafGaps l = leafGaps(c_O, s.r, *obstacle_, bucket);
-    if (l.gap[obstacleLeaf - first] > margin || rows.size() == rows.capacity()) return;
+    if (!(l.gap[obstacleLeaf - first] <= margin) || rows.size() == rows.capacity()) return;
     RowLanes(l, R_WO, R_WO * (c_O - X_OT * extent_.center))
         .store(rows, rows.size(), l.gap, contactId(obstacleIndex_, toolLeaf, first), 1u << (obstacleLeaf - first));
     rows.setSize(rows.size() + 1);
@@ -249,8 +249,10 @@ bool NeighbourList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double mar
         if (g + j.dot(by.x) + by.slack * length > -kCrossed) crossed.setSize(n);
         return true;
     };
-    // The most crossed ones first: what they leave of the step crosses few of the others.
-    for (float limit = kMost * worst; fits && worst <= error; limit *= kMost) {
+    // The most crossed ones first: what they leave of the step crosses few of the others. A crossing that no float
+    // holds counts as the largest, so that halving it ends.
+    const float deepest = std::max(worst, std::numeric_limits<float>::lowest());
+    for (float limit = kMost * deepest; fits && worst <= error; limit *= kMost) {
         const bool last = limit > -error;
         far_.forEachBelow(last ? error : limit, check);
         if (last || crossed.size() > before) break;

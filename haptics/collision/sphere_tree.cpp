@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <tuple>
 
@@ -11,7 +12,7 @@
 namespace touchstone {
 namespace {
 
-constexpr float kFarAway = 1e15f;
+constexpr float kNowhere = std::numeric_limits<float>::infinity();  // where padding is
 
 /// A box that, grown by the spheres' least radius, contains them.
 struct RoundedBox {
@@ -127,7 +128,7 @@ TreeLevel makeLevel(std::span<const Sphere> leaves, std::size_t blockSize) {
     const std::size_t padded = std::size_t(paddedToEight(level.count));
     for (auto* v : {&level.x, &level.y, &level.z, &level.lo[0], &level.lo[1], &level.lo[2], &level.hi[0], &level.hi[1],
                     &level.hi[2]})
-        v->assign(padded, kFarAway);
+        v->assign(padded, kNowhere);
     level.r.assign(padded, 0);
     level.round.assign(padded, 0);
 

@@ -1,5 +1,6 @@
 #pragma once
 // A body as spheres: leaves that cover its surface, in an order whose aligned blocks of 8^k leaves are compact.
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,12 +28,17 @@ struct TreeCertificate {
 };
 
 /// One level of blocks. Block b of level k holds the leaves [b·8^k, (b+1)·8^k). All arrays are padded to a multiple of
-/// eight with blocks that nothing touches (1e15 mm away, radius 0), so that eight are tested at once.
+/// eight so that eight are tested at once. Padding has no children: a walk that descends masks it out by blocksFrom(),
+/// whatever its numbers say. Its coordinates are infinite and its radius is 0, so that no exact gap to it is within
+/// anything.
 struct TreeLevel {
     int count = 0;                    ///< blocks before padding
     AlignedVector<float> x, y, z, r;  ///< sphere that contains the block's leaf spheres
     /// A rounded box that contains them, too: lo to hi, grown by `round`, the least radius of the block's leaves.
     AlignedVector<float> lo[3], hi[3], round;
+
+    /// Which of the eight from `first` on are blocks, a bit each, lane 0 lowest. Pre: 0 <= first < count.
+    std::uint32_t blocksFrom(int first) const { return 0xffu >> std::max(first + 8 - count, 0); }
 };
 
 /// Leaves and the implicit hierarchy above them; branching is 8. Immutable once made.

@@ -96,6 +96,11 @@ void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) 
     query.curve = curveInFloat(asked.within);
     query.sink = sink;
     query.context = context;
+    // What is far away is left out in double: floats whose squares overflow would let everything pass.
+    const float toolRadius = tool_->levels.back().r[0], obstacleRadius = obstacle_->levels.back().r[0];
+    const double near = double(toolRadius) * (1 + course.turn.stableNorm()) + double(obstacleRadius) +
+                        course.shift.stableNorm() + asked.within.most;
+    if (!((center - obstacle_->center()).stableNorm() <= near + 1e-6)) return;
     frontiers_[0].tool[0] = frontiers_[0].obstacle[0] = 0;
     if (course.stays())
         descend<false>(query, 0, 1);
@@ -151,7 +156,7 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
         const Float8 round = load(&obstacle.round[children]), near = query.near(splat(least), round) + reach;
         const Float8 box = max(round + near, splat(0.0f));
         const Float8 ball = max(load(&obstacle.r[children]) + near, splat(0.0f));
-        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
+        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball) & obstacle.blocksFrom(children);
         compressStore(&next.obstacle[found], splat(children) + lanes(), hits);
         compressStore(&next.tool[found], splat(block), hits);
         found += std::popcount(hits);
@@ -167,12 +172,14 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
     const TreeLevel& obstacle = obstacle_->levels[levels_[depth][1]];
     int found = 0, placed = -1;
     Float8 lo[3] = {}, hi[3] = {}, reach = {}, least = {};
+    Mask blocks = 0;
     for (int i = first; i < count && found <= kFrontier - SphereTree::kBranching; ++i, ++used) {
         const int children = here.tool[i] * SphereTree::kBranching;
         if (children != placed) {
             query.place<moves>(load(&tool.x[children]), load(&tool.y[children]), load(&tool.z[children]), lo, hi);
             reach = load(&tool.r[children]) * query.grown;
             least = load(&tool.round[children]);
+            blocks = tool.blocksFrom(children);
             placed = children;
         }
         const int block = here.obstacle[i];
@@ -187,7 +194,7 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
         const Float8 near = query.near(least, splat(obstacle.round[block])) + reach;
         const Float8 box = max(near + obstacle.round[block], splat(0.0f));
         const Float8 ball = max(near + obstacle.r[block], splat(0.0f));
-        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball);
+        const Mask hits = lessEqual(box2, box * box) & lessEqual(ball2, ball * ball) & blocks;
         compressStore(&next.tool[found], splat(children) + lanes(), hits);
         compressStore(&next.obstacle[found], splat(block), hits);
         found += std::popcount(hits);

@@ -20,7 +20,8 @@ void forOverlaps(StepState::Impl& s, const Pose& q, Visit&& visit) {
                 const auto [toolLeaf, bucket] = entries[i];
                 const Sphere leaf = s.world->tool->leaf(toolLeaf);
                 const LeafGaps gaps = leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, bucket);
-                simd::Mask mask = ~simd::lessEqual(simd::splat(0.0), gaps.gap) & 0xff;
+                const simd::Double8 zero = simd::splat(0.0);
+                simd::Mask mask = simd::lessEqual(gaps.gap, zero) & ~simd::lessEqual(zero, gaps.gap);  // below zero
                 for (; mask; mask &= mask - 1) {
                     const int lane = std::countr_zero(mask);
                     visit(k, toolLeaf, bucket * SphereTree::kBranching + lane, gaps.gap[lane]);

@@ -11,6 +11,10 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat3 = Eigen::Matrix3d;
 using Quat = Eigen::Quaterniond;
 
+/// No coordinate of a body or a pose is larger, mm: one kilometre, where a double still resolves 1e-10 mm and a float
+/// 0.06 mm. What lies beyond is a fault of its source (Pose::isValid).
+inline constexpr double kLargestCoordinate = 1e6;
+
 /// Pose X_AB of frame B in frame A: x_A = q x_B + p. `q` is kept at unit length by every function here.
 struct Pose {
     Vec3 p = Vec3::Zero();  ///< mm
@@ -18,6 +22,13 @@ struct Pose {
 
     Mat3 R() const { return q.toRotationMatrix(); }
     bool isFinite() const { return p.allFinite() && q.coeffs().allFinite(); }
+    /// Whether this can be where something is: finite, no coordinate beyond kLargestCoordinate, and q a rotation once
+    /// it is normalised, its length between 1/2 and 2. Every pose from outside (device, file, caller) passes this check
+    /// before it is used.
+    bool isValid() const {
+        const double q2 = q.squaredNorm();  // NaN and infinity fail these comparisons
+        return (p.array().abs() <= kLargestCoordinate).all() && q2 >= 0.25 && q2 <= 4;
+    }
     Pose inverse() const { return {-(q.conjugate() * p), q.conjugate()}; }
     /// To the last bit.
     friend bool operator==(const Pose& a, const Pose& b) { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
