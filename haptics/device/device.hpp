@@ -40,7 +40,7 @@ inline double leastDamping(double stiffness, double rate, double delay) {
 }
 
 struct DeviceReading {
-    Pose X_WT;                  ///< wanted pose of the tool node, scene frame
+    Pose X_WT;                  ///< wanted pose of the tool node, scene frame; if not isValid(), it is bad input
     bool valid = true;          ///< false: no fresh pose; the tick holds and force is zero
     bool finished = false;      ///< a recorded motion has ended (its last pose holds)
     bool fault = false;         ///< the device has failed: zero force until somebody engages it anew

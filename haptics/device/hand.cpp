@@ -74,7 +74,7 @@ void Hand::reset(const Pose& X_WT) noexcept {
 }
 
 const Pose& Hand::advance(const Pose& X_WT_target, const Wrench& wrench_o, double dt) noexcept {
-    if (!X_WT_target.isFinite() || !wrench_o.isFinite() || !(dt > 0)) return X_WT_;
+    if (!X_WT_target.isValid() || !wrench_o.isFinite() || !(dt > 0)) return X_WT_;
     const HandParameters& h = parameters_;
     if (dt != dt_) {
         translation_ = Oscillator(kPerKilogram * h.mass, h.damping, h.spring, dt);

@@ -17,8 +17,10 @@ HeldMotion::HeldMotion(std::shared_ptr<const Motion> motion, const HandParameter
 
 DeviceReading HeldMotion::read(double t, double dt) noexcept {
     const bool finished = t >= motion_->duration();
-    if (t <= 0) {
-        hand_.reset(motion_->at(0));
+    const Pose target = motion_->at(t);
+    if (!target.isValid()) return {.X_WT = target, .finished = finished};  // the tick flags it; the hand waits
+    if (t <= 0 || !hand_.pose().isValid()) {
+        hand_.reset(target);
         queue_.fill({});
         tick_ = 0;
         work_ = gain_ = 0;
@@ -28,7 +30,6 @@ DeviceReading HeldMotion::read(double t, double dt) noexcept {
     // write() has counted the tick before; with no delay its wrench is the one.
     const int size = static_cast<int>(queue_.size());
     const Wrench& felt = queue_[static_cast<std::size_t>((tick_ - 1 - delay_ + 2 * size) % size)];
-    const Pose target = motion_->at(t);
     gain_ -= hand_.energy(target);
     const Pose& after = hand_.advance(target, felt, dt);
     gain_ += hand_.energy(target);

@@ -23,7 +23,7 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
     }
     if (source_->update()) {
         const MouseTarget::State& wanted = source_->get();
-        if (wanted.grabbed && wanted.X_WT.isFinite()) X_WT_target_ = wanted.X_WT;
+        if (wanted.grabbed && wanted.X_WT.isValid()) X_WT_target_ = wanted.X_WT;
         if (wanted.strength != strength_ && std::isfinite(wanted.strength)) {
             strength_ = wanted.strength;
             hand_.setParameters(

@@ -416,7 +416,7 @@ bool PhantomLink::newest(Sample& sample) noexcept {
     samples_.update();
     sample = samples_.get();
     return !lost_.load(std::memory_order_acquire) && sample.time > opened_.load(std::memory_order_relaxed) &&
-           steadyNanoseconds() - sample.time < staleNs_ && sample.X_DS.isFinite();
+           steadyNanoseconds() - sample.time < staleNs_ && sample.X_DS.isValid();
 }
 
 bool PhantomLink::faulty() const noexcept {

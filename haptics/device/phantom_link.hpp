@@ -46,7 +46,7 @@ class PhantomLink : public DeviceControl {
         std::uint64_t time = 0;  ///< ns, steady clock
     };
     // For the haptic thread; real time.
-    /// The newest sample; false when it is stale, not finite or the device is lost.
+    /// The newest sample; false when it is stale, no pose (Pose::isValid) or the device is lost.
     bool newest(Sample& sample) noexcept;
     bool faulty() const noexcept;  ///< now, or within the last tenth of a second
     void command(const Wrench& wrench) noexcept;

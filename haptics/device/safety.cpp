@@ -17,7 +17,8 @@ namespace {
 constexpr std::array<TripInfo, kTripCount> kTrips = {{
     {"wrench not finite", Follows::Fault, "The tick gave a wrench that is no number: report the scene."},
     {"solver failed", Follows::Fault, "The solver gave no finite answer: take the exact one, or report the scene."},
-    {"device pose not finite", Follows::Fault, "The device gave a pose that is no number: look at its driver."},
+    {"invalid pose", Follows::Fault,
+     "The device, or who moves obstacles, gave a pose that is not finite or beyond 1 km: look at its driver or file."},
     {"contact list overflow", Follows::Fade, "More pairs are near than there is memory for: go back a little."},
     {"device fault", Follows::Fault, "The device says that it has failed: look at its panel."},
     {"device reading stale", Follows::Fade, "The device gave no fresh pose: its cable or its driver is slow."},

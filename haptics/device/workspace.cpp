@@ -52,7 +52,7 @@ class MappedDevice final : public Device {
             glided_ = Vec3::Zero();
             share_.jump(1);
         }
-        const bool usable = reading.valid && !reading.fault && reading.X_WT.isFinite();
+        const bool sound = reading.X_WT.isValid(), usable = reading.valid && !reading.fault && sound;
         const bool clutched = usable && (reading.buttons & workspace_.clutch);
         if (clutched != clutched_)
             share_.to(clutched ? 0 : 1, static_cast<int>(std::lround((clutched ? kFadeOutMs : kFadeInMs) / dt)));
@@ -68,7 +68,8 @@ class MappedDevice final : public Device {
         }
         // What was clutched, or out of sight, takes the tool up anew in the next reading.
         lost_ = !usable || clutched;
-        reading.X_WT = X_WT_;
+        // A fresh pose that is none goes on as it is: whoever takes it must know.
+        if (sound || !reading.valid) reading.X_WT = X_WT_;
         return reading;
     }
 

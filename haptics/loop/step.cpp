@@ -31,7 +31,9 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     X_OW.resize(lists.size());
     R_WO.resize(lists.size());
     paces.resize(lists.size(), 1);
-    for (int k = 0; k < index; ++k) place(k, w.obstacles[k].X_WO);
+    for (int k = 0; k < index; ++k) place(k, w.obstacles[k].X_WO.isValid() ? w.obstacles[k].X_WO : Pose{});
+    misplaced =
+        std::any_of(w.obstacles.begin(), w.obstacles.end(), [](const Obstacle& o) { return !o.X_WO.isValid(); });
     for (const SolverInfo& info : solverTable()) {
         renderers.push_back(info.make(kRowCapacity));
         shadows.push_back(info.make(kShadowRowCapacity));
@@ -51,12 +53,19 @@ StepState& StepState::operator=(StepState&&) noexcept = default;
 
 void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexcept {
     Impl& s = *impl;
-    for (std::size_t k = 0; k < std::min(X_WO.size(), s.X_WO.size()); ++k) s.place(int(k), X_WO[k]);
+    // What is no pose is not taken over, so that the record of a tick that is held stays finite.
+    if (X_WO.size() >= s.X_WO.size()) s.misplaced = false;
+    for (std::size_t k = 0; k < std::min(X_WO.size(), s.X_WO.size()); ++k)
+        if (X_WO[k].isValid())
+            s.place(int(k), X_WO[k]);
+        else
+            s.misplaced = true;
     s.X_WO_start = s.X_WO;
     s.start = start;
     s.tick = start.tick;
-    s.graphic = s.referencePose(start.X_WT);
-    s.device = s.referencePose(start.X_WT_device);
+    s.sound = !s.misplaced && start.X_WT.isValid() && start.X_WT_device.isValid();
+    if (start.X_WT.isValid()) s.graphic = s.referencePose(start.X_WT);
+    if (start.X_WT_device.isValid()) s.device = s.referencePose(start.X_WT_device);
     s.loaded = start.loadedBefore;
     s.lastSteps.fill({Vec6::Zero(), Vec6::Zero()});
     s.asked = {};
@@ -85,11 +94,18 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
     R_WO[obstacle] = X.R();
 }
 
+int StepState::Impl::badTarget(std::span<const Pose> targets) const {
+    const int n = int(std::min(targets.size(), X_WO.size()));
+    for (int k = 0; k < n; ++k)
+        if (!targets[k].isValid()) return k;
+    return -1;
+}
+
 int StepState::Impl::nextToMove(std::span<const Pose> targets) const {
     const int n = int(std::min(targets.size(), X_WO.size()));
     for (int i = 1; i <= n; ++i) {
         const int k = (lastMoved + i) % n;
-        if (targets[k].isFinite() && !(targets[k] == X_WO[k])) return k;
+        if (!(targets[k] == X_WO[k])) return k;
     }
     return -1;
 }
@@ -249,8 +265,13 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     Wrench wrench;
     Pose device = state.device;
     bool hold = true;
-    if (!input.X_WT.isFinite() || input.X_WT.q.norm() < 0.5) {
+    const int badTarget = state.badTarget(input.X_WO);
+    if (!state.sound || !input.X_WT.isValid() || badTarget >= 0) {
         record.flags |= kBadInput;
+        if (badTarget >= 0) {  // a replay has to be given it, too
+            state.given.obstacle = badTarget;
+            state.given.X_WO = input.X_WO[badTarget];
+        }
     } else {
         device = state.referencePose({input.X_WT.p, input.X_WT.q.normalized()});
         if (settings.pause) {

@@ -23,7 +23,7 @@ enum TickFlag : std::uint32_t {
     kCapped = 1 << 6,          ///< trust or travel budget shortened a move
     kHalved = 1 << 7,          ///< the re-measurement shortened a move
     kUnfinished = 1 << 8,      ///< the tool has not reached where it would go; made up in the next tick
-    kBadInput = 1 << 9,        ///< the device pose was not finite: tool held, force zero
+    kBadInput = 1 << 9,        ///< a pose that the tick was given is none (Pose::isValid): tool held, force zero
     kProjected = 1 << 10,      ///< an approximate answer was moved onto the rows
     kPaused = 1 << 11,
     kObstacleHeld = 1 << 12,  ///< an obstacle was on its way, and the tool could not give way: it stayed
@@ -38,7 +38,8 @@ struct StepInput {
     std::span<const Pose> X_WO = {};
 };
 
-/// All that a StepState knows when it begins.
+/// All that a StepState knows when it begins. Where a pose is none (Pose::isValid), every tick is held until the state
+/// begins with better ones.
 struct StepStart {
     std::uint64_t tick = 0;     ///< number of the next tick
     Pose X_WT;                  ///< tool node where the graphic tool is
@@ -146,7 +147,8 @@ class StepState {
 /// With `audit` the exact solver also runs on the last linearisation's rows so that hover is known for any solver.
 /// Obstacles on their way take turns: one moves in a tick, by at most min(trust / 2, 0.25 mm/ms), and pushes the tool.
 /// In default mode it is taken back, and the tick repeated without it, where a pair would end in a gap below
-/// min(its gap before, -0.5 µm); it then tries shorter moves.
+/// min(its gap before, -0.5 µm); it then tries shorter moves. A pose that is none (Pose::isValid), of the device or of
+/// where an obstacle is to go, is kBadInput: nothing moves in that tick.
 TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& state,
                 const StageClock& clock = {}, bool audit = false) noexcept;
 

@@ -29,6 +29,8 @@ struct StepState::Impl {
     std::vector<Pose> X_WO_start;  ///< when the state last began
     std::vector<Mat3> R_WO;
     std::vector<double> paces;  ///< share of the greatest move that an obstacle tries next
+    bool misplaced = false;     ///< an obstacle is to be where no pose is
+    bool sound = true;          ///< it began with poses that are valid, and no obstacle is misplaced
     int lastMoved = 0;          ///< obstacles take turns
     double obstacleTravel = 0;  ///< of this tick, mm
 
@@ -69,6 +71,8 @@ struct StepState::Impl {
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     Pose inObstacle(int obstacle, const Pose& q) const { return X_OW[obstacle] * nodePose(q); }
     void place(int obstacle, const Pose& X);
+    /// The first obstacle that is to go where no pose is; -1: none.
+    int badTarget(std::span<const Pose> targets) const;
     /// The next obstacle that is not where it is to be; -1: none.
     int nextToMove(std::span<const Pose> targets) const;
     /// Moves it towards its target, no leaf of it by more than `most` mm.

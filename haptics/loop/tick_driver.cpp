@@ -145,7 +145,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     // The tool holds; the safety stage says why.
     if (!reading.valid || stopped()) effective.pause = true;  // guard
     if (reading.valid) {
-        if (first_ && !stopped() && reading.X_WT.isFinite()) {
+        if (first_ && !stopped() && reading.X_WT.isValid()) {
             session.state.reset(reading.X_WT);
             first_ = false;
         }

@@ -10,6 +10,7 @@
 //   no-torque       CURRENT_TORQUE is an invalid enum       no-limits  nominal limits are
 //   slow            30 Hz   lazy  400 Hz  dead  the scheduler calls nobody
 //   nan             the transform is not a number
+//   far             the transform is 1e30 mm away
 #include "tests/support/fake_hd/fake_hd.hpp"
 
 #include <atomic>
@@ -254,6 +255,7 @@ void hdGetDoublev(std::uint32_t what, double* to) {
                            1};
         std::memcpy(to, m, sizeof m);
         if (f.has("nan")) to[12] = NAN;
+        if (f.has("far")) to[13] = 1e30;
     } else if (what == 0x2605) {
         for (int i = 0; i < 6; ++i) to[i] = 0.1 + 0.05 * i;
     } else if (what == 0x2150) {
