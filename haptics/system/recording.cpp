@@ -1,6 +1,5 @@
 #include "haptics/system/recording.hpp"
 
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -141,8 +140,7 @@ RecordedHand recordedHand(const fs::path& folder) {
                 keys.clear();
         }
         if (hand.changes.empty() || !(hand.changes.back().settings == settings)) hand.changes.push_back({t, settings});
-        if (tick.input.X_WT.isFinite() && std::abs(tick.input.X_WT.q.norm() - 1) < 0.5)
-            keys.push_back({t, tick.input.X_WT});
+        if (tick.input.X_WT.isValid()) keys.push_back({t, tick.input.X_WT});
         t += 1000 / settings.rate;
     }
     if (keys.empty()) throw std::runtime_error("the recording '" + folder.string() + "' has no tick to follow");

@@ -22,7 +22,11 @@ Pose toPose(const json& values, const char* key) {
     if (!values.is_array() || values.size() != 7 || !std::all_of(values.begin(), values.end(), finite))
         throw std::invalid_argument(std::string(key) + " must be seven numbers x, y, z, qw, qx, qy, qz");
     const auto v = values.get<std::vector<double>>();
-    return {{v[0], v[1], v[2]}, Quat(v[3], v[4], v[5], v[6])};
+    const Pose X{{v[0], v[1], v[2]}, Quat(v[3], v[4], v[5], v[6])};
+    if (!X.isValid())
+        throw std::invalid_argument(std::string(key) +
+                                    " must be a pose within 1e6 mm of the origin, its quaternion of unit length");
+    return X;
 }
 
 Pose poseOf(const json& object, const char* key) { return toPose(fieldOf(object, key), key); }

@@ -74,6 +74,15 @@ Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
     return demonstration ? demonstration->at(0) : toPose(engine::worldPose(scene.registry, tool));
 }
 
+const char* const kTooFar =
+    " more than 1 km from the scene's origin, where nothing is felt: check the unit it was made in, since glTF is in "
+    "metres, or move everything to the origin";
+
+/// Refuses what the tick would hold the tool for.
+void requireValid(const Scene& scene, Entity node, const Pose& X, const char* where) {
+    if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
+}
+
 /// Builds trees one after the other; bodies of the same shape share theirs.
 class TreeShop {
   public:
@@ -86,7 +95,7 @@ class TreeShop {
         const std::string label = nodeLabel(scene_, node);
         if (surface.triangles.empty())
             engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
-        warnAboutSize(label, surface);
+        checkSize(label, surface);
         if (!options_.buildTrees) return nullptr;
         TreeOptions treeOptions = scene_.registry.get<BodyMarking>(node).tree;
         if (options_.leaves > 0) {
@@ -124,9 +133,15 @@ class TreeShop {
         }
     }
 
-    void warnAboutSize(const std::string& label, const TriangleMesh& surface) {
+    void checkSize(const std::string& label, const TriangleMesh& surface) {
         Eigen::AlignedBox3d box;
-        for (const Vec3& vertex : surface.vertices) box.extend(vertex);
+        for (const Vec3& vertex : surface.vertices) {
+            if (!(vertex.array().abs() <= kLargestCoordinate).all())
+                engine::failIn(scene_.file, label,
+                               "its mesh reaches more than 1 km from the node: check the unit it was made in, since "
+                               "glTF is in metres");
+            box.extend(vertex);
+        }
         const double size = box.diagonal().norm();
         if (size >= kSmallest && size <= kLargest) return;
         std::ostringstream text;
@@ -198,11 +213,14 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     auto world = std::make_shared<World>();
     TreeShop shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
     world->tool = shop.make(roles.tool);
-    for (const Entity obstacle : roles.obstacles)
+    for (const Entity obstacle : roles.obstacles) {
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
                                     .tree = shop.make(obstacle),
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
+        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it stands");
+    }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
+    requireValid(scene, roles.tool, world->X_WT_start, "it starts");
     if (options.buildTrees) made.world = std::move(world);
     return made;
 }
