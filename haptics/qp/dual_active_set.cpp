@@ -23,6 +23,7 @@ constexpr double kLargestForce = 1e10;      // times 1 + depth: rows that need m
 constexpr int kRefinements = 2;
 constexpr double kSettled = 1e-10;    // residual after them, times 1 + depth and a millionth of the forces
 constexpr double kAmplified = 1e4;    // last bits: what is worth a refinement
+constexpr double kDoubtful = 1e-3;    // a violation that z's error can feign, times 1 + depth: forces bound the error
 constexpr double kAbsurd = 100;       // times the forces: a step that long is rounding
 constexpr double kShortest2 = 1e-30;  // squared length of a row without direction
 
@@ -57,6 +58,7 @@ class DualActiveSet final : public Solver {
     bool holds(int row) const { return std::find(rows_, rows_ + basis_.size(), row) != rows_ + basis_.size(); }
     Outcome pivot(int limit);
     Outcome run(double slackPerRow, int limit);
+    bool isAmplified() const { return basis_.largestInverse() * (1 + basis_.largestHeight()) > kAmplified; }
     bool refine();
     void fill(SolveResult& result);
 
@@ -78,7 +80,7 @@ class DualActiveSet final : public Solver {
     simd::Double8 z_{}, forces_{};  // forces_: the active rows' multipliers, on unit rows
     double leastGap_ = 0;           // least J x + g at z_
     int pivots_ = 0;
-    bool refined_ = false;
+    bool settled_ = true;  // what the last refinement of z_ found
     Multiplier entering_;  // a row taken as met that stays out of the basis: see pivot()
 
     int remembered_ = 0;
@@ -188,6 +190,7 @@ void DualActiveSet::start() {
 }
 
 void DualActiveSet::place() {
+    settled_ = true;
     z_ = basis_.nearest();
     forces_ = basis_.multipliers();
 }
@@ -204,7 +207,13 @@ void DualActiveSet::drop(int j) {
 /// Goldfarb and Idnani's method, from any active rows that all push.
 Outcome DualActiveSet::pivot(int limit) {
     for (;;) {
-        const Scan worst = measured_ ? scan<false>() : scan<true>();
+        Scan worst = measured_ ? scan<false>() : scan<true>();
+        // Planes that nearly coincide leave z as wrong as their condition times the last bit. Rows that are violated
+        // by no more than that decide nothing: pivots on them would end in a contradiction that is not there.
+        if (worst.least > -kDoubtful * (1 + depth_) && isAmplified()) {
+            settled_ = refine();
+            worst = scan<false>();
+        }
         leastGap_ = worst.gap;
         if (std::isnan(worst.least)) return Outcome::Invalid;
         const double accepted = pivots_ < kPatience ? kFeasible : kFeasibleAtLast;
@@ -264,15 +273,16 @@ Outcome DualActiveSet::run(double slackPerRow, int limit) {
     entering_ = {-1, 0};
     start();
     const Outcome outcome = pivot(limit);
-    return refine() || outcome != Outcome::Optimal ? outcome : Outcome::Unsettled;
+    if (outcome != Outcome::Optimal) return outcome;
+    if (slackPerRow_ == 0 && simd::largest(forces_) > kLargestForce * (1 + depth_)) return Outcome::Unsettled;
+    if (entering_.row >= 0 && isAmplified()) settled_ = refine();
+    return settled_ ? outcome : Outcome::Unsettled;
 }
 
-/// Brings z and the forces to the last bit where rounding was amplified, by planes that nearly coincide or forces far
-/// above what moves the tool: residuals in extended precision from the rows as given. False when they stay.
+/// Brings z and the forces to the last bit where isAmplified(), by planes that nearly coincide or forces far above what
+/// moves the tool: residuals in extended precision from the rows as given. False when they stay.
 bool DualActiveSet::refine() {
-    if (slackPerRow_ == 0 && simd::largest(forces_) > kLargestForce * (1 + depth_)) return false;
-    refined_ = basis_.largestInverse() * (1 + basis_.largestHeight()) > kAmplified;
-    for (int round = 0; refined_; ++round) {
+    for (int round = 0;; ++round) {
         long double step[6], imbalance[6];  // x - h; G (x-h) - J'y
         for (int k = 0; k < 6; ++k) {
             step[k] = (long double)inverseRoot_[k] * z_[k];
@@ -311,11 +321,10 @@ bool DualActiveSet::refine() {
         forces_ += du;
         z_ += dz;
     }
-    return true;
 }
 
 void DualActiveSet::fill(SolveResult& result) {
-    const bool scanned = !refined_ && entering_.row < 0;  // else z moved after the last scan
+    const bool scanned = entering_.row < 0;  // else z moved after the last scan
     for (int k = 0; k < 6; ++k) result.x[k] = wanted_[k] + inverseRoot_[k] * z_[k];
     result.iterations = pivots_;
     result.slack = slackPerRow_ * z_[6];

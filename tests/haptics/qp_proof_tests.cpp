@@ -84,3 +84,32 @@ TEST_CASE("exact solver: none of 100,000 hard problems is answered wrong", "[qp]
     REQUIRE(tally.unneeded <= 10);
     REQUIRE(capped <= 3);  // out of pivots, and softened
 }
+
+TEST_CASE("exact solver: planes that nearly coincide are not taken for contradicting ones", "[qp]") {
+    // The nearest point of such planes is off by their condition times the last bit. Rows that only this error violates
+    // must not be pivoted on: they would end in a contradiction that is not there.
+    constexpr int kProblems = 50'000;
+    constexpr double kLargest = 1e7;  // N: beyond it rows may be said to contradict each other
+    std::mt19937_64 random(7);
+    const auto solver = solverTable()[kExactSolver].make(80);
+    int solved = 0, elastic = 0;
+    for (int i = 0; i < kProblems; ++i) {
+        const Contacts contacts = randomContacts(random, ContactKind::Degenerate, 1 + int(random() % 60));
+        const QpProblem problem = contacts.problem();
+        solver->reset();
+        const SolveResult result = solver->solve(problem, {});
+        CAPTURE(i, problem.rows->size(), result.slack, result.kkt.primal_mm);
+        REQUIRE(certificateOf(problem, result, kWeight) <= 1e-9 * (1 + lengthOf(problem, problem.wanted)));
+        if (result.status == SolveStatus::Solved) {
+            ++solved;
+            continue;
+        }
+        REQUIRE(result.status == SolveStatus::Elastic);
+        ++elastic;
+        const Reference reference = referenceAnswer(problem, kWeight);
+        CAPTURE(reference.force, reference.condition);
+        REQUIRE((!reference.certified || !reference.feasible || reference.force > kLargest));
+    }
+    CAPTURE(solved, elastic);
+    REQUIRE(solved > 49'900);
+}
