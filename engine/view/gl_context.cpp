@@ -2,6 +2,8 @@
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 
 #include <algorithm>
 #include <array>
@@ -59,6 +61,7 @@ struct HeadlessContext::Impl {
         if (!eglInitialize(candidate, nullptr, nullptr)) return false;
         display = candidate;
         context = createContext(display);
+        releaseCurrentContext();
         if (context != EGL_NO_CONTEXT && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) return true;
         close();
         return false;
@@ -66,7 +69,7 @@ struct HeadlessContext::Impl {
 
     void close() {
         if (context != EGL_NO_CONTEXT) {
-            eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+            if (eglGetCurrentContext() == context) releaseCurrentContext();
             eglDestroyContext(display, context);
             context = EGL_NO_CONTEXT;
         }
@@ -86,8 +89,15 @@ HeadlessContext::HeadlessContext() : impl_(std::make_unique<Impl>()) {
 HeadlessContext::~HeadlessContext() { impl_->close(); }
 
 void HeadlessContext::makeCurrent() {
+    releaseCurrentContext();
     if (!eglMakeCurrent(impl_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, impl_->context))
         throw std::runtime_error("The OpenGL context cannot be made current: another thread uses it.");
+}
+
+void releaseCurrentContext() {
+    if (glfwGetCurrentContext()) glfwMakeContextCurrent(nullptr);
+    if (eglGetCurrentContext() != EGL_NO_CONTEXT)
+        eglMakeCurrent(eglGetCurrentDisplay(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
 std::string glDescription() {

@@ -8,8 +8,9 @@
 namespace touchstone::engine {
 
 /// An OpenGL 3.3 core context without window or display, through EGL; current on the constructing thread until
-/// destroyed. It has no default framebuffer: draw with renderToImage() or into a framebuffer object.
-/// Throws std::runtime_error with one sentence that names the remedy if no driver offers such a context.
+/// destroyed or until a window or another one takes its place. It has no default framebuffer: draw with renderToImage()
+/// or into a framebuffer object. Throws std::runtime_error with one sentence that names the remedy if no driver offers
+/// such a context.
 class HeadlessContext {
   public:
     HeadlessContext();
@@ -24,6 +25,10 @@ class HeadlessContext {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Detaches the context that is current on the calling thread, a window's or a headless one. A context of EGL and one
+/// of GLX do not replace each other: the second is refused, or the X server ends the process.
+void releaseCurrentContext();
 
 /// Version and renderer of the current context, e.g. "OpenGL 4.5, llvmpipe (LLVM 15.0.6)".
 std::string glDescription();

@@ -34,21 +34,30 @@ void startGlfw() {
 struct GlfwWindow {
     explicit GlfwWindow(const WindowOptions& options) {
         startGlfw();
+        glfwDefaultWindowHints();  // hints stay set for the whole process: those of another window must not count here
         glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
         glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
         glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
         glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
         glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
+        releaseCurrentContext();  // glfwCreateWindow() makes the new context current for a moment
         handle = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
         if (!handle)
             throw std::runtime_error("No window with OpenGL 3.3 can be opened (" + glfwReason() +
                                      "); install a graphics driver (Debian: apt-get install libgl1-mesa-dri) or run "
                                      "headless.");
-        glfwMakeContextCurrent(handle);
+        makeCurrent();
         glfwSwapInterval(options.vsync ? 1 : 0);
     }
     ~GlfwWindow() { glfwDestroyWindow(handle); }
+
+    /// A headless context may have taken its place since.
+    void makeCurrent() {
+        if (glfwGetCurrentContext() == handle) return;
+        releaseCurrentContext();
+        glfwMakeContextCurrent(handle);
+    }
 
     GLFWwindow* handle = nullptr;
 };
@@ -101,9 +110,10 @@ struct Window::Impl {
 };
 
 Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
-Window::~Window() = default;
+Window::~Window() { impl_->window.makeCurrent(); }  // ImGui's objects are deleted in it
 
 bool Window::beginFrame() {
+    impl_->window.makeCurrent();
     glfwPollEvents();
     if (glfwWindowShouldClose(handle())) return false;
     // Handled here rather than in GLFW's callbacks: an exception must not travel through C.

@@ -21,7 +21,8 @@ struct WindowOptions {
 };
 
 /// A window with a current OpenGL 3.3 core context and an ImGui context (dark style, font scaled by the monitor).
-/// One window at a time, used from the thread that made it. Each frame:
+/// One window at a time, used from the thread that made it; beginFrame() takes the thread back from a HeadlessContext
+/// that was used since. Each frame:
 ///     while (window.beginFrame()) { renderer.draw(...); ImGui panels; window.endFrame(); }
 /// The constructor throws std::runtime_error with one sentence that names the remedy when there is no display or no
 /// OpenGL 3.3. ImGui writes no ini file; set ImGui::GetIO().IniFilename to keep its layout.

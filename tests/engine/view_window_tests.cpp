@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/view/gl_context.hpp"
 #include "engine/view/plots.hpp"
 #include "engine/view/renderer.hpp"
 #include "engine/view/window.hpp"
@@ -139,4 +140,44 @@ TEST_CASE("window: a plot shows a spike of one sample and lives with NaN and not
         }
     }
     REQUIRE(tallest >= 30);
+}
+
+TEST_CASE("window: many follow one another in a process, among headless contexts and another library's windows",
+          "[ui]") {
+    if (noDisplay()) return;
+    const auto requireDraws = [](Window& window, int shade) {
+        Image picture;
+        REQUIRE(window.beginFrame());
+        ImGui::GetForegroundDrawList()->AddRectFilled({10, 20}, {60, 50}, IM_COL32(shade, 0, 255, 255));
+        window.endFrame(&picture);
+        REQUIRE(pixel(picture, 30, 35) == std::array{shade, 0, 255});
+    };
+    for (int i = 0; i < 12; ++i) {
+        CAPTURE(i);
+        Window window(small());
+        requireDraws(window, 10 * i);
+        if (i % 3 == 1) {  // a picture is taken while the window is open
+            const HeadlessContext context;
+            REQUIRE(glDescription().starts_with("OpenGL"));
+        }
+        if (i % 3 == 2) {  // hints that were set for another window stay set
+            glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+            glfwWindowHint(GLFW_RESIZABLE, GLFW_FALSE);
+            GLFWwindow* other = glfwCreateWindow(100, 100, "another", nullptr, nullptr);
+            REQUIRE(other);
+            glfwDestroyWindow(other);
+        }
+        requireDraws(window, 10 * i + 5);
+        REQUIRE(glfwGetWindowAttrib(window.handle(), GLFW_RESIZABLE) == GLFW_TRUE);
+    }
+    HeadlessContext context;
+    {
+        Window window(small());
+        requireDraws(window, 200);
+        context.makeCurrent();
+        REQUIRE(glDescription().starts_with("OpenGL"));
+        requireDraws(window, 210);
+    }
+    context.makeCurrent();
+    REQUIRE(glDescription().starts_with("OpenGL"));
 }
