@@ -1,15 +1,27 @@
 #pragma once
-// Parts as STL and OBJ files.
+// Parts as STL, OBJ and PLY files.
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "engine/scene/mesh_data.hpp"
 
 namespace touchstone::engine {
 
-/// Reads all triangles of an STL (ASCII or binary) or OBJ file as one mesh, in metres. Vertices at identical
-/// coordinates are merged, triangles that are left without three distinct corners dropped, normals computed smooth.
-/// Throws SceneError with one sentence when the file cannot be read, is broken, holds non-finite numbers or no
-/// triangle.
-MeshData readMeshFile(const std::filesystem::path& file, double metresPerUnit);
+/// A mesh, and what its file holds that the mesh lacks: one sentence each, naming the file and the line.
+struct MeshFile {
+    MeshData mesh;
+    std::vector<std::string> notes;
+};
+
+/// Whether the name ends in .obj, .ply or .stl, in lower or upper case.
+bool isMeshFile(const std::filesystem::path& file);
+
+/// Reads all faces of an STL (ASCII or binary), OBJ or PLY (ASCII or binary) file as one mesh, in metres. Polygons are
+/// triangulated, vertices at identical coordinates merged, faces without three distinct corners dropped with a note,
+/// and normals computed smooth; colours, texture coordinates and normals of the file are ignored. Time and memory are
+/// linear in the size of the file. Throws SceneError with one sentence, naming the line, when the file cannot be read,
+/// is malformed, has a face with a missing or non-finite vertex, or holds no triangle.
+MeshFile readMeshFile(const std::filesystem::path& file, double metresPerUnit);
 
 }  // namespace touchstone::engine

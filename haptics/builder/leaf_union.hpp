@@ -34,8 +34,12 @@ class LeafUnion {
     template <class Visit>
     void near(const Vec3& p, double reach, Visit&& visit) const;
 
+    /// Pairs of leaves that overlap, each counted from both sides. Counting ends soon after `atMost`.
+    std::int64_t overlaps(std::int64_t atMost) const;
+
     /// Cuts the union's boundary into patches of at most `area`, or an eighth of a leaf. A patch that the boundary of
-    /// another leaf crosses counts by its middle. Every `stride`-th leaf only. `beat` is called now and then.
+    /// another leaf crosses counts by its middle. Every `stride`-th leaf only. `beat` is called now and then. Throws
+    /// std::invalid_argument where the work is out of proportion, because many leaves nearly coincide.
     std::vector<OutsidePatch> outside(double area, std::uint64_t seed, int stride,
                                       const std::function<void(double)>& beat) const;
     /// The same in about `count` patches.

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "haptics/builder/bare_surface.hpp"
@@ -17,9 +19,10 @@
 namespace touchstone {
 namespace {
 
-constexpr double kFine = 2e-4;         // of the diagonal: pieces that bare and covered surface are told apart by
-constexpr double kBeside = 1e-9;       // of the diagonal: nearer to a leaf counts as covered where samples are sorted
-constexpr double kNudge = 1e-9;        // of a leaf's radius: out of the leaf itself, into whatever else is there
+constexpr double kFine = 2e-4;    // of the diagonal: pieces that bare and covered surface are told apart by
+constexpr double kBeside = 1e-9;  // of the diagonal: nearer to a leaf counts as covered where samples are sorted
+constexpr double kNudge = 1e-9;   // of a leaf's radius: out of the leaf itself, into whatever else is there
+constexpr std::int64_t kOverlaps = 10'000'000, kOverlapsEach = 200;  // of all leaves, and for each: 50 are usual
 constexpr double kSmallHollow = 5e-3;  // of the diagonal: hollows are told apart by so much
 
 using Beat = std::function<void(double)>;
@@ -123,6 +126,15 @@ LeafUnion shrunkLeaves(const std::vector<Sphere>& spheres, const Body& body) {
     for (const Sphere& s : spheres)
         leaves.push_back({Vec3(s.x, s.y, s.z) * body.mesh.scale, s.r * body.mesh.scale - body.rounding});
     return LeafUnion(std::move(leaves));
+}
+
+/// Every measurement asks which leaves are near a point, and takes as long as there are many.
+void requireFewOverlaps(const LeafUnion& leaves) {
+    const auto count = static_cast<std::int64_t>(leaves.leaves().size());
+    const std::int64_t most = kOverlaps + kOverlapsEach * count;
+    if (leaves.overlaps(most) > most)
+        throw std::invalid_argument("The " + std::to_string(count) + " leaves overlap in more than " +
+                                    std::to_string(most / 2) + " pairs, too many to be measured; thin them out.");
 }
 
 /// Points of low discrepancy in the unit cube. Source: M. Roberts, The Unreasonable Effectiveness of Quasirandom
@@ -338,6 +350,7 @@ TreeMetrics measure(const SphereHierarchy& hierarchy, const SphereTree* tree, co
     const Body body(mesh);
     const std::vector<Sphere> spheres = hierarchy.leaves();
     const LeafUnion leaves = shrunkLeaves(spheres, body);
+    requireFewOverlaps(leaves);
     TreeMetrics out;
     out.leaves = static_cast<int>(spheres.size());
     out.nodes = static_cast<int>(hierarchy.nodes.size());

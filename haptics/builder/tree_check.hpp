@@ -41,7 +41,8 @@ struct CheckOptions {
     std::uint64_t seed = 1;
 };
 
-/// Measures. `progress` as in buildSphereTree(). Throws std::invalid_argument as repairMesh() does.
+/// Measures. `progress` as in buildSphereTree(). Throws std::invalid_argument as repairMesh() does, and
+/// where so many leaves overlap or nearly coincide that measuring would not end in time linear in their number.
 TreeMetrics measureTree(const SphereHierarchy& hierarchy, const TriangleMesh& mesh, const CheckOptions& options = {},
                         const BuildProgress& progress = {});
 

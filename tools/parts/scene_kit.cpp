@@ -55,7 +55,7 @@ std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file)
     if (!std::filesystem::exists(file))
         throw engine::SceneError(file.string() +
                                  " is missing: install the package glmark2-data, or name the bunny with --bunny");
-    MeshData mesh = engine::readMeshFile(file, 1);
+    MeshData mesh = engine::readMeshFile(file, 1).mesh;
     glm::vec3 low = mesh.positions.front(), high = low;
     for (const glm::vec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
     const glm::vec3 size = high - low, centre = (low + high) / 2.0f;

@@ -54,8 +54,8 @@ struct TreeChoice {
 
 /// Where triangles come from.
 struct PartChoice {
-    std::string file;                 ///< .obj, .stl, .glb or .gltf, or the name of a scene
-    std::optional<std::string> unit;  ///< of .obj and .stl: mm, cm, m or in
+    std::string file;                 ///< .obj, .ply, .stl, .glb or .gltf, or the name of a scene
+    std::optional<std::string> unit;  ///< of .obj, .ply and .stl: mm, cm, m or in
     std::string part;                 ///< name of a node; empty: all parts
 };
 

@@ -118,14 +118,14 @@ void addTreeChoice(CLI::App& command, app::TreeChoice& choice) {
 }
 
 void addPart(CLI::App& command, app::PartChoice& part) {
-    command.add_option("--unit", part.unit, "of .obj and .stl coordinates: mm (default), cm, m or in");
+    command.add_option("--unit", part.unit, "of .obj, .ply and .stl coordinates: mm (default), cm, m or in");
     command.add_option("--part", part.part, "node of a scene, by name");
 }
 
 void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand& checkOptions,
              std::function<int()>& command) {
     CLI::App* tree = program.add_subcommand("tree", "Build the sphere tree of a mesh, or of each part of a scene");
-    tree->add_option("MESH", options.from.file, "an .obj, .stl, .glb or .gltf file, or the name of a scene");
+    tree->add_option("MESH", options.from.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene");
     tree->add_option("-o,--output", options.output, "write the tree to a file");
     addTreeChoice(*tree, options.tree);
     tree->add_option("--levels", options.tree.levels,
@@ -150,7 +150,7 @@ void addTree(CLI::App& program, app::TreeCommand& options, app::TreeCheckCommand
 
     CLI::App* check = tree->add_subcommand("check", "Measure how well a tree, ours or another's, follows a mesh");
     check->add_option("FILE", checkOptions.tree, "a .sph file, or what -o wrote")->required();
-    check->add_option("MESH", checkOptions.of.file, "an .obj, .stl, .glb or .gltf file, or the name of a scene")
+    check->add_option("MESH", checkOptions.of.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene")
         ->required();
     addPart(*check, checkOptions.of);
     check->add_option("--samples", checkOptions.samples, "of the surface, and of the leaves' outside")
@@ -305,7 +305,7 @@ void addDoctor(CLI::App& program, app::DoctorCommand& options, std::function<int
 }
 
 void addNew(CLI::App& program, app::NewOptions& options, std::function<int()>& command) {
-    CLI::App* make = program.add_subcommand("new", "Make a scene from two parts, STL or OBJ");
+    CLI::App* make = program.add_subcommand("new", "Make a scene from two parts: STL, OBJ or PLY");
     make->add_option("--tool", options.tool, "the part that moves with the hand")->required();
     make->add_option("--obstacle", options.obstacle, "the part that is fixed")->required();
     make->add_option("--unit", options.unit, "of the parts' coordinates: mm, cm, m or in")->capture_default_str();

@@ -64,9 +64,9 @@ int makeScene(const NewOptions& options) {
         throw UsageError("--leaves is at least " + std::to_string(system::kMinLeaves) + " in a scene");
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
-    engine::MeshData tool = engine::readMeshFile(options.tool, metres);
-    engine::MeshData obstacle = engine::readMeshFile(options.obstacle, metres);
-    const Box toolBox = boxOf(tool), obstacleBox = boxOf(obstacle);
+    engine::MeshFile tool = engine::readMeshFile(options.tool, metres);
+    engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, metres);
+    const Box toolBox = boxOf(tool.mesh), obstacleBox = boxOf(obstacle.mesh);
 
     // Parts keep the coordinates they were drawn in. The tool starts in the air, a tenth of its size above the
     // obstacle.
@@ -75,9 +75,9 @@ int makeScene(const NewOptions& options) {
 
     Scene scene;
     scene.name = options.output.stem().string();
-    addBody(scene, options.tool, start, std::move(tool), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
+    addBody(scene, options.tool, start, std::move(tool.mesh), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
             system::Role::Tool, options.tree);
-    addBody(scene, options.obstacle, {}, std::move(obstacle), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
+    addBody(scene, options.obstacle, {}, std::move(obstacle.mesh), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
             system::Role::Obstacle, options.tree);
     engine::writeGltf(scene, options.output);
 
@@ -86,8 +86,8 @@ int makeScene(const NewOptions& options) {
     print("obstacle", options.obstacle, obstacleBox);
     system::SceneOptions withoutTrees;
     withoutTrees.buildTrees = false;
-    for (const std::string& warning : system::openScene(options.output, withoutTrees).warnings)
-        std::printf("  warning: %s\n", warning.c_str());
+    for (const auto& warnings : {tool.notes, obstacle.notes, system::openScene(options.output, withoutTrees).warnings})
+        for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
     std::printf("try it: touchstone run %s\n", options.output.string().c_str());
     return kOk;
 }

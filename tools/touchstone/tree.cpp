@@ -131,7 +131,7 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
 /// What the command line alone shows to be wrong.
 void check(const TreeCommand& command) {
     if (command.from.file.empty())
-        throw UsageError("tree needs a mesh (.obj, .stl) or a scene (.glb, .gltf, or the name of one)");
+        throw UsageError("tree needs a mesh (.obj, .ply, .stl) or a scene (.glb, .gltf, or the name of one)");
     checkChoice(command.tree);
     const TreeChoice& choice = command.tree;
     if (!command.imported.empty() && (choice.leaves || choice.levels || !choice.maxError.empty() || choice.quality ||

@@ -1,5 +1,7 @@
 #include "tools/touchstone/tree_parts.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -35,7 +37,9 @@ TreePart readMeshPart(const PartChoice& choice) {
     part.name = fs::path(choice.file).stem().string();
     part.mmPerUnit = system::kMmPerMetre * metresPer(choice.unit.value_or("mm"));
     // Read in its own unit: single precision keeps the file's digits, and the unit is applied in double.
-    part.mesh = system::toTriangles(engine::readMeshFile(choice.file, 1), part.mmPerUnit);
+    const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
+    for (const std::string& note : read.notes) spdlog::warn("{}", note);
+    part.mesh = system::toTriangles(read.mesh, part.mmPerUnit);
     return part;
 }
 
@@ -54,7 +58,7 @@ TreePart nodePart(const engine::Scene& scene, engine::Entity node) {
 }
 
 std::vector<TreePart> readSceneParts(const PartChoice& choice) {
-    if (choice.unit) throw UsageError("--unit is for .obj and .stl files: scenes are in metres");
+    if (choice.unit) throw UsageError("--unit is for .obj, .ply and .stl files: scenes are in metres");
     engine::Scene scene = engine::readGltf(findScene(choice.file));
     updateWorldTransforms(scene);
     const system::SceneRoles roles = system::assignRoles(scene);
@@ -113,15 +117,16 @@ double metresPer(const std::string& unit) {
 }
 
 std::vector<TreePart> readParts(const PartChoice& choice) {
-    const std::string extension = extensionOf(choice.file);
-    if (extension == ".obj" || extension == ".stl") {
+    if (engine::isMeshFile(choice.file)) {
         std::vector<TreePart> parts;
         parts.push_back(readMeshPart(choice));
         return parts;
     }
+    const std::string extension = extensionOf(choice.file);
     std::error_code error;
     if (extension != ".glb" && extension != ".gltf" && fs::is_regular_file(choice.file, error))
-        throw std::runtime_error(choice.file + ": is no .obj, .stl, .glb or .gltf file; export it as one of these");
+        throw std::runtime_error(choice.file +
+                                 ": is no .obj, .ply, .stl, .glb or .gltf file; export it as one of these");
     return readSceneParts(choice);
 }
 

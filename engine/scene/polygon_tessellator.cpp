@@ -1,0 +1,51 @@
+#include "engine/scene/polygon_tessellator.hpp"
+
+#include <GL/glu.h>
+
+namespace touchstone::engine {
+namespace {
+
+// A vertex as the library carries it: its index plus one, since null has a meaning.
+void* dataOf(std::uint32_t index) { return reinterpret_cast<void*>(std::uintptr_t(index) + 1); }
+std::uint32_t indexOf(void* data) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(data) - 1); }
+
+}  // namespace
+
+PolygonTessellator::PolygonTessellator(MeshData& mesh) : mesh_(mesh), tess_(gluNewTess(), gluDeleteTess) {
+    using Callback = void (*)();
+    const auto edgeFlag = +[](GLboolean) {};  // asked for so that only single triangles come, no fans or strips
+    const auto vertex =
+        +[](void* data, void* self) { static_cast<PolygonTessellator*>(self)->mesh_.indices.push_back(indexOf(data)); };
+    const auto combine = +[](const GLdouble at[3], void* const from[4], const GLfloat*, void** out, void* self) {
+        *out = static_cast<PolygonTessellator*>(self)->crossing({at[0], at[1], at[2]}, from);
+    };
+    gluTessCallback(tess_.get(), GLU_TESS_EDGE_FLAG, reinterpret_cast<Callback>(edgeFlag));
+    gluTessCallback(tess_.get(), GLU_TESS_VERTEX_DATA, reinterpret_cast<Callback>(vertex));
+    gluTessCallback(tess_.get(), GLU_TESS_COMBINE_DATA, reinterpret_cast<Callback>(combine));
+    gluTessProperty(tess_.get(), GLU_TESS_WINDING_RULE, GLU_TESS_WINDING_NONZERO);
+}
+
+void PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
+    glm::dvec3 normal(0);  // Newell's: that of the area which the polygon encloses
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+        normal += glm::cross(at(corners[i]) - at(corners[0]), at(corners[i + 1]) - at(corners[0]));
+    gluTessNormal(tess_.get(), normal.x, normal.y, normal.z);
+    gluTessBeginPolygon(tess_.get(), this);
+    gluTessBeginContour(tess_.get());
+    for (const std::uint32_t corner : corners) {
+        glm::dvec3 position = at(corner);
+        gluTessVertex(tess_.get(), &position.x, dataOf(corner));
+    }
+    gluTessEndContour(tess_.get());
+    gluTessEndPolygon(tess_.get());
+}
+
+/// The vertex where edges cross or corners coincide.
+void* PolygonTessellator::crossing(const glm::vec3& place, void* const from[4]) {
+    for (int i = 0; i < 4; ++i)
+        if (from[i] && mesh_.positions[indexOf(from[i])] == place) return from[i];
+    mesh_.positions.push_back(place);
+    return dataOf(static_cast<std::uint32_t>(mesh_.positions.size() - 1));
+}
+
+}  // namespace touchstone::engine

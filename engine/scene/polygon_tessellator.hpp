@@ -1,0 +1,31 @@
+#pragma once
+// Triangles of polygons.
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/scene/mesh_data.hpp"
+
+class GLUtesselator;
+
+namespace touchstone::engine {
+
+/// Triangulates polygons of any shape, concave ones and ones that cross themselves included.
+class PolygonTessellator {
+  public:
+    /// Triangles are appended to `mesh`, which must outlive this.
+    explicit PolygonTessellator(MeshData& mesh);
+
+    /// Appends the triangles of a polygon between the mesh's positions, wound as it is; where its edges cross,
+    /// positions are added. A polygon without area gives none.
+    void add(const std::vector<std::uint32_t>& corners);
+
+  private:
+    glm::dvec3 at(std::uint32_t index) const { return mesh_.positions[index]; }
+    void* crossing(const glm::vec3& place, void* const from[4]);
+
+    MeshData& mesh_;
+    std::unique_ptr<GLUtesselator, void (*)(GLUtesselator*)> tess_;
+};
+
+}  // namespace touchstone::engine
