@@ -108,8 +108,8 @@ MeshFile PolygonMesh::build() {
         const std::size_t before = mesh.indices.size();
         if (polygon.size() == 3)
             mesh.indices.insert(mesh.indices.end(), polygon.begin(), polygon.end());
-        else if (polygon.size() > 3)
-            polygons.add(polygon);
+        else if (polygon.size() > 3 && !polygons.add(polygon))
+            refuse({faceUnit_, places_[face]}, "the edges of this face cross each other too often; split the face");
         if (mesh.indices.size() == before)
             note({faceUnit_, places_[face]}, polygon.size() > 3
                                                  ? "a polygon without area is dropped"

@@ -2,6 +2,8 @@
 
 #include <GL/glu.h>
 
+#include <random>
+
 namespace touchstone::engine {
 namespace {
 
@@ -25,10 +27,11 @@ PolygonTessellator::PolygonTessellator(MeshData& mesh) : mesh_(mesh), tess_(gluN
     gluTessProperty(tess_.get(), GLU_TESS_WINDING_RULE, GLU_TESS_WINDING_NONZERO);
 }
 
-void PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
+bool PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
     glm::dvec3 normal(0);  // Newell's: that of the area which the polygon encloses
     for (std::size_t i = 1; i + 1 < corners.size(); ++i)
         normal += glm::cross(at(corners[i]) - at(corners[0]), at(corners[i + 1]) - at(corners[0]));
+    if (crossesOften(corners, normal)) return false;
     gluTessNormal(tess_.get(), normal.x, normal.y, normal.z);
     gluTessBeginPolygon(tess_.get(), this);
     gluTessBeginContour(tess_.get());
@@ -38,6 +41,33 @@ void PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
     }
     gluTessEndContour(tess_.get());
     gluTessEndPolygon(tess_.get());
+    return true;
+}
+
+/// Estimates the crossings from pairs of edges drawn at random, as many as the corners ask for.
+bool PolygonTessellator::crossesOften(const std::vector<std::uint32_t>& corners, const glm::dvec3& normal) const {
+    constexpr std::size_t kFew = 128, kDrawsEach = 16, kCrossingsEach = 16;
+    const std::size_t n = corners.size();
+    if (n <= kFew) return false;  // at most 8,128 crossings
+    const glm::dvec3 size = glm::abs(normal);
+    const int dropped = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const auto flat = [&](std::size_t i) {
+        const glm::dvec3 p = at(corners[i % n]);
+        return glm::dvec2(p[(dropped + 1) % 3], p[(dropped + 2) % 3]);
+    };
+    const auto parts = [](const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& p, const glm::dvec2& q) {
+        const auto side = [&](const glm::dvec2& r) { return (b.x - a.x) * (r.y - a.y) - (b.y - a.y) * (r.x - a.x); };
+        return (side(p) > 0 && side(q) < 0) || (side(p) < 0 && side(q) > 0);
+    };
+    std::mt19937_64 random(n);
+    std::size_t hits = 0;
+    for (std::size_t draw = 0; draw < kDrawsEach * n; ++draw) {
+        const std::size_t i = random() % n, j = random() % n;
+        const glm::dvec2 a = flat(i), b = flat(i + 1), p = flat(j), q = flat(j + 1);
+        hits += parts(a, b, p, q) && parts(p, q, a, b);
+    }
+    // Of n^2 / 2 pairs, hits / draws cross.
+    return hits > 2 * kCrossingsEach * kDrawsEach;
 }
 
 /// The vertex where edges cross or corners coincide.

@@ -18,10 +18,12 @@ class PolygonTessellator {
 
     /// Appends the triangles of a polygon between the mesh's positions, wound as it is; where its edges cross,
     /// positions are added. A polygon without area gives none.
-    void add(const std::vector<std::uint32_t>& corners);
+    /// False, and none are appended, if its edges cross so often that the time would not be linear in the corners.
+    bool add(const std::vector<std::uint32_t>& corners);
 
   private:
     glm::dvec3 at(std::uint32_t index) const { return mesh_.positions[index]; }
+    bool crossesOften(const std::vector<std::uint32_t>& corners, const glm::dvec3& normal) const;
     void* crossing(const glm::vec3& place, void* const from[4]);
 
     MeshData& mesh_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <clocale>
+#include <cmath>
 
 #include "engine/scene/mesh_file.hpp"
 #include "gltf_fixture.hpp"
@@ -349,6 +350,24 @@ TEST_CASE("PLY: what is malformed is refused by line, and unknown header lines a
     CHECK_THAT(readText(folder, "part.ply", replaced(kPly, "comment made", "Created")).notes.at(0),
                Contains("line 3: this line of the header is not read, since 'Created' is unknown"));
     CHECK_THAT(readText(folder, "part.ply", kPly + "more\n").notes.at(0), Contains("nothing is read from here on"));
+}
+
+TEST_CASE("mesh file: a face of many corners is read, one that crosses itself all over refused", "[mesh]") {
+    const TemporaryFolder folder;
+    constexpr int kTeeth = 2000;
+    // A gear, whose corners in a scattered order would cross in more than a million points.
+    const auto gear = [&](int step) {
+        std::string text, face = "f";
+        for (int i = 0; i < kTeeth; ++i) {
+            const double angle = 2 * 3.14159265358979 * i / kTeeth, radius = i % 2 ? 10 : 9.9;
+            text += "v " + std::to_string(radius * std::cos(angle)) + ' ' + std::to_string(radius * std::sin(angle)) +
+                    " 0\n";
+            face += ' ' + std::to_string(1 + i * step % kTeeth);
+        }
+        return text + face + "\n";
+    };
+    CHECK(readText(folder, "gear.obj", gear(1)).mesh.indices.size() == 3 * (kTeeth - 2));
+    CHECK_THAT(refusal(folder, "star.obj", gear(777)), Contains("line 2001: the edges of this face cross"));
 }
 
 TEST_CASE("mesh file: folders and pipes are refused, and none blocks", "[mesh]") {

@@ -55,6 +55,16 @@ double outOfCube(const Vec3& p, double half, Vec3& normal) {
     return (p - on).norm();
 }
 
+TEST_CASE("tree check: leaves that lie on each other by the thousand are refused, few are not", "[tree]") {
+    const std::vector<Sphere> same(100000, Sphere{0.5f, 0.5f, 0, 1}), few(100, same[0]);
+    CHECK_THROWS_WITH(measureTree(flat(same), squareMesh(1), kQuick), Catch::Contains("100000 leaves overlap"));
+    CHECK(measureTree(flat(few), squareMesh(1), {.samples = 1000, .poses = 0}).coverageProven);
+    std::vector<Sphere> near;
+    for (int i = 0; i < 300; ++i) near.push_back({0.5f + 1e-6f * float(i), 0.5f, 0, 1});
+    CHECK_THROWS_WITH(measureTree(flat(near), squareMesh(1), {.samples = 20000, .poses = 0}),
+                      Catch::Contains("nearly coincide"));
+}
+
 TEST_CASE("tree check: one sphere around a cube", "[tree]") {
     // Half side 1. The sphere passes just outside the corners, sqrt(3) from the middle.
     const double r = std::sqrt(3.0) + 1e-6;
