@@ -10,7 +10,6 @@
 namespace touchstone::engine {
 namespace {
 
-constexpr std::size_t kMostImplicitZeros = std::size_t{1} << 24;  // of an accessor without data
 constexpr double kLargestNumber = 1e12;
 
 template <class C>
@@ -65,7 +64,11 @@ const Allowed& allowedFor(AccessorUse use) {
     static const Allowed vector{TINYGLTF_TYPE_VEC3, true, {}, {}, {}, {}, "VEC3 of floats"};
     static const Allowed rotation{
         TINYGLTF_TYPE_VEC4, true, {b, ub, s, us}, {}, {}, {}, "VEC4 of floats or normalised integers"};
+    static const Allowed instanceRotation{
+        TINYGLTF_TYPE_VEC4, true, {b, s}, {}, {}, {}, "VEC4 of floats or signed normalised integers"};
     switch (use) {
+        case AccessorUse::InstanceRotation:
+            return instanceRotation;
         case AccessorUse::Position:
             return position;
         case AccessorUse::Normal:
@@ -86,11 +89,6 @@ const Allowed& allowedFor(AccessorUse use) {
 
 }  // namespace
 
-AccessorReader::AccessorReader(const std::filesystem::path& file, const tinygltf::Model& model, bool quantized)
-    : file_(file), model_(model), quantized_(quantized) {
-    for (int i = 0; i < static_cast<int>(model.accessors.size()); ++i) layout(i);
-}
-
 void AccessorReader::fail(int accessor, const std::string& problem) const {
     const auto index = static_cast<std::size_t>(accessor);
     failIn(file_, objectLabel("accessor", index, model_.accessors[index].name), problem);
@@ -101,17 +99,6 @@ const unsigned char* AccessorReader::viewData(int bufferView, std::size_t offset
     return model_.buffers[static_cast<std::size_t>(view.buffer)].data.data() + view.byteOffset + offset;
 }
 
-void AccessorReader::checkRange(int accessor, int bufferView, std::size_t offset, std::size_t count, std::size_t stride,
-                                std::size_t elementSize) const {
-    // All factors are below 2^31, so 64 bits hold the products.
-    static_assert(sizeof(std::size_t) == 8);
-    const auto& view = model_.bufferViews[static_cast<std::size_t>(bufferView)];
-    const std::size_t end = offset + (count - 1) * stride + elementSize;
-    if (end > view.byteLength)
-        fail(accessor, "ends at byte " + std::to_string(end) + " of buffer view " + std::to_string(bufferView) +
-                           ", which has " + std::to_string(view.byteLength) + "; export the file again");
-}
-
 AccessorReader::Layout AccessorReader::layout(int index) const {
     const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
     Layout layout{};
@@ -119,27 +106,10 @@ AccessorReader::Layout AccessorReader::layout(int index) const {
         static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
     layout.elementSize = layout.components * sizeOf(accessor.componentType);
     layout.stride = layout.elementSize;
-    if (accessor.bufferView >= 0) {
-        const auto& view = model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-        if (view.byteStride > 0) layout.stride = view.byteStride;
-        if (layout.stride < layout.elementSize)
-            fail(index, "has elements of " + std::to_string(layout.elementSize) + " bytes in a buffer view of stride " +
-                            std::to_string(view.byteStride) + "; export the file again");
-        checkRange(index, accessor.bufferView, accessor.byteOffset, accessor.count, layout.stride, layout.elementSize);
-        layout.data = viewData(accessor.bufferView, accessor.byteOffset);
-    } else if (accessor.count > kMostImplicitZeros) {
-        fail(index, "has " + std::to_string(accessor.count) + " elements but no data; export the file again");
-    }
-    if (accessor.sparse.isSparse) {
-        const auto& sparse = accessor.sparse;
-        const auto count = static_cast<std::size_t>(sparse.count);
-        if (count > accessor.count) fail(index, "replaces more elements than it has; export the file again");
-        const std::size_t indexSize = sizeOf(sparse.indices.componentType);
-        checkRange(index, sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count,
-                   indexSize, indexSize);
-        checkRange(index, sparse.values.bufferView, static_cast<std::size_t>(sparse.values.byteOffset), count,
-                   layout.elementSize, layout.elementSize);
-    }
+    if (accessor.bufferView < 0) return layout;
+    if (const auto stride = model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride; stride > 0)
+        layout.stride = stride;
+    layout.data = viewData(accessor.bufferView, accessor.byteOffset);
     return layout;
 }
 

@@ -10,17 +10,25 @@
 namespace touchstone::engine {
 
 /// What an accessor is read for; decides the element and component types that are allowed.
-enum class AccessorUse { Position, Normal, Texcoord, Index, Time, Vector, Rotation };
+enum class AccessorUse { Position, Normal, Texcoord, Index, Time, Vector, Rotation, InstanceRotation };
 
-/// Reads the accessors of a model whose references and buffer views are in range. Interleaved, sparse and normalised
-/// accessors come out as plain arrays. Throws SceneError naming the accessor for ranges outside the buffer view, wrong
-/// types, and numbers that are not finite or beyond 1e12.
+/// Reads the accessors of a model whose references and ranges of bytes were checked. Interleaved, sparse and normalised
+/// accessors come out as plain arrays. Throws SceneError naming the accessor for wrong types, sparse indices out of
+/// range, and numbers that are not finite or beyond 1e12.
 class AccessorReader {
   public:
-    /// Checks the byte ranges of all accessors. `quantized`: the types of KHR_mesh_quantization are allowed.
-    AccessorReader(const std::filesystem::path& file, const tinygltf::Model& model, bool quantized);
+    /// `quantized`: the types of KHR_mesh_quantization are allowed.
+    AccessorReader(const std::filesystem::path& file, const tinygltf::Model& model, bool quantized)
+        : file_(file), model_(model), quantized_(quantized) {}
 
+    const std::filesystem::path& file() const { return file_; }
     std::size_t count(int accessor) const { return model_.accessors[static_cast<std::size_t>(accessor)].count; }
+
+    /// Neither a buffer view nor sparse values: all elements are zero.
+    bool hasNoData(int accessor) const {
+        const tinygltf::Accessor& from = model_.accessors[static_cast<std::size_t>(accessor)];
+        return from.bufferView < 0 && !from.sparse.isSparse;
+    }
 
     /// T: float, double, std::uint32_t or a glm vector of the accessor's length. `user`: who reads, for the sentence.
     template <class T>
@@ -33,8 +41,6 @@ class AccessorReader {
     };
 
     [[noreturn]] void fail(int accessor, const std::string& problem) const;
-    void checkRange(int accessor, int bufferView, std::size_t offset, std::size_t count, std::size_t stride,
-                    std::size_t elementSize) const;
     Layout layout(int accessor) const;
     void checkUse(int accessor, AccessorUse use, const std::string& user) const;
     template <class C>

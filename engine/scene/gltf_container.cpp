@@ -8,6 +8,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "engine/scene/file_kind.hpp"
+
 namespace touchstone::engine {
 namespace fs = std::filesystem;
 namespace {
@@ -54,14 +56,31 @@ void splitChunks(const fs::path& file, GltfContainer& container) {
     }
 }
 
+/// Depth of nesting: braces and brackets outside of texts. The parser's own way of telling, a callback, takes time that
+/// grows with the square of the number of objects.
+int depthOf(const std::string& text) {
+    int depth = 0, deepest = 0;
+    bool inText = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == '"')
+            inText = !inText;
+        else if (inText)
+            i += c == '\\' ? 1 : 0;
+        else if (c == '{' || c == '[')
+            deepest = std::max(deepest, ++depth);
+        else if (c == '}' || c == ']')
+            --depth;
+    }
+    return deepest;
+}
+
 template <class Json>
 Json parse(const fs::path& file, const std::string& text) {
     constexpr int kDeepest = 200;
+    if (depthOf(text) > kDeepest) failIn(file, "JSON", "is nested deeper than 200 levels; flatten it");
     try {
-        return Json::parse(text, [&](int depth, typename Json::parse_event_t, Json&) {
-            if (depth > kDeepest) failIn(file, "JSON", "is nested deeper than 200 levels; flatten it");
-            return true;
-        });
+        return Json::parse(text);
     } catch (const nlohmann::json::parse_error& error) {
         const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
         const auto lineStart = std::find(std::make_reverse_iterator(end), text.rend(), '\n').base();
@@ -77,14 +96,30 @@ Json parse(const fs::path& file, const std::string& text) {
 }  // namespace
 
 void failIn(const fs::path& file, const std::string& object, const std::string& problem) {
-    throw SceneError(file.string() + ": " + (object.empty() ? "" : object + ": ") + problem);
+    throw SceneError(escaped(file.string()) + ": " + (object.empty() ? "" : object + ": ") + problem);
+}
+
+const char* kindOf(fs::file_status status) {
+    switch (status.type()) {
+        case fs::file_type::directory:
+            return "a folder";
+        case fs::file_type::fifo:
+            return "a pipe";
+        case fs::file_type::socket:
+            return "a socket";
+        case fs::file_type::character:
+        case fs::file_type::block:
+            return "a device";
+        default:
+            return "no regular file";
+    }
 }
 
 std::vector<std::uint8_t> readBytes(const fs::path& file, const std::string& object) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
     if (!fs::exists(status)) failIn(file, object, "there is no such file; check the name");
-    if (!fs::is_regular_file(status)) failIn(file, object, "is no regular file; name a file");
+    if (!fs::is_regular_file(status)) failIn(file, object, std::string("is ") + kindOf(status) + "; name a file");
     const std::uintmax_t size = fs::file_size(file, error);
     if (error) failIn(file, object, "cannot be read; check its permissions");
     if (size >= kLargestFile) failIn(file, object, "is larger than 2 GiB; split or simplify it");
@@ -126,6 +161,8 @@ GltfContainer readContainer(const fs::path& file) {
     container.binary = container.bytes.size() >= 4 && littleEndian(container.bytes, 0) == kMagic;
     if (container.binary)
         splitChunks(file, container);
+    else if (const std::string kind = whatInstead(container.bytes); !kind.empty())
+        failIn(file, "", kind);
     else
         container.json.assign(container.bytes.begin(), container.bytes.end());
     return container;

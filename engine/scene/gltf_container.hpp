@@ -14,6 +14,9 @@ namespace touchstone::engine {
 /// Throws SceneError `file: object: problem`; `object` may be empty. `problem` ends with what to do.
 [[noreturn]] void failIn(const std::filesystem::path& file, const std::string& object, const std::string& problem);
 
+/// "a folder", "a pipe" or what else is no regular file.
+const char* kindOf(std::filesystem::file_status status);
+
 /// A whole regular file of at most 2 GiB in memory. `object`: what it is to the reader, for the sentence.
 std::vector<std::uint8_t> readBytes(const std::filesystem::path& file, const std::string& object = {});
 

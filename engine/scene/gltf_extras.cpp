@@ -1,8 +1,8 @@
 // Markings and places saved back into an existing file: updateGltf() of gltf_write.hpp.
 #include <algorithm>
 
+#include "engine/scene/gltf_check.hpp"
 #include "engine/scene/gltf_container.hpp"
-#include "engine/scene/gltf_schema.hpp"
 #include "engine/scene/gltf_write.hpp"
 
 namespace touchstone::engine {
@@ -13,8 +13,9 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 ordered_json& objectOf(const fs::path& file, ordered_json& document, const char* array, const char* kind, int index) {
-    const std::size_t count = document.contains(array) ? document[array].size() : 0;
-    if (index < 0 || static_cast<std::size_t>(index) >= count)
+    const std::size_t count = document.contains(array) && document[array].is_array() ? document[array].size() : 0;
+    if (index < 0 || static_cast<std::size_t>(index) >= count ||
+        !document[array][static_cast<std::size_t>(index)].is_object())
         failIn(file, "", std::string("has no ") + kind + " " + std::to_string(index) + "; open the file again");
     return document[array][static_cast<std::size_t>(index)];
 }
@@ -52,9 +53,10 @@ void replaceLooks(const fs::path& file, ordered_json& document, const std::map<i
 
 bool hasExternalFiles(const ordered_json& document) {
     for (const char* array : {"buffers", "images"})
-        if (document.contains(array))
+        if (document.contains(array) && document[array].is_array())
             for (const ordered_json& item : document[array])
-                if (item.contains("uri") && !item["uri"].get_ref<const std::string&>().starts_with("data:"))
+                if (item.contains("uri") && item["uri"].is_string() &&
+                    !item["uri"].get_ref<const std::string&>().starts_with("data:"))
                     return true;
     return false;
 }
@@ -71,7 +73,8 @@ int indentation(const std::string& text) {
 
 void updateGltf(const fs::path& in, const fs::path& out, const GltfUpdate& update) {
     const GltfContainer container = readContainer(in);
-    checkedDocument(in, parseJson(in, container.json));
+    Warnings said;  // when the file was read
+    checkGltf(in, parseJson(in, container.json), -1, said);
     ordered_json document = parseOrderedJson(in, container.json);
     replaceExtras(in, document, "nodes", "node", update.nodes);
     replaceExtras(in, document, "scenes", "scene", update.scenes);

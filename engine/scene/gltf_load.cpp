@@ -3,13 +3,11 @@
 #include <stb_image.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
-#include <set>
 #include <string_view>
 
+#include "engine/scene/gltf_check.hpp"
 #include "engine/scene/gltf_container.hpp"
-#include "engine/scene/gltf_schema.hpp"
 
 namespace touchstone::engine {
 namespace fs = std::filesystem;
@@ -18,8 +16,6 @@ namespace {
 using nlohmann::json;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::array<std::string_view, 4> kSupportedExtensions = {"KHR_physics_rigid_bodies", "KHR_implicit_shapes",
-                                                                  "KHR_materials_unlit", "KHR_mesh_quantization"};
 constexpr int kLargestImageSide = 16384;
 constexpr std::string_view kUnused = "unused";
 
@@ -65,8 +61,8 @@ Bytes externalBytes(const fs::path& file, const std::string& label, const std::s
     if (error) failIn(file, label, "names the missing file " + shown + "; put it into the scene's folder");
     if (std::mismatch(folder.begin(), folder.end(), found.begin(), found.end()).first != folder.end())
         failIn(file, label, outside);
-    if (!fs::is_regular_file(found, error))
-        failIn(file, label, "names " + shown + ", which is no regular file; put the file there");
+    if (const fs::file_status status = fs::status(found, error); !fs::is_regular_file(status))
+        failIn(file, label, "names " + shown + ", which is " + kindOf(status) + "; put the file there");
     return readBytes(found, label);
 }
 
@@ -86,35 +82,33 @@ Bytes uriBytes(const fs::path& file, const std::string& label, const std::string
     return uri.starts_with("data:") ? dataUriBytes(file, label, uri) : externalBytes(file, label, uri);
 }
 
-/// Which images the materials' textures show.
-std::set<std::size_t> usedImages(const json& checked) {
-    std::set<std::size_t> used;
-    for (const json& material : checked.value("materials", json::array()))
-        for (const char* kind :
-             {"/pbrMetallicRoughness/baseColorTexture/index", "/pbrMetallicRoughness/metallicRoughnessTexture/index",
-              "/normalTexture/index", "/emissiveTexture/index"}) {
-            const json::json_pointer texture(kind);
-            if (!material.contains(texture)) continue;
-            const json& source = checked["textures"][material[texture].get<std::size_t>()];
-            if (source.contains("source")) used.insert(source["source"].get<std::size_t>());
-        }
-    return used;
+/// The buffer's bytes are somewhere else.
+std::string missingBytes(const json& raw) {
+    for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
+        if (raw.contains("extensions") && raw["extensions"].is_object() && raw["extensions"].contains(name))
+            return std::string("is there in the compressed form of ") + name +
+                   " alone, which is not supported; export without that";
+    return "has no \"uri\" and no binary chunk; export the file again with its buffers";
 }
 
-/// Reads all buffers, and replaces their URIs in `checked` by names of virtual files.
-void resolveBuffers(const GltfContainer& container, const fs::path& file, json& checked, VirtualFiles& files) {
-    if (!checked.contains("buffers")) return;
+/// Reads the buffers that are used, and names virtual files in `checked` in place of their URIs.
+void resolveBuffers(const GltfContainer& container, const LoadedGltf& loaded, json& checked, VirtualFiles& files) {
+    const fs::path& file = loaded.file;
     for (std::size_t i = 0; i < checked["buffers"].size(); ++i) {
         json& buffer = checked["buffers"][i];
-        const std::string label = labelOf(checked, "buffers", "buffer", i);
         const auto length = buffer["byteLength"].get<std::size_t>();
+        if (!loaded.uses("buffers", i)) {
+            buffer["uri"] = kUnused;
+            continue;
+        }
+        const std::string label = labelOf(checked, "buffers", "buffer", i);
         Bytes bytes;
         if (buffer.contains("uri"))
             bytes = uriBytes(file, label, buffer["uri"].get_ref<const std::string&>());
         else if (i == 0 && container.binary)
             bytes.assign(container.bin.begin(), container.bin.end());
         else
-            failIn(file, label, "has no \"uri\" and no binary chunk; export the file again with its buffers");
+            failIn(file, label, missingBytes(loaded.document["buffers"][i]));
         if (bytes.size() < length)
             failIn(file, label,
                    "needs " + std::to_string(length) + " bytes but only " + std::to_string(bytes.size()) +
@@ -127,13 +121,12 @@ void resolveBuffers(const GltfContainer& container, const fs::path& file, json& 
 }
 
 /// Reads the images that are used and lie in files or URIs; the others point to a virtual file of no meaning.
-void resolveImages(const fs::path& file, const std::set<std::size_t>& used, json& checked, VirtualFiles& files) {
-    if (!checked.contains("images")) return;
+void resolveImages(const LoadedGltf& loaded, json& checked, VirtualFiles& files) {
+    const fs::path& file = loaded.file;
     for (std::size_t i = 0; i < checked["images"].size(); ++i) {
         json& image = checked["images"][i];
-        if (!used.contains(i)) {
-            image = {{"uri", kUnused}};
-            files[std::string(kUnused)] = {0};
+        if (!loaded.uses("images", i)) {
+            image["uri"] = kUnused;
             continue;
         }
         const std::string label = labelOf(checked, "images", "image", i);
@@ -148,51 +141,29 @@ void resolveImages(const fs::path& file, const std::set<std::size_t>& used, json
     }
 }
 
-/// What the schema cannot say: views inside their buffers, strides, and the one form of indices tinygltf refuses.
-void checkViews(const fs::path& file, const json& checked) {
-    const json views = checked.value("bufferViews", json::array());
-    for (std::size_t i = 0; i < views.size(); ++i) {
-        const json& view = views[i];
-        const std::string label = labelOf(checked, "bufferViews", "buffer view", i);
-        const auto available = checked["buffers"][view["buffer"].get<std::size_t>()]["byteLength"].get<std::uint64_t>();
-        const auto end = view.value("byteOffset", std::uint64_t{0}) + view["byteLength"].get<std::uint64_t>();
-        if (end > available)
-            failIn(file, label,
-                   "ends at byte " + std::to_string(end) + " of a buffer of " + std::to_string(available) +
-                       "; the file is cut short or wrong, so export it again");
-        if (view.value("byteStride", 4) % 4 != 0)
-            failIn(file, label, "has a byteStride that is no multiple of 4; export the file again");
+/// Takes out the channels that have no node, which glTF allows and tinygltf does not.
+void removeChannelsWithoutNode(json& checked, Warnings& warnings) {
+    for (std::size_t i = 0; i < checked["animations"].size(); ++i) {
+        json kept = json::array();
+        for (json& channel : checked["animations"][i]["channels"])
+            if (channel["target"].contains("node"))
+                kept.push_back(std::move(channel));
+            else
+                warnings.add(labelOf(checked, "animations", "animation", i),
+                             "has channels that move no node; they are left out");
+        checked["animations"][i]["channels"] = std::move(kept);
     }
-    const json meshes = checked.value("meshes", json::array());
-    for (std::size_t i = 0; i < meshes.size(); ++i)
-        for (const json& primitive : meshes[i]["primitives"])
-            if (primitive.contains("indices") &&
-                !checked["accessors"][primitive["indices"].get<std::size_t>()].contains("bufferView"))
-                failIn(file, labelOf(checked, "meshes", "mesh", i),
-                       "has indices without a buffer view; store the indices plainly");
-}
-
-void checkExtensions(const fs::path& file, const json& checked) {
-    const std::string version = checked["asset"]["version"].get<std::string>();
-    if (!version.starts_with("2.") || checked["asset"].value("minVersion", "2.0") != "2.0")
-        failIn(file, "asset", "asks for glTF " + printable(version) + "; export it as glTF 2.0");
-    for (const json& name : checked.value("extensionsRequired", json::array()))
-        if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), name.get<std::string>()) ==
-            kSupportedExtensions.end())
-            failIn(file, "extensionsRequired",
-                   "asks for " + printable(name.get<std::string>()) + ", which is not supported; export without it");
 }
 
 struct ImageLoading {
-    const fs::path& file;
-    const std::set<std::size_t>& used;
+    const LoadedGltf& loaded;
     std::string problem = {};
 };
 
 bool decodeImage(tinygltf::Image* image, int index, std::string* error, std::string* warning, int, int,
                  const unsigned char* bytes, int size, void* userData) {
     ImageLoading& loading = *static_cast<ImageLoading*>(userData);
-    if (!loading.used.contains(static_cast<std::size_t>(index))) return true;
+    if (!loading.loaded.uses("images", static_cast<std::size_t>(index))) return true;
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(bytes, size, &width, &height, &channels))
         loading.problem = "is no PNG or JPEG; export the image again";
@@ -226,22 +197,23 @@ tinygltf::FsCallbacks virtualFileCallbacks(VirtualFiles& files) {
 
 }  // namespace
 
-LoadedGltf loadGltf(const fs::path& file) {
+LoadedGltf loadGltf(const fs::path& file, int scene, Warnings& warnings) {
     const GltfContainer container = readContainer(file);
-    LoadedGltf loaded{file, parseJson(file, container.json), {}};
-    json checked = checkedDocument(file, loaded.document);
-    checkExtensions(file, checked);
-    checkViews(file, checked);
-    const std::set<std::size_t> used = usedImages(checked);
+    LoadedGltf loaded{file, parseJson(file, container.json), {}, 0, {}};
+    CheckedGltf checked = checkGltf(file, loaded.document, scene, warnings);
+    loaded.scene = checked.scene;
+    loaded.used = std::move(checked.used);
     VirtualFiles files;
-    resolveBuffers(container, file, checked, files);
-    resolveImages(file, used, checked, files);
+    files[std::string(kUnused)] = {0};
+    resolveBuffers(container, loaded, checked.document, files);
+    resolveImages(loaded, checked.document, files);
+    removeChannelsWithoutNode(checked.document, warnings);
 
     tinygltf::TinyGLTF loader;
-    ImageLoading loading{file, used};
+    ImageLoading loading{loaded};
     loader.SetFsCallbacks(virtualFileCallbacks(files));
     loader.SetImageLoader(decodeImage, &loading);
-    const std::string text = checked.dump();
+    const std::string text = checked.document.dump();
     std::string error, warning;
     if (!loader.LoadASCIIFromString(&loaded.model, &error, &warning, text.data(), static_cast<unsigned>(text.size()),
                                     "")) {

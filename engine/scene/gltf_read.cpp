@@ -9,6 +9,7 @@
 
 #include "engine/scene/gltf_accessor.hpp"
 #include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_instances.hpp"
 #include "engine/scene/gltf_load.hpp"
 #include "engine/scene/transforms.hpp"
 
@@ -48,17 +49,17 @@ class SceneReader {
   public:
     SceneReader(const std::filesystem::path& file, int sceneIndex)
         : file_(file),
-          gltf_(loadGltf(file)),
+          gltf_(loadGltf(file, sceneIndex, warnings_)),
           model_(gltf_.model),
           accessors_(file_, model_,
                      contains(gltf_.document.value("extensionsUsed", json::array()), "KHR_mesh_quantization")) {
         scene_.file = file;
-        scene_.index = chosenScene(sceneIndex);
+        scene_.index = static_cast<int>(gltf_.scene);
     }
 
     Scene read() {
         checkSize();
-        checkHierarchy();
+        findParents();
         readMaterials();
         readMeshes();
         readNodes();
@@ -66,6 +67,7 @@ class SceneReader {
         readMarkings();
         updateWorldTransforms(scene_);
         checkWorld();
+        scene_.warnings = warnings_.sentences();
         return std::move(scene_);
     }
 
@@ -73,40 +75,49 @@ class SceneReader {
     [[noreturn]] void fail(const std::string& object, const std::string& problem) const {
         failIn(file_, object, problem);
     }
-    void warn(const std::string& object, const std::string& what) {
-        scene_.warnings.push_back(object + ": " + what + ".");
-    }
+    void warn(const std::string& object, const std::string& what) { warnings_.add(object, what); }
 
     std::string label(const char* kind, int index, const std::string& name) const {
         return objectLabel(kind, static_cast<std::size_t>(index), name);
     }
     std::string nodeName(int node) const { return label("node", node, at(model_.nodes, node).name); }
 
-    int chosenScene(int wanted) const {
-        const int count = static_cast<int>(model_.scenes.size());
-        if (count == 0) fail("", "has no scene; add one that lists the root nodes");
-        if (wanted >= count)
-            fail("", "has no scene " + std::to_string(wanted) + "; choose one from 0 to " + std::to_string(count - 1));
-        if (wanted >= 0) return wanted;
-        return model_.defaultScene >= 0 ? model_.defaultScene : 0;
+    /// What an object has in the file, where the model does not hold it; null where it has none.
+    const json* raw(const char* array, int index, std::initializer_list<const char*> path) const {
+        const json* at = &gltf_.document[array][static_cast<std::size_t>(index)];
+        for (const char* key : path) {
+            if (!at->is_object() || !at->contains(key)) return nullptr;
+            at = &(*at)[key];
+        }
+        return at;
+    }
+    const json* instancing(int node) const {
+        return raw("nodes", node, {"extensions", "EXT_mesh_gpu_instancing", "attributes"});
     }
 
     /// A small file may use one large accessor many times over; what it unfolds to is bounded before anything is read.
     void checkSize() const {
         constexpr std::size_t kMostElements = std::size_t{1} << 26;
         std::size_t total = 0;
-        const auto add = [&](int accessor, const std::string& user) {
-            total += accessor < 0 ? 0 : accessors_.count(accessor);
+        const auto add = [&](int accessor, const std::string& user, std::size_t times = 1) {
+            total += accessor < 0 ? 0 : accessors_.count(accessor) * times;
             if (total > kMostElements)
                 fail(user, "brings the scene above 67 million vertices, corners and keys; simplify it");
         };
-        for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i)
-            for (const tinygltf::Primitive& primitive : at(model_.meshes, i).primitives) {
+        const auto addMesh = [&](int mesh, const std::string& user, std::size_t times) {
+            for (const tinygltf::Primitive& primitive : at(model_.meshes, mesh).primitives) {
                 const auto position = primitive.attributes.find("POSITION");
-                const std::string user = label("mesh", i, at(model_.meshes, i).name);
-                if (position != primitive.attributes.end()) add(position->second, user);
-                add(primitive.indices, user);
+                if (position != primitive.attributes.end()) add(position->second, user, times);
+                add(primitive.indices, user, times);
             }
+        };
+        for (int i = 0; i < static_cast<int>(model_.meshes.size()); ++i)
+            addMesh(i, label("mesh", i, at(model_.meshes, i).name), 1);
+        for (int i = 0; i < static_cast<int>(model_.nodes.size()); ++i)
+            if (const int mesh = at(model_.nodes, i).mesh;
+                gltf_.uses("nodes", static_cast<std::size_t>(i)) && mesh >= 0)
+                if (const json* attributes = instancing(i))
+                    addMesh(mesh, nodeName(i), instanceCount(*attributes, accessors_));
         for (int i = 0; i < static_cast<int>(model_.animations.size()); ++i)
             for (const tinygltf::AnimationChannel& channel : at(model_.animations, i).channels) {
                 const auto& samplers = at(model_.animations, i).samplers;
@@ -119,31 +130,10 @@ class SceneReader {
             }
     }
 
-    /// Fills parents_; afterwards the nodes of the whole file form trees.
-    void checkHierarchy() {
-        const int count = static_cast<int>(model_.nodes.size());
+    void findParents() {
         parents_.assign(model_.nodes.size(), -1);
-        for (int node = 0; node < count; ++node)
-            for (const int child : at(model_.nodes, node).children) {
-                int& parent = parents_[static_cast<std::size_t>(child)];
-                if (parent >= 0)
-                    fail(nodeName(child), "has two parents, " + nodeName(parent) + " and " + nodeName(node) +
-                                              "; list it as a child once");
-                parent = node;
-            }
-        // With one parent each, what no root reaches lies on or below a cycle.
-        std::vector<int> reached;
-        for (int node = 0; node < count; ++node)
-            if (at(parents_, node) < 0) reached.push_back(node);
-        std::vector<bool> isReached(model_.nodes.size());
-        for (std::size_t i = 0; i < reached.size(); ++i) {
-            isReached[static_cast<std::size_t>(reached[i])] = true;
-            const auto& children = at(model_.nodes, reached[i]).children;
-            reached.insert(reached.end(), children.begin(), children.end());
-        }
-        for (int node = 0; node < count; ++node)
-            if (!isReached[static_cast<std::size_t>(node)])
-                fail(nodeName(node), "is its own ancestor; remove the cycle from the children lists");
+        for (int node = 0; node < static_cast<int>(model_.nodes.size()); ++node)
+            for (const int child : at(model_.nodes, node).children) parents_[static_cast<std::size_t>(child)] = node;
     }
 
     /// The set of texture coordinates that a material's textures use: that of the first one it has.
@@ -210,17 +200,33 @@ class SceneReader {
             MeshInstance& instance = scene_.meshes.emplace_back();
             for (std::size_t k = 0; k < mesh.primitives.size(); ++k) {
                 const std::string name = label("mesh", i, mesh.name) + ", primitive " + std::to_string(k);
-                if (auto data = readPrimitive(mesh.primitives[k], name); data && !data->indices.empty())
+                const json& primitive = gltf_.document["meshes"][static_cast<std::size_t>(i)]["primitives"][k];
+                if (auto data = readPrimitive(mesh.primitives[k], primitive, name); data && !data->indices.empty())
                     instance.primitives.push_back({std::move(data), mesh.primitives[k].material});
             }
-            if (const json& primitives = gltf_.document["meshes"][static_cast<std::size_t>(i)]["primitives"];
-                std::any_of(primitives.begin(), primitives.end(), [](const json& p) { return p.contains("targets"); }))
-                warn(label("mesh", i, mesh.name), "morph targets are left out");
+            if (gltf_.uses("meshes", static_cast<std::size_t>(i))) warnOfMorphs(i);
         }
     }
 
+    static bool hasNonZero(const json* weights) {
+        return weights && weights->is_array() && std::any_of(weights->begin(), weights->end(), [](const json& weight) {
+                   return weight.is_number() && weight.get<double>() != 0;
+               });
+    }
+
+    void warnOfMorphs(int mesh) {
+        const json& primitives = *raw("meshes", mesh, {"primitives"});
+        if (std::none_of(primitives.begin(), primitives.end(), [](const json& p) { return p.contains("targets"); }))
+            return;
+        warn(label("mesh", mesh, at(model_.meshes, mesh).name),
+             hasNonZero(raw("meshes", mesh, {"weights"}))
+                 ? "morph targets are left out, although their weights are not zero: it has its shape without them"
+                 : "morph targets are left out");
+    }
+
     /// Null, with a warning, for what is no surface. Primitives that use the same accessors share one mesh.
-    std::shared_ptr<const MeshData> readPrimitive(const tinygltf::Primitive& primitive, const std::string& name) {
+    std::shared_ptr<const MeshData> readPrimitive(const tinygltf::Primitive& primitive, const json& raw,
+                                                  const std::string& name) {
         constexpr std::array<const char*, 4> kSkipped = {"points", "lines", "a line loop", "a line strip"};
         if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
             warn(name, std::string("is ") + kSkipped[static_cast<std::size_t>(primitive.mode)] +
@@ -247,6 +253,12 @@ class SceneReader {
                 fail(name, key + " has " + std::to_string(accessors_.count(accessor)) + " elements but POSITION has " +
                                std::to_string(accessors_.count(position)) + "; export the file again");
         };
+        if (accessors_.hasNoData(position)) {
+            if (raw.contains("extensions") && raw["extensions"].is_object() && !raw["extensions"].empty())
+                fail(name, "has its vertices in " + printable(raw["extensions"].begin().key()) +
+                               ", which is not supported; export without it");
+            warn(name, "its POSITION has no data, so all vertices are at the origin");
+        }
         MeshData mesh;
         mesh.positions = accessors_.read<glm::vec3>(position, AccessorUse::Position, name + ", POSITION");
         mesh.indices = readIndices(primitive, mesh.positions.size(), name);
@@ -295,7 +307,7 @@ class SceneReader {
         }
     }
 
-    LocalTransform readTransform(int index) const {
+    LocalTransform readTransform(int index) {
         const tinygltf::Node& node = at(model_.nodes, index);
         if (!node.matrix.empty()) {
             const json& raw = gltf_.document["nodes"][static_cast<std::size_t>(index)];
@@ -317,6 +329,7 @@ class SceneReader {
                                       at(node.rotation, 2));
             if (!(glm::length(rotation) > 1e-6))
                 fail(nodeName(index), "has a rotation of length zero; give it a unit quaternion");
+            if (!isUnit(rotation)) warn(nodeName(index), "its rotation is not of unit length and was normalised");
             local.rotation = glm::normalize(rotation);
         }
         return local;
@@ -327,23 +340,9 @@ class SceneReader {
         const tinygltf::Scene& from = at(model_.scenes, scene_.index);
         const std::string sceneName = label("scene", scene_.index, from.name);
         if (from.nodes.empty()) fail(sceneName, "lists no nodes; add the root nodes to it");
-        std::vector<bool> isActive(model_.nodes.size());
         std::vector<int> active;
-        for (const int root : from.nodes) {
-            if (at(parents_, root) >= 0)
-                fail(sceneName, "lists " + nodeName(root) + ", which is a child of " + nodeName(at(parents_, root)) +
-                                    "; list root nodes only");
-            if (isActive[static_cast<std::size_t>(root)])
-                fail(sceneName, "lists " + nodeName(root) + " twice; list it once");
-            isActive[static_cast<std::size_t>(root)] = true;
-            active.push_back(root);
-        }
-        for (std::size_t i = 0; i < active.size(); ++i)
-            for (const int child : at(model_.nodes, active[i]).children) {
-                isActive[static_cast<std::size_t>(child)] = true;
-                active.push_back(child);
-            }
-        std::sort(active.begin(), active.end());
+        for (int node = 0; node < static_cast<int>(model_.nodes.size()); ++node)
+            if (gltf_.uses("nodes", static_cast<std::size_t>(node))) active.push_back(node);
 
         std::vector<Entity> entities(model_.nodes.size());
         for (const int node : active)
@@ -358,8 +357,21 @@ class SceneReader {
             if (at(parents_, node) >= 0) hierarchy.parent = at(entities, at(parents_, node));
             for (const int child : at(model_.nodes, node).children) hierarchy.children.push_back(at(entities, child));
             const int mesh = at(model_.nodes, node).mesh;
-            if (mesh >= 0 && !at(scene_.meshes, mesh).primitives.empty())
-                scene_.registry.add(at(entities, node), MeshInstance(at(scene_.meshes, mesh)));
+            if (const json* visible = raw("nodes", node, {"extensions", "KHR_node_visibility", "visible"});
+                visible && !visible->get<bool>()) {
+                scene_.registry.get<Visibility>(at(entities, node)).visible = false;
+                warn(nodeName(node), "is hidden by KHR_node_visibility: it is not drawn, but with a role it collides");
+            }
+            if (mesh < 0 || at(scene_.meshes, mesh).primitives.empty()) continue;
+            if (raw("nodes", node, {"skin"}))
+                warn(nodeName(node), "its skin is left out: the mesh keeps its bind pose and is placed by this node");
+            if (hasNonZero(raw("nodes", node, {"weights"})))
+                warn(nodeName(node), "morph targets are left out, although its weights are not zero");
+            const json* attributes = instancing(node);
+            scene_.registry.add(at(entities, node),
+                                attributes ? repeated(at(scene_.meshes, mesh),
+                                                      readInstances(*attributes, accessors_, nodeName(node), warnings_))
+                                           : MeshInstance(at(scene_.meshes, mesh)));
         }
     }
 
@@ -371,10 +383,11 @@ class SceneReader {
             animation.name = from.name;
             std::set<std::pair<int, AnimationPath>> animated;
             for (const tinygltf::AnimationChannel& channel : from.channels) {
+                if (!at(scene_.nodes, channel.target_node)) continue;  // of another scene
                 const std::string channelName =
                     name + ", " + channel.target_path + " of " + nodeName(channel.target_node);
                 auto read = readChannel(channel, at(from.samplers, channel.sampler), channelName);
-                if (!read || !read->target) continue;
+                if (!read) continue;
                 if (!animated.emplace(channel.target_node, read->path).second)
                     fail(channelName, "is animated twice; keep one channel");
                 animation.channels.push_back(std::move(*read));
@@ -413,7 +426,7 @@ class SceneReader {
         return channel;
     }
 
-    void checkChannel(const AnimationChannel& channel, const std::string& name) const {
+    void checkChannel(const AnimationChannel& channel, const std::string& name) {
         const bool isCubic = channel.interpolation == Interpolation::CubicSpline;
         if (channel.times.front() < 0) fail(name, "starts before time 0; shift its keys");
         for (std::size_t i = 1; i < channel.times.size(); ++i)
@@ -425,9 +438,14 @@ class SceneReader {
                            "; export the animation again");
         if (isCubic && channel.times.size() < 2) fail(name, "is a cubic spline of one key; add a second key");
         if (channel.path != AnimationPath::Rotation) return;
-        for (std::size_t i = 0; i < channel.times.size(); ++i)
-            if (!(glm::length(channel.values[isCubic ? 3 * i + 1 : i]) > 1e-6))
+        bool areUnit = true;
+        for (std::size_t i = 0; i < channel.times.size(); ++i) {
+            const glm::dvec4& value = channel.values[isCubic ? 3 * i + 1 : i];
+            if (!(glm::length(value) > 1e-6))
                 fail(name, "key " + std::to_string(i) + " is a rotation of length zero; give it a unit quaternion");
+            areUnit &= isUnit(value);
+        }
+        if (!areUnit) warn(name, "has rotations that are not of unit length; they were normalised");
     }
 
     /// What tinygltf was not shown: extras and extensions, and the features that are left out.
@@ -442,16 +460,19 @@ class SceneReader {
         scene_.extensions = extensionsOf(document, "");
         scene_.extras = document["scenes"][static_cast<std::size_t>(scene_.index)].value("extras", json());
         for (std::size_t i = 0; i < scene_.animations.size(); ++i)
-            scene_.animations[i].extras = document["animations"][i].value("extras", json());
+            if (gltf_.uses("animations", i))
+                scene_.animations[i].extras = document["animations"][i].value("extras", json());
         scene_.extensionsRequired = document.value("extensionsRequired", std::vector<std::string>());
         for (std::size_t i = 0; i < scene_.nodes.size(); ++i) {
             if (!scene_.nodes[i]) continue;
             const json& node = document["nodes"][i];
             NodeMarking marking{node.value("extras", json()), extensionsOf(node, nodeName(static_cast<int>(i)))};
+            // The instances have become part of the mesh, and accessors have other indices in a file that is written.
+            if (marking.extensions.is_object() && marking.extensions.erase("EXT_mesh_gpu_instancing") > 0 &&
+                marking.extensions.empty())
+                marking.extensions = nullptr;
             if (!marking.extras.is_null() || !marking.extensions.is_null())
                 scene_.registry.add(scene_.nodes[i], std::move(marking));
-            if (node.contains("skin"))
-                warn(nodeName(static_cast<int>(i)), "its skin is left out, so it keeps its bind pose");
         }
     }
 
@@ -481,6 +502,7 @@ class SceneReader {
     }
 
     const std::filesystem::path file_;
+    Warnings warnings_;
     const LoadedGltf gltf_;
     const tinygltf::Model& model_;
     AccessorReader accessors_;

@@ -1,10 +1,10 @@
 #include "engine/scene/gltf_schema.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
 
-#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/scene.hpp"
 
 namespace touchstone::engine {
 namespace {
@@ -13,7 +13,7 @@ using nlohmann::json;
 
 /// One property of an object: its kind and, as the kind needs them, range, choices, array referred to, and fields.
 struct Field {
-    enum Kind { Integer, Number, Numbers, Text, Texts, Flag, Index, Indices, IndexMap, Object, Objects };
+    enum Kind { Integer, Number, Numbers, Text, Texts, Flag, Index, Indices, Object, Objects };
     const char* name;
     Kind kind;
     double low = 0, high = 0;        ///< range of a number; `low` is also the length of Numbers
@@ -39,7 +39,6 @@ Field texts(const char* name) { return {name, Field::Texts}; }
 Field flag(const char* name) { return {name, Field::Flag}; }
 Field index(const char* name, const char* target) { return {name, Field::Index, 0, 0, {}, target}; }
 Field indices(const char* name, const char* target) { return {name, Field::Indices, 0, 0, {}, target}; }
-Field indexMap(const char* name, const char* target) { return {name, Field::IndexMap, 0, 0, {}, target}; }
 Field object(const char* name, std::vector<Field> fields) {
     return {name, Field::Object, 0, 0, {}, nullptr, std::move(fields)};
 }
@@ -54,11 +53,34 @@ Field componentType(std::vector<json> choices) {
     return {"componentType", Field::Integer, 0, kMaxInt, std::move(choices)};
 }
 
-const std::vector<Field>& documentFields() {
+const std::vector<Field>& headerFields() {
     static const std::vector<Field> fields = {
-        required(object("asset", {required(text("version")), text("minVersion")})),
-        texts("extensionsUsed"),
-        texts("extensionsRequired"),
+        required(object("asset", {required(text("version")), text("minVersion")})), texts("extensionsUsed"),
+        texts("extensionsRequired")};
+    return fields;
+}
+
+/// Attributes that are read; others do not matter.
+Field vertexAttributes() {
+    std::vector<Field> fields = {index("POSITION", "accessors"), index("NORMAL", "accessors")};
+    for (const char* name : {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3", "TEXCOORD_4", "TEXCOORD_5",
+                             "TEXCOORD_6", "TEXCOORD_7"})
+        fields.push_back(index(name, "accessors"));
+    return required(object("attributes", std::move(fields)));
+}
+
+/// The extensions of a node that place and show its mesh.
+Field nodeExtensions() {
+    return object(
+        "extensions",
+        {object("EXT_mesh_gpu_instancing",
+                {required(object("attributes", {index("TRANSLATION", "accessors"), index("ROTATION", "accessors"),
+                                                index("SCALE", "accessors")}))}),
+         object("KHR_node_visibility", {flag("visible")})});
+}
+
+const std::vector<Field>& arrayFields() {
+    static const std::vector<Field> fields = {
         objects("buffers", {text("name"), text("uri"), required(integer("byteLength", 1))}),
         objects("bufferViews", {text("name"), required(index("buffer", "buffers")), integer("byteOffset", 0),
                                 required(integer("byteLength", 1)), integer("byteStride", 4, 252)}),
@@ -75,12 +97,10 @@ const std::vector<Field>& documentFields() {
                      required(object("values",
                                      {required(index("bufferView", "bufferViews")), integer("byteOffset", 0)}))})}),
         objects("meshes", {text("name"),
-                           required(objects("primitives", {required(indexMap("attributes", "accessors")),
-                                                           index("indices", "accessors"),
+                           required(objects("primitives", {vertexAttributes(), index("indices", "accessors"),
                                                            index("material", "materials"), integer("mode", 0, 6)}))}),
         objects("nodes", {text("name"), index("mesh", "meshes"), indices("children", "nodes"), numbers("matrix", 16),
-                          numbers("translation", 3), numbers("rotation", 4), numbers("scale", 3)}),
-        index("scene", "scenes"),
+                          numbers("translation", 3), numbers("rotation", 4), numbers("scale", 3), nodeExtensions()}),
         objects("scenes", {text("name"), indices("nodes", "nodes")}),
         objects("materials", {text("name"),
                               object("pbrMetallicRoughness", {numbers("baseColorFactor", 4), number("metallicFactor"),
@@ -109,50 +129,65 @@ std::string singular(std::string_view plural) {
     return std::string(plural.substr(0, plural.size() - 1));
 }
 
+/// The integer that a number stands for: exporters write 4 as 4.0, too.
+std::optional<std::int64_t> whole(const json& value) {
+    constexpr double kLargestExact = 9007199254740992.0;  // 2^53
+    if (value.is_number_unsigned() && value.get<std::uint64_t>() > std::uint64_t{1} << 62) return std::nullopt;
+    if (value.is_number_integer()) return value.get<std::int64_t>();
+    if (!value.is_number_float()) return std::nullopt;
+    const double x = value.get<double>();
+    if (!(std::abs(x) <= kLargestExact) || std::trunc(x) != x) return std::nullopt;
+    return static_cast<std::int64_t>(x);
+}
+
 class Checker {
   public:
-    Checker(const std::filesystem::path& file, const json& document) : file_(file), document_(document) {}
+    Checker(const GltfSchema& schema, const GltfSchema::OnReference& onReference)
+        : schema_(schema), onReference_(onReference) {}
 
     json object(const json& value, const std::vector<Field>& fields, const std::string& label,
-                const std::string& path) {
+                const std::string& path) const {
         if (!value.is_object()) fail(label, path, "must be an object");
         json copy = json::object();
         for (const Field& field : fields) {
-            const std::string name = path.empty() ? field.name : path + "." + field.name;
             const auto found = value.find(field.name);
-            if (found != value.end())
-                copy[field.name] = property(*found, field, label, name);
-            else if (field.isRequired)
-                fail(label, name, "is missing");
+            if (found == value.end() && !field.isRequired) continue;
+            const std::string name = path.empty() ? field.name : path + "." + field.name;
+            if (found == value.end()) fail(label, name, "is missing");
+            copy[field.name] = property(*found, field, label, name);
         }
         return copy;
     }
 
-  private:
-    [[noreturn]] void fail(const std::string& label, const std::string& path, const std::string& problem) {
-        failIn(file_, label,
-               (path.empty() ? "" : "\"" + path + "\" ") + problem + "; correct it or export the file again");
+    [[noreturn]] static void fail(const std::string& label, const std::string& path, const std::string& problem) {
+        throw GltfProblem{label, (path.empty() ? "" : "\"" + path + "\" ") + problem};
     }
 
-    json property(const json& value, const Field& field, const std::string& label, const std::string& path) {
+  private:
+    json property(const json& value, const Field& field, const std::string& label, const std::string& path) const {
         if (!field.choices.empty()) {
             for (const json& choice : field.choices)
-                if (choice == value) return choice;
+                if (choice == value) return choice;  // 5126.0 is 5126
             fail(label, path, "must be one of " + json(field.choices).dump());
         }
         switch (field.kind) {
-            case Field::Integer:
-                if (!value.is_number_integer()) fail(label, path, "must be a whole number");
-                return inRange(value, field.low, field.high, label, path);
+            case Field::Integer: {
+                // As a double where it is too large, for the sentence.
+                const auto number = whole(value);
+                if (!number && !value.is_number_integer()) fail(label, path, "must be a whole number");
+                checkRange(value, field.low, field.high, label, path);
+                return *number;
+            }
             case Field::Number:
                 if (!value.is_number()) fail(label, path, "must be a number");
-                return inRange(value, field.low, field.high, label, path);
+                checkRange(value, field.low, field.high, label, path);
+                return value;
             case Field::Numbers: {
                 if (!value.is_array() || value.size() != static_cast<std::size_t>(field.low))
                     fail(label, path, "must be " + std::to_string(static_cast<int>(field.low)) + " numbers");
                 for (const json& item : value) {
                     if (!item.is_number()) fail(label, path, "must hold numbers only");
-                    inRange(item, -field.high, field.high, label, path);
+                    checkRange(item, -field.high, field.high, label, path);
                 }
                 return value;
             }
@@ -169,15 +204,12 @@ class Checker {
                 return value;
             case Field::Index:
                 return indexInto(field.target, value, label, path);
-            case Field::Indices:
+            case Field::Indices: {
                 if (!value.is_array()) fail(label, path, "must be a list of indices");
-                for (const json& item : value) indexInto(field.target, item, label, path);
-                return value;
-            case Field::IndexMap:
-                if (!value.is_object()) fail(label, path, "must be an object");
-                for (const auto& [name, item] : value.items())
-                    indexInto(field.target, item, label, path + "." + printable(name));
-                return value;
+                json copy = json::array();
+                for (const json& item : value) copy.push_back(indexInto(field.target, item, label, path));
+                return copy;
+            }
             case Field::Object:
                 return object(value, field.fields, label, path);
             case Field::Objects:
@@ -186,45 +218,76 @@ class Checker {
         return value;
     }
 
-    json list(const json& value, const Field& field, const std::string& label, const std::string& path) {
+    json list(const json& value, const Field& field, const std::string& label, const std::string& path) const {
         if (!value.is_array()) fail(label, path, "must be a list");
         json copy = json::array();
-        for (std::size_t i = 0; i < value.size(); ++i) {
-            std::string itemLabel = label.empty() ? "" : label + ", ";
-            std::string name;
-            if (value[i].is_object() && value[i].contains("name") && value[i]["name"].is_string())
-                name = value[i]["name"].get<std::string>();
-            itemLabel += objectLabel(singular(field.name), i, name);
-            copy.push_back(object(value[i], field.fields, itemLabel, ""));
-        }
+        const std::string prefix = label + ", " + singular(field.name) + " ";
+        for (std::size_t i = 0; i < value.size(); ++i)
+            copy.push_back(object(value[i], field.fields, prefix + std::to_string(i), ""));
         return copy;
     }
 
-    const json& inRange(const json& value, double low, double high, const std::string& label, const std::string& path) {
+    static void checkRange(const json& value, double low, double high, const std::string& label,
+                           const std::string& path) {
         const double x = value.get<double>();
         if (!(x >= low && x <= high))
             fail(label, path, "is " + value.dump() + ", not within " + json(low).dump() + " to " + json(high).dump());
-        return value;
     }
 
-    const json& indexInto(const char* target, const json& value, const std::string& label, const std::string& path) {
-        if (!value.is_number_integer()) fail(label, path, "must be an index");
-        const auto array = document_.find(target);
-        const std::size_t size = array != document_.end() && array->is_array() ? array->size() : 0;
-        const double x = value.get<double>();
-        if (!(x >= 0 && x < static_cast<double>(size)))
+    std::int64_t indexInto(const char* target, const json& value, const std::string& label,
+                           const std::string& path) const {
+        const auto index = whole(value);
+        if (!index && !value.is_number_integer()) fail(label, path, "must be an index");
+        const std::size_t size = schema_.size(target);
+        if (!index || *index < 0 || static_cast<std::size_t>(*index) >= size)
             fail(label, path, "is " + value.dump() + " but the file has " + std::to_string(size) + " " + target);
-        return value;
+        onReference_(target, static_cast<std::size_t>(*index));
+        return *index;
     }
 
-    const std::filesystem::path& file_;
-    const json& document_;
+    const GltfSchema& schema_;
+    const GltfSchema::OnReference& onReference_;
 };
+
+const GltfSchema::OnReference ignore = [](std::string_view, std::size_t) {};
 
 }  // namespace
 
-json checkedDocument(const std::filesystem::path& file, const json& document) {
-    return Checker(file, document).object(document, documentFields(), "", "");
+const std::vector<std::string_view>& GltfSchema::arrays() {
+    static const std::vector<std::string_view> names = [] {
+        std::vector<std::string_view> all;
+        for (const Field& field : arrayFields()) all.push_back(field.name);
+        return all;
+    }();
+    return names;
+}
+
+std::size_t GltfSchema::size(std::string_view array) const {
+    const auto found = document_.find(array);
+    if (found == document_.end()) return 0;
+    if (!found->is_array()) Checker::fail("", std::string(array), "must be a list");
+    return found->size();
+}
+
+json GltfSchema::header() const { return Checker(*this, ignore).object(document_, headerFields(), "", ""); }
+
+std::optional<std::size_t> GltfSchema::defaultScene() const {
+    const json found = Checker(*this, ignore).object(document_, {index("scene", "scenes")}, "", "");
+    if (!found.contains("scene")) return std::nullopt;
+    return found["scene"].get<std::size_t>();
+}
+
+json GltfSchema::object(std::string_view array, std::size_t index, const OnReference& onReference) const {
+    const auto fields = std::find_if(arrayFields().begin(), arrayFields().end(),
+                                     [&](const Field& field) { return field.name == array; });
+    return Checker(*this, onReference).object((*document_.find(array))[index], fields->fields, label(array, index), "");
+}
+
+std::string GltfSchema::label(std::string_view array, std::size_t index) const {
+    const json& object = (*document_.find(array))[index];
+    const auto name = object.is_object() ? object.find("name") : object.end();
+    const bool isNamed = object.is_object() && name != object.end() && name->is_string();
+    return objectLabel(singular(array), index, isNamed ? name->get<std::string>() : "");
 }
 
 }  // namespace touchstone::engine

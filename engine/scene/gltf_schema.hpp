@@ -1,13 +1,51 @@
 #pragma once
-// What a glTF document must look like before anything is read from it.
-#include <filesystem>
+// What the objects of a glTF document must look like before anything is read from them.
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace touchstone::engine {
 
-/// Checks types, ranges and references of all properties this engine reads (glTF 2.0, chapter 5), and returns a copy
-/// with these alone. Thereafter every index is inside its array and every number a finite one inside its range.
-/// Throws SceneError naming the object and the property.
-nlohmann::json checkedDocument(const std::filesystem::path& file, const nlohmann::json& document);
+/// An object that breaks the specification. Whether that is an error depends on who uses the object.
+struct GltfProblem {
+    std::string object;   ///< as objectLabel() gives it; empty for the file itself
+    std::string problem;  ///< without what to do
+};
+
+/// Checks types, ranges and references of the properties this engine reads (glTF 2.0, chapter 5). The copies that it
+/// returns hold these alone; every index in them is inside its array, every number is finite and inside its range, and
+/// whole numbers are integers however they were written.
+class GltfSchema {
+  public:
+    /// Called for each object of a top-level array that the checked one refers to.
+    using OnReference = std::function<void(std::string_view array, std::size_t index)>;
+
+    /// `document` must stay alive.
+    explicit GltfSchema(const nlohmann::json& document) : document_(document) {}
+
+    /// The top-level arrays that are read.
+    static const std::vector<std::string_view>& arrays();
+
+    /// Number of objects in an array; 0 where the file has none. Throws GltfProblem for one that is no list.
+    std::size_t size(std::string_view array) const;
+
+    /// `asset` and the lists of extensions. Throws GltfProblem.
+    nlohmann::json header() const;
+
+    /// Index of the default scene. Throws GltfProblem.
+    std::optional<std::size_t> defaultScene() const;
+
+    /// One object of an array. Throws GltfProblem.
+    nlohmann::json object(std::string_view array, std::size_t index, const OnReference& onReference) const;
+
+    /// `accessor 3 "name"`.
+    std::string label(std::string_view array, std::size_t index) const;
+
+  private:
+    const nlohmann::json& document_;
+};
 
 }  // namespace touchstone::engine

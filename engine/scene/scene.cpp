@@ -74,6 +74,7 @@ Entity appendScene(Scene& scene, const Scene& part, std::string name) {
         const Visit visit = open.back();
         open.pop_back();
         const Registry& from = part.registry;
+        if (const Visibility* shown = from.find<Visibility>(visit.from); shown && !shown->visible) continue;
         const Entity node =
             addNode(scene, from.get<Name>(visit.from).value, visit.below, from.get<LocalTransform>(visit.from));
         if (const MeshInstance* instance = from.find<MeshInstance>(visit.from))
@@ -96,14 +97,60 @@ bool isVisible(const Registry& registry, Entity node) {
     return true;
 }
 
+namespace {
+
+/// Bytes of the UTF-8 character that starts at `at`, and its code; 0 bytes where none does.
+std::pair<std::size_t, std::uint32_t> characterAt(const std::string& text, std::size_t at) {
+    const auto byte = [&](std::size_t i) {
+        return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
+    };
+    const std::uint32_t first = byte(0);
+    if (first < 0x80) return {1, first};
+    const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+    if (first < 0xC2 || first > 0xF4) return {0, 0};
+    std::uint32_t code = first & (0x7Fu >> length);
+    for (std::size_t i = 1; i < length; ++i) {
+        if ((byte(i) & 0xC0) != 0x80) return {0, 0};
+        code = code << 6 | (byte(i) & 0x3F);
+    }
+    return {length, code};
+}
+
+std::string escapeOf(std::uint32_t code) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    if (code == '\n') return "\\n";
+    if (code == '\t') return "\\t";
+    if (code == '\r') return "\\r";
+    std::string digits;
+    for (int shift = code > 0xFF ? 12 : 4; shift >= 0; shift -= 4) digits += kDigits[code >> shift & 15];
+    return (code > 0xFF ? "\\u" : "\\x") + digits;
+}
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+    std::string shown;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto [length, code] = characterAt(text, at);
+        const bool isControl = code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
+        const bool turnsWriting = (code >= 0x200E && code <= 0x200F) || (code >= 0x202A && code <= 0x202E) ||
+                                  (code >= 0x2066 && code <= 0x2069);
+        if (length == 0)
+            shown += escapeOf(static_cast<unsigned char>(text[at]));
+        else if (isControl || turnsWriting)
+            shown += escapeOf(code);
+        else
+            shown.append(text, at, length);
+        at += std::max<std::size_t>(length, 1);
+    }
+    return shown;
+}
+
 std::string printable(const std::string& text) {
     constexpr std::size_t kLongest = 60;
     std::size_t end = std::min(text.size(), kLongest);
     while (end > 0 && end < text.size() && (text[end] & 0xC0) == 0x80) --end;  // never inside a UTF-8 character
-    std::string shown = text.substr(0, end);
-    std::replace_if(
-        shown.begin(), shown.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
-    return end < text.size() ? shown + "…" : shown;
+    return escaped(text.substr(0, end)) + (end < text.size() ? "…" : "");
 }
 
 std::string objectLabel(const std::string& kind, std::size_t index, const std::string& name) {

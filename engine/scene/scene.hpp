@@ -65,7 +65,11 @@ bool isBelow(const Registry& registry, Entity node, Entity ancestor);
 /// Neither the node nor one above it is hidden.
 bool isVisible(const Registry& registry, Entity node);
 
-/// Text of a file as a sentence may quote it: without control characters, shortened to 60 bytes.
+/// Text as a terminal, a log or a window may show it: control characters, marks that turn the direction of writing, and
+/// bytes that are no UTF-8 become \n, \t, \x1b or \u202e. All of it stays on one line.
+std::string escaped(const std::string& text);
+
+/// Text of a file as a sentence may quote it: escaped, and shortened to 60 bytes.
 std::string printable(const std::string& text);
 
 /// `accessor 3` or `node 2 "tool"`, as sentences to the user name an object of a file.

@@ -1,0 +1,85 @@
+#include "engine/scene/file_kind.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace touchstone::engine {
+namespace {
+
+constexpr std::string_view kExport = "export the scene as glTF 2.0 (.glb or .gltf)";
+constexpr std::string_view kMesh = "make a scene of it by touchstone new";
+
+struct Magic {
+    std::string_view start, is, remedy;
+};
+
+constexpr std::array kMagic = {
+    Magic{"\x89PNG", "a PNG picture", kExport},
+    Magic{"\xff\xd8\xff", "a JPEG picture", kExport},
+    Magic{"GIF8", "a GIF picture", kExport},
+    Magic{"PK\x03\x04", "a ZIP archive", "unpack it and open the .gltf or .glb inside"},
+    Magic{"\x1f\x8b", "packed by gzip", "unpack it and open the .gltf or .glb inside"},
+    Magic{"7z\xbc\xaf", "a 7z archive", "unpack it and open the .gltf or .glb inside"},
+    Magic{"%PDF", "a PDF document", kExport},
+    Magic{"BLENDER", "a Blender file", "open it in Blender and export it as glTF 2.0"},
+    Magic{"Kaydara FBX", "an FBX file", "convert it to glTF 2.0, in Blender for example"},
+    Magic{"ply\n", "a PLY mesh", kMesh},
+    Magic{"ply\r", "a PLY mesh", kMesh},
+    Magic{"solid ", "an STL mesh", kMesh},
+    Magic{"SQLite format", "a database", kExport},
+    Magic{"\x7f"
+          "ELF",
+          "a program", kExport},
+    Magic{"version https://git-lfs", "the pointer that Git LFS keeps in place of the file",
+          "fetch the file by git lfs pull"},
+    Magic{"<!DOCTYPE html", "a web page", "download the file itself"},
+    Magic{"<!doctype html", "a web page", "download the file itself"},
+    Magic{"<html", "a web page", "download the file itself"},
+    Magic{"<?xml", "XML", "convert the scene to glTF 2.0, in Blender for example"},
+    Magic{"\xff\xfe", "text in UTF-16", "save it as UTF-8"},
+    Magic{"\xfe\xff", "text in UTF-16", "save it as UTF-8"},
+};
+
+std::uint32_t littleEndian(std::span<const std::uint8_t> bytes) {
+    return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
+}
+
+/// Lines of OBJ: its first word is one of a few.
+bool isObj(std::string_view text) {
+    while (!text.empty()) {
+        const std::string_view line = text.substr(0, text.find('\n'));
+        for (const std::string_view word : {"v ", "vn ", "vt ", "f ", "mtllib ", "o ", "g "})
+            if (line.starts_with(word)) return true;
+        if (!line.empty() && line[0] != '#' && line != "\r") return false;
+        text.remove_prefix(std::min(line.size() + 1, text.size()));
+    }
+    return false;
+}
+
+}  // namespace
+
+std::string whatInstead(std::span<const std::uint8_t> bytes) {
+    constexpr std::size_t kEnough = 4096, kStlHeader = 84, kStlTriangle = 50;
+    const auto sentence = [](std::string_view is, std::string_view remedy) {
+        return "is " + std::string(is) + ", not glTF; " + std::string(remedy);
+    };
+    std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kEnough));
+    for (const Magic& magic : kMagic)
+        if (text.starts_with(magic.start)) return sentence(magic.is, magic.remedy);
+    // A binary STL has nothing but its length to be known by.
+    if (bytes.size() > kStlHeader &&
+        bytes.size() == kStlHeader + std::uint64_t{kStlTriangle} * littleEndian(bytes.subspan(80)))
+        return sentence("an STL mesh", kMesh);
+    if (isObj(text)) return sentence("an OBJ mesh", kMesh);
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    const std::size_t first = text.find_first_not_of(" \t\r\n");
+    if (first != text.npos && (text[first] == '{' || text[first] == '[')) return "";
+    const bool isText = std::none_of(text.begin(), text.end(), [](unsigned char c) {
+        return c < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
+    });
+    if (isText) return sentence("some other text", kExport);
+    return sentence("some other kind of file", kExport);
+}
+
+}  // namespace touchstone::engine
