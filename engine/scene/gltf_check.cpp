@@ -345,9 +345,13 @@ class GltfChecker {
         }
     }
 
+    /// Of nodes, scenes and animations all, since their number is known outside; else up to the last one that is used.
     static json finished(std::string_view name, Array& array) {
+        std::size_t end = array.items.size();
+        if (name != "nodes" && name != "scenes" && name != "animations")
+            while (end > 0 && !array.isUsed[end - 1]) --end;
         json list = json::array();
-        for (std::size_t i = 0; i < array.items.size(); ++i)
+        for (std::size_t i = 0; i < end; ++i)
             list.push_back(array.isUsed[i] ? std::move(array.items[i]) : placeholder(name));
         return list;
     }
