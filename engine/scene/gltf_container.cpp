@@ -96,7 +96,7 @@ Json parse(const fs::path& file, const std::string& text) {
 }  // namespace
 
 void failIn(const fs::path& file, const std::string& object, const std::string& problem) {
-    throw SceneError(escaped(file.string()) + ": " + (object.empty() ? "" : object + ": ") + problem);
+    throw SceneError(escaped(file.string() + ": " + (object.empty() ? "" : object + ": ") + problem));
 }
 
 const char* kindOf(fs::file_status status) {

@@ -254,9 +254,8 @@ class SceneReader {
                                std::to_string(accessors_.count(position)) + "; export the file again");
         };
         if (accessors_.hasNoData(position)) {
-            if (raw.contains("extensions") && raw["extensions"].is_object() && !raw["extensions"].empty())
-                fail(name, "has its vertices in " + printable(raw["extensions"].begin().key()) +
-                               ", which is not supported; export without it");
+            if (raw.contains("extensions") && raw["extensions"].contains("KHR_draco_mesh_compression"))
+                fail(name, "has its vertices in KHR_draco_mesh_compression, which is not supported; export without it");
             warn(name, "its POSITION has no data, so all vertices are at the origin");
         }
         MeshData mesh;

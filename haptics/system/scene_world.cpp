@@ -262,7 +262,8 @@ std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
 }
 
-HapticScene openScene(Scene scene, const SceneOptions& options) {
+namespace {
+HapticScene assembled(Scene scene, const SceneOptions& options) {
     HapticScene opened;
     opened.scene = std::move(scene);
     updateWorldTransforms(opened.scene);
@@ -284,6 +285,13 @@ HapticScene openScene(Scene scene, const SceneOptions& options) {
     opened.motions = std::move(built.motions);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
+    return opened;
+}
+}  // namespace
+
+HapticScene openScene(Scene scene, const SceneOptions& options) {
+    HapticScene opened = assembled(std::move(scene), options);
+    for (std::string& warning : opened.warnings) warning = engine::escaped(warning);  // they may quote the file
     return opened;
 }
 

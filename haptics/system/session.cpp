@@ -21,7 +21,7 @@ LiveSession::~LiveSession() = default;
 double LiveSession::secondsSinceStart() const { return static_cast<double>(steadyNanoseconds() - began_) * 1e-9; }
 
 void LiveSession::say(Message::Kind kind, std::string text) {
-    text = asSentence(std::move(text));
+    text = engine::escaped(asSentence(std::move(text)));  // it may quote names out of files
     if (messages_.size() == kMostMessages) messages_.erase(messages_.begin());
     messages_.push_back({kind, std::move(text), secondsSinceStart()});
 }

@@ -88,6 +88,15 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     CHECK(anyContains(roles.taken, "gives it a motion"));
 }
 
+TEST_CASE("roles: a hidden node collides like any other", "[system]") {
+    Scene scene;
+    const Entity proxy = addBox(scene, "proxy", kSize, {{"role", "tool"}});
+    scene.registry.get<engine::Visibility>(proxy).visible = false;  // what KHR_node_visibility says
+    updateWorldTransforms(scene);
+    CHECK(system::assignRoles(scene).tool == proxy);
+    CHECK(system::bakedTriangles(scene, proxy).triangles.size() == 12);
+}
+
 TEST_CASE("roles: the physics extension comes before extras, which still give the rest", "[system]") {
     Scene scene;
     const Entity node = addBox(scene, "wall", kSize, {{"role", "tool"}, {"leaves", 200}});

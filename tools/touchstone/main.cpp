@@ -9,6 +9,7 @@
 #include <iostream>
 #include <system_error>
 
+#include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
 #include "haptics/device/last_act.hpp"
@@ -348,7 +349,7 @@ void addSoak(CLI::App& program, app::SoakOptions& options, std::function<int()>&
 }
 
 int fail(const std::string& sentence, int code) {
-    std::fprintf(stderr, "touchstone: %s\n", sentence.c_str());
+    std::fprintf(stderr, "touchstone: %s\n", engine::escaped(sentence).c_str());  // it may quote names out of files
     return code;
 }
 

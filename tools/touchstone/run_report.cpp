@@ -20,9 +20,9 @@ void printPercentiles(const char* what, const system::Percentiles& values, const
 }  // namespace
 
 void printReport(const system::Report& report) {
-    std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", report.scene.c_str(), report.mode.c_str(),
-                report.solver.c_str(), report.shadow.c_str(), static_cast<unsigned long long>(report.ticks),
-                report.rate);
+    std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", engine::escaped(report.scene).c_str(),
+                report.mode.c_str(), report.solver.c_str(), report.shadow.c_str(),
+                static_cast<unsigned long long>(report.ticks), report.rate);
     printPercentiles("step", report.stepUs, "µs");
     printPercentiles("collision", report.collisionUs, "µs");
     printPercentiles("solve", report.solveUs, "µs");

@@ -12,7 +12,7 @@ int validate(const std::string& pathOrName) {
     const system::HapticScene scene =
         system::openScene(file, {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
 
-    std::printf("%s\n", file.string().c_str());
+    std::printf("%s\n", engine::escaped(file.string()).c_str());
     for (const std::string& sentence : scene.roles.taken) std::printf("  %s\n", sentence.c_str());
     if (scene.world) {
         const auto describe = [](const std::string& name, const SphereTree& tree) {
