@@ -156,12 +156,20 @@ class SceneWriter {
         return geometries_.emplace(data.get(), std::move(primitive)).first->second;
     }
 
-    /// Index of a mesh of these primitives; equal ones are one mesh.
-    std::size_t meshOf(const MeshInstance& instance, const std::string& user) {
+    static std::vector<std::pair<const MeshData*, int>> keyOf(const MeshInstance& instance) {
         std::vector<std::pair<const MeshData*, int>> key;
         for (const Primitive& primitive : instance.primitives)
             key.emplace_back(primitive.mesh.get(), primitive.material);
-        if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
+        return key;
+    }
+
+    /// Index of a mesh of these primitives; equal ones are one mesh.
+    std::size_t meshOf(const MeshInstance& instance, const std::string& user) {
+        const auto found = meshes_.find(keyOf(instance));
+        return found != meshes_.end() ? found->second : addMesh(instance, user);
+    }
+
+    std::size_t addMesh(const MeshInstance& instance, const std::string& user) {
         json mesh;
         for (const Primitive& primitive : instance.primitives) {
             json item = geometry(primitive.mesh, user);
@@ -176,7 +184,7 @@ class SceneWriter {
             mesh["primitives"].push_back(std::move(item));
         }
         const std::size_t index = add("meshes", std::move(mesh));
-        meshes_.emplace(std::move(key), index);
+        meshes_.emplace(keyOf(instance), index);
         return index;
     }
 
@@ -235,9 +243,17 @@ class SceneWriter {
     }
 
     void writeNodes() {
-        // Meshes first, so that they keep their indices.
-        for (std::size_t i = 0; i < scene_.meshes.size(); ++i)
-            if (!scene_.meshes[i].primitives.empty()) meshOf(scene_.meshes[i], objectLabel("mesh", i));
+        // Meshes first, equal ones too, so that they keep their indices, to which colliders refer.
+        std::size_t end = scene_.meshes.size();
+        while (end > 0 && scene_.meshes[end - 1].primitives.empty()) --end;
+        for (std::size_t i = 0; i < end; ++i) {
+            if (scene_.meshes[i].primitives.empty())  // glTF wants a primitive: a point, which the reader leaves out
+                add("meshes",
+                    {{"primitives",
+                      {{{"mode", 0}, {"attributes", {{"POSITION", addFloats({0, 0, 0}, 3, kVertices, true)}}}}}}});
+            else
+                addMesh(scene_.meshes[i], objectLabel("mesh", i));
+        }
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             add("nodes", scene_.registry.alive(nodes_[i]) ? nodeJson(nodes_[i], i) : json::object());
         json scene = json::object();

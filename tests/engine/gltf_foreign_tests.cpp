@@ -339,6 +339,29 @@ TEST_CASE("foreign glTF: hidden nodes are hidden with all below them, and named"
     CHECK_FALSE(isVisible(again.registry, again.nodes[1]));
 }
 
+TEST_CASE("foreign glTF: a written file keeps the indices of meshes, to which colliders refer", "[gltf]") {
+    const TemporaryFolder folder;
+    GltfDraft draft = squareDraft();
+    json& meshes = draft.json["meshes"];
+    meshes.push_back(meshes[0]);  // equal to the first
+    meshes.push_back(meshes[0]);
+    meshes[2]["primitives"][0]["mode"] = 0;  // points: empty to us
+    meshes.push_back(meshes[0]);
+    meshes[3]["primitives"][0].erase("material");
+    for (const int mesh : {1, 2, 3})
+        draft.json["nodes"].push_back(
+            {{"extensions", {{"KHR_physics_rigid_bodies", {{"collider", {{"geometry", {{"mesh", mesh}}}}}}}}}});
+    draft.json["scenes"][0]["nodes"] = {0, 2, 3, 4};
+    const Scene scene = draft.read(folder);
+    writeGltf(scene, folder / "copy.glb");
+    const Scene again = readGltf(folder / "copy.glb");
+    REQUIRE(again.meshes.size() == 4);
+    CHECK(again.meshes[0].primitives.size() == 1);
+    CHECK(again.meshes[1].primitives.at(0).material == 0);
+    CHECK(again.meshes[2].primitives.empty());
+    CHECK(again.meshes[3].primitives.at(0).material == -1);
+}
+
 TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
     const TemporaryFolder folder;
     const auto check = [&](const Bytes& contents, const std::string& words) {
