@@ -6,12 +6,14 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/numbers.hpp"
 
 namespace touchstone {
 namespace {
@@ -19,6 +21,8 @@ namespace {
 constexpr std::string_view kHeader = "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr int kColumns = 8;
 constexpr double kUnitTolerance = 1e-3;
+// Poses that no device can have are the tick's to hold (kBadInput); a motion of more than eleven days is a mistake.
+constexpr double kLargest = std::numeric_limits<double>::max(), kLongestMs = 1e9;
 // Closer to unit length than this a quaternion keeps its bits, so that what was written is read back.
 constexpr double kUnitExact = 1e-12;
 
@@ -27,12 +31,6 @@ std::string_view trimmed(std::string_view text) {
     const auto begin = text.find_first_not_of(kSpace);
     if (begin == std::string_view::npos) return {};
     return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
-}
-
-bool readNumber(std::string_view text, double& number) {
-    const char* end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, number);
-    return error == std::errc() && rest == end && std::isfinite(number);
 }
 
 /// One row into a key. Returns an empty string or what is wrong with it.
@@ -44,9 +42,12 @@ std::string readRow(std::string_view line, MotionKey& key) {
         if ((comma == std::string_view::npos) != last)
             return "a row needs " + std::to_string(kColumns) + " numbers, as in " + std::string(kHeader);
         const std::string_view field = trimmed(line.substr(0, comma));
-        if (!readNumber(field, v[column])) return "'" + std::string(field) + "' is not a finite number";
+        const auto number = readNumber(field, -kLargest, kLargest);
+        if (!number) return "'" + std::string(field) + "' is not a finite number";
+        v[column] = *number;
         if (!last) line.remove_prefix(comma + 1);
     }
+    if (!isWithin(v[0], -kLongestMs, kLongestMs)) return "t_ms must be " + rangeWords(-kLongestMs, kLongestMs, "ms");
     key.t = v[0];
     key.X_WT.p = {v[1], v[2], v[3]};
     key.X_WT.q = Quat(v[4], v[5], v[6], v[7]);

@@ -189,8 +189,8 @@ class TimesAhead {
     std::jthread thread_;  // last: it uses the others
 };
 
-// A tool that hangs less deep below its goal may still be held by it: as far as an inserting hand looks, mm.
-constexpr double kFellThrough = 15;
+// mm past its goal from which on a tool without contact fell through; an inserting hand turns back 15 mm below it.
+constexpr double kFellThrough = 10;
 
 /// mm that the tool is past the goal along the way in without touching anything; 0 before or beside it.
 double fallen(const GoalRegion& goal, const TickRecord& tick) {

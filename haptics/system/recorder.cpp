@@ -53,7 +53,7 @@ void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string 
 }
 
 void Recorder::fail(const std::exception& error) {
-    stoppedAt_ = ticks_ ? ticks_->rows() - ticks_->waiting() : 0;
+    rows_ = ticks_ ? ticks_->rows() - ticks_->waiting() : 0;
     try {
         // The changes written so far, as valid JSON: the end takes no more room than it had.
         if (notes_) {
@@ -65,7 +65,7 @@ void Recorder::fail(const std::exception& error) {
     }
     ticks_.reset();
     notes_.reset();
-    failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(stoppedAt_) +
+    failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(rows_) +
                " ticks: " + error.what();
 }
 
@@ -78,6 +78,7 @@ void Recorder::add(const WholeTick& tick, std::span<const Pose> X_WO) {
             noteChanges(tick, X_WO);
         ticks_->append(tick);
         before_ = tick;
+        rows_ = ticks_->rows();
     } catch (const std::exception& error) {
         fail(error);
         return;

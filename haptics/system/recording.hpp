@@ -1,6 +1,7 @@
 #pragma once
 // A recording: a folder with ticks.npy, what every tick was given and what it did, and recording.json, all else that is
 // needed to repeat it. See docs/recording.md.
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -58,7 +59,8 @@ class Recorder {
     void flush();
 
     const std::filesystem::path& folder() const { return folder_; }
-    std::uint64_t rows() const { return ticks_ ? ticks_->rows() : stoppedAt_; }
+    /// Of any thread.
+    std::uint64_t rows() const { return rows_; }
     std::uint64_t lost() const { return lost_; }  ///< ticks that never came, by their numbers
     /// One sentence when the recording had to stop; else empty.
     const std::string& failure() const { return failure_; }
@@ -81,7 +83,7 @@ class Recorder {
     std::string changes_;          // not yet written
     std::uint64_t changesAt_ = 0;  // where they go in recording.json
     bool anyChange_ = false;
-    std::uint64_t lost_ = 0, stoppedAt_ = 0;
+    std::atomic<std::uint64_t> rows_ = 0, lost_ = 0;
     std::chrono::steady_clock::time_point flushed_;
     std::string failure_;
 };

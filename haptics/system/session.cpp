@@ -41,8 +41,20 @@ void LiveSession::update() {
         say(Message::Kind::Error, "The haptic thread hangs, and the " + device_ +
                                       " device was told to let go: if it still pushes, switch it off");
     toldHang_ = loop_->hangs();
-    for (WholeTick tick; loop_->pop(tick);) take(tick);
-    if (recorder_ && !recorder_->failure().empty()) stopRecording();
+    {
+        const std::lock_guard lock(ticksMutex_);
+        Taken taken;
+        while (!waiting_.empty() || record(taken)) {
+            if (!waiting_.empty()) {
+                taken = waiting_.front();
+                waiting_.pop_front();
+            }
+            recordedRows_ = taken.rows;
+            take(taken.tick);
+        }
+        taken_ = steadyNanoseconds();
+        if (recorder_ && !recorder_->failure().empty()) stopRecording();
+    }
     followRecordedSettings();
     if (!running() || next_) return;
     moveObstacles();
@@ -50,10 +62,31 @@ void LiveSession::update() {
     tellTrips(loop_->snapshot());
 }
 
+bool LiveSession::record(Taken& taken) {
+    if (!loop_->pop(taken.tick)) return false;
+    if (recorder_ && taken.tick.session >= recordFrom_) recorder_->add(taken.tick, loop_->obstaclesAtStart());
+    taken.rows = recorder_ ? recorder_->rows() : 0;
+    return true;
+}
+
+void LiveSession::recordLate(const std::stop_token& stop) {
+    constexpr auto kLook = std::chrono::milliseconds(40);
+    constexpr std::uint64_t kLate = 80'000'000;  // ns without a frame
+    constexpr std::size_t kMostWaiting = 60'000;
+    while (!stop.stop_requested()) {
+        std::this_thread::sleep_for(kLook);
+        const std::lock_guard lock(ticksMutex_);
+        if (!recorder_ || !loop_ || steadyNanoseconds() - taken_ < kLate) continue;
+        for (Taken taken; record(taken);) waiting_.push_back(taken);
+        recorder_->flush();
+        // A frame that takes a minute is one that nobody looks at: its plots may miss the oldest ticks.
+        while (waiting_.size() > kMostWaiting) waiting_.pop_front();
+    }
+}
+
 void LiveSession::take(const WholeTick& tick) {
     history_.push(tick.record);
     heldTicks_ = tick.record.flags & kObstacleHeld ? heldTicks_ + 1 : 0;
-    if (recorder_ && tick.session >= recordFrom_) recorder_->add(tick, loop_->obstaclesAtStart());
     if (options_.onTick) options_.onTick(tick.record);
     std::erase_if(given_, [&](const Given& given) { return given.number < tick.session; });
     if (tick.session != loopSession_ || replayed_.empty()) return;
@@ -74,6 +107,7 @@ void LiveSession::followRecordedSettings() {
 
 void LiveSession::record(const std::filesystem::path& folder) {
     stopRecording();
+    const std::lock_guard lock(ticksMutex_);
     try {
         recorder_ = std::make_unique<Recorder>(folder);
     } catch (const std::exception& e) {
@@ -81,12 +115,17 @@ void LiveSession::record(const std::filesystem::path& folder) {
         return;
     }
     recordFrom_ = loopSession_;
+    recordedRows_ = 0;
+    taken_ = steadyNanoseconds();
+    if (!lateRecorder_.joinable())
+        lateRecorder_ = std::jthread([this](const std::stop_token& stop) { recordLate(stop); });
     for (const Given& given : given_) recorder_->announce(given.number, given.scene, given.device);
     if (loop_) loop_->beginAnew();
     say(Message::Kind::Note, "Recording to " + folder.string());
 }
 
 bool LiveSession::stopRecording() {
+    const std::lock_guard lock(ticksMutex_);
     if (!recorder_) return false;
     recorder_->flush();
     const bool whole = recorder_->failure().empty();

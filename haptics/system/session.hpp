@@ -2,11 +2,15 @@
 // A live session: scenes come and go off the loop's thread, the loop ticks, and the window asks how things stand.
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "haptics/device/control.hpp"
@@ -123,6 +127,8 @@ class LiveSession {
     /// False where nothing was recorded or it is not whole, which is told.
     bool stopRecording();
     const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
+    /// Rows of the recording with the tick that onTick saw last; those that it is to see may be recorded already.
+    std::uint64_t recordedRows() const { return recordedRows_; }
 
     void say(Message::Kind kind, std::string text);
     const std::vector<Message>& messages() const { return messages_; }
@@ -144,6 +150,14 @@ class LiveSession {
     /// Starts, with the mouse where the device of that choice cannot.
     void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
     void tellTrips(const LoopSnapshot& snapshot);
+    struct Taken {
+        WholeTick tick;
+        std::uint64_t rows;  ///< of the recording, with it
+    };
+    /// Takes the next tick off the loop's ring, into the recording. Under ticksMutex_.
+    bool record(Taken& taken);
+    /// Records in place of a frame that is late, so that a crash in it costs no more than another.
+    void recordLate(const std::stop_token& stop);
     void take(const WholeTick& tick);
     void followRecordedSettings();
     void tellDevice();
@@ -178,13 +192,18 @@ class LiveSession {
         std::string device;
     };
     std::vector<Given> given_;
+    std::recursive_mutex ticksMutex_;  ///< on the loop's ring, the recorder and the three below, against recordLate()
     std::unique_ptr<Recorder> recorder_;
-    std::uint64_t recordFrom_ = 0;                ///< number of the session that it begins with
+    std::uint64_t recordFrom_ = 0;  ///< number of the session that it begins with
+    std::deque<Taken> waiting_;     ///< recorded by recordLate(), not seen by update() yet
+    std::uint64_t taken_ = 0;       ///< ns, when the ring was emptied last
+    std::uint64_t recordedRows_ = 0;
     std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played
     std::size_t nextReplayed_ = 0;
     double replayMs_ = 0;
     bool ticked_ = false;  ///< the snapshot is of the scene shown
     std::unique_ptr<HapticLoop> loop_;
+    std::jthread lateRecorder_;  // last: joined before what it uses goes
 };
 
 }  // namespace touchstone::system

@@ -52,7 +52,10 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     const bool first = !loop_;
     const std::uint64_t number = first ? 0 : loopSession_ + 1;
     given_.push_back({number, recordedScene(next.request.file, *next.world), choice});
-    if (recorder_) recorder_->announce(number, given_.back().scene, choice);
+    {
+        const std::lock_guard lock(ticksMutex_);
+        if (recorder_) recorder_->announce(number, given_.back().scene, choice);
+    }
     if (first && !options_.record.empty()) record(options_.record);
     const std::shared_ptr<DeviceControl> control = device->control();
     DeviceFacts facts{device->limits(), device->dynamics()};
@@ -69,7 +72,9 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
         loop_->open(next.world, inForce, std::move(device));
         ++loopSession_;
     } else {
-        loop_ = std::make_unique<HapticLoop>(next.world, inForce, std::move(device), options_.loop);
+        auto loop = std::make_unique<HapticLoop>(next.world, inForce, std::move(device), options_.loop);
+        const std::lock_guard lock(ticksMutex_);
+        loop_ = std::move(loop);
         if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
     }
     mouse_ = std::move(mouse);

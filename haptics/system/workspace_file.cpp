@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/system/fields.hpp"
 
 namespace touchstone::system {
 namespace {
@@ -40,14 +41,16 @@ Workspace fromJson(const fs::path& file, const std::string& key, const json& fro
         if (!values.is_array() || values.size() != count)
             throw wrong(file, name + " must be a list of " + std::to_string(count) + " numbers");
         for (std::size_t i = 0; i < count; ++i) {
-            if (!values[i].is_number()) throw wrong(file, name + " must be numbers");
-            to[i] = values[i].get<double>();
+            const auto number = numberIn(values[i], -kLargestCoordinate, kLargestCoordinate);
+            if (!number) throw wrong(file, name + " must be numbers from -1e6 to 1e6");
+            to[i] = *number;
         }
     };
     if (!from.is_object()) throw wrong(file, "'" + key + "' must be an object");
     if (from.contains("scale")) {
-        if (!from["scale"].is_number()) throw wrong(file, "'" + key + "'.scale must be a number");
-        workspace.scale = from["scale"].get<double>();
+        const auto scale = numberIn(from["scale"], 0, kLargestCoordinate);
+        if (!scale) throw wrong(file, "'" + key + "'.scale must be " + rangeWords(0, kLargestCoordinate));
+        workspace.scale = *scale;
     }
     numbers("offset_mm", workspace.offset.data(), 3);
     numbers("axes_xyzw", workspace.q_WD.coeffs().data(), 4);

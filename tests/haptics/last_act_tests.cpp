@@ -198,34 +198,30 @@ TEST_CASE("last act: where somebody ends cleanly, the first signal that asks for
         CHECK(shared.motors.force == 0);
         CHECK(shared.motors.letGo == 2);
     }
-    SECTION("the second ends the process") {
+    struct Case {
+        const char* what;
+        void (*kill)(pid_t);
+        int signal;
+    };
+    const Case cases[] = {{"the second ends the process",
+                           [](pid_t child) {
+                               kill(child, SIGINT);
+                               usleep(100'000);
+                               kill(child, SIGTERM);
+                           },
+                           SIGTERM},
+                          {"faults end it at once", [](pid_t child) { kill(child, SIGSEGV); }, SIGSEGV}};
+    for (const auto& [what, kill, signal] : cases) {
+        INFO(what);
         Shared shared;
         const int status = deathOf(
             shared.motors,
             [&] {
                 const StopRequest stop;
-                const auto loop = pressingLoop(shared.motors);
-                for (;;) pause();
+                shared.press();
             },
-            [](pid_t child) {
-                kill(child, SIGINT);
-                usleep(100'000);
-                kill(child, SIGTERM);
-            });
+            kill);
         REQUIRE(WIFSIGNALED(status));
-        CHECK(WTERMSIG(status) == SIGTERM);
-    }
-    SECTION("faults end it at once") {
-        Shared shared;
-        const int status = deathOf(
-            shared.motors,
-            [&] {
-                const StopRequest stop;
-                const auto loop = pressingLoop(shared.motors);
-                for (;;) pause();
-            },
-            [](pid_t child) { kill(child, SIGSEGV); });
-        REQUIRE(WIFSIGNALED(status));
-        CHECK(WTERMSIG(status) == SIGSEGV);
+        CHECK(WTERMSIG(status) == signal);
     }
 }

@@ -77,7 +77,7 @@ void LiveTrials::abort() {
 
 void LiveTrials::add(const TickRecord& tick, LiveSession& session) {
     // From where the recording begins to where it ends.
-    if (!running() || end_ || !session.recorder() || session.recorder()->rows() == 0) return;
+    if (!running() || end_ || !session.recorder() || session.recordedRows() == 0) return;
     broken_ |= last_ && tick.tick != last_->tick + 1;  // lost, or begun anew
     measures_->add(tick, 1000 / settings_.rate);
     last_ = tick;
