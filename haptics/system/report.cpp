@@ -114,8 +114,6 @@ ordered_json toJson(const Report& report) {
         {"infeasible", report.infeasible},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
-        {"ended", report.ended.empty() ? ordered_json() : ordered_json(report.ended)},
-        {"fell_past_goal_mm", report.pastGoal > 0 ? ordered_json(report.pastGoal) : ordered_json()},
         {"safety_trips", report.safetyTrips},
         {"safety_fault", report.safetyFault},
         {"hash", hexadecimal(report.hash)},
@@ -124,6 +122,8 @@ ordered_json toJson(const Report& report) {
     };
     if (!report.gauge.empty() && report.ticks > 0)
         json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
+    if (!report.ended.empty()) json["ended"] = report.ended;
+    if (report.pastGoal > 0) json["fell_past_goal_mm"] = report.pastGoal;
     if (report.frameCpuMs.max) {
         json["frame_cpu_ms"] = object(report.frameCpuMs, {kP50, kP99, kMax});
         json["draw_calls"] = counts(report.drawCalls);

@@ -48,8 +48,8 @@ Workspace fromJson(const fs::path& file, const std::string& key, const json& fro
     };
     if (!from.is_object()) throw wrong(file, "'" + key + "' must be an object");
     if (from.contains("scale")) {
-        const auto scale = numberIn(from["scale"], 0, kLargestCoordinate);
-        if (!scale) throw wrong(file, "'" + key + "'.scale must be " + rangeWords(0, kLargestCoordinate));
+        const auto scale = numberIn(from["scale"], kSmallestScale, kLargestScale);
+        if (!scale) throw wrong(file, "'" + key + "'.scale must be " + rangeWords(kSmallestScale, kLargestScale));
         workspace.scale = *scale;
     }
     numbers("offset_mm", workspace.offset.data(), 3);

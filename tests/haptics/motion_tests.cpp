@@ -107,5 +107,5 @@ TEST_CASE("motion: what cannot be read is refused by file and line", "[motion]")
     CHECK_THROWS_WITH(readMotion("/nowhere/motion.csv"), Contains("'/nowhere/motion.csv'"));
     CHECK_THROWS_WITH(readMotion(std::filesystem::temp_directory_path()), Contains("cannot read the motion"));
     CHECK_THROWS_WITH(writeMotion("/nowhere/motion.csv", {}),
-                      Contains("cannot write the motion '/nowhere/motion.csv'"));
+                      Contains("cannot write the motion to '/nowhere/motion.csv': No such file or directory"));
 }
