@@ -10,9 +10,13 @@ namespace touchstone::system {
 namespace {
 
 std::string text(const char* format, auto... values) {
-    std::array<char, 320> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), format, values...);
-    return buffer.data();
+    if constexpr (sizeof...(values) == 0) {
+        return format;
+    } else {
+        std::array<char, 320> buffer{};
+        std::snprintf(buffer.data(), buffer.size(), format, values...);
+        return buffer.data();
+    }
 }
 
 HealthItem safetyItem(const LoopSnapshot& s) {
