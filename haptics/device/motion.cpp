@@ -80,8 +80,12 @@ RecordedMotion readMotion(const std::filesystem::path& file) {
     const auto fail = [&](int line, const std::string& what) {
         return std::runtime_error(file.string() + ":" + std::to_string(line) + ": " + what);
     };
+    std::error_code error;
+    if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+        throw std::runtime_error("cannot read the motion '" + file.string() +
+                                 "': it is no regular file; name a CSV file");
     std::ifstream in(file, std::ios::binary);
-    if (!in || std::filesystem::is_directory(file))
+    if (!in)
         throw std::runtime_error("cannot read the motion '" + file.string() + "': check the path and its permissions");
 
     std::string line;

@@ -20,6 +20,8 @@
 namespace touchstone::system {
 namespace {
 
+constexpr double kLongestMotionMs = 86.4e6;  // a day: a motion beyond it has no end that anybody waits for
+
 /// The run from its start, tick by tick, until the motion, the recording or the asked time ends.
 class Pass {
   public:
@@ -38,7 +40,7 @@ class Pass {
         }
         const double rate = this->settings().rate;
         if (options.paced) pacer_.emplace(rate, false);
-        const bool endless = driver_ && !driver_->session().device->duration();
+        const bool endless = driver_ && driver_->session().device->duration().value_or(INFINITY) > kLongestMotionMs;
         if (options.seconds || endless)
             limit_ = std::max(1LL, std::llround(options.seconds.value_or(kUnendingSeconds) * rate));
         toTheEnd_ = !options.seconds;

@@ -11,7 +11,8 @@
 
 namespace touchstone::system {
 
-/// How long a headless run lasts in simulated time where neither the device nor the user says when it ends, s.
+/// How long a headless run lasts in simulated time where neither the device nor the user says that it ends within a
+/// day, s.
 inline constexpr double kUnendingSeconds = 60;
 
 /// Why a run ended: its motion or recording was over, so were the seconds asked for or kUnendingSeconds, or a signal

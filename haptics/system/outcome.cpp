@@ -99,7 +99,8 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
     Fields fields(scene, object, "extras.touchstone.outcome", outcome);
     for (int row = 0; row < static_cast<int>(std::size(kRows)); ++row)
         if (kRows[row].value)
-            if (const auto limit = fields.number(std::string(kRows[row].info.key), 0, 1e9))
+            if (const auto limit = fields.number(std::string(kRows[row].info.key), 0,
+                                                 kRows[row].info.key == "min_contact_fraction" ? 1 : 1e9))
                 expected.limits.push_back({row, *limit});
     expected.gauge = roles.gauge;
     for (const char* key : {"min_depth_mm", "max_depth_mm"})
@@ -172,6 +173,7 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
         seen_.oldest = (seen_.oldest + 1) % seen_.lately.size();
     }
     seen_.infeasible += (record.flags & kInfeasible) != 0;
+    seen_.badInput += (record.flags & kBadInput) != 0;
     seen_.contact += force > kContactForce;
     seen_.ticks += 1;
     seen_.finalLag = (record.X_WT.p - record.X_WT_device.p).norm();
@@ -193,6 +195,8 @@ std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
     const auto atMost = [&](std::string name, double limit, double value) {
         checks.push_back({std::move(name), limit, value, value <= limit});
     };
+    // A tool that is held for want of a pose meets every limit.
+    if (!expected_.empty() && seen_.badInput > 0) atMost("ticks_with_invalid_pose", 0, seen_.badInput);
     for (const ExpectedOutcome::Limit& limit : expected_.limits) {
         const Row& row = kRows[limit.row];
         if (row.atEnd && !ended) continue;

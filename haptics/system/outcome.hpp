@@ -70,7 +70,7 @@ class OutcomeJudge {
     /// Greatest or last values so far.
     struct Seen {
         double penetration = 0, hover = 0, force = 0, torque = 0, forceChange = 0;
-        double infeasible = 0, contact = 0, ticks = 0;
+        double infeasible = 0, badInput = 0, contact = 0, ticks = 0;
         double finalLag = 0, heldMs = 0, longestHeldMs = 0, outside = 0;
         GaugeReading depth;
         double hoverMs = 0, longestHoverMs = 0;

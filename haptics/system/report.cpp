@@ -112,6 +112,7 @@ ordered_json toJson(const Report& report) {
           {"stationarity_N", report.kkt.stationarity_N},
           {"complementarity_mJ", report.kkt.complementarity_mJ}}},
         {"infeasible", report.infeasible},
+        {"invalid_poses", report.badInput},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},
@@ -157,6 +158,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     kkt_.stationarity_N = std::max(kkt_.stationarity_N, record.kkt.stationarity_N);
     kkt_.complementarity_mJ = std::max(kkt_.complementarity_mJ, record.kkt.complementarity_mJ);
     infeasible_ += (record.flags & kInfeasible) != 0;
+    badInput_ += (record.flags & kBadInput) != 0;
 }
 
 void RunStatistics::addTimes(const TickRecord& record) {
@@ -187,6 +189,7 @@ void RunStatistics::write(Report& report) const {
     report.shadowForceError = percentiles(shadowError_);
     report.kkt = kkt_;
     report.infeasible = infeasible_;
+    report.badInput = badInput_;
     report.hash = hash_;
     if (gauge_) report.gauge = gauge_->name;
     report.depth = depth_;

@@ -38,6 +38,7 @@ struct Report {
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
     std::uint64_t infeasible = 0;           ///< ticks
+    std::uint64_t badInput = 0;             ///< ticks with an invalid pose, in which the tool was held
     std::optional<std::uint64_t> overruns;  ///< null where no clock paces
     Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent when headless
     std::uint64_t dropped = 0;
@@ -82,7 +83,7 @@ class RunStatistics {
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;
-    std::uint64_t infeasible_ = 0;
+    std::uint64_t infeasible_ = 0, badInput_ = 0;
     std::uint64_t hash_ = 0;
     Vec3 lastForce_ = Vec3::Zero();
 };

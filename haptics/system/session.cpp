@@ -111,11 +111,12 @@ void LiveSession::record(const std::filesystem::path& folder) {
     try {
         recorder_ = std::make_unique<Recorder>(folder);
     } catch (const std::exception& e) {
-        say(Message::Kind::Error, e.what());
+        say(Message::Kind::Error, recordingFailure_ = e.what());
         return;
     }
     recordFrom_ = loopSession_;
     recordedRows_ = 0;
+    recordingFailure_.clear();
     taken_ = steadyNanoseconds();
     if (!lateRecorder_.joinable())
         lateRecorder_ = std::jthread([this](const std::stop_token& stop) { recordLate(stop); });
@@ -133,7 +134,7 @@ bool LiveSession::stopRecording() {
         say(Message::Kind::Note, "The recording in " + recorder_->folder().string() + " has " +
                                      std::to_string(recorder_->rows()) + " ticks");
     else
-        say(Message::Kind::Error, recorder_->failure());
+        say(Message::Kind::Error, recordingFailure_ = recorder_->failure());
     recorder_.reset();
     return whole;
 }

@@ -127,6 +127,8 @@ class LiveSession {
     /// False where nothing was recorded or it is not whole, which is told.
     bool stopRecording();
     const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
+    /// Why the newest recording had to stop; empty where none had to.
+    const std::string& recordingFailure() const { return recordingFailure_; }
     /// Rows of the recording with the tick that onTick saw last; those that it is to see may be recorded already.
     std::uint64_t recordedRows() const { return recordedRows_; }
 
@@ -198,6 +200,7 @@ class LiveSession {
     std::deque<Taken> waiting_;     ///< recorded by recordLate(), not seen by update() yet
     std::uint64_t taken_ = 0;       ///< ns, when the ring was emptied last
     std::uint64_t recordedRows_ = 0;
+    std::string recordingFailure_;
     std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played
     std::size_t nextReplayed_ = 0;
     double replayMs_ = 0;

@@ -207,13 +207,13 @@ std::uint64_t tickLayout() {
     return Hash().add(header.data(), header.size()).value();
 }
 
-PlacedFile::PlacedFile(fs::path file, bool existing) : file_(std::move(file)) {
-    handle_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC | (existing ? 0 : O_CREAT), 0666);
-    if (handle_ < 0) fail("open");
+FileHandle::~FileHandle() {
+    if (descriptor_ >= 0) close(descriptor_);
 }
 
-PlacedFile::~PlacedFile() {
-    if (handle_ >= 0) close(handle_);
+PlacedFile::PlacedFile(fs::path file, bool existing)
+    : file_(std::move(file)), handle_(open(file_.c_str(), O_WRONLY | O_CLOEXEC | (existing ? 0 : O_CREAT), 0666)) {
+    if (handle_ < 0) fail("open");
 }
 
 void PlacedFile::fail(const char* what) const {
@@ -262,8 +262,8 @@ void TickFileWriter::countRows() {
     buffer_.clear();
 }
 
-TickFileReader::TickFileReader(fs::path file) : file_(std::move(file)) {
-    handle_ = open(file_.c_str(), O_RDONLY | O_CLOEXEC);
+TickFileReader::TickFileReader(fs::path file)
+    : file_(std::move(file)), handle_(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     if (handle_ < 0) fail(reason());
     try {
         const Header header = readHeader(handle_);
@@ -296,10 +296,6 @@ TickFileReader::TickFileReader(fs::path file) : file_(std::move(file)) {
              ": 'touchstone recover' makes it whole");
 }
 
-TickFileReader::~TickFileReader() {
-    if (handle_ >= 0) close(handle_);
-}
-
 void TickFileReader::fail(const std::string& what) const {
     throw std::runtime_error("cannot read the ticks '" + file_.string() + "': " + what);
 }
@@ -325,7 +321,7 @@ TickFileRepair repairTickFile(const fs::path& file, std::uint64_t layout) {
     const auto fail = [&](const std::string& what) {
         return std::runtime_error("cannot recover the ticks '" + file.string() + "': " + what);
     };
-    const int handle = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    const FileHandle handle(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (handle < 0) throw fail(reason());
     TickFileRepair repair;
     Header header;
@@ -336,7 +332,6 @@ TickFileRepair repairTickFile(const fs::path& file, std::uint64_t layout) {
     } catch (const std::invalid_argument& broken) {
         wrong = broken.what();
     }
-    close(handle);
     if (!wrong.empty()) {
         if (layout != tickLayout()) throw fail(wrong + ", and its columns are not those of this program");
         header.bytes = headerBytes();

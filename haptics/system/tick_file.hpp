@@ -9,15 +9,25 @@
 
 namespace touchstone::system {
 
+/// A descriptor of the system that is closed with its owner, also when the owner's constructor throws.
+class FileHandle {
+  public:
+    explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
+    ~FileHandle();
+    FileHandle(const FileHandle&) = delete;
+    FileHandle& operator=(const FileHandle&) = delete;
+    operator int() const { return descriptor_; }
+
+  private:
+    int descriptor_;
+};
+
 /// A file that is written at places. What fails throws std::runtime_error with one sentence that names the file and
 /// gives the system's reason.
 class PlacedFile {
   public:
     /// Pre: the file is not there yet, or `existing`.
     explicit PlacedFile(std::filesystem::path file, bool existing = false);
-    ~PlacedFile();
-    PlacedFile(const PlacedFile&) = delete;
-    PlacedFile& operator=(const PlacedFile&) = delete;
     void write(const std::string& bytes, std::uint64_t at);
     void cut(std::uint64_t size);
     std::uint64_t size() const;
@@ -25,7 +35,7 @@ class PlacedFile {
   private:
     [[noreturn]] void fail(const char* what) const;
     std::filesystem::path file_;
-    int handle_ = -1;
+    FileHandle handle_;
 };
 
 /// Appends rows. The file is whole after each flush(), also one that throws: rows first, then their number in the
@@ -51,9 +61,6 @@ class TickFileWriter {
 class TickFileReader {
   public:
     explicit TickFileReader(std::filesystem::path file);
-    ~TickFileReader();
-    TickFileReader(const TickFileReader&) = delete;
-    TickFileReader& operator=(const TickFileReader&) = delete;
 
     std::uint64_t rows() const { return rows_; }
     std::uint64_t row() const { return row_; }  ///< index of the next
@@ -70,7 +77,7 @@ class TickFileReader {
     [[noreturn]] void fail(const std::string& what) const;
 
     std::filesystem::path file_;
-    int handle_ = -1;
+    FileHandle handle_;
     std::vector<const TickField*> fields_;
     std::vector<Place> columns_;
     std::uint64_t begin_ = 0, rows_ = 0, row_ = 0;

@@ -33,7 +33,15 @@ bool spoken(Work&& work) {
 }
 
 const system::HapticScene& scene() {
-    static const system::HapticScene opened = system::openScene(test::pressScene());
+    static const system::HapticScene opened = [] {
+        engine::Scene small = test::pressScene();  // trees take their time under the sanitizers
+        for (const engine::Entity node : small.nodes) {
+            auto extras = small.registry.get<engine::NodeMarking>(node).extras;
+            extras["touchstone"]["leaves"] = 16;
+            setExtras(small, node, extras);
+        }
+        return system::openScene(std::move(small));
+    }();
     return opened;
 }
 

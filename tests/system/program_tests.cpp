@@ -1,4 +1,6 @@
 // The commands run, validate, new and doctor; `tree` has a file of its own.
+#include <sys/stat.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -386,4 +388,51 @@ TEST_CASE("program: a headless run says what ended it, and none is without an en
     CHECK(ended(" --seconds 2", 2000) == "seconds");  // the last pose holds
     CHECK(ended(" --device spacemouse", 60'000,
                 "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so") == "limit");
+}
+
+TEST_CASE("program: an output that fails takes no other with it, and none replaces another", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone), report = touchstone.file("report.json"),
+                      picture = touchstone.file("picture.png");
+    const Answer answer =
+        touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/full --dump-qp /dev/full " + "--sweep " +
+                   touchstone.file("sweep.csv") + " --report " + report + " --screenshot " + picture);
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.out, Contains("20 ticks at 1000 Hz"));
+    CHECK_THAT(answer.err, Contains("cannot write the ticks to '/dev/full'") && Contains("there is nothing to sweep"));
+    CHECK(json::parse(textOf(report)).at("ticks") == 20);
+    CHECK(fs::file_size(picture) > 1000);
+    for (const std::string& two : std::vector<std::string>{" --report same --ticks same",
+                                                           " --screenshot same --sweep ./same", " --report " + scene}) {
+        INFO(two);
+        const Answer refused = touchstone("run " + scene + " --headless --seconds 0.02" + two);
+        CHECK(refused.code == 2);
+        CHECK(isOneSentence(refused.err));
+    }
+    CHECK(touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/null --report /dev/null").code == 0);
+}
+
+TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[system]") {
+    const Program touchstone;
+    std::ofstream(touchstone.file("far.csv"))
+        << "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,15,0,1,0,0,0\n100,1e30,15,0,1,0,0,0\n";
+    const std::string run = "run " + pressFile(touchstone, {{"max_penetration_mm", 1}}) + " --headless --report " +
+                            touchstone.file("report.json");
+    const Answer answer = touchstone(run + " --device replay:" + touchstone.file("far.csv"));
+    CHECK(answer.code == 3);
+    CHECK_THAT(answer.out, Contains("ticks with an invalid pose") && Contains("NOT MET"));
+    CHECK(json::parse(textOf(touchstone.file("report.json"))).at("invalid_poses") == 100);
+    CHECK(touchstone(run).code == 0);
+}
+
+TEST_CASE("program: folders and pipes in place of files are named for what they are", "[system]") {
+    const Program touchstone;
+    const std::string folder = touchstone.file("folder.gltf"), pipe = touchstone.file("pipe.csv");
+    fs::create_directory(folder);
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK_THAT(touchstone("validate " + folder).err, Contains("is a folder"));
+    CHECK_THAT(touchstone("validate " + pipe).err, Contains("is a pipe"));
+    for (const std::string& motion : {pipe, std::string("/dev/zero")})
+        CHECK_THAT(touchstone("run " + pressFile(touchstone) + " --headless --device replay:" + motion).err,
+                   Contains("is no regular file"));
 }

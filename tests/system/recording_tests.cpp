@@ -524,3 +524,17 @@ TEST_CASE("program: records, replays, exports, and says in a sentence what it ca
     CHECK(touchstone("export").code == 2);
     CHECK(touchstone(run + "--paced --device replay:" + recording).code == 2);
 }
+
+TEST_CASE("recording: files that cannot be read are closed again", "[system][recording]") {
+    const TempFolder folder;
+    const fs::path recording = pressRecording(folder);
+    const std::string ticks = bytesOf(recording / "ticks.npy");
+    writeBytes(recording / "ticks.npy", ticks.substr(0, 200));
+    const auto open = [] { return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()); };
+    const auto before = open();
+    for (int i = 0; i < 5; ++i) {
+        CHECK_THROWS(system::Recording(recording));
+        CHECK_THROWS(system::exportCsv(recording, folder.path() / "ticks.csv"));
+    }
+    CHECK(open() == before);
+}

@@ -52,7 +52,7 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
                   "headless: times are taken by the clock, with the thread that finds lists ahead, as in a window");
     run->add_option("--seconds", options.seconds,
                     "how long, headless in simulated time (default: headless, until the motion ends, or 60 s where the "
-                    "device has no end)")
+                    "device has no end within a day)")
         ->check(seconds());
     run->add_option("--device", options.device, "what holds the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
     run->add_option("--mode", options.mode,
@@ -336,7 +336,7 @@ void addSoak(CLI::App& program, app::SoakOptions& options, std::function<int()>&
         "soak", "Run the loop long, recording half of the time, while scenes, devices and settings change");
     soak->add_option("SCENE", options.scene, "a .glb or .gltf file, or the name of a scene that came along")
         ->capture_default_str();
-    soak->add_option("--seconds", options.seconds, "how long")->check(within(1, 1e6, "s"))->capture_default_str();
+    soak->add_option("--seconds", options.seconds, "how long")->check(within(4, 1e6, "s"))->capture_default_str();
     soak->add_option("--most-growth", options.mostGrowth, "of memory after the first quarter of the time, MB")
         ->check(within(0, 1e6, "MB"))
         ->capture_default_str();

@@ -1,6 +1,8 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <iterator>
+#include <map>
 #include <memory>
 
 #include "engine/view/image_file.hpp"
@@ -44,6 +46,53 @@ Settings chosenSettings(const Settings& scene, const RunOptions& options) {
 
 std::unique_ptr<TickTable> tableFor(const RunOptions& options) {
     return options.ticks.empty() ? nullptr : std::make_unique<TickTable>(options.ticks);
+}
+
+/// Outputs that fail one by one: what can be written is written, and what cannot is told at the end.
+class Outputs {
+  public:
+    /// Nothing of this name has failed yet.
+    bool good(const std::string& name) const { return failures_.count(name) == 0; }
+    template <class Work>
+    void write(const std::string& name, Work&& work) {
+        try {
+            work();
+        } catch (const std::exception& error) {
+            failures_.emplace(name, error.what());
+        }
+    }
+    /// Throws std::runtime_error with the first failure; prints the others.
+    void finish() const {
+        for (auto failure = failures_.begin(); failure != failures_.end(); ++failure) {
+            if (std::next(failure) == failures_.end()) throw std::runtime_error(failure->second);
+            spdlog::error("{}", failure->second);
+        }
+    }
+
+  private:
+    std::map<std::string, std::string> failures_;
+};
+constexpr const char *kTicks = "ticks", *kProblems = "problems";
+
+/// Outputs do not replace each other, nor what is read.
+void checkOutputs(const RunOptions& options, const std::filesystem::path& scene) {
+    std::error_code error;
+    const auto place = [&](const std::filesystem::path& path) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error);
+    };
+    std::map<std::filesystem::path, std::string> taken{{place(scene), "the scene"}};
+    for (const auto& [path, option] :
+         {std::pair{options.report, "--report"}, std::pair{options.ticks, "--ticks"},
+          std::pair{options.dumpQp, "--dump-qp"}, std::pair{options.sweep, "--sweep"},
+          std::pair{options.screenshot, "--screenshot"}, std::pair{options.record, "--record"}}) {
+        const bool special = std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) &&
+                             !std::filesystem::is_directory(path, error);
+        if (path.empty() || special) continue;
+        const auto [other, isNew] = taken.emplace(place(path), option);
+        if (!isNew)
+            throw UsageError(std::string(option) + " '" + path.string() + "' is also " + other->second +
+                             ": give each a file of its own");
+    }
 }
 
 /// The scene without its trees, which take their time: enough to find what is wrong with it, the settings or the
@@ -111,40 +160,49 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     std::vector<TickRecord> ticks;  // for the trace
     const bool traced = picture.display.trace && !options.screenshot.empty();
     system::TickHistory last(2);
+    Outputs outputs;
     headless.onTick = [&](const TickRecord& record, double penetration) {
         last.push(record);
-        if (table) table->add(record, penetration, settings.rate);
+        if (table && outputs.good(kTicks))
+            outputs.write(kTicks, [&] { table->add(record, penetration, settings.rate); });
         if (traced) ticks.push_back(record);
     };
     std::optional<OutputFile> problems;
     if (!options.dumpQp.empty()) {
         problems.emplace(options.dumpQp, "the problems");
         headless.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
-            problems->write(toLine(problem, result) + '\n');
+            if (outputs.good(kProblems))
+                outputs.write(kProblems, [&] { problems->write(toLine(problem, result) + '\n'); });
         };
     }
     const StopRequest stop;
     const system::HeadlessRun run = system::runHeadless(scene, settings, headless);
-    if (problems) problems->close();
-    if (table) table->close();
     printReport(run.report);
-    if (!options.report.empty()) writeReport(run.report, options.report);
+    if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });
+    if (table && outputs.good(kTicks)) outputs.write(kTicks, [&] { table->close(); });
+    if (!options.report.empty()) outputs.write("report", [&] { writeReport(run.report, options.report); });
     picture.before = ticks;
-    if (!options.sweep.empty()) {
-        std::optional<system::FrozenContact> contact;
-        if (last.newest())
-            contact = system::freezeContact(*run.world, run.settings, *last.before(), *last.newest(), {});
-        if (!contact)
-            throw std::runtime_error(
-                "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
-                "--seconds");
-        writeSweep(*system::sweepContact(*contact), options.sweep);
-    }
+    if (!options.sweep.empty())
+        outputs.write("sweep", [&] {
+            std::optional<system::FrozenContact> contact;
+            if (last.newest())
+                contact = system::freezeContact(*run.world, run.settings, *last.before(), *last.newest(), {});
+            if (!contact)
+                throw std::runtime_error(
+                    "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
+                    "--seconds");
+            writeSweep(*system::sweepContact(*contact), options.sweep);
+        });
     if (!options.screenshot.empty())
-        engine::writePng(options.screenshot, system::renderScene(scene, run.last, run.settings, picture));
-    if (!run.recordingFailure.empty()) throw std::runtime_error(run.recordingFailure);
-    if (run.replay && !tellReplay(*run.replay)) return kFailed;
+        outputs.write("picture", [&] {
+            engine::writePng(options.screenshot, system::renderScene(scene, run.last, run.settings, picture));
+        });
+    if (!run.recordingFailure.empty())
+        outputs.write("recording", [&] { throw std::runtime_error(run.recordingFailure); });
+    const bool replayed = !run.replay || tellReplay(*run.replay);
+    outputs.finish();
     if (StopRequest::signal() != 0) return kSignalled + StopRequest::signal();
+    if (!replayed) return kFailed;
     return run.report.met() ? kOk : kOutcomeUnmet;
 }
 
@@ -201,13 +259,24 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
         load.add(record);
         if (session && reported) live.add(record, *session);
     };
+    Outputs outputs;
     window.onEnd = [&](system::LiveSession& ended) {
-        if (!options.report.empty()) writeReport(live.finish(ended), options.report);
+        if (!options.report.empty()) outputs.write("report", [&] { writeReport(live.finish(ended), options.report); });
+        // Also one that was stopped before; its reason stands in the log, too.
+        ended.stopRecording();
+        if (!ended.recordingFailure().empty())
+            outputs.write("recording", [&] { throw std::runtime_error(ended.recordingFailure()); });
     };
     const StopRequest stop;
     const int code = system::runWindow(window);
-    if (table) table->close();
+    if (table) outputs.write(kTicks, [&] { table->close(); });
+    if (!options.sweep.empty() && !written && StopRequest::signal() == 0)
+        outputs.write("sweep", [&] {
+            throw std::runtime_error(
+                "there was nothing to sweep at three fifths of --seconds: nothing was near the tool");
+        });
     if (options.seconds || StopRequest::signal() != 0) load.print();
+    outputs.finish();
     return StopRequest::signal() != 0 ? kSignalled + StopRequest::signal() : code;
 }
 
@@ -217,6 +286,7 @@ int run(const RunOptions& options) {
     withCommandLine({}, options);  // what does not exist is told before a scene is read
     chosenDisplay(options);
     const std::filesystem::path file = findScene(options.scene);
+    checkOutputs(options, file);
     if (options.headless && !options.select.empty())
         throw UsageError("--select belongs to a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);

@@ -44,6 +44,9 @@ void printReport(const system::Report& report) {
         std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
                     static_cast<unsigned long long>(report.safetyTrips));
+    if (report.badInput)
+        std::printf("  %llu ticks with an invalid pose, in which the tool was held without force\n",
+                    static_cast<unsigned long long>(report.badInput));
     if (report.ended == "limit")
         std::printf(
             "  ended after %g s of simulated time: the device did not end before; --seconds sets another limit\n",
@@ -52,7 +55,8 @@ void printReport(const system::Report& report) {
         std::printf("  stopped by %s after %g s of simulated time\n", report.ended.c_str(),
                     static_cast<double>(report.ticks) / report.rate);
     if (report.pastGoal > 0)
-        std::printf("  the tool fell through: it was %.1f mm past its goal and touched nothing\n", report.pastGoal);
+        std::printf("  the tool fell through: it was %.1f mm past its goal, and touched nothing there\n",
+                    report.pastGoal);
     if (!report.safetyFault.empty())
         std::printf("  no force from some tick on, by the safety stage: %s\n", report.safetyFault.c_str());
     if (report.overruns)

@@ -26,12 +26,15 @@ std::vector<fs::path> listScenes() {
 
 fs::path findScene(const std::string& pathOrName) {
     std::error_code error;
-    if (fs::is_regular_file(pathOrName, error)) return pathOrName;
+    const fs::path path = pathOrName;
+    // A folder or a pipe is named for what it is where it is read; a bundled scene wins over a folder of its name.
+    if (fs::is_regular_file(path, error)) return path;
     std::string names;
     for (const fs::path& scene : listScenes()) {
         if (scene.filename() == pathOrName || scene.stem() == pathOrName) return scene;
         names += (names.empty() ? "" : ", ") + scene.stem().string();
     }
+    if (fs::exists(path, error)) return path;
     throw std::runtime_error("there is no scene '" + pathOrName + "': give the path of a .glb or .gltf file" +
                              (names.empty() ? "" : ", or one of " + names));
 }

@@ -216,7 +216,7 @@ class Soak {
     void endRecording() {
         const std::uint64_t rows = session_.recorder()->rows();
         lost_ += session_.recorder()->lost();
-        session_.stopRecording();
+        if (!session_.stopRecording()) throw std::runtime_error(session_.messages().back().text);
         system::TickFileReader file(recording() / "ticks.npy");
         if (file.rows() != rows) ++broken_;
         rows_ += rows;

@@ -28,7 +28,9 @@ class Reader {
 
     [[noreturn]] void fail(const std::string& key, const std::string& must) const {
         const std::string where = path_.empty() || key.empty() ? path_ + key : path_ + "." + key;
-        throw std::runtime_error(file_ + ": " + (where.empty() ? "what it holds" : where) + " must be " + must);
+        std::string sentence = (where.empty() ? "what it holds" : where) + " must be " + must;
+        if (sentence.size() > 1000) sentence = sentence.substr(0, 1000) + "...";  // keys are of any length
+        throw std::runtime_error(file_ + ": " + engine::printable(sentence));
     }
     const ordered_json* find(const std::string& key) {
         known_.insert(key);
@@ -104,6 +106,9 @@ std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
     return z ^ (z >> 31);
 }
 
+/// Fit for tables, plots and a terminal.
+bool isPlain(const std::string& name) { return name.find('"') == std::string::npos && engine::printable(name) == name; }
+
 std::vector<Participant> readParticipants(Reader& reader) {
     constexpr const char* kMust = "a list of names or whole numbers (seeds), or how many there are, 1 to 10000";
     const ordered_json& list = reader.get("participants", kMust);
@@ -122,6 +127,8 @@ std::vector<Participant> readParticipants(Reader& reader) {
             participants.push_back({one.get<std::string>(), seedOf(one.get<std::string>())});
         else
             reader.fail("participants", kMust);
+        if (!isPlain(participants.back().name))
+            reader.fail("participants", "names without quotes and control characters");
         if (!names.insert(participants.back().name).second)
             reader.fail("participants", "different from each other: '" + participants.back().name + "' is there twice");
     }
@@ -154,8 +161,7 @@ Condition readCondition(Reader reader, const Condition& usual) {
         if (const ordered_json* value = reader.find(key))
             name += std::string(" ") + key + "=" + (value->is_string() ? value->get<std::string>() : value->dump());
     condition.name = reader.text("name", name);
-    if (condition.name.find_first_of("\"\n") != std::string::npos)
-        reader.fail("name", "a text without quotes, on one line");
+    if (!isPlain(condition.name)) reader.fail("name", "a text without quotes and control characters");
     reader.refuseUnknown();
     return condition;
 }
@@ -250,8 +256,10 @@ Protocol readProtocol(const std::filesystem::path& file) {
     try {
         source = ordered_json::parse(bytes, count);
     } catch (const nlohmann::json::exception& error) {
-        const std::string what = error.what();
-        throw std::runtime_error(file.string() + ": this is not JSON, correct it: " + what.substr(what.find("] ") + 2));
+        std::string what = error.what();
+        what = what.substr(what.find("] ") + 2);
+        what = what.substr(0, what.find("; last read"));  // which may be the whole file
+        throw std::runtime_error(file.string() + ": this is not JSON, correct it: " + engine::printable(what));
     }
     return readProtocol(source, file.string());
 }
