@@ -32,7 +32,7 @@ class Hand {
     /// At rest at X_WT.
     void reset(const Pose& X_WT) noexcept;
     /// `dt` ms on, pulled to `X_WT_target`, under the wrench on the hand about o on world axes. Returns the new pose.
-    /// A target that is none (Pose::isValid) and a wrench that is not finite leave everything as it was.
+    /// An invalid target (Pose::isValid) and a wrench that is not finite leave everything as it was.
     const Pose& advance(const Pose& X_WT_target, const Wrench& wrench_o, double dt) noexcept;
 
     const HandParameters& parameters() const { return parameters_; }

@@ -19,7 +19,7 @@ static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<bool>::is
                   std::atomic<int>::is_always_lock_free,
               "signal handlers use them");
 
-/// Notes the signal where somebody is there to end cleanly. False for the second one, and for all that tell of a fault.
+/// Notes the signal where a StopRequest lives. False for the second signal, and for those that report a fault.
 bool noted(int signal) {
     const bool asks = signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
     int none = 0;

@@ -13,8 +13,8 @@ namespace touchstone {
 /// first thread.
 void endWithZeroForce();
 
-/// While one lives, the first SIGINT, SIGTERM or SIGHUP only takes the force away and is noted, so that whoever holds
-/// the request can end its work cleanly; the next such signal ends the process. Needs endWithZeroForce().
+/// While one lives, the first SIGINT, SIGTERM or SIGHUP only takes the force away and is noted, so that the holder can
+/// end its work cleanly; the next such signal ends the process. Needs endWithZeroForce().
 class StopRequest {
   public:
     StopRequest() noexcept;

@@ -17,7 +17,7 @@ class MouseTarget {
     };
     static constexpr double kWeakest = 0.1, kStrongest = 4;
 
-    /// Window only. A pose that is none (Pose::isValid) is ignored: a cursor may point past the horizon.
+    /// Window only. An invalid pose (Pose::isValid) is ignored: a cursor may point past the horizon.
     void grab(const Pose& X_WT, double strength = 1) { states_.write({true, X_WT, strength}); }
     /// Window only: the hand holds on where it was, so that the force stays while a slider is dragged.
     void release(double strength = 1) { states_.write({false, {}, strength}); }

@@ -68,7 +68,7 @@ class MappedDevice final : public Device {
         }
         // What was clutched, or out of sight, takes the tool up anew in the next reading.
         lost_ = !usable || clutched;
-        // A fresh pose that is none goes on as it is: whoever takes it must know.
+        // A fresh but invalid pose is passed on, so that the tick can flag it.
         if (sound || !reading.valid) reading.X_WT = X_WT_;
         return reading;
     }

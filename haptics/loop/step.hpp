@@ -23,7 +23,7 @@ enum TickFlag : std::uint32_t {
     kCapped = 1 << 6,          ///< trust or travel budget shortened a move
     kHalved = 1 << 7,          ///< the re-measurement shortened a move
     kUnfinished = 1 << 8,      ///< the tool has not reached where it would go; made up in the next tick
-    kBadInput = 1 << 9,        ///< a pose that the tick was given is none (Pose::isValid): tool held, force zero
+    kBadInput = 1 << 9,        ///< the tick was given an invalid pose (Pose::isValid): tool held, force zero
     kProjected = 1 << 10,      ///< an approximate answer was moved onto the rows
     kPaused = 1 << 11,
     kObstacleHeld = 1 << 12,  ///< an obstacle was on its way, and the tool could not give way: it stayed
