@@ -38,8 +38,8 @@ struct StepInput {
     std::span<const Pose> X_WO = {};
 };
 
-/// All that a StepState knows when it begins. Where a pose is none (Pose::isValid), every tick is held until the state
-/// begins with better ones.
+/// All that a StepState knows when it begins. Where a pose is invalid (Pose::isValid), every tick is held until the
+/// state begins with better ones.
 struct StepStart {
     std::uint64_t tick = 0;     ///< number of the next tick
     Pose X_WT;                  ///< tool node where the graphic tool is
@@ -147,7 +147,7 @@ class StepState {
 /// With `audit` the exact solver also runs on the last linearisation's rows so that hover is known for any solver.
 /// Obstacles on their way take turns: one moves in a tick, by at most min(trust / 2, 0.25 mm/ms), and pushes the tool.
 /// In default mode it is taken back, and the tick repeated without it, where a pair would end in a gap below
-/// min(its gap before, -0.5 µm); it then tries shorter moves. A pose that is none (Pose::isValid), of the device or of
+/// min(its gap before, -0.5 µm); it then tries shorter moves. An invalid pose (Pose::isValid), of the device or of
 /// where an obstacle is to go, is kBadInput: nothing moves in that tick.
 TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& state,
                 const StageClock& clock = {}, bool audit = false) noexcept;

@@ -35,7 +35,7 @@ std::optional<double> Fields::number(const std::string& key, double min, double 
 std::optional<int> Fields::whole(const std::string& key, int min, int max) {
     const nlohmann::json* value = find(key);
     if (!value) return {};
-    const auto number = numberIn(*value, min, max);  // 4096.0 is whole, whoever wrote it
+    const auto number = numberIn(*value, min, max);  // 4096.0 is whole, too
     if (!number || *number != std::floor(*number)) fail(key, rangeWords(min, max, {}, true));
     return static_cast<int>(*number);
 }

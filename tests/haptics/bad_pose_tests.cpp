@@ -22,7 +22,7 @@ namespace {
 
 const double kBeyond = std::nextafter(kLargestCoordinate, HUGE_VAL);
 
-/// Poses that are none, in each coordinate.
+/// Invalid poses, in each coordinate.
 std::vector<Pose> badPoses() {
     std::vector<Pose> bad;
     for (const double far : {kBeyond, 1e7, 1e15, 1e30, 1e150, 1e308, std::numeric_limits<double>::max(), HUGE_VAL,
@@ -175,7 +175,7 @@ TEST_CASE("step: an obstacle that is to go where no pose is holds everything", "
     CHECK(state.obstacles()[0].p.y() < 0);
 }
 
-TEST_CASE("step: what begins with a bad pose is held until it begins anew", "[step]") {
+TEST_CASE("step: what begins with a bad pose is held until it restarts", "[step]") {
     const Settings settings = settingsOf(Mode::Default);
     for (const Pose& bad : badPoses()) {
         World world = balls();
@@ -233,7 +233,7 @@ TEST_CASE("step: any numbers for poses leave finite records, and no force but fr
     }
 }
 
-TEST_CASE("penetration meter: nothing is deep at a pose that is none", "[step]") {
+TEST_CASE("penetration meter: nothing is deep at an invalid pose", "[step]") {
     const World world = balls();
     PenetrationMeter meter(world);
     for (const Pose& bad : badPoses()) {
@@ -269,7 +269,7 @@ TEST_CASE("tick driver: a bad pose of a device faults, counts, and the force com
         }
 }
 
-TEST_CASE("devices: a motion through poses that are none is bad input while it lasts, played or held by a hand",
+TEST_CASE("devices: a motion through invalid poses is bad input while it lasts, played or held by a hand",
           "[devices]") {
     const auto file = std::filesystem::temp_directory_path() / ("touchstone-far-" + std::to_string(getpid()) + ".csv");
     for (const double far : {1.1e6, -1e30, 1e150, -1e308}) {
