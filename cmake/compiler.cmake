@@ -1,4 +1,4 @@
-# One interface target carries the warnings and the architecture of every target of the project. Left out: psabi (no 64-byte
+# touchstone_options carries the warnings and the architecture of every target of the project. Left out: psabi (no 64-byte
 # vector crosses a library's boundary) and restrict (GCC 12 sees overlaps in std::string that are not there, bug 105329).
 add_library(touchstone_options INTERFACE)
 target_compile_options(touchstone_options INTERFACE
@@ -10,17 +10,21 @@ if(TOUCHSTONE_SANITIZE)   # under them GCC 12 sees uninitialised values in its o
   target_link_options(touchstone_options INTERFACE ${sanitize})
 endif()
 
-find_program(CCACHE ccache)
-if(CCACHE)   # what it has to overlook so that it serves precompiled headers
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
-endif()
+# What a thousand ticks a second run through. Optimising anything else costs half of the compile time and gains nothing.
+separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
+add_library(touchstone_numeric INTERFACE)
+target_compile_options(touchstone_numeric INTERFACE ${numeric})
 
-# Half of a compilation was reading these headers. Every file still includes what it uses: the sanitizers' builds do without.
-# Left out: what GCC 12 sees in std::string (bug 105329) once its header no longer looks like the system's.
-function(touchstone_precompile target)
-  if(NOT TOUCHSTONE_SANITIZE)
-    target_compile_options(${target} PRIVATE -fpch-preprocess -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
-    target_precompile_headers(${target} PRIVATE
-      <algorithm> <filesystem> <functional> <map> <memory> <optional> <random> <string> <vector> ${ARGN})
+# Most of a compilation is reading headers, so several sources are compiled as one. The numeric core is not: its files are
+# optimised one by one. Every file still includes what it uses: the sanitizers' builds compile each by itself.
+function(touchstone_unity target)
+  if(TOUCHSTONE_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)   # GCC takes the second file of a unit for a header
   endif()
 endfunction()
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+endif()

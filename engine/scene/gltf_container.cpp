@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 31;
 constexpr std::size_t kHeader = 12, kChunkHeader = 8;
-constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
+constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
 
 std::uint32_t littleEndian(std::span<const std::uint8_t> bytes, std::size_t offset) {
     return bytes[offset] | bytes[offset + 1] << 8 | bytes[offset + 2] << 16 |
@@ -158,7 +158,7 @@ GltfContainer readContainer(const fs::path& file) {
     GltfContainer container;
     container.bytes = readBytes(file);
     if (container.bytes.empty()) failIn(file, "", "is empty; export it again");
-    container.binary = container.bytes.size() >= 4 && littleEndian(container.bytes, 0) == kMagic;
+    container.binary = container.bytes.size() >= 4 && littleEndian(container.bytes, 0) == kGlbMagic;
     if (container.binary)
         splitChunks(file, container);
     else if (const std::string kind = whatInstead(container.bytes); !kind.empty())
@@ -172,7 +172,7 @@ std::vector<std::uint8_t> glbBytes(std::string json, std::span<const std::uint8_
     json.resize((json.size() + 3) / 4 * 4, ' ');
     std::vector<std::uint8_t> bytes;
     bytes.reserve(kHeader + kChunkHeader + json.size() + followers.size());
-    append(bytes, kMagic);
+    append(bytes, kGlbMagic);
     append(bytes, 2);
     append(bytes, static_cast<std::uint32_t>(kHeader + kChunkHeader + json.size() + followers.size()));
     append(bytes, static_cast<std::uint32_t>(json.size()));

@@ -86,7 +86,7 @@ MeshFile PolygonMesh::build() {
     MeshFile out;
     MeshData& mesh = out.mesh;
     PolygonTessellator polygons(mesh);
-    // Merged by the coordinates in the file, since scaling may round neighbours together.
+    // Merged by the coordinates in the file, since scaling may round neighbors together.
     std::unordered_map<glm::vec3, std::uint32_t, PositionHash> indexAt;
     std::vector<std::uint32_t> indexOf(vertices_.size(), kUnused);
     std::vector<std::uint32_t> polygon;  // without corners that repeat the one before

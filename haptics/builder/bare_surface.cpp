@@ -35,7 +35,7 @@ class Finder {
     BareSurface found;
 
     void visit(const Triangle& t) {
-        // Neighbours in the list tend to be neighbours in space.
+        // Neighbors in the list tend to be neighbors in space.
         if (last_ >= 0 && holds(last_, t)) return;
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
         near_.clear();

@@ -104,17 +104,17 @@ bool Shells::rises(const EdgeTable::Edge& e, int use) const {
 
 // Spreads the sense of the first face over edges with exactly two faces; then turns the patch to the sense of most.
 void Shells::orient() {
-    struct Neighbour {
+    struct Neighbor {
         int face = -1;
         bool opposed = false;
     };
-    std::vector<std::array<Neighbour, 3>> neighbours(faces_.size());
+    std::vector<std::array<Neighbor, 3>> neighbors(faces_.size());
     edges_.forEach([&](const EdgeTable::Edge& e) {
         if (e.uses.size() != 2) return;
         const int a = e.uses[0], b = e.uses[1];
         const bool opposed = rises(e, a) == rises(e, b);
-        neighbours[a / 3][a % 3] = {b / 3, opposed};
-        neighbours[b / 3][b % 3] = {a / 3, opposed};
+        neighbors[a / 3][a % 3] = {b / 3, opposed};
+        neighbors[b / 3][b % 3] = {a / 3, opposed};
     });
     shellOf_.assign(faces_.size(), -1);
     std::vector<int> members;
@@ -126,7 +126,7 @@ void Shells::orient() {
         shellOf_[seed] = patch;
         for (std::size_t i = 0; i < members.size(); ++i) {
             pulse_();
-            for (const auto& [other, opposed] : neighbours[members[i]])
+            for (const auto& [other, opposed] : neighbors[members[i]])
                 if (other >= 0 && shellOf_[other] < 0) {
                     shellOf_[other] = patch;
                     turned_[other] = static_cast<char>((turned_[members[i]] != 0) != opposed);

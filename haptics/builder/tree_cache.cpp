@@ -1,10 +1,10 @@
 #include <optional>
 #include <string>
 
-#include "haptics/builder/hash.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
+#include "haptics/math/hash.hpp"
 
 namespace touchstone {
 namespace {

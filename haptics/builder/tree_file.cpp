@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "haptics/builder/hash.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/hash.hpp"
 
 namespace touchstone {
 namespace {

@@ -40,7 +40,7 @@ inline double leastDamping(double stiffness, double rate, double delay) {
 }
 
 struct DeviceReading {
-    Pose X_WT;                  ///< wanted pose of the tool node, scene frame; if not isValid(), it is bad input
+    Pose X_WT_device;           ///< wanted pose of the tool node, scene frame; if not isValid(), it is bad input
     bool valid = true;          ///< false: no fresh pose; the tick holds and force is zero
     bool finished = false;      ///< a recorded motion has ended (its last pose holds)
     bool fault = false;         ///< the device has failed: zero force until somebody engages it anew
@@ -59,7 +59,7 @@ class Device {
     virtual void write(const Wrench& wrench_o) noexcept = 0;
     /// Zero force at once, from any thread and from a signal handler, while read() or write() may be in progress: the
     /// last act of a process that dies. Async-signal-safe, at the best of the device's ability.
-    virtual void letGo() noexcept {}
+    virtual void releaseForces() noexcept {}
     /// From the next read() on, where the hand is now stands for X_WT. A recorded motion stays where it is.
     virtual void engage(const Pose& /*X_WT*/) noexcept {}
     virtual DeviceLimits limits() const noexcept { return {}; }

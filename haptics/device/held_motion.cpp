@@ -18,13 +18,13 @@ HeldMotion::HeldMotion(std::shared_ptr<const Motion> motion, const HandParameter
 DeviceReading HeldMotion::read(double t, double dt) noexcept {
     const bool finished = t >= motion_->duration();
     const Pose target = motion_->at(t);
-    if (!target.isValid()) return {.X_WT = target, .finished = finished};  // the tick flags it; the hand waits
+    if (!target.isValid()) return {.X_WT_device = target, .finished = finished};  // the tick flags it; the hand waits
     if (t <= 0 || !hand_.pose().isValid()) {
         hand_.reset(target);
         queue_.fill({});
         tick_ = 0;
         work_ = gain_ = 0;
-        return {.X_WT = hand_.pose(), .finished = finished};
+        return {.X_WT_device = hand_.pose(), .finished = finished};
     }
     const Pose before = hand_.pose();
     // write() has counted the tick before; with no delay its wrench is the one.
@@ -34,7 +34,7 @@ DeviceReading HeldMotion::read(double t, double dt) noexcept {
     const Pose& after = hand_.advance(target, felt, dt);
     gain_ += hand_.energy(target);
     work_ += felt.force.dot(after.p - before.p) + felt.torque.dot(logRotation(after.q * before.q.conjugate()));
-    return {.X_WT = after, .finished = finished};
+    return {.X_WT_device = after, .finished = finished};
 }
 
 void HeldMotion::write(const Wrench& wrench_o) noexcept {

@@ -96,7 +96,7 @@ void InsertingHand::change(Act act) {
 DeviceReading InsertingHand::read(double t, double dt) noexcept {
     if (t <= 0) {
         begin();
-        return {.X_WT = X_WT_start_};
+        return {.X_WT_device = X_WT_start_};
     }
     const Place own = placeOf(hand_.pose());
     const double push = X_WB_.q.conjugate()._transformVector(felt_.force).y();
@@ -121,7 +121,7 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
             finished = actMs_ > kDrawBackMs;
             break;
     }
-    return {.X_WT = hand_.advance(poseOf(trembling(t)), felt_, dt), .finished = finished};
+    return {.X_WT_device = hand_.advance(poseOf(trembling(t)), felt_, dt), .finished = finished};
 }
 
 void InsertingHand::approach(double dt) {

@@ -55,7 +55,7 @@ class MotionDevice final : public Device {
   public:
     explicit MotionDevice(std::shared_ptr<const Motion> motion) : motion_(std::move(motion)) {}
     DeviceReading read(double t, double) noexcept override {
-        return {.X_WT = motion_->at(t), .valid = true, .finished = t >= motion_->duration()};
+        return {.X_WT_device = motion_->at(t), .valid = true, .finished = t >= motion_->duration()};
     }
     void write(const Wrench&) noexcept override {}
     DeviceLimits limits() const noexcept override { return {.motors = false}; }

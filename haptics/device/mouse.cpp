@@ -19,7 +19,7 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
         hand_.reset(X_WT_start_);
         wrench_o_ = {};
         source_->update();  // what was asked for before the start is forgotten
-        return {.X_WT = X_WT_start_};
+        return {.X_WT_device = X_WT_start_};
     }
     if (source_->update()) {
         const MouseTarget::State& wanted = source_->get();
@@ -30,7 +30,7 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
                 parameters_.times(std::clamp(strength_, MouseTarget::kWeakest, MouseTarget::kStrongest)));
         }
     }
-    return {.X_WT = hand_.advance(X_WT_target_, wrench_o_, dt)};
+    return {.X_WT_device = hand_.advance(X_WT_target_, wrench_o_, dt)};
 }
 
 void MouseDevice::engage(const Pose& X_WT) noexcept {

@@ -2,7 +2,7 @@
 // The mouse as a device: the window says where the hand wants the tool, a simulated hand goes there.
 #include "haptics/device/device.hpp"
 #include "haptics/device/hand.hpp"
-#include "haptics/loop/triple_buffer.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 

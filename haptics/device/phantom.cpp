@@ -12,10 +12,10 @@ class PhantomDevice final : public Device {
     DeviceReading read(double, double) noexcept override {
         PhantomLink::Sample sample;
         const bool valid = link_->newest(sample);
-        return {.X_WT = sample.X_DS, .valid = valid, .fault = link_->faulty(), .buttons = sample.buttons};
+        return {.X_WT_device = sample.X_DS, .valid = valid, .fault = link_->faulty(), .buttons = sample.buttons};
     }
     void write(const Wrench& wrench) noexcept override { link_->command(wrench); }
-    void letGo() noexcept override { link_->disarm(); }
+    void releaseForces() noexcept override { link_->disarm(); }
     void engage(const Pose&) noexcept override { link_->arm(); }
     DeviceLimits limits() const noexcept override { return link_->limits(); }
     bool drive(double rate, const std::function<bool()>& tick) noexcept override { return link_->drive(rate, tick); }

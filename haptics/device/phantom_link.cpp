@@ -9,8 +9,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "haptics/loop/rt_thread.hpp"
 #include "haptics/math/numbers.hpp"
+#include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone {
 namespace {

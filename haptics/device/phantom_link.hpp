@@ -9,7 +9,7 @@
 
 #include "haptics/device/control.hpp"
 #include "haptics/device/hd_library.hpp"
-#include "haptics/loop/triple_buffer.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 

@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "haptics/loop/step.hpp"
-
 // Lines that end in "guard" are each proven to be needed: tools/mutate_safety takes them out one by one, and a test
 // must fail.
 
@@ -163,9 +161,9 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     // Is there a force to trust? Every cause is looked at, so that each is counted.
     staleMs_ = in.fresh ? 0 : staleMs_ + in.dt;
     trip(Trip::NotFinite, !in.wrench_o.isFinite());                     // guard
-    trip(Trip::SolverFailed, in.flags & kNonFinite);                    // guard
-    trip(Trip::BadInput, in.flags & kBadInput);                         // guard
-    trip(Trip::ListOverflow, in.flags & kListOverflow);                 // guard
+    trip(Trip::SolverFailed, in.solverFailed);                          // guard
+    trip(Trip::BadInput, in.badInput);                                  // guard
+    trip(Trip::ListOverflow, in.listOverflow);                          // guard
     trip(Trip::DeviceFault, in.fault);                                  // guard
     trip(Trip::StaleReading, !in.fresh);                                // guard
     trip(Trip::DeviceLost, staleMs_ > kLostMs);                         // guard

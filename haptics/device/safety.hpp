@@ -64,14 +64,16 @@ struct TripCount {
 };
 
 struct SafetyInput {
-    Wrench wrench_o;          ///< the tick's, on the hand about the tool node's origin
-    std::uint32_t flags = 0;  ///< TickFlag bits
-    bool fresh = true;        ///< the device's reading was valid
-    bool fault = false;       ///< the device says that it has failed
-    bool hung = false;        ///< so long without a tick that the device was let go of
-    double fade = 1;          ///< share of the wrench to let through, 0 to 1
-    double dt = 1;            ///< nominal time between ticks, ms; positive
-    double period = 0;        ///< that by the clock since the tick before, ms; 0 where nobody measures
+    Wrench wrench_o;            ///< the tick's, on the hand about the tool node's origin
+    bool solverFailed = false;  ///< the answer of the tick was not finite
+    bool badInput = false;      ///< the tick was given an invalid pose
+    bool listOverflow = false;  ///< neighbor lists were full
+    bool fresh = true;          ///< the device's reading was valid
+    bool fault = false;         ///< the device says that it has failed
+    bool hung = false;          ///< so long without a tick that the device was let go of
+    double fade = 1;            ///< share of the wrench to let through, 0 to 1
+    double dt = 1;              ///< nominal time between ticks, ms; positive
+    double period = 0;          ///< that by the clock since the tick before, ms; 0 where nobody measures
 };
 
 /// Guards in a fixed order; a new one is a Trip with its row and a line of pass(). A device with motors begins stopped,

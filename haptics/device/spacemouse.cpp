@@ -12,9 +12,9 @@
 
 #include "haptics/device/control.hpp"
 #include "haptics/device/shared_library.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/loop/triple_buffer.hpp"
 #include "haptics/math/numbers.hpp"
+#include "haptics/threads/rt_thread.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 namespace {
@@ -162,7 +162,7 @@ class SpaceMouseDevice final : public Device {
     DeviceLimits limits() const noexcept override { return {.motors = false}; }
     DeviceReading read(double t, double dt) noexcept override {
         if (t <= 0) X_WT_ = X_WT_start_;
-        if (reader_->lost()) return {.X_WT = X_WT_, .valid = false, .fault = true};
+        if (reader_->lost()) return {.X_WT_device = X_WT_, .valid = false, .fault = true};
         const CapState& cap = reader_->newest();
         control_->axes().update();
         const Quat& q_WD = control_->axes().get();
@@ -172,7 +172,7 @@ class SpaceMouseDevice final : public Device {
                 1e-3 * dt * speed_ * kTurnPerSpeed * heldBack(q_WD * cap.turn, wrench_.torque, kFirmTorque);
             X_WT_.q = (expRotation(turn) * X_WT_.q).normalized();
         }
-        return {.X_WT = X_WT_, .buttons = cap.buttons};
+        return {.X_WT_device = X_WT_, .buttons = cap.buttons};
     }
     void write(const Wrench& wrench) noexcept override { wrench_ = wrench; }
     void engage(const Pose& X_WT) noexcept override { X_WT_ = X_WT; }

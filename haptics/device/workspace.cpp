@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "haptics/device/control.hpp"
-#include "haptics/loop/ramp.hpp"
-#include "haptics/loop/triple_buffer.hpp"
+#include "haptics/threads/ramp.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 namespace {
@@ -52,7 +52,7 @@ class MappedDevice final : public Device {
             glided_ = Vec3::Zero();
             share_.jump(1);
         }
-        const bool sound = reading.X_WT.isValid(), usable = reading.valid && !reading.fault && sound;
+        const bool sound = reading.X_WT_device.isValid(), usable = reading.valid && !reading.fault && sound;
         const bool clutched = usable && (reading.buttons & workspace_.clutch);
         if (clutched != clutched_)
             share_.to(clutched ? 0 : 1, static_cast<int>(std::lround((clutched ? kFadeOutMs : kFadeInMs) / dt)));
@@ -60,16 +60,16 @@ class MappedDevice final : public Device {
         share_.next();
         if (usable) {
             if (lost_ || clutched) {
-                X_DS_held_ = reading.X_WT;
+                X_DS_held_ = reading.X_WT_device;
                 X_WT_held_ = X_WT_;
             }
-            X_WT_ = mapped(reading.X_WT);
+            X_WT_ = mapped(reading.X_WT_device);
             glide(dt);
         }
         // What was clutched, or out of sight, takes the tool up anew in the next reading.
         lost_ = !usable || clutched;
         // A fresh but invalid pose is passed on, so that the tick can flag it.
-        if (sound || !reading.valid) reading.X_WT = X_WT_;
+        if (sound || !reading.valid) reading.X_WT_device = X_WT_;
         return reading;
     }
 
@@ -79,7 +79,7 @@ class MappedDevice final : public Device {
         raw_->write({force * (q_DW * wrench_o.force), torque * (q_DW * wrench_o.torque)});
     }
 
-    void letGo() noexcept override { raw_->letGo(); }
+    void releaseForces() noexcept override { raw_->releaseForces(); }
     void engage(const Pose& X_WT) noexcept override {
         raw_->engage(X_WT);
         X_WT_ = X_WT;

@@ -40,7 +40,7 @@ class DefaultTick {
     struct Measured {
         bool deeper = false;
         int obstacle = -1;  ///< whose `pair` is the deeper one; -1: not known
-        NeighbourList::Overlap pair;
+        NeighborList::Overlap pair;
         double depth = 0;  ///< greatest overlap, mm
     };
 
@@ -95,7 +95,7 @@ Course DefaultTick::course(int obstacle, const Vec6& x) const {
 bool DefaultTick::completeLists(double margin, const Vec6& x) {
     bool complete = true;
     for (int k = 0; k < int(s_.lists.size()) && complete; ++k) {
-        NeighbourList& list = s_.lists[k];
+        NeighborList& list = s_.lists[k];
         Coverage asked{s_.inObstacle(k, s_.graphic), margin};
         if (list.isComplete(asked)) continue;
         asked = list.crossing(course(k, x), margin);

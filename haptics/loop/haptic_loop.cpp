@@ -54,7 +54,7 @@ Settings HapticLoop::checked(const Settings& settings) const {
 std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> world, const Settings& settings,
                                                  std::unique_ptr<Device> device) const {
     auto session = std::make_unique<Session>(std::move(world), checked(settings), std::move(device));
-    if (options_.helper) session->keeper = std::make_unique<ListKeeper>(*session->world);
+    if (options_.helper) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
     return session;
 }
 
@@ -81,7 +81,7 @@ bool HapticLoop::poll() {
     return snapshots_.update();
 }
 
-bool HapticLoop::pop(WholeTick& tick) {
+bool HapticLoop::pop(RecordedTick& tick) {
     if (!ring_.pop(tick)) return false;
     // A start whose tick was dropped is passed over.
     while (tick.input.start && start_.number < tick.starts && starts_.pop(start_)) {
@@ -90,7 +90,7 @@ bool HapticLoop::pop(WholeTick& tick) {
 }
 
 bool HapticLoop::pop(TickRecord& record) {
-    WholeTick tick;
+    RecordedTick tick;
     const bool some = pop(tick);
     if (some) record = tick.record;
     return some;
@@ -102,7 +102,7 @@ void HapticLoop::takeRequests() {
         if (auto session = incoming_.take()) driver_.open(std::move(session));
 
     wishesWait_ |= wishes_.update();
-    if (const Wishes& wishes = wishes_.get(); wishesWait_ && wishes.session <= driver_.newestSession()) {
+    if (const PendingRequests& wishes = wishes_.get(); wishesWait_ && wishes.session <= driver_.newestSession()) {
         if (wishes.session == driver_.newestSession()) {
             driver_.request(wishes.settings);
             driver_.moveObstacles(wishes.X_WO);
@@ -143,7 +143,7 @@ void HapticLoop::watch(const std::stop_token& stop) {
         // First, so that a tick that goes on right now writes zero too.
         hung_ = true;  // guard
         hangs_ = true;
-        device->letGo();  // guard
+        device->releaseForces();  // guard
     }
 }
 

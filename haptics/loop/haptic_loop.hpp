@@ -10,12 +10,12 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/loop/mailbox.hpp"
-#include "haptics/loop/ring.hpp"
-#include "haptics/loop/rt_thread.hpp"
 #include "haptics/loop/tick_driver.hpp"
-#include "haptics/loop/triple_buffer.hpp"
 #include "haptics/loop/work_limits.hpp"
+#include "haptics/threads/mailbox.hpp"
+#include "haptics/threads/ring.hpp"
+#include "haptics/threads/rt_thread.hpp"
+#include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 
@@ -46,8 +46,8 @@ struct LoopSnapshot {
 
 /// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,
 /// and nothing given to the loop is freed on it. Settings, a session or a restart act at a tick boundary as TickDriver
-/// says. A second thread lets go of the device (Device::letGo) when the first hangs while motors are engaged; should
-/// that go on, the safety stage takes it for a fault.
+/// says. A second thread lets go of the device (Device::releaseForces) when the first hangs while motors are engaged;
+/// should that go on, the safety stage takes it for a fault.
 class HapticLoop {
   public:
     /// Starts ticking. Throws std::invalid_argument with one sentence when checkSettings() objects, std::system_error
@@ -82,7 +82,7 @@ class HapticLoop {
     bool hangs() const { return hangs_.load(std::memory_order_relaxed); }
     /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
     /// none.
-    bool pop(WholeTick& tick);
+    bool pop(RecordedTick& tick);
     bool pop(TickRecord& record);
     /// Where the obstacles were at the start that the tick taken last tells; meaningless where it tells none.
     std::span<const Pose> obstaclesAtStart() const { return start_.X_WO; }
@@ -92,7 +92,7 @@ class HapticLoop {
 
   private:
     /// What the view wants of a session, which it names: the two arrive by different ways.
-    struct Wishes {
+    struct PendingRequests {
         Settings settings;
         std::vector<Pose> X_WO;  ///< where obstacles are to go; empty: where they are
         std::uint64_t session = 0;
@@ -115,18 +115,18 @@ class HapticLoop {
 
     const LoopOptions options_;
     const double nanosecondsPerRowIteration_;
-    Wishes newest_;            // the view's: of the newest session
+    PendingRequests newest_;   // the view's: of the newest session
     RealTimeStatus realTime_;  // written before ready_
     std::latch ready_{1};
 
-    TripleBuffer<Wishes> wishes_;
+    TripleBuffer<PendingRequests> wishes_;
     bool wishesWait_ = false;  // the loop's: the newest are for a session still to come
     std::atomic<bool> restart_ = false, beginAnew_ = false;
     enum class Asked : std::uint8_t { Nothing, Stop, Engage };
     std::atomic<Asked> asked_ = Asked::Nothing;
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
-    Ring<WholeTick> ring_;
+    Ring<RecordedTick> ring_;
     Ring<StartPlaces> starts_;  // of ticks in ring_, in their order
     StartPlaces start_;         // the view's: of the tick taken last
     StartPlaces begun_;         // the loop's: the next for starts_

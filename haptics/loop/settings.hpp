@@ -30,7 +30,7 @@ struct Settings {
     int iterationCap = 1000;                ///< of the approximate solvers in default mode
     double margin = 0.5;                    ///< m, mm: pairs this near become rows
     double trust = 0.5;                     ///< t, mm: greatest travel of any leaf per linearisation
-    double slack = 0.75;                    ///< mm of travel before the neighbour list is built anew
+    double slack = 0.75;                    ///< mm of travel before the neighbor list is built anew
     double travelBudget = 0.5;              ///< v, mm/ms: travel beyond the device's own while in contact
     int linearisations = 2;
     bool adaptiveMargin = true;  ///< solve with the rows that the step would cross

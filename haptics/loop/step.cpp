@@ -73,7 +73,7 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
-    for (NeighbourList& list : s.lists) list.forget();
+    for (NeighborList& list : s.lists) list.forget();
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();
     s.projector->reset();
@@ -257,7 +257,8 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     TickRecord record;
     record.tick = state.tick++;
     state.asked = {};
-    state.given = {.X_WT = input.X_WT, .settings = settings, .start = std::exchange(state.start, std::nullopt)};
+    state.given = {
+        .X_WT_device = input.X_WT_device, .settings = settings, .start = std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};
     for (std::size_t k = 0; k < state.lists.size(); ++k)
         state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
@@ -266,14 +267,14 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     Pose device = state.device;
     bool hold = true;
     const int badTarget = state.badTarget(input.X_WO);
-    if (!state.sound || !input.X_WT.isValid() || badTarget >= 0) {
+    if (!state.sound || !input.X_WT_device.isValid() || badTarget >= 0) {
         record.flags |= kBadInput;
         if (badTarget >= 0) {  // a replay has to be given it, too
             state.given.obstacle = badTarget;
             state.given.X_WO = input.X_WO[badTarget];
         }
     } else {
-        device = state.referencePose({input.X_WT.p, input.X_WT.q.normalized()});
+        device = state.referencePose({input.X_WT_device.p, input.X_WT_device.q.normalized()});
         if (settings.pause) {
             record.flags |= kPaused;
         } else {

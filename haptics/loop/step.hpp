@@ -9,6 +9,7 @@
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
+#include "haptics/threads/stage_clock.hpp"
 
 namespace touchstone {
 
@@ -30,7 +31,7 @@ enum TickFlag : std::uint32_t {
 };
 
 struct StepInput {
-    Pose X_WT;  ///< the device's pose of the tool node, scene frame
+    Pose X_WT_device;  ///< tool node where the device wants it, scene frame
     /// Pair entries found elsewhere, by obstacle, if any; used where they are complete for what the tick asks. They
     /// save time and change no result.
     std::span<const PairEntries* const> entries = {};
@@ -49,17 +50,11 @@ struct StepStart {
 
 /// What a tick was given. With the world and the ticks since the last `start`, all that its result depends on.
 struct TickInput {
-    Pose X_WT;  ///< as StepInput's, before anything was made of it
+    Pose X_WT_device;  ///< as StepInput's, before anything was made of it
     Settings settings;
     std::optional<StepStart> start;  ///< the state began anew, right before this tick
     int obstacle = -1;               ///< whose turn it was to move; -1: none was on its way
     Pose X_WO = {};                  ///< where that one was to go
-};
-
-/// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
-struct StageClock {
-    std::uint64_t (*now)() = nullptr;
-    double microseconds = 0;  ///< per count
 };
 
 /// What a tick did. A plain struct that is copied through rings and written to files; every field is finite.
@@ -97,7 +92,7 @@ struct TickRecord {
 };
 
 /// A tick whole, as it is recorded.
-struct WholeTick {
+struct RecordedTick {
     TickInput input;
     TickRecord record;
     std::uint64_t session = 0;  ///< the holder's; tells the world
@@ -107,7 +102,7 @@ struct WholeTick {
 /// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.
 std::uint64_t hashTick(const TickRecord& record, std::uint64_t previous = 0xcbf29ce484222325ull);
 
-/// All memory of the tick and what it remembers from the last: graphic tool, neighbour lists, warm starts. One thread
+/// All memory of the tick and what it remembers from the last: graphic tool, neighbor lists, warm starts. One thread
 /// at a time. Build it off the loop; it allocates and touches everything in the constructor.
 class StepState {
   public:

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptics/collision/clearance.hpp"
-#include "haptics/collision/neighbour_list.hpp"
+#include "haptics/collision/neighbor_list.hpp"
 #include "haptics/loop/step.hpp"
 
 namespace touchstone {
@@ -35,7 +35,7 @@ struct StepState::Impl {
     double obstacleTravel = 0;  ///< of this tick, mm
 
     // Working memory.
-    std::vector<NeighbourList> lists;
+    std::vector<NeighborList> lists;
     std::vector<TreeWalk> walks;  ///< of the modes that keep no list
     RowSet rows{kRowCapacity};
     RowScreen screen{kRowCapacity};

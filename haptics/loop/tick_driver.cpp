@@ -107,7 +107,7 @@ void TickDriver::startOver() {
     X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
     session_->safety.begin();  // guard
     if (stopped()) session_->state.reset(X_WT_before_);
-    lastAct_.guard(*session_->device, session_->safety.motors());  // guard
+    emergencyStop_.guard(*session_->device, session_->safety.motors());  // guard
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
     fadeIn();
@@ -145,11 +145,11 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     // The tool holds; the safety stage says why.
     if (!reading.valid || stopped()) effective.pause = true;  // guard
     if (reading.valid) {
-        if (first_ && !stopped() && reading.X_WT.isValid()) {
-            session.state.reset(reading.X_WT);
+        if (first_ && !stopped() && reading.X_WT_device.isValid()) {
+            session.state.reset(reading.X_WT_device);
             first_ = false;
         }
-        X_WT_last_ = reading.X_WT;
+        X_WT_last_ = reading.X_WT_device;
     }
 
     StepInput input{X_WT_last_, {}, session.X_WO};
@@ -170,7 +170,9 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     record.periodUs = 1000 * clocks.periodMs;
     record.wrench_out = session.safety.pass({
         .wrench_o = record.wrench_o,
-        .flags = record.flags,                                // guard
+        .solverFailed = (record.flags & kNonFinite) != 0,     // guard
+        .badInput = (record.flags & kBadInput) != 0,          // guard
+        .listOverflow = (record.flags & kListOverflow) != 0,  // guard
         .fresh = reading.valid,                               // guard
         .fault = reading.fault,                               // guard
         .hung = clocks.hung && clocks.hung->exchange(false),  // guard
@@ -187,7 +189,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
             fadeIn();
     }
     // The process is ending. A simulated hand goes on, so that what a run has measured until then stays repeatable.
-    if (LastAct::begun() && session.safety.motors()) record.wrench_out = {};  // guard
+    if (EmergencyStop::begun() && session.safety.motors()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
     loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
 

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "haptics/device/device.hpp"
-#include "haptics/device/last_act.hpp"
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/device/safety.hpp"
-#include "haptics/loop/list_keeper.hpp"
-#include "haptics/loop/ramp.hpp"
+#include "haptics/loop/neighbor_list_worker.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/step.hpp"
+#include "haptics/threads/ramp.hpp"
 
 namespace touchstone {
 
@@ -27,9 +27,9 @@ struct Session {
     std::unique_ptr<Device> device;
     StepState state;
     SafetyStage safety;
-    std::vector<Pose> X_WO;              ///< where the obstacles are to go
-    std::unique_ptr<ListKeeper> keeper;  ///< null: ticks find their own lists
-    std::uint64_t number;                ///< the holder's; tells sessions apart
+    std::vector<Pose> X_WO;                      ///< where the obstacles are to go
+    std::unique_ptr<NeighborListWorker> keeper;  ///< null: ticks find their own lists
+    std::uint64_t number;                        ///< the holder's; tells sessions apart
 };
 
 /// Optional clocks; none of them changes what step() answers.
@@ -117,9 +117,9 @@ class TickDriver {
     bool held_ = true;         // the dead-man button, in the tick before: a new hold engages
     bool loaded_ = false;      // the last wrench to the device was not zero
     bool finished_ = false;
-    Pose X_WT_last_;    // last valid reading
-    Pose X_WT_before_;  // of the graphic tool
-    LastAct lastAct_;   // on the session's device
+    Pose X_WT_last_;               // last valid reading
+    Pose X_WT_before_;             // of the graphic tool
+    EmergencyStop emergencyStop_;  // on the session's device
 };
 
 }  // namespace touchstone

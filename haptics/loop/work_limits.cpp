@@ -5,7 +5,7 @@
 #include <memory>
 #include <type_traits>
 
-#include "haptics/loop/rt_thread.hpp"
+#include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone {
 namespace {

@@ -56,9 +56,9 @@ ContactSurface makeContactSurface(const TriangleMesh& mesh) {
         surface.faces.push_back(face);
     }
     if (surface.faces.empty()) throw std::invalid_argument("the mesh has no triangle with an area: check the file");
-    surface.neighbours.resize(surface.vertices.size());
+    surface.neighbors.resize(surface.vertices.size());
     for (const ContactSurface::Edge& edge : surface.edges)
-        for (int k = 0; k < 2; ++k) surface.neighbours[edge.vertices[k]].push_back(edge.vertices[1 - k]);
+        for (int k = 0; k < 2; ++k) surface.neighbors[edge.vertices[k]].push_back(edge.vertices[1 - k]);
     return surface;
 }
 
@@ -88,7 +88,7 @@ Vec3 closestPoint(const ContactSurface& surface, int face, const Vec3& p, Featur
 bool standsOut(const ContactSurface& surface, const Feature& feature, const Vec3& at, const Vec3& normal) {
     if (feature.kind == Feature::Kind::Face) return true;
     const std::vector<int>& around =
-        feature.kind == Feature::Kind::Edge ? surface.edges[feature.index].wings : surface.neighbours[feature.index];
+        feature.kind == Feature::Kind::Edge ? surface.edges[feature.index].wings : surface.neighbors[feature.index];
     return std::all_of(around.begin(), around.end(), [&](int v) {
         const Vec3 way = surface.vertices[v] - at;
         return way.dot(normal) <= kFlat * way.norm();

@@ -19,7 +19,7 @@ struct ContactSurface {
     std::vector<Vec3> vertices;
     std::vector<Face> faces;
     std::vector<Edge> edges;
-    std::vector<std::vector<int>> neighbours;  ///< of each vertex, across edges
+    std::vector<std::vector<int>> neighbors;  ///< of each vertex, across edges
 
     Triangle triangle(int face) const;
     Vec3 normal(int face) const;  ///< of unit length, outward

@@ -46,7 +46,7 @@ struct MeshReferenceAnswer {
 /// models, 2003), solves exactly, moves no further than the margin, and halves the move until no triangle is met. The
 /// energy falls with every move. Distances are exact up to rounding; there is no sampling. Immutable once made, and may
 /// be shared; solve() allocates and takes milliseconds to seconds.
-/// On about one pose in thirty of two bunnies the contacts alternate between neighbouring features and it does not
+/// On about one pose in thirty of two bunnies the contacts alternate between neighboring features and it does not
 /// converge: `residual` then says how far the tool still wanders, some hundredths of a mm.
 class MeshReference {
   public:

@@ -1,7 +1,7 @@
 // Any bytes as the protocol of a study.
 #include <stdexcept>
 
-#include "haptics/system/trials/protocol.hpp"
+#include "haptics/sandbox/trials/protocol.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace touchstone;
@@ -9,9 +9,9 @@ using fuzz::require;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const fuzz::ScratchFile file(".json");
-    system::Protocol protocol;
+    sandbox::Protocol protocol;
     try {
-        protocol = system::readProtocol(file.write(data, size));
+        protocol = sandbox::readProtocol(file.write(data, size));
     } catch (const std::runtime_error& error) {
         fuzz::requireSentence(error.what());
         require(std::string(error.what()).find(file.path().filename().string()) != std::string::npos, "names the file");
@@ -22,13 +22,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(trials >= 1 && trials <= 1'000'000, "as many trials as anybody can run");
     const auto all = protocol.trials();
     require(all.size() == trials, "every participant has every trial");
-    for (const system::Condition& condition : protocol.conditions) try {
+    for (const sandbox::Condition& condition : protocol.conditions) try {
             require(checkSettings(condition.settings(Settings{})).empty(), "settings that go together");
         } catch (const std::runtime_error& error) {
             fuzz::requireSentence(error.what());
         }
     // What a study keeps of it is the same protocol.
     const std::string kept = protocol.source.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-    require(system::readProtocol(file.write(kept.data(), kept.size())).source == protocol.source, "it reads back");
+    require(sandbox::readProtocol(file.write(kept.data(), kept.size())).source == protocol.source, "it reads back");
     return 0;
 }

@@ -2,11 +2,11 @@
 // handed to step(), made a motion, recovered and exported.
 #include <stdexcept>
 
-#include "haptics/system/recording.hpp"
-#include "haptics/system/replay_pass.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/session/replay_pass.hpp"
 #include "tests/fuzz/fuzz.hpp"
+#include "tests/support/scene_maker.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tests/system/scene_maker.hpp"
 
 using namespace touchstone;
 using fuzz::require;
@@ -32,15 +32,15 @@ bool spoken(Work&& work) {
     }
 }
 
-const system::HapticScene& scene() {
-    static const system::HapticScene opened = [] {
+const sandbox::HapticScene& scene() {
+    static const sandbox::HapticScene opened = [] {
         engine::Scene small = test::pressScene();  // trees take their time under the sanitizers
         for (const engine::Entity node : small.nodes) {
             auto extras = small.registry.get<engine::NodeMarking>(node).extras;
             extras["touchstone"]["leaves"] = 16;
             setExtras(small, node, extras);
         }
-        return system::openScene(std::move(small));
+        return sandbox::openScene(std::move(small));
     }();
     return opened;
 }
@@ -59,26 +59,26 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
     std::uint64_t rows = 0;
     const bool readable = spoken([&] {
-        system::Recording whole(recording);
-        WholeTick tick;
+        sandbox::Recording whole(recording);
+        RecordedTick tick;
         while (whole.next(tick)) ++rows;
         require(rows == whole.rows(), "as many rows as it says");
     });
     if (readable && rows < 200)  // scenes of other files are not for a fuzzer to open
         spoken([&] {
-            system::ReplayPass pass(scene(), recording, {});
+            sandbox::ReplayPass pass(scene(), recording, {});
             TickRecord record;
             for (std::uint64_t row = 0; row < rows && pass.next(record, {}, true); ++row) {
                 require(record.X_WT.isFinite() && record.wrench_C.isFinite(), "the tool and its force are finite");
                 require(!(record.penetration > 1e7), "no more penetration than there is space");
             }
         });
-    spoken([&] { system::recordedHand(recording); });
-    spoken([&] { system::exportCsv(recording, folder.path() / "ticks.csv"); });
-    if (spoken([&] { system::recoverRecording(recording); })) {
-        spoken([&] { system::Recording{recording}; });
+    spoken([&] { sandbox::recordedHand(recording); });
+    spoken([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
+    if (spoken([&] { sandbox::recoverRecording(recording); })) {
+        spoken([&] { sandbox::Recording{recording}; });
         // What is whole needs no more mending.
-        const std::string once = system::recoverRecording(recording);
+        const std::string once = sandbox::recoverRecording(recording);
         require(once.find("torn") == std::string::npos, "recovered once is recovered");
     }
     return 0;

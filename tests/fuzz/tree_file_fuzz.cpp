@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "haptics/builder/hash.hpp"
 #include "haptics/builder/tree_file.hpp"
+#include "haptics/math/hash.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace touchstone;

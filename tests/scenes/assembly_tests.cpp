@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/session.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/session.hpp"
 
 using namespace touchstone;
 
@@ -18,22 +18,23 @@ TEST_CASE("assembly: left out, the step that matters is missed", "[scenes]") {
         GENERATE(Case{"bayonet", "not-turned", "min_peak_force_N"}, Case{"gears", "lifted", "min_peak_torque_mNm"},
                  Case{"hook", "missed", "min_peak_force_N"}, Case{"lock", "not-home", "seated_angle_rad"});
     INFO(name << ", " << motion);
-    const system::HapticScene scene = system::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb",
-                                                        {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
-    system::OutcomeJudge whole(scene.outcome);
-    system::HeadlessOptions options;
+    const sandbox::HapticScene scene =
+        sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb",
+                           {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+    sandbox::OutcomeJudge whole(scene.outcome);
+    sandbox::HeadlessOptions options;
     options.device = "demo:" + std::string(motion);
     options.timing = false;
     options.onTick = [&](const TickRecord& record, double penetration) { whole.add(record, penetration, 1); };
-    const system::Report report = system::runHeadless(scene, scene.settings, options).report;
+    const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
     REQUIRE_FALSE(report.checks.empty());
-    for (const system::OutcomeCheck& check : report.checks) {
+    for (const sandbox::OutcomeCheck& check : report.checks) {
         INFO(check.name << ": limit " << check.limit << ", was " << check.value);
         CHECK(check.met);
     }
     int unseated = 0;
     bool missed = false;
-    for (const system::OutcomeCheck& check : whole.checks(true)) {
+    for (const sandbox::OutcomeCheck& check : whole.checks(true)) {
         unseated += check.name == "seated_hold_s" && !check.met;
         missed = missed || (check.name == unmet && !check.met);
     }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "haptics/system/headless_run.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
 
 using namespace touchstone;
 
@@ -14,13 +14,13 @@ TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
     };
     for (const Pocket& pocket : {Pocket{"dental", 2}, Pocket{"dental-inflamed", 5.5}}) {
         INFO(pocket.scene);
-        const system::HapticScene scene =
-            system::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(pocket.scene) + ".glb",
-                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+        const sandbox::HapticScene scene =
+            sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(pocket.scene) + ".glb",
+                               {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
         REQUIRE(scene.world);
-        system::HeadlessOptions options;
+        sandbox::HeadlessOptions options;
         options.timing = false;
-        const system::Report report = system::runHeadless(scene, scene.settings, options).report;
+        const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
         CHECK(report.gauge == "probing depth");
         // Trees cover their surfaces, so that the tip stops before the bottom by what their leaves stand out; it leans
         // by less than 8°, so that of its ball of 0.25 mm another point than that on the axis touches first.

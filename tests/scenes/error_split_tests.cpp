@@ -1,23 +1,23 @@
 // The error of ticks on the bunnies against their meshes, split by cause.
-#include "haptics/system/error_split.hpp"
+#include "haptics/sandbox/measure/error_split.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "haptics/system/headless_run.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
 
 using namespace touchstone;
 
 namespace {
 
-system::HapticScene openBunnies() {
-    return system::openScene(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb",
-                             {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+sandbox::HapticScene openBunnies() {
+    return sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb",
+                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
 }
 
 /// A tick of case 1, and the one before it.
-std::pair<TickRecord, TickRecord> slideTo(const system::HapticScene& scene, const Settings& settings, double seconds) {
+std::pair<TickRecord, TickRecord> slideTo(const sandbox::HapticScene& scene, const Settings& settings, double seconds) {
     TickRecord before, now;
-    system::HeadlessOptions options;
+    sandbox::HeadlessOptions options;
     options.device = "demo:hard-01-slide";
     options.timing = false;
     options.seconds = seconds;
@@ -25,7 +25,7 @@ std::pair<TickRecord, TickRecord> slideTo(const system::HapticScene& scene, cons
         before = now;
         now = record;
     };
-    system::runHeadless(scene, settings, options);
+    sandbox::runHeadless(scene, settings, options);
     return {before, now};
 }
 
@@ -33,15 +33,15 @@ std::pair<TickRecord, TickRecord> slideTo(const system::HapticScene& scene, cons
 
 TEST_CASE("error split: sliding bunnies are off by what their spheres stand out, not by how they are solved",
           "[reference]") {
-    const system::HapticScene scene = openBunnies();
-    const MeshReference reference = system::meshReferenceOf(scene);
+    const sandbox::HapticScene scene = openBunnies();
+    const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings settings = scene.settings;
     settings.shadow = -1;
     const double seconds = GENERATE(0.3, 0.5, 0.9);
     INFO("at " << seconds << " s");
     const auto [before, now] = slideTo(scene, settings, seconds);
     REQUIRE(now.wrench_C.force.norm() > 0.5);
-    const system::ErrorSplit split = system::splitError(*scene.world, settings, reference, before, now);
+    const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, settings, reference, before, now);
     CHECK(split.converged);
     CHECK(split.truth.gap == Approx(1e-3).margin(1e-5));  // loaded features stand at the shell
     // Where two leaves touch, each surface is no further than its leaves stand out.
@@ -60,15 +60,15 @@ TEST_CASE("error split: sliding bunnies are off by what their spheres stand out,
 }
 
 TEST_CASE("error split: a coarse solver's error is its own share", "[reference]") {
-    const system::HapticScene scene = openBunnies();
-    const MeshReference reference = system::meshReferenceOf(scene);
+    const sandbox::HapticScene scene = openBunnies();
+    const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings coarse = scene.settings;
     coarse.shadow = -1;
     coarse.solver = findSolver("pqp");
     coarse.tolerance = 1;
     coarse.adaptiveMargin = false;  // else it gets the one or two rows that matter, and they are no work
     const auto [before, now] = slideTo(scene, coarse, 0.5);
-    const system::ErrorSplit split = system::splitError(*scene.world, coarse, reference, before, now);
+    const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, coarse, reference, before, now);
     CHECK(split.converged);
     CHECK(split.solver.force > 1e-4);
     CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);

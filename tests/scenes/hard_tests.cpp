@@ -8,34 +8,34 @@
 
 #include "haptics/device/held_motion.hpp"
 #include "haptics/loop/tick_driver.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/presets.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 using namespace touchstone;
 
 namespace {
 
-system::HapticScene open(const std::string& name) {
-    return system::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + name + ".glb",
-                             {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+sandbox::HapticScene open(const std::string& name) {
+    return sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + name + ".glb",
+                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
 }
 
-Settings exactAlone(const system::HapticScene& scene) {
+Settings exactAlone(const sandbox::HapticScene& scene) {
     Settings settings = scene.settings;
     settings.shadow = -1;
     return settings;
 }
 
 struct Run {
-    system::Report report;
+    sandbox::Report report;
     bool finite = true;
     double work = 0;      ///< greatest rows² x iterations of a tick, the last iteration not counted
     double residual = 0;  ///< mm that an answer of the solver violates a row by, where the rows are feasible
 };
 
-Run run(const system::HapticScene& scene, const std::string& motion, const Settings& settings) {
+Run run(const sandbox::HapticScene& scene, const std::string& motion, const Settings& settings) {
     Run result;
-    system::HeadlessOptions options;
+    sandbox::HeadlessOptions options;
     options.device = "demo:" + motion;
     options.timing = false;
     options.onTick = [&](const TickRecord& record, double) {
@@ -44,12 +44,12 @@ Run run(const system::HapticScene& scene, const std::string& motion, const Setti
         result.work = std::max(result.work, double(record.rows) * record.rows * (record.iterations - 1));
         if (!(record.flags & kInfeasible)) result.residual = std::max(result.residual, record.kkt.primal_mm);
     };
-    result.report = system::runHeadless(scene, settings, options).report;
+    result.report = sandbox::runHeadless(scene, settings, options).report;
     return result;
 }
 
 /// Every motion of the scene whose name begins so meets its outcome; there are `count` of them.
-void meetsAll(const system::HapticScene& scene, const std::string& prefix, int count = 1) {
+void meetsAll(const sandbox::HapticScene& scene, const std::string& prefix, int count = 1) {
     int found = 0;
     for (const NamedMotion& motion : scene.motions) {
         if (motion.name.rfind(prefix, 0) != 0) continue;
@@ -57,7 +57,7 @@ void meetsAll(const system::HapticScene& scene, const std::string& prefix, int c
         INFO(motion.name);
         const Run result = run(scene, motion.name, exactAlone(scene));
         REQUIRE_FALSE(result.report.checks.empty());
-        for (const system::OutcomeCheck& check : result.report.checks) {
+        for (const sandbox::OutcomeCheck& check : result.report.checks) {
             INFO(check.name << ": limit " << check.limit << ", was " << check.value);
             CHECK(check.met);
         }
@@ -70,14 +70,14 @@ void meetsAll(const system::HapticScene& scene, const std::string& prefix, int c
 }  // namespace
 
 TEST_CASE("hard: sliding, deep pressing and fast approach on bunnies (cases 1 to 3)", "[hard]") {
-    const system::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies");
     meetsAll(scene, "hard-01-slide");
     meetsAll(scene, "hard-02-deep");
     meetsAll(scene, "hard-03-approach", 3);
 }
 
 TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at 180 (cases 5 to 8)", "[hard]") {
-    const system::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies");
     meetsAll(scene, "hard-05-teleport");
     meetsAll(scene, "hard-06-rotate");
     meetsAll(scene, "hard-07-spin", 3);
@@ -86,7 +86,7 @@ TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at
 }
 
 TEST_CASE("hard: a ball at a 1 mm plate, in free flight and off an edge (cases 4, 15 and 16)", "[hard]") {
-    const system::HapticScene scene = open("plate");
+    const sandbox::HapticScene scene = open("plate");
     meetsAll(scene, "hard-04-plate", 4);
     meetsAll(scene, "hard-15-flight");
     meetsAll(scene, "hard-16-edge");
@@ -120,7 +120,7 @@ struct Energy {
 };
 
 /// Case 14: a simulated hand presses, holds, releases and ends clear of contact.
-Energy pressed(const system::HapticScene& scene, const HandParameters& hand, int delay, double rate) {
+Energy pressed(const sandbox::HapticScene& scene, const HandParameters& hand, int delay, double rate) {
     const auto press = std::find_if(scene.motions.begin(), scene.motions.end(),
                                     [](const NamedMotion& m) { return m.name == "hard-14-press"; });
     REQUIRE(press != scene.motions.end());
@@ -146,7 +146,7 @@ Energy pressed(const system::HapticScene& scene, const HandParameters& hand, int
 }  // namespace
 
 TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 14)", "[hard]") {
-    const system::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies");
     const int delay = GENERATE(0, 1, 2, 3, 4);
     const double mass = GENERATE(0.05, 0.5), spring = GENERATE(0.2, 1.0);
     // k = 1 N/mm and T = 1 ms make k T = 1 N·s/m. Torsion: the same, since k_r < k·(45 mm)² and b_r = b·(45 mm)².
@@ -159,7 +159,7 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
 }
 
 TEST_CASE("hard: with too little damping it does gain energy, and ten times the rate cures it (case 14)", "[hard]") {
-    const system::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies");
     const HandParameters hand = HandParameters::fromTranslation(0.1, 1, 0.5);
     const Energy slow = pressed(scene, hand, 1, 1000), fast = pressed(scene, hand, 1, 10000);
     INFO("1 kHz: work " << slow.work << ", gain " << slow.gain << ", at most " << slow.most);
@@ -171,10 +171,10 @@ TEST_CASE("hard: with too little damping it does gain energy, and ten times the 
 }
 
 TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", "[hard]") {
-    const system::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies");
     const char* motion = GENERATE("hard-01-slide", "hard-06-rotate");
     INFO(motion);
-    Settings settings = system::withMode(scene.settings, Mode::Paper);
+    Settings settings = sandbox::withMode(scene.settings, Mode::Paper);
     settings.rate =
         250;  // the motion of a second and its approach in some 300 ticks: at 1 kHz they would take a minute
     const Run result = run(scene, motion, settings);

@@ -1,20 +1,21 @@
 // The motions of the published experiments are what their figures say.
 #include <catch2/catch.hpp>
 
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/presets.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 using namespace touchstone;
 
 namespace {
 
 std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode) {
-    const system::HapticScene scene = system::openScene(std::string(TOUCHSTONE_BINARY_DIR "/scenes/") + name + ".glb",
-                                                        {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
-    Settings settings = system::withMode(scene.settings, mode);
+    const sandbox::HapticScene scene =
+        sandbox::openScene(std::string(TOUCHSTONE_BINARY_DIR "/scenes/") + name + ".glb",
+                           {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+    Settings settings = sandbox::withMode(scene.settings, mode);
     settings.solver = kExactSolver;
     settings.shadow = -1;
-    system::HeadlessOptions options;
+    sandbox::HeadlessOptions options;
     options.device = std::string("demo:") + motion;
     options.timing = false;
     std::vector<TickRecord> ticks;
@@ -22,7 +23,7 @@ std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode)
         ticks.push_back(record);
         if (mode == Mode::Default) REQUIRE(penetration <= 1e-3);
     };
-    system::runHeadless(scene, settings, options);
+    sandbox::runHeadless(scene, settings, options);
     return ticks;
 }
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "engine/view/image_file.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/scene_view.hpp"
+#include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/image_difference.hpp"
 
 using namespace touchstone;
@@ -51,23 +51,23 @@ TEST_CASE("pictures: scenes look as they did, within what drivers may differ by"
     const bool renew = std::getenv("TOUCHSTONE_RENEW_PICTURES") != nullptr;
 
     std::string opened;
-    system::HapticScene scene;
+    sandbox::HapticScene scene;
     for (const PictureCase& which : kCases) {
         CAPTURE(which.name);
         if (opened != which.scene)
-            scene = system::openScene(fs::path(TOUCHSTONE_BINARY_DIR) / "scenes" / (std::string(which.scene) + ".glb"),
-                                      {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+            scene = sandbox::openScene(fs::path(TOUCHSTONE_BINARY_DIR) / "scenes" / (std::string(which.scene) + ".glb"),
+                                       {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
         opened = which.scene;
         REQUIRE(scene.world);
 
-        system::HeadlessOptions options;
+        sandbox::HeadlessOptions options;
         options.timing = false;
         options.seconds = which.seconds;
         std::vector<TickRecord> ticks;
         options.onTick = [&](const TickRecord& record, double) { ticks.push_back(record); };
-        const TickRecord last = system::runHeadless(scene, scene.settings, options).last;
+        const TickRecord last = sandbox::runHeadless(scene, scene.settings, options).last;
 
-        system::ScenePicture picture{.view = which.view, .width = 320, .height = 200, .before = ticks};
+        sandbox::ScenePicture picture{.view = which.view, .width = 320, .height = 200, .before = ticks};
         REQUIRE(applyShowList(picture.display, which.show) == "");
         const engine::Image image = renderScene(scene, last, scene.settings, picture);
         const fs::path reference = folder / (std::string(which.name) + ".png");

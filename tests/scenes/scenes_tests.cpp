@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/presets.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 using namespace touchstone;
 
@@ -22,12 +22,12 @@ std::vector<fs::path> sceneFiles() {
     return files;
 }
 
-system::HapticScene open(const fs::path& file) {
-    return system::openScene(file, {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+sandbox::HapticScene open(const fs::path& file) {
+    return sandbox::openScene(file, {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
 }
 
-system::HeadlessOptions untimed() {
-    system::HeadlessOptions options;
+sandbox::HeadlessOptions untimed() {
+    sandbox::HeadlessOptions options;
     options.timing = false;
     return options;
 }
@@ -48,7 +48,7 @@ TEST_CASE("scenes: each opens without a warning, starts clear of contact and car
           "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const system::HapticScene scene = open(file);
+        const sandbox::HapticScene scene = open(file);
         for (const std::string& warning : scene.warnings) CHECK(warning == "");
         REQUIRE(scene.world);
         CHECK(scene.demonstration);
@@ -60,14 +60,14 @@ TEST_CASE("scenes: each opens without a warning, starts clear of contact and car
 TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const system::HapticScene scene = open(file);
-        system::HeadlessOptions options = untimed();
+        const sandbox::HapticScene scene = open(file);
+        sandbox::HeadlessOptions options = untimed();
         bool finite = true;
         options.onTick = [&](const TickRecord& record, double) {
             finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite() && record.wrench_out.isFinite();
         };
-        const system::Report report = system::runHeadless(scene, scene.settings, options).report;
-        for (const system::OutcomeCheck& check : report.checks) {
+        const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
+        for (const sandbox::OutcomeCheck& check : report.checks) {
             INFO(check.name << ": limit " << check.limit << ", was " << check.value);
             CHECK(check.met);
         }
@@ -80,16 +80,16 @@ TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][s
 TEST_CASE("scenes: the paper's mode runs each within its row cap", "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const system::HapticScene scene = open(file);
-        system::HeadlessOptions options = untimed();
+        const sandbox::HapticScene scene = open(file);
+        sandbox::HeadlessOptions options = untimed();
         options.seconds = 1.2;  // into contact, in 300 ticks
         bool finite = true;
         options.onTick = [&](const TickRecord& record, double) {
             finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite();
         };
-        Settings settings = system::withMode(scene.settings, Mode::Paper);
+        Settings settings = sandbox::withMode(scene.settings, Mode::Paper);
         settings.rate = 250;
-        const system::Report report = system::runHeadless(scene, settings, options).report;
+        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
         CHECK(report.ticks == 300);
         CHECK(report.rows.max.value() <= settings.paperRows);
         CHECK(finite);

@@ -3,11 +3,11 @@
 
 #include <unistd.h>
 
-#include "haptics/system/session.hpp"
-#include "haptics/system/trials/trial.hpp"
+#include "haptics/sandbox/session/session.hpp"
+#include "haptics/sandbox/trials/trial.hpp"
 
 using namespace touchstone;
-using namespace touchstone::system;
+using namespace touchstone::sandbox;
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 

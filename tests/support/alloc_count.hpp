@@ -1,6 +1,6 @@
 #pragma once
 // Counts allocations of this thread, to prove that the real-time path makes none. The program that uses it must replace
-// the global operator new by one that increments the counter; tests/haptics/alloc_count.cpp does.
+// the global operator new by one that increments the counter; tests/support/alloc_count.cpp does.
 #include <cstdint>
 
 namespace touchstone::test {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tools/parts/scene_kit.hpp"
+#include "tools/parts/angles.hpp"
 #include "tools/parts/scenes.hpp"
 
 namespace touchstone::app {
@@ -14,7 +14,6 @@ using engine::Entity;
 using engine::Scene;
 using nlohmann::json;
 
-constexpr double kTau = 2 * std::numbers::pi;
 
 /// Above the y axis or `x` beside it, turned about it.
 ToolPose upright(double y, double angle, double x = 0) {

@@ -2,12 +2,12 @@
 
 #include <stdexcept>
 
+#include "tools/parts/angles.hpp"
 #include "tools/parts/turned.hpp"
 
 namespace touchstone::app {
 namespace {
 
-constexpr double kTau = 2 * std::numbers::pi;
 constexpr double kFoot = 4;  ///< of the cap's body below the lugs' middle, mm
 
 void check(const BayonetFit& fit) {

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <stdexcept>
 
 #include "tools/parts/scene_kit.hpp"
 #include "tools/parts/scenes.hpp"
+#include "tools/parts/angles.hpp"
+#include "tools/parts/planar.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
@@ -15,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kTau = 2 * std::numbers::pi, kDegree = kTau / 360;
+constexpr double kDegree = kTau / 360;
 
 /// Points around an axis, counter-clockwise seen from its end; all at one place where a surface comes to a point.
 using Ring = std::vector<glm::dvec3>;
@@ -151,23 +152,19 @@ double leaning(const PocketFit& fit) {
     return std::atan(most);
 }
 
-void check(bool holds, const char* sentence) {
-    if (!holds) throw std::invalid_argument(sentence);
-}
-
 void check(const PocketFit& fit) {
-    check(fit.sulcus > 0.5 && fit.depth >= fit.sulcus && fit.depth <= 8,
+    require(fit.sulcus > 0.5 && fit.depth >= fit.sulcus && fit.depth <= 8,
           "the sulcus must be over 0.5 mm deep, and the pocket as deep or deeper, up to 8 mm");
-    check(fit.bottomWidth > 2 * kTipRadius && fit.width >= fit.bottomWidth && fit.width <= 2,
+    require(fit.bottomWidth > 2 * kTipRadius && fit.width >= fit.bottomWidth && fit.width <= 2,
           "the pocket must be wider than the probe's tip, 0.5 mm, no narrower at the margin than at its bottom, and at "
           "most 2 mm wide");
     const double lean = std::tan(leaning(fit));
     for (double up = 0; up < fit.depth; up += 0.1) {
         const double away = atBottom(fit) + lean * up - toothRadius(up - fit.depth);
-        check(away + probeRadius(up) < glm::mix(fit.bottomWidth, fit.width, up / fit.depth),
+        require(away + probeRadius(up) < glm::mix(fit.bottomWidth, fit.width, up / fit.depth),
               "the probe cannot pass the crown to the bottom of this pocket: make it wider or less deep");
     }
-    check(fit.stiffness > 0, "the stiffness must be positive");
+    require(fit.stiffness > 0, "the stiffness must be positive");
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <random>
 #include <string>
 
 #include "haptics/collision/clearance.hpp"
+#include "tools/parts/angles.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -14,10 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kTau = 2 * std::numbers::pi;
 constexpr glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
-glm::dquat about(const glm::dvec3& axis, double angle) { return glm::angleAxis(angle, axis); }
 glm::dquat degreesAbout(const glm::dvec3& axis, double degrees) { return about(axis, glm::radians(degrees)); }
 
 std::string numbered(const char* name, double value) {

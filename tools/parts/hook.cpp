@@ -1,14 +1,13 @@
 #include "tools/parts/hook.hpp"
 
 #include <cmath>
-#include <numbers>
 
+#include "tools/parts/angles.hpp"
 #include "tools/parts/wire.hpp"
 
 namespace touchstone::app {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
 }  // namespace

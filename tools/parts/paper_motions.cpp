@@ -6,16 +6,14 @@
 
 #include "haptics/collision/leaf_gaps.hpp"
 #include "haptics/collision/tree_walk.hpp"
-#include "haptics/system/units.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 #include "tools/parts/demonstration.hpp"
+#include "tools/parts/angles.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
 namespace {
 
-constexpr double kTau = 2 * std::numbers::pi;
-
-glm::dquat about(const glm::dvec3& axis, double angle) { return glm::angleAxis(angle, axis); }
 
 /// How many pairs of leaves intersect, the obstacle at the origin.
 class PairCounter {
@@ -24,7 +22,7 @@ class PairCounter {
 
     int at(const ToolPose& pose) {
         const glm::dvec3& p = pose.position;
-        const Pose X{Vec3(p.x, p.y, p.z), system::toEigen(pose.rotation)};
+        const Pose X{Vec3(p.x, p.y, p.z), sandbox::toEigen(pose.rotation)};
         int pairs = 0;
         walk_.run({X, 0}, [&](const LeafBucket* entries, int count) {
             for (int i = 0; i < count; ++i) {

@@ -42,7 +42,7 @@ class Delaunay {
   public:
     struct Triangle {
         std::array<Index, 3> v;     // counter-clockwise
-        std::array<Index, 3> next;  // neighbour beyond the edge opposite v[i]
+        std::array<Index, 3> next;  // neighbor beyond the edge opposite v[i]
     };
 
     Delaunay(glm::dvec2 low, glm::dvec2 high) : origin_(low), scale_(1 / std::max(high.x - low.x, high.y - low.y)) {
@@ -154,6 +154,10 @@ Outline circle(double radius, double chordError, double spacing) {
     return outline;
 }
 
+void require(bool holds, const char* sentence) {
+    if (!holds) throw std::invalid_argument(sentence);
+}
+
 void addArc(Outline& outline, double radius, double from, double to, double chordError, double spacing) {
     const double step = std::min(2 * std::acos(1 - chordError / radius), spacing / radius);
     const int pieces = std::max(1, static_cast<int>(std::ceil((to - from) / step)));
@@ -180,7 +184,7 @@ Outline offset(const Outline& outline, double distance) {
         return edges[i].point +
                edges[i].direction * (cross(edges[j].point - edges[i].point, edges[j].direction) / sine);
     };
-    // Drop the edge that has turned round the most until none has; its neighbours then meet each other.
+    // Drop the edge that has turned round the most until none has; its neighbors then meet each other.
     std::vector<std::size_t> kept(n);
     for (std::size_t i = 0; i < n; ++i) kept[i] = i;
     while (true) {

@@ -13,10 +13,13 @@ using Outline = std::vector<glm::dvec2>;
 /// Regular polygon inscribed in the circle, its chords at most `chordError` inside it and at most `spacing` long.
 Outline circle(double radius, double chordError, double spacing);
 
+/// Throws std::invalid_argument with the sentence where a part cannot be made.
+void require(bool holds, const char* sentence);
+
 /// Adds points of an arc about the origin, both ends included (rad), its chords as those of a circle.
 void addArc(Outline& outline, double radius, double from, double to, double chordError, double spacing);
 
-/// The outline moved outward by `distance` (inward when negative): every edge shifts along its normal and neighbouring
+/// The outline moved outward by `distance` (inward when negative): every edge shifts along its normal and neighboring
 /// edges meet in mitred corners, so that points on an edge are `distance` away and corners further. The result has one
 /// point for each point given; an edge that the shift consumes has both ends at one place (see withoutRepeats).
 /// Throws std::invalid_argument when nothing of the outline is left.

@@ -5,7 +5,7 @@
 #include "engine/scene/mesh_file.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/collision/clearance.hpp"
-#include "haptics/system/units.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::app {
 
@@ -66,7 +66,7 @@ std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file)
 
 SphereTree treeOf(const MeshData& mesh, int leaves, const std::filesystem::path& cache) {
     TriangleMesh surface;
-    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(system::toMm(p));
+    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(sandbox::toMm(p));
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
         surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
     const TreeOptions options{.leaves = leaves};
@@ -80,7 +80,7 @@ double travelToContact(const SphereTree& tool, const SphereTree& obstacle, const
     double travel = 0;
     while (travel < 1000) {
         const glm::dvec3 p = start.position + travel * direction;
-        const double gap = leastGap(tool, obstacle, {Vec3(p.x, p.y, p.z), system::toEigen(q)});
+        const double gap = leastGap(tool, obstacle, {Vec3(p.x, p.y, p.z), sandbox::toEigen(q)});
         if (gap < 1e-4) return travel;
         travel += gap;
     }

@@ -6,6 +6,7 @@
 #include "tools/parts/assembly.hpp"
 #include "tools/parts/hard_cases.hpp"
 #include "tools/parts/paper_motions.hpp"
+#include "tools/parts/angles.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -16,9 +17,6 @@ using engine::MeshData;
 using engine::Scene;
 using nlohmann::json;
 
-constexpr double kTau = 2 * std::numbers::pi;
-
-glm::dquat about(const glm::dvec3& axis, double angle) { return glm::angleAxis(angle, axis); }
 
 /// One bunny nudges another from behind: touch, slide, press deep, rotate, leave.
 Scene makeBunnies(const SceneOptions& options) {

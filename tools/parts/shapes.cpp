@@ -11,17 +11,13 @@
 namespace touchstone::app {
 namespace {
 
-void check(bool holds, const char* sentence) {
-    if (!holds) throw std::invalid_argument(sentence);
-}
-
 void check(const SplineFit& fit) {
-    check(fit.diameter > 0 && fit.length > 0 && fit.depth > 0 && fit.wall > 0 && fit.spacing > 0,
+    require(fit.diameter > 0 && fit.length > 0 && fit.depth > 0 && fit.wall > 0 && fit.spacing > 0,
           "diameter, length, depth, wall and spacing of a spline must be positive");
-    check(fit.clearance >= 0 && fit.chamfer >= 0, "clearance and chamfer of a spline must not be negative");
-    check(fit.chamfer < std::min(fit.length, fit.depth), "the chamfer must be smaller than the length of the spline");
-    check(fit.chamfer < fit.wall, "the chamfer must be smaller than the wall around the hole");
-    check(fit.chamfer < fit.keyWidth / 2, "the chamfer must be smaller than half the width of the keys");
+    require(fit.clearance >= 0 && fit.chamfer >= 0, "clearance and chamfer of a spline must not be negative");
+    require(fit.chamfer < std::min(fit.length, fit.depth), "the chamfer must be smaller than the length of the spline");
+    require(fit.chamfer < fit.wall, "the chamfer must be smaller than the wall around the hole");
+    require(fit.chamfer < fit.keyWidth / 2, "the chamfer must be smaller than half the width of the keys");
 }
 
 Solid icosahedron(double radius) {
@@ -76,14 +72,14 @@ double sagitta(const Solid& solid, double radius) {
 }  // namespace
 
 engine::MeshData box(const glm::dvec3& size, double spacing) {
-    check(size.x > 0 && size.y > 0 && size.z > 0 && spacing > 0, "the sides of a box must be positive");
+    require(size.x > 0 && size.y > 0 && size.z > 0 && spacing > 0, "the sides of a box must be positive");
     Solid solid;
     glm::ivec3 count;
     for (int i = 0; i < 3; ++i) count[i] = std::max(1, static_cast<int>(std::ceil(size[i] / spacing - 1e-9)));
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         for (const int side : {0, 1}) {
-            // Cell corners as fractions of the box, so that neighbouring faces compute the same numbers.
+            // Cell corners as fractions of the box, so that neighboring faces compute the same numbers.
             const auto at = [&](int i, int j) {
                 glm::dvec3 p;
                 p[axis] = (side - 0.5) * size[axis];
@@ -105,14 +101,14 @@ engine::MeshData box(const glm::dvec3& size, double spacing) {
 }
 
 engine::MeshData sphere(double radius) {
-    check(radius > 0, "the radius of a sphere must be positive");
+    require(radius > 0, "the radius of a sphere must be positive");
     Solid solid = icosahedron(radius);
     while (sagitta(solid, radius) > kChordError) divide(solid, radius);
     return finished(solid);
 }
 
 engine::MeshData cylinder(double radius, double length, double spacing) {
-    check(radius > 0 && length > 0 && spacing > 0, "radius and length of a cylinder must be positive");
+    require(radius > 0 && length > 0 && spacing > 0, "radius and length of a cylinder must be positive");
     const Outline outline = circle(radius, kChordError, spacing);
     const PlanarMesh end = triangulate(outline, {}, spacing);
     const Section sections[] = {{-length / 2, outline}, {length / 2, outline}};
@@ -126,12 +122,12 @@ engine::MeshData cylinder(double radius, double length, double spacing) {
 Outline splineProfile(const SplineFit& fit) {
     check(fit);
     const double tip = fit.diameter / 2, root = tip - fit.keyDepth;
-    check(fit.keys >= 2, "a spline needs at least two keys");
-    check(fit.keyDepth > 0 && root > 0, "the depth of the keys must lie between 0 and half the diameter");
-    check(fit.keyWidth > 0 && fit.keyWidth < 2 * root, "the keys must be narrower than the root circle");
+    require(fit.keys >= 2, "a spline needs at least two keys");
+    require(fit.keyDepth > 0 && root > 0, "the depth of the keys must lie between 0 and half the diameter");
+    require(fit.keyWidth > 0 && fit.keyWidth < 2 * root, "the keys must be narrower than the root circle");
     const double pitch = 2 * std::numbers::pi / fit.keys;
     const double tipHalf = std::asin(fit.keyWidth / 2 / tip), rootHalf = std::asin(fit.keyWidth / 2 / root);
-    check(2 * rootHalf < pitch, "the keys overlap; make them fewer or narrower");
+    require(2 * rootHalf < pitch, "the keys overlap; make them fewer or narrower");
 
     // Arcs as chords of equal length, corners exactly on the flanks; flanks are divided afterwards.
     Outline outline;

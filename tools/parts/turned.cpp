@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <stdexcept>
 
 #include "tools/parts/shapes.hpp"
+#include "tools/parts/angles.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
 namespace {
 
-constexpr double kTau = 2 * std::numbers::pi;
 constexpr double kSame = 1e-9;
 
 int pieces(double length, double step) { return std::max(1, static_cast<int>(std::ceil(length / step - kSame))); }

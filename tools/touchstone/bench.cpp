@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/system/circumstances.hpp"
+#include "haptics/sandbox/record/build_info.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
@@ -105,7 +105,7 @@ int bench(const BenchCommand& command) {
     if (plots) requireGnuplot();
     makeOutFolder(command.out);
 
-    ordered_json part = system::circumstances();
+    ordered_json part = sandbox::buildInfo();
     part["shard"] = std::to_string(shard.k) + "/" + std::to_string(shard.n);
     ordered_json results{{"suite", command.suite},        {"quick", command.quick},
                          {"planned", all.size()},         {"parts", ordered_json::array({part})},
@@ -115,9 +115,9 @@ int bench(const BenchCommand& command) {
     for (std::size_t first = 0, end; first < plan.cases.size(); first = end) {
         end = endOfScene(plan.cases, first);
         const BenchCase& one = plan.cases[first];
-        system::SceneOptions options{.treeCache = system::treeCacheFolder(), .progress = progressBar()};
+        sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         options.leaves = one.leaves;
-        const system::HapticScene scene = system::openScene(findScene(one.scene), options);
+        const sandbox::HapticScene scene = sandbox::openScene(findScene(one.scene), options);
         const std::span<const BenchCase> cases(&plan.cases[first], end - first);
         for (BenchRow& row : measureCases(scene, cases, command.quick ? kQuick : kFull))
             results["rows"].push_back(std::move(row));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "haptics/loop/settings.hpp"
-#include "haptics/system/scene_world.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace touchstone::app {
@@ -61,7 +61,7 @@ struct BenchEffort {
 inline constexpr BenchEffort kQuick{3, 2000, 0.1, 2000, 3}, kFull{5, 50'000, 2, 10'000, 8};
 
 /// Cases of one scene with the same leaves, their timed runs interleaved. `opened` is that scene.
-std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<const BenchCase> cases,
+std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span<const BenchCase> cases,
                                    const BenchEffort& effort);
 
 /// Rows of which the solvers' cost is measured, and that cost (`touchstone bench qp`).

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/error_split.hpp"
-#include "haptics/system/headless_run.hpp"
+#include "haptics/sandbox/measure/error_split.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/bench.hpp"
 
 namespace touchstone::app {
@@ -99,10 +99,10 @@ class Judge {
     std::vector<double> forces_;
 };
 
-double median(std::vector<double> values) { return system::percentile(values, 50).value_or(0); }
+double median(std::vector<double> values) { return sandbox::percentile(values, 50).value_or(0); }
 
 nlohmann::ordered_json medianOrNull(std::vector<double> values) {
-    const std::optional<double> value = system::percentile(values, 50);
+    const std::optional<double> value = sandbox::percentile(values, 50);
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
@@ -128,7 +128,7 @@ struct Timing {
 
   private:
     static void addPercentiles(std::vector<double>& values, std::array<std::vector<double>, 3>& to) {
-        const system::Percentiles got = system::percentiles(values);
+        const sandbox::Percentiles got = sandbox::percentiles(values);
         for (const auto& [at, value] : {std::pair{0, got.p50}, std::pair{1, got.p99}, std::pair{2, got.p999}})
             to[static_cast<std::size_t>(at)].push_back(*value);
     }
@@ -163,7 +163,7 @@ std::vector<double> timeConstant(std::size_t count, double us) {
 /// A case while it is measured.
 class Measuring {
   public:
-    Measuring(const system::HapticScene& scene, const BenchCase& wanted)
+    Measuring(const sandbox::HapticScene& scene, const BenchCase& wanted)
         : scene_(scene),
           case_(wanted),
           settings_(wanted.settings(scene.settings)),
@@ -179,7 +179,7 @@ class Measuring {
             judge_.ticked(record);
             records_.push_back(record);
         };
-        report_ = system::runHeadless(scene_, settings_, options_).report;
+        report_ = sandbox::runHeadless(scene_, settings_, options_).report;
         options_.onSolve = nullptr;
         options_.onTick = nullptr;
         options_.paced = case_.helper;
@@ -188,14 +188,14 @@ class Measuring {
     void splitErrors(const MeshReference& reference, int samples) {
         std::vector<std::size_t> touching;
         for (std::size_t i = 1; i < records_.size(); ++i)
-            if (records_[i].wrench_C.force.norm() > system::kContactForce && !(records_[i].flags & kNonFinite))
+            if (records_[i].wrench_C.force.norm() > sandbox::kContactForce && !(records_[i].flags & kNonFinite))
                 touching.push_back(i);
         const auto count = std::min(static_cast<std::size_t>(samples), touching.size());
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t at = touching[(2 * i + 1) * touching.size() / (2 * count)];
             try {
-                const system::ErrorSplit split =
-                    system::splitError(*scene_.world, settings_, reference, records_[at - 1], records_[at]);
+                const sandbox::ErrorSplit split =
+                    sandbox::splitError(*scene_.world, settings_, reference, records_[at - 1], records_[at]);
                 if (split.converged)
                     splits_.push_back(split);
                 else
@@ -211,7 +211,7 @@ class Measuring {
         std::array<std::vector<double>, kStages> times;
         const double start = threadCpuMicroseconds();
         do {
-            const system::TimedRun run = system::timeHeadless(scene_, settings_, options_);
+            const sandbox::TimedRun run = sandbox::timeHeadless(scene_, settings_, options_);
             if (run.hash != report_.hash)
                 throw std::runtime_error(case_.key() +
                                          ": a repeated run gave other results, which is a fault of the program: "
@@ -262,7 +262,7 @@ class Measuring {
         row["rows_p50"] = orNull(report_.rows.p50);
         row["rows_max"] = orNull(report_.rows.max);
         row["rows_screened_p50"] = medianOrNull(screened);
-        row["rows_screened_max"] = orNull(system::percentile(screened, 100));
+        row["rows_screened_max"] = orNull(sandbox::percentile(screened, 100));
         row["screen_inexact_ticks"] = judge_.inexact();
         row["iterations_p50"] = orNull(report_.iterations.p50);
         row["penetration_max_mm"] = orNull(report_.penetration.max);
@@ -301,8 +301,8 @@ class Measuring {
     }
 
     void addErrors(BenchRow& row) const {
-        using Split = system::ErrorSplit;
-        using Error = system::AnswerError;
+        using Split = sandbox::ErrorSplit;
+        using Error = sandbox::AnswerError;
         row["samples"] = splits_.size();
         row["samples_lost"] = lost_;
         for (const auto& [name, share] :
@@ -320,23 +320,23 @@ class Measuring {
         }
     }
 
-    const system::HapticScene& scene_;
+    const sandbox::HapticScene& scene_;
     const BenchCase case_;
     const Settings settings_;
-    system::HeadlessOptions options_;
+    sandbox::HeadlessOptions options_;
     Judge judge_;
-    system::Report report_;
+    sandbox::Report report_;
     std::vector<TickRecord> records_;
-    std::vector<system::ErrorSplit> splits_;
+    std::vector<sandbox::ErrorSplit> splits_;
     int lost_ = 0;
     Timing timing_;
 };
 
 }  // namespace
 
-std::vector<BenchRow> measureCases(const system::HapticScene& opened, std::span<const BenchCase> cases,
+std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span<const BenchCase> cases,
                                    const BenchEffort& effort) {
-    const MeshReference reference = system::meshReferenceOf(opened);
+    const MeshReference reference = sandbox::meshReferenceOf(opened);
     std::vector<Measuring> all;
     for (const BenchCase& wanted : cases) {
         Measuring& one = all.emplace_back(opened, wanted);

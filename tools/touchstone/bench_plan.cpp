@@ -26,9 +26,9 @@ std::string number(double value) {
 
 /// The motions to measure: those called hard, else the demonstration.
 std::vector<std::string> motionsOf(const std::string& name) {
-    system::SceneOptions options;
+    sandbox::SceneOptions options;
     options.buildTrees = false;
-    const system::HapticScene scene = system::openScene(findScene(name), options);
+    const sandbox::HapticScene scene = sandbox::openScene(findScene(name), options);
     if (!scene.missing.empty()) throw std::runtime_error(name + ": " + scene.missing);
     if (scene.motions.empty())
         throw std::runtime_error(name + ": nothing moves the tool: give its node an animation, as docs/scenes.md says");

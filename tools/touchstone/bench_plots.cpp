@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-using system::kLeastError;
+using sandbox::kLeastError;
 constexpr double kLeastTime = 0.01;  // µs: what is less is drawn here
 
 std::string str(const ordered_json& row, const char* key) { return row.at(key).get<std::string>(); }
@@ -43,7 +43,7 @@ std::string choiceOf(const ordered_json& row) {
 
 Points front(const Points& points) {
     Points best;
-    for (const std::size_t i : system::paretoFront(points)) best.push_back(points[i]);
+    for (const std::size_t i : sandbox::paretoFront(points)) best.push_back(points[i]);
     return best;
 }
 

@@ -5,9 +5,9 @@
 #include <string>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/loop/rt_thread.hpp"
 #include "haptics/qp/random_contacts.hpp"
-#include "haptics/system/report.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
@@ -15,7 +15,7 @@
 namespace touchstone::app {
 namespace {
 
-constexpr int kRows[] = {10, 30, 100, 200, 500, 1000, 2000, 4000};
+constexpr int kRowCounts[] = {10, 30, 100, 200, 500, 1000, 2000, 4000};
 constexpr int kPaperRows = 1024;
 constexpr std::uint64_t kSeed = 1;
 constexpr ContactKind kKinds[] = {ContactKind::Slide, ContactKind::Wedge, ContactKind::Pinch};
@@ -78,16 +78,16 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
             errors[i] = wrenchError(problem, solved.x, exact->solve(problem, {}).x).force_N;
         }
     }
-    result.medianUs = *system::percentile(times, 50);
-    result.p99Us = *system::percentile(times, 99);
-    result.medianError = *system::percentile(errors, 50);
-    result.worstError = *system::percentile(errors, 100);
+    result.medianUs = *sandbox::percentile(times, 50);
+    result.p99Us = *sandbox::percentile(times, 99);
+    result.medianError = *sandbox::percentile(errors, 50);
+    result.worstError = *sandbox::percentile(errors, 100);
     return result;
 }
 
 }  // namespace
 
-std::span<const int> qpRowCounts() { return kRows; }
+std::span<const int> qpRowCounts() { return kRowCounts; }
 
 std::vector<QpCost> measureQp(int rows, bool quick) {
     std::mt19937_64 random(kSeed);
@@ -119,7 +119,7 @@ int benchQp(const BenchQpCommand& command) {
     std::vector<QpCost> table;
     std::printf("%5s  %-16s %-7s %-9s %-5s %12s %12s %10s %14s %14s %9s\n", "rows", "solver", "form", "tolerance",
                 "start", "median µs", "p99 µs", "iterations", "median err N", "worst err N", "unsolved");
-    for (const int m : kRows) {
+    for (const int m : kRowCounts) {
         for (const QpCost& cost : measureQp(m, command.quick)) {
             const auto text = [&](const char* key) { return cost[key].get<std::string>(); };
             const auto number = [&](const char* key) { return cost[key].get<double>(); };

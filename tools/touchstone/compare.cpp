@@ -5,10 +5,10 @@
 #include <cstdio>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/device_choice.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/recording.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
@@ -64,7 +64,7 @@ class Comparing {
             input.X_WT_device = record.X_WT_device;
             run.deviceHash = run.ticks.size() == 1 ? hashTick(input) : hashTick(input, run.deviceHash);
         };
-        const system::HeadlessRun judged = system::runHeadless(motion_.scene, run.settings, options_);
+        const sandbox::HeadlessRun judged = sandbox::runHeadless(motion_.scene, run.settings, options_);
         run.settings = judged.settings;
         run.hash = judged.report.hash;
         options_.onSolve = nullptr;
@@ -72,7 +72,7 @@ class Comparing {
     }
 
     void time() {
-        timed_.push_back(system::timeHeadless(motion_.scene, run.settings, options_));
+        timed_.push_back(sandbox::timeHeadless(motion_.scene, run.settings, options_));
         if (timed_.back().hash != run.hash)
             throw std::runtime_error(run.what.name() +
                                      ": a repeated run gave other results, which is a fault of the program: please "
@@ -81,15 +81,15 @@ class Comparing {
 
     void finish() {
         std::vector<double> values;
-        const auto medianOf = [&](std::size_t tick, double system::TickTimes::*stage) {
+        const auto medianOf = [&](std::size_t tick, double sandbox::TickTimes::*stage) {
             values.clear();
-            for (const system::TimedRun& timed : timed_) values.push_back(timed.ticks[tick].*stage);
-            return system::percentile(values, 50).value_or(0);
+            for (const sandbox::TimedRun& timed : timed_) values.push_back(timed.ticks[tick].*stage);
+            return sandbox::percentile(values, 50).value_or(0);
         };
         for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-            run.ticks[i].totalUs = medianOf(i, &system::TickTimes::step);
-            run.ticks[i].collisionUs = medianOf(i, &system::TickTimes::collision);
-            run.ticks[i].solveUs = medianOf(i, &system::TickTimes::solve);
+            run.ticks[i].totalUs = medianOf(i, &sandbox::TickTimes::step);
+            run.ticks[i].collisionUs = medianOf(i, &sandbox::TickTimes::collision);
+            run.ticks[i].solveUs = medianOf(i, &sandbox::TickTimes::solve);
         }
         timed_.clear();
     }
@@ -98,8 +98,8 @@ class Comparing {
 
   private:
     const ComparedMotion& motion_;
-    system::HeadlessOptions options_;
-    std::vector<system::TimedRun> timed_;
+    sandbox::HeadlessOptions options_;
+    std::vector<sandbox::TimedRun> timed_;
 };
 
 ordered_json orNull(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); }
@@ -153,7 +153,7 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
         {"hash", hexadecimal(run.hash)}};
     for (const auto& [name, values] :
          {std::pair{"step", step}, std::pair{"collision", collision}, std::pair{"solve", solve}}) {
-        const system::Percentiles p = system::percentiles(values);
+        const sandbox::Percentiles p = sandbox::percentiles(values);
         const std::string stage = name;
         row[stage + "_mean_us"] = mean(values);
         row[stage + "_p50_us"] = orNull(p.p50);
@@ -163,22 +163,22 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     }
     row["ticks_over_1ms"] = over;
     row["pairs_max"] = pairs;
-    row["rows_p50"] = orNull(system::percentile(rows, 50));
-    row["rows_max"] = orNull(system::percentile(rows, 100));
+    row["rows_p50"] = orNull(sandbox::percentile(rows, 50));
+    row["rows_max"] = orNull(sandbox::percentile(rows, 100));
     row["rows_truncated"] = truncated;
     row["iterations_mean"] = mean(iterations);
-    row["iterations_max"] = orNull(system::percentile(iterations, 100));
-    row["force_error_p50_N"] = orNull(system::percentile(errors, 50));
-    row["force_error_max_N"] = orNull(system::percentile(errors, 100));
+    row["iterations_max"] = orNull(sandbox::percentile(iterations, 100));
+    row["force_error_p50_N"] = orNull(sandbox::percentile(errors, 50));
+    row["force_error_max_N"] = orNull(sandbox::percentile(errors, 100));
     std::vector<double> differences = exact ? forceDifferences(run, *exact) : std::vector<double>();
-    row["force_difference_p50_N"] = orNull(system::percentile(differences, 50));
-    row["force_difference_max_N"] = orNull(system::percentile(differences, 100));
-    const system::Percentiles depth = system::percentiles(run.penetration);
+    row["force_difference_p50_N"] = orNull(sandbox::percentile(differences, 50));
+    row["force_difference_max_N"] = orNull(sandbox::percentile(differences, 100));
+    const sandbox::Percentiles depth = sandbox::percentiles(run.penetration);
     row["penetration_p50_mm"] = orNull(depth.p50);
     row["penetration_max_mm"] = orNull(depth.max);
-    row["hover_p99_mm"] = orNull(system::percentile(hover, 99));
-    row["hover_max_mm"] = orNull(system::percentile(hover, 100));
-    row["force_max_N"] = orNull(system::percentile(force, 100));
+    row["hover_p99_mm"] = orNull(sandbox::percentile(hover, 99));
+    row["hover_max_mm"] = orNull(sandbox::percentile(hover, 100));
+    row["force_max_N"] = orNull(sandbox::percentile(force, 100));
     for (const SolveStatus status :
          {SolveStatus::Solved, SolveStatus::Elastic, SolveStatus::IterationLimit, SolveStatus::Invalid}) {
         std::string column = std::string("ticks_") + name(status);
@@ -319,12 +319,12 @@ int compare(const CompareCommand& command) {
         requireGnuplot();
         makeFolder(command.out, "the comparison");
     }
-    const bool recorded = system::isRecording(command.motion);
+    const bool recorded = sandbox::isRecording(command.motion);
     if (recorded && !command.device.empty())
         throw UsageError("--device belongs to a scene: a recording brings its motion along");
-    const fs::path file = recorded ? system::Recording(command.motion).scene().file : findScene(command.motion);
-    const system::HapticScene scene =
-        system::openScene(file, {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+    const fs::path file = recorded ? sandbox::Recording(command.motion).scene().file : findScene(command.motion);
+    const sandbox::HapticScene scene =
+        sandbox::openScene(file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     ComparedMotion motion{scene};
     if (recorded)

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/system/scene_world.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace touchstone::app {
@@ -19,7 +19,7 @@ std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const st
 
 /// A motion and what all cases have in common.
 struct ComparedMotion {
-    const system::HapticScene& scene;
+    const sandbox::HapticScene& scene;
     std::string device = "demo";  ///< NAME or NAME:FILE; of replay:FOLDER the recorded input of every tick
     std::optional<double> seconds = {};
     std::optional<std::string> tolerance = {};  ///< as --tolerance

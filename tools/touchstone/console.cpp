@@ -12,9 +12,9 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "haptics/device/last_act.hpp"
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
-#include "haptics/system/tree_words.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -27,7 +27,7 @@ class Bar {
     Bar(const Bar&) = delete;
     Bar& operator=(const Bar&) = delete;
 
-    void show(const system::SceneStatus& status) {
+    void show(const sandbox::SceneStatus& status) {
         if (std::chrono::steady_clock::now() - start_ < std::chrono::milliseconds(500)) return;
         const int percent = static_cast<int>(100 * std::clamp(status.fraction, 0.0, 1.0));
         std::string text = doing_ + " " + status.part;
@@ -37,7 +37,7 @@ class Bar {
             text_ = text;
             return;
         }
-        if (const std::string left = system::timeLeft(status.secondsLeft); !left.empty()) text += ", " + left;
+        if (const std::string left = sandbox::timeLeft(status.secondsLeft); !left.empty()) text += ", " + left;
         if (text == text_ && percent == percent_) return;
         constexpr int kWidth = 30;
         const int filled = kWidth * percent / 100;
@@ -62,8 +62,8 @@ class Bar {
 
 }  // namespace
 
-system::SceneProgress progressBar(const std::string& doing) {
-    return [bar = std::make_shared<Bar>(doing)](const system::SceneStatus& status) {
+sandbox::SceneProgress progressBar(const std::string& doing) {
+    return [bar = std::make_shared<Bar>(doing)](const sandbox::SceneStatus& status) {
         bar->show(status);
         return StopRequest::signal() == 0;
     };

@@ -3,14 +3,14 @@
 #include <filesystem>
 #include <string>
 
-#include "haptics/system/scene_world.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::app {
 
 /// A progress bar with the time left on the error stream, one line drawn over; on anything but a terminal one line a
 /// part. What takes less than a moment shows nothing. `doing` is what happens to each part: "building the sphere tree
 /// of". While it lives the first Ctrl-C cancels, the second ends the program.
-system::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
+sandbox::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
 
 /// Throws std::runtime_error with one sentence when there is no display for a window.
 void requireDisplay();

@@ -8,8 +8,8 @@
 #include "engine/view/gl_context.hpp"
 #include "engine/view/window.hpp"
 #include "haptics/device/device.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/scene_world.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
@@ -134,7 +134,7 @@ void examineData(Examination& examination) {
     else
         examination.say("scenes", State::Works, names);
 
-    const fs::path cache = system::treeCacheFolder();
+    const fs::path cache = sandbox::treeCacheFolder();
     std::error_code error;
     if (!cache.empty()) fs::create_directories(cache, error);
     if (!cache.empty() && access(cache.c_str(), W_OK) == 0)

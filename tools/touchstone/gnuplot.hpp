@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "haptics/system/pareto.hpp"
+#include "haptics/sandbox/measure/pareto.hpp"
 
 namespace touchstone::app {
 
@@ -19,7 +19,7 @@ void gnuplot(const std::filesystem::path& folder, const std::string& name, const
 std::string colour(std::size_t i);
 std::string text(double value);
 
-using Points = std::vector<system::TimeAndError>;
+using Points = std::vector<sandbox::TimeAndError>;
 
 /// Data blocks and the plot command of lines through points.
 class Lines {

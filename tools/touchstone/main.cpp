@@ -12,10 +12,10 @@
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/device.hpp"
-#include "haptics/device/last_act.hpp"
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/qp/solver.hpp"
-#include "haptics/system/display_options.hpp"
+#include "haptics/sandbox/picture/display_options.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace {
@@ -79,7 +79,7 @@ void addRun(CLI::App& program, app::RunOptions& options, std::function<int()>& c
     run->add_option("--select", options.select, "a part, by its name, that is selected in the window at first");
     run->add_option("--screenshot", options.screenshot, "write a picture of the last tick to a PNG file");
     run->add_option("--show", options.show,
-                    "what to draw besides, with commas between: " + namesOf(system::displaySwitches()) +
+                    "what to draw besides, with commas between: " + namesOf(sandbox::displaySwitches()) +
                         "; no-NAME hides, trees:LEVEL, section:x");
     run->add_option("--view", options.view, "from where: front, back, left, right, top, bottom, or contact: near it");
     run->add_flag_callback(

@@ -2,9 +2,9 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
-#include "haptics/system/roles.hpp"
-#include "haptics/system/scene_world.hpp"
-#include "haptics/system/units.hpp"
+#include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
@@ -32,7 +32,7 @@ Box boxOf(const engine::MeshData& mesh) {
 void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
     const TreeOptions options = withChoice({}, choice, diagonal);
     if (options.maxError > 0) {
-        if (options.maxError < system::kMinError || options.maxError > system::kMaxError)
+        if (options.maxError < sandbox::kMinError || options.maxError > sandbox::kMaxError)
             throw UsageError("--max-error is out of the range that a scene may ask for");
         mark["max_error_mm"] = options.maxError;
     }
@@ -42,16 +42,16 @@ void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
 }
 
 void addBody(Scene& scene, const std::filesystem::path& file, const glm::dvec3& at, engine::MeshData mesh,
-             const engine::Material& material, system::Role role, const TreeChoice& tree) {
-    nlohmann::json mark{{"role", system::name(role)}};
-    markTree(mark, tree, glm::length(boxOf(mesh).size()) * system::kMmPerMetre);
+             const engine::Material& material, sandbox::Role role, const TreeChoice& tree) {
+    nlohmann::json mark{{"role", sandbox::name(role)}};
+    markTree(mark, tree, glm::length(boxOf(mesh).size()) * sandbox::kMmPerMetre);
     const engine::Entity node = addNode(scene, file.stem().string(), {}, {.translation = at});
     addMesh(scene, node, std::make_shared<const engine::MeshData>(std::move(mesh)), addMaterial(scene, material));
     setExtras(scene, node, {{"touchstone", std::move(mark)}});
 }
 
 void print(const char* role, const std::filesystem::path& file, const Box& box) {
-    const glm::dvec3 mm = box.size() * system::kMmPerMetre;
+    const glm::dvec3 mm = box.size() * sandbox::kMmPerMetre;
     std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
 }
 
@@ -60,8 +60,8 @@ void print(const char* role, const std::filesystem::path& file, const Box& box) 
 int makeScene(const NewOptions& options) {
     const double metres = metresPer(options.unit);
     checkChoice(options.tree);
-    if (options.tree.leaves.value_or(system::kMinLeaves) < system::kMinLeaves)
-        throw UsageError("--leaves is at least " + std::to_string(system::kMinLeaves) + " in a scene");
+    if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
+        throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
     engine::MeshFile tool = engine::readMeshFile(options.tool, metres);
@@ -76,17 +76,17 @@ int makeScene(const NewOptions& options) {
     Scene scene;
     scene.name = options.output.stem().string();
     addBody(scene, options.tool, start, std::move(tool.mesh), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
-            system::Role::Tool, options.tree);
+            sandbox::Role::Tool, options.tree);
     addBody(scene, options.obstacle, {}, std::move(obstacle.mesh), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
-            system::Role::Obstacle, options.tree);
+            sandbox::Role::Obstacle, options.tree);
     engine::writeGltf(scene, options.output);
 
     std::printf("%s\n", options.output.string().c_str());
     print("tool", options.tool, toolBox);
     print("obstacle", options.obstacle, obstacleBox);
-    system::SceneOptions withoutTrees;
+    sandbox::SceneOptions withoutTrees;
     withoutTrees.buildTrees = false;
-    for (const auto& warnings : {tool.notes, obstacle.notes, system::openScene(options.output, withoutTrees).warnings})
+    for (const auto& warnings : {tool.notes, obstacle.notes, sandbox::openScene(options.output, withoutTrees).warnings})
         for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
     std::printf("try it: touchstone run %s\n", options.output.string().c_str());
     return kOk;

@@ -9,15 +9,16 @@
 
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/circumstances.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/report.hpp"
-#include "haptics/system/scene_view.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/record/build_info.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/compare.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
 #include "tools/touchstone/scene_path.hpp"
+#include "engine/scene/text.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -54,12 +55,6 @@ auto pairsFrom(int from, int to) {
     return [=](const TickRecord& tick, std::size_t) { return tick.pairs >= from && tick.pairs < to; };
 }
 
-std::string formatted(const char* format, auto... values) {
-    char line[320];
-    std::snprintf(line, sizeof line, format, values...);
-    return line;
-}
-
 /// Times of each case in paper mode by how many pairs intersect.
 ordered_json classesOf(const std::vector<const Runs*>& motions) {
     ordered_json classes = ordered_json::array();
@@ -77,7 +72,7 @@ ordered_json classesOf(const std::vector<const Runs*>& motions) {
             }
             const std::string name = solver;
             line["ticks"] = times.size();
-            line[name + "_p50_us"] = times.empty() ? ordered_json() : ordered_json(*system::percentile(times, 50));
+            line[name + "_p50_us"] = times.empty() ? ordered_json() : ordered_json(*sandbox::percentile(times, 50));
             line[name + "_max_us"] = times.empty() ? ordered_json() : ordered_json(mostOf(times));
             line[name + "_iterations"] = times.empty() ? ordered_json() : ordered_json(meanOf(iterations));
         }
@@ -89,13 +84,13 @@ ordered_json classesOf(const std::vector<const Runs*>& motions) {
 /// Mean time of each solver on every problem of a motion in paper mode, started afresh each time, µs: no tick before
 /// helps.
 using ColdTimes = std::map<std::string, double>;
-ColdTimes coldTimes(const system::HapticScene& scene, const ComparedRun& run, const std::string& motion,
+ColdTimes coldTimes(const sandbox::HapticScene& scene, const ComparedRun& run, const std::string& motion,
                     std::optional<double> seconds) {
     constexpr int kRows = 1024;  // most of paper mode
     std::vector<std::unique_ptr<Solver>> solvers;
     std::vector<Values> times(solverTable().size());
     for (const SolverInfo& info : solverTable()) solvers.push_back(info.make(kRows));
-    system::HeadlessOptions options{.device = "demo:" + motion, .seconds = seconds, .timing = false};
+    sandbox::HeadlessOptions options{.device = "demo:" + motion, .seconds = seconds, .timing = false};
     options.onSolve = [&](const QpProblem& problem, const SolveResult&) {
         for (std::size_t k = 0; k < solvers.size(); ++k) {
             solvers[k]->reset();
@@ -104,7 +99,7 @@ ColdTimes coldTimes(const system::HapticScene& scene, const ComparedRun& run, co
             times[k].push_back(threadCpuMicroseconds() - start);
         }
     };
-    system::runHeadless(scene, run.settings, options);
+    sandbox::runHeadless(scene, run.settings, options);
     ColdTimes means;
     for (std::size_t k = 0; k < solvers.size(); ++k) means[std::string(solverTable()[k].name)] = meanOf(times[k]);
     return means;
@@ -241,7 +236,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const double coldSolve = cold.at("active-set") / cold.at("pqp");
     add("speed",
         "PQP is two to three times faster than active set: a third of the optimisation time, half of the total",
-        formatted(
+        engine::formatted(
             "optimisation %.2g times, in total %.2g times as fast as active-set, which starts from the contacts of "
             "the tick before; optimisation %.2g times as fast where active-set starts afresh each tick (%.3g and "
             "%.3g µs); dual-active-set, which was not compared then, %.2g times as fast as pqp in total",
@@ -255,7 +250,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const Values iterations = valuesOf(pqp, inContact, steps);
     const double average = meanOf(iterations), most = mostOf(iterations);
     add("iterations", "PQP takes six iterations on average and ten at most",
-        formatted("%.3g on average, %.0f at most", average, most),
+        engine::formatted("%.3g on average, %.0f at most", average, most),
         most <= 10      ? ordered_json(true)
         : average <= 10 ? ordered_json()
                         : ordered_json(false));
@@ -263,7 +258,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const Values at200 = valuesOf(pqp, pairsFrom(150, 251), stepTime);
     const bool fast = mostOf(at200) < kBudget;
     add("budget", "with about 200 pairs the whole tick stays below 1 ms",
-        formatted("with 150 to 250 pairs (%zu ticks) pqp takes %.3g µs on average and %.3g µs at most", at200.size(),
+        engine::formatted("with 150 to 250 pairs (%zu ticks) pqp takes %.3g µs on average and %.3g µs at most", at200.size(),
                   meanOf(at200), mostOf(at200)),
         at200.empty() ? ordered_json() : ordered_json(fast));
 
@@ -274,9 +269,9 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
             if (tick.totalUs > kBudget && (slowest == 0 || tick.pairs < slowest)) slowest = tick.pairs;
     const auto late = std::count_if(above.begin(), above.end(), [](double us) { return us > kBudget; });
     add("active-set", "with more than 100 pairs active set takes longer than 1 ms",
-        formatted("%zu of %zu such ticks take longer; %.3g µs on average, %.3g µs at most%s", std::size_t(late),
+        engine::formatted("%zu of %zu such ticks take longer; %.3g µs on average, %.3g µs at most%s", std::size_t(late),
                   above.size(), meanOf(above), mostOf(above),
-                  slowest ? formatted("; the fewest pairs of a tick that takes longer: %d", slowest).c_str()
+                  slowest ? engine::formatted("; the fewest pairs of a tick that takes longer: %d", slowest).c_str()
                           : "; none does up to 1000 pairs"),
         late > 0 && 2 * std::size_t(late) >= above.size());
 
@@ -284,7 +279,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const double paperDepth =
         std::max({depthOf(shallow, "paper pqp"), depthOf(deeper, "paper pqp"), depthOf(shaft, "paper pqp")});
     add("penetration", "no interpenetration, even at sharp keys",
-        formatted(
+        engine::formatted(
             "deepest in paper mode with pqp: %.2g mm (figure 5), %.2g mm (deeper), %.2g mm (shaft); with the exact "
             "solver %.2g, %.2g, %.2g mm; default mode %.2g, %.2g, %.2g mm; penalty %.2g, %.2g, %.2g mm",
             depthOf(shallow, "paper pqp"), depthOf(deeper, "paper pqp"), depthOf(shaft, "paper pqp"),
@@ -308,7 +303,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const auto [before, after] = axial("paper pqp");
     const auto [beforeDefault, afterDefault] = axial("default dual-active-set");
     add("axial", "the axial force falls remarkably when the keys meet the keyways",
-        formatted("from %.3g N to %.2g N (default mode: %.3g N to %.2g N)", before, after, beforeDefault, afterDefault),
+        engine::formatted("from %.3g N to %.2g N (default mode: %.3g N to %.2g N)", before, after, beforeDefault, afterDefault),
         before > 0 && after < 0.2 * before);
     return claims;
 }
@@ -317,9 +312,9 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
 class Experiment {
   public:
     Experiment(const char* scene, const PaperCommand& command) : command_(command), name_(scene) {
-        system::SceneOptions options{.treeCache = system::treeCacheFolder(), .progress = progressBar()};
+        sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         if (command.quick) options.leaves = 256;
-        scene_ = system::openScene(findScene(scene), options);
+        scene_ = sandbox::openScene(findScene(scene), options);
     }
 
     /// `name`: of the files; the motion's where nothing is set.
@@ -350,11 +345,11 @@ class Experiment {
     void draw(const ComparedRun& run, const std::string& name) const {
         for (int k = 0; k < 4; ++k) {
             const TickRecord& tick = run.ticks[run.ticks.size() * static_cast<std::size_t>(2 * k + 1) / 8];
-            system::ScenePicture picture;
+            sandbox::ScenePicture picture;
             picture.width = 640;
             picture.height = 480;
             engine::writePng(command_.out / (name + "-step-" + std::to_string(k + 1) + ".png"),
-                             system::renderScene(scene_, tick, run.settings, picture));
+                             sandbox::renderScene(scene_, tick, run.settings, picture));
         }
     }
 
@@ -367,7 +362,7 @@ class Experiment {
 
     const PaperCommand& command_;
     const char* name_;
-    system::HapticScene scene_;
+    sandbox::HapticScene scene_;
     ordered_json results_ = ordered_json::array();
 };
 
@@ -379,7 +374,7 @@ int paper(const PaperCommand& command) {
     const std::vector<CompareCase> all =
         casesOf({"paper", "default", "penalty"}, {"active-set", "pqp", "dual-active-set"});
 
-    ordered_json results = system::circumstances();
+    ordered_json results = sandbox::buildInfo();
     results["quick"] = command.quick;
     Experiment bunnies("bunnies", command), spline("spline-05", command);
     const Runs shallow = bunnies.run("figure-5", all, "figure-5"),

@@ -1,5 +1,5 @@
 // touchstone qp: any problem of the tick's form, whatever its scale.
-#include "haptics/loop/rt_thread.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/qp_file.hpp"
 #include "tools/touchstone/settings_choice.hpp"
 

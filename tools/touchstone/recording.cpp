@@ -1,5 +1,5 @@
 // touchstone export and recover: recordings as CSV, and made whole after a crash.
-#include "haptics/system/recording.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 
 #include <cstdio>
 
@@ -9,7 +9,7 @@ namespace touchstone::app {
 
 int exportRecording(const ExportOptions& options) {
     if (options.fields) {
-        std::fputs(system::fieldsAsMarkdown().c_str(), stdout);
+        std::fputs(sandbox::fieldsAsMarkdown().c_str(), stdout);
         return kOk;
     }
     if (options.recording.empty()) throw UsageError("touchstone export needs DIR, the folder of a recording");
@@ -19,12 +19,12 @@ int exportRecording(const ExportOptions& options) {
         if (!output.has_filename()) output = output.parent_path();  // DIR/
         output += ".csv";
     }
-    system::exportCsv(options.recording, output);
+    sandbox::exportCsv(options.recording, output);
     return kOk;
 }
 
 int recoverRecording(const std::filesystem::path& folder) {
-    std::fputs(system::recoverRecording(folder).c_str(), stdout);
+    std::fputs(sandbox::recoverRecording(folder).c_str(), stdout);
     return kOk;
 }
 

@@ -5,18 +5,18 @@
 #include <map>
 #include <memory>
 
+#include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
-#include "haptics/device/last_act.hpp"
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/files/output_file.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/app_window.hpp"
-#include "haptics/system/contact_sweep.hpp"
-#include "haptics/system/device_choice.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/recording.hpp"
-#include "haptics/system/scene_view.hpp"
-#include "haptics/system/user_files.hpp"
+#include "haptics/sandbox/app/app_window.hpp"
+#include "haptics/sandbox/measure/contact_sweep.hpp"
+#include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/qp_file.hpp"
@@ -24,16 +24,18 @@
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
+#include "engine/scene/user_folder.hpp"
 
 namespace touchstone::app {
 namespace {
 
 /// What the picture or the window is to show.
-system::DisplayOptions chosenDisplay(const RunOptions& options) {
-    system::DisplayOptions display;
-    if (const std::string wrong = system::applyShowList(display, options.show); !wrong.empty())
+sandbox::DisplayOptions chosenDisplay(const RunOptions& options) {
+    sandbox::DisplayOptions display;
+    if (const std::string wrong = sandbox::applyShowList(display, options.show); !wrong.empty())
         throw UsageError("--show: " + wrong);
-    if (const std::string wrong = system::checkView(options.view); !wrong.empty()) throw UsageError("--view: " + wrong);
+    if (const std::string wrong = sandbox::checkView(options.view); !wrong.empty())
+        throw UsageError("--view: " + wrong);
     return display;
 }
 
@@ -97,38 +99,38 @@ void checkOutputs(const RunOptions& options, const std::filesystem::path& scene)
 
 /// The scene without its trees, which take their time: enough to find what is wrong with it, the settings or the
 /// device.
-system::HapticScene lookInto(const std::filesystem::path& file, const RunOptions& options, const std::string& device,
-                             std::shared_ptr<MouseTarget> mouse) {
-    system::SceneOptions sceneOptions;
+sandbox::HapticScene lookInto(const std::filesystem::path& file, const RunOptions& options, const std::string& device,
+                              std::shared_ptr<MouseTarget> mouse) {
+    sandbox::SceneOptions sceneOptions;
     sceneOptions.buildTrees = false;
-    system::HapticScene scene = system::openScene(file, sceneOptions);
+    sandbox::HapticScene scene = sandbox::openScene(file, sceneOptions);
     chosenSettings(scene.settings, options);
-    if (const auto recording = system::recordingOf(device))
-        system::Recording whole(*recording);
+    if (const auto recording = sandbox::recordingOf(device))
+        sandbox::Recording whole(*recording);
     else if (scene.missing.empty() && !device.empty())
-        system::startDevice(scene, device, std::move(mouse));
-    if (!options.record.empty() && system::isRecording(options.record))
+        sandbox::startDevice(scene, device, std::move(mouse));
+    if (!options.record.empty() && sandbox::isRecording(options.record))
         throw std::runtime_error("'" + options.record.string() + "' holds a recording already: choose another folder");
     return scene;
 }
 
-system::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options,
-                               const std::string& device) {
-    system::HapticScene scene = lookInto(file, options, device, nullptr);
+sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options,
+                                const std::string& device) {
+    sandbox::HapticScene scene = lookInto(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] :
          {std::pair{options.report, "the report"}, std::pair{options.screenshot, "the picture"},
           std::pair{options.dumpQp, "the problems"}, std::pair{options.sweep, "the sweep"}})
         if (!path.empty()) requireWritable(path, what);
 
-    scene =
-        system::openScene(std::move(scene.scene), {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+    scene = sandbox::openScene(std::move(scene.scene),
+                               {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
     for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
     return scene;
 }
 
 /// False when the bits should be those recorded and are not.
-bool tellReplay(const system::ReplayCheck& check) {
+bool tellReplay(const sandbox::ReplayCheck& check) {
     for (const std::string& difference : check.differences) spdlog::warn("replay: {}", difference);
     if (check.notCompared > 0)
         spdlog::warn("replay: the recording lacks ticks; the {} after them cannot be repeated", check.notCompared);
@@ -145,21 +147,21 @@ bool tellReplay(const system::ReplayCheck& check) {
 
 int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     const std::unique_ptr<TickTable> table = tableFor(options);
-    system::HeadlessOptions headless;
+    sandbox::HeadlessOptions headless;
     if (!options.device.empty()) headless.device = options.device;
     headless.seconds = options.seconds;
     headless.paced = options.paced;
     headless.record = options.record;
     headless.adjust = [&](const Settings& recorded) { return chosenSettings(recorded, options); };
-    if (options.paced && system::recordingOf(headless.device))
+    if (options.paced && sandbox::recordingOf(headless.device))
         throw UsageError(
             "--paced measures a device that ticks by the clock, and a recording is replayed as fast as it goes");
-    const system::HapticScene scene = openForRun(file, options, headless.device);
+    const sandbox::HapticScene scene = openForRun(file, options, headless.device);
     const Settings settings = chosenSettings(scene.settings, options);
-    system::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
+    sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
     const bool traced = picture.display.trace && !options.screenshot.empty();
-    system::TickHistory last(2);
+    sandbox::TickHistory last(2);
     Outputs outputs;
     headless.onTick = [&](const TickRecord& record, double penetration) {
         last.push(record);
@@ -176,7 +178,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         };
     }
     const StopRequest stop;
-    const system::HeadlessRun run = system::runHeadless(scene, settings, headless);
+    const sandbox::HeadlessRun run = sandbox::runHeadless(scene, settings, headless);
     printReport(run.report);
     if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });
     if (table && outputs.good(kTicks)) outputs.write(kTicks, [&] { table->close(); });
@@ -184,18 +186,18 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     picture.before = ticks;
     if (!options.sweep.empty())
         outputs.write("sweep", [&] {
-            std::optional<system::FrozenContact> contact;
+            std::optional<sandbox::FrozenContact> contact;
             if (last.newest())
-                contact = system::freezeContact(*run.world, run.settings, *last.before(), *last.newest(), {});
+                contact = sandbox::freezeContact(*run.world, run.settings, *last.before(), *last.newest(), {});
             if (!contact)
                 throw std::runtime_error(
                     "there is nothing to sweep: nothing is near the tool in the last tick; choose another time with "
                     "--seconds");
-            writeSweep(*system::sweepContact(*contact), options.sweep);
+            writeSweep(*sandbox::sweepContact(*contact), options.sweep);
         });
     if (!options.screenshot.empty())
         outputs.write("picture", [&] {
-            engine::writePng(options.screenshot, system::renderScene(scene, run.last, run.settings, picture));
+            engine::writePng(options.screenshot, sandbox::renderScene(scene, run.last, run.settings, picture));
         });
     if (!run.recordingFailure.empty())
         outputs.write("recording", [&] { throw std::runtime_error(run.recordingFailure); });
@@ -206,26 +208,26 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     return run.report.met() ? kOk : kOutcomeUnmet;
 }
 
-std::optional<system::PlotsTab> tabOf(const std::string& name) {
+std::optional<sandbox::PlotsTab> tabOf(const std::string& name) {
     if (name.empty()) return std::nullopt;
-    return name == "time"      ? system::PlotsTab::Time
-           : name == "contact" ? system::PlotsTab::Contact
-                               : system::PlotsTab::Trade;
+    return name == "time"      ? sandbox::PlotsTab::Time
+           : name == "contact" ? sandbox::PlotsTab::Contact
+                               : sandbox::PlotsTab::Trade;
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
-    const system::HapticScene scene = lookInto(file, options, options.device, std::make_shared<MouseTarget>());
+    const sandbox::HapticScene scene = lookInto(file, options, options.device, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
-    system::LiveSession* session = nullptr;  // known from the first frame on
+    sandbox::LiveSession* session = nullptr;  // known from the first frame on
 
-    system::WindowRunOptions window;
+    sandbox::WindowRunOptions window;
     window.scene = file;
     window.sceneFolders = {sceneFolder()};
-    window.configFolder = system::configFolder();
+    window.configFolder = engine::configFolder();
     window.session.device = options.device;
     window.session.record = options.record;
-    window.recordings = system::userFolder("TOUCHSTONE_RECORDINGS", "XDG_DATA_HOME", ".local/share");
+    window.recordings = engine::userFolder("TOUCHSTONE_RECORDINGS", "XDG_DATA_HOME", ".local/share");
     window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
     window.seconds = options.seconds;
     window.screenshot = options.screenshot;
@@ -238,7 +240,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     WindowLoad load;
     std::optional<std::uint64_t> began;  // ns
     bool swept = options.sweep.empty(), written = false;
-    window.onFrame = [&](system::WindowFrame& frame) {
+    window.onFrame = [&](sandbox::WindowFrame& frame) {
         session = &frame.session;
         if (frame.number > 0) {
             load.frame(frame.session, frame.cost);
@@ -250,9 +252,10 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
             swept = true;
             frame.measure.sweep(*session);
         }
-        if (const system::Sweep* sweep = frame.measure.sweeps().result(); sweep && !written && !options.sweep.empty()) {
+        if (const sandbox::Sweep* sweep = frame.measure.sweeps().result();
+            sweep && !written && !options.sweep.empty()) {
             written = true;
-            system::writeSweep(*sweep, options.sweep);
+            sandbox::writeSweep(*sweep, options.sweep);
         }
     };
     window.session.onTick = [&](const TickRecord& record) {
@@ -260,7 +263,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
         if (session && reported) live.add(record, *session);
     };
     Outputs outputs;
-    window.onEnd = [&](system::LiveSession& ended) {
+    window.onEnd = [&](sandbox::LiveSession& ended) {
         if (!options.report.empty()) outputs.write("report", [&] { writeReport(live.finish(ended), options.report); });
         // Also one that was stopped before; its reason stands in the log, too.
         ended.stopRecording();
@@ -268,7 +271,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
             outputs.write("recording", [&] { throw std::runtime_error(ended.recordingFailure()); });
     };
     const StopRequest stop;
-    const int code = system::runWindow(window);
+    const int code = sandbox::runWindow(window);
     if (table) outputs.write(kTicks, [&] { table->close(); });
     if (!options.sweep.empty() && !written && StopRequest::signal() == 0)
         outputs.write("sweep", [&] {

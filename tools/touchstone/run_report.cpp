@@ -4,14 +4,14 @@
 #include <cstdio>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/loop/rt_thread.hpp"
-#include "haptics/system/headless_run.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/console.hpp"
 
 namespace touchstone::app {
 namespace {
 
-void printPercentiles(const char* what, const system::Percentiles& values, const char* unit) {
+void printPercentiles(const char* what, const sandbox::Percentiles& values, const char* unit) {
     if (values.p50)
         std::printf("  %-12s %10.2f median %10.2f p99 %10.2f p99.9 %10.2f worst  %s\n", what, *values.p50, *values.p99,
                     *values.p999, *values.max, unit);
@@ -19,7 +19,7 @@ void printPercentiles(const char* what, const system::Percentiles& values, const
 
 }  // namespace
 
-void printReport(const system::Report& report) {
+void printReport(const sandbox::Report& report) {
     std::printf("%s: %s mode, solver %s, shadow %s, %llu ticks at %g Hz\n", engine::escaped(report.scene).c_str(),
                 report.mode.c_str(), report.solver.c_str(), report.shadow.c_str(),
                 static_cast<unsigned long long>(report.ticks), report.rate);
@@ -29,7 +29,7 @@ void printReport(const system::Report& report) {
     if (report.helperUs.max.value_or(0) > 0) printPercentiles("helper", report.helperUs, "µs");
     if (report.shadow != "none") {
         printPercentiles("shadow", report.shadowUs, "µs");
-        if (const system::Percentiles& error = report.shadowForceError; error.p50)
+        if (const sandbox::Percentiles& error = report.shadowForceError; error.p50)
             std::printf("  shadow error %10.4f median %10.4f p99 %17s %10.4f worst  N\n", *error.p50, *error.p99, "",
                         *error.max);
     }
@@ -50,7 +50,7 @@ void printReport(const system::Report& report) {
     if (report.ended == "limit")
         std::printf(
             "  ended after %g s of simulated time: the device did not end before; --seconds sets another limit\n",
-            system::kUnendingSeconds);
+            sandbox::kUnendingSeconds);
     else if (report.ended.starts_with("SIG"))
         std::printf("  stopped by %s after %g s of simulated time\n", report.ended.c_str(),
                     static_cast<double>(report.ticks) / report.rate);
@@ -66,21 +66,21 @@ void printReport(const system::Report& report) {
     if (report.checks.empty()) return;
     std::printf("  expected outcome: %s%s\n", report.met() ? "met" : "NOT MET",
                 report.ended.starts_with("SIG") ? " as far as it came" : "");
-    for (const system::OutcomeCheck& check : report.checks)
+    for (const sandbox::OutcomeCheck& check : report.checks)
         std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(), check.limit,
                     check.value);
 }
 
-void writeReport(const system::Report& report, const std::filesystem::path& file) {
+void writeReport(const sandbox::Report& report, const std::filesystem::path& file) {
     writeFile(file, "the report", toJson(report).dump(2) + "\n");
 }
 
-void LiveReport::add(const TickRecord& record, const system::LiveSession& session) {
+void LiveReport::add(const TickRecord& record, const sandbox::LiveSession& session) {
     const auto& scene = session.scene();
     if (!scene || !scene->world || !session.snapshot()) return;
     if (!judge_ || session.sceneNumber() != scene_ || record.tick <= last_) {
-        statistics_ = system::RunStatistics(scene->roles.gauge);
-        judge_ = std::make_unique<system::OutcomeJudge>(scene->outcome);
+        statistics_ = sandbox::RunStatistics(scene->roles.gauge);
+        judge_ = std::make_unique<sandbox::OutcomeJudge>(scene->outcome);
         world_ = scene->world;
         meter_.emplace(*world_);
     }
@@ -97,17 +97,17 @@ void LiveReport::add(const TickRecord& record, const system::LiveSession& sessio
     if (table_) table_->add(record, penetration, rate);
 }
 
-void LiveReport::addFrame(const system::FrameCost& cost) {
+void LiveReport::addFrame(const sandbox::FrameCost& cost) {
     frameMs_.push_back(cost.cpuMs);
     drawCalls_.push_back(cost.drawCalls);
 }
 
-system::Report LiveReport::finish(const system::LiveSession& session) const {
-    const std::string scene = session.scene() ? system::sceneName(*session.scene()) : "";
-    system::Report report = system::reportOf(scene, session.device(), session.settings());
+sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
+    const std::string scene = session.scene() ? sandbox::sceneName(*session.scene()) : "";
+    sandbox::Report report = sandbox::reportOf(scene, session.device(), session.settings());
     statistics_.write(report);
-    report.frameCpuMs = system::percentiles(frameMs_);
-    report.drawCalls = system::percentiles(drawCalls_);
+    report.frameCpuMs = sandbox::percentiles(frameMs_);
+    report.drawCalls = sandbox::percentiles(drawCalls_);
     if (const LoopSnapshot* snapshot = session.snapshot()) {
         report.overruns = snapshot->overruns;
         report.dropped = snapshot->dropped;
@@ -126,7 +126,7 @@ void WindowLoad::add(const TickRecord& record) {
     periodUs_.push_back(record.periodUs);
 }
 
-void WindowLoad::frame(const system::LiveSession& session, const system::FrameCost& cost) {
+void WindowLoad::frame(const sandbox::LiveSession& session, const sandbox::FrameCost& cost) {
     const std::uint64_t clock = steadyNanoseconds();
     if (clock_ != 0) {
         cpuMs_.push_back(cost.cpuMs);
@@ -143,14 +143,14 @@ void WindowLoad::frame(const system::LiveSession& session, const system::FrameCo
 
 void WindowLoad::print() const {
     std::printf("window: %zu frames, %zu ticks\n", cpuMs_.size(), tickUs_.size());
-    printPercentiles("frame", system::percentiles(cpuMs_), "ms of the window's thread");
-    printPercentiles("its drawing", system::percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
-    printPercentiles("all else", system::percentiles(restMs_), "ms");
-    printPercentiles("drawing", system::percentiles(drawCalls_), "calls a frame");
-    printPercentiles("frame", system::percentiles(frameMs_), "ms from frame to frame");
-    printPercentiles("step", system::percentiles(stepUs_), "µs");
-    printPercentiles("with shadow", system::percentiles(tickUs_), "µs");
-    printPercentiles("period", system::percentiles(periodUs_), "µs from tick to tick");
+    printPercentiles("frame", sandbox::percentiles(cpuMs_), "ms of the window's thread");
+    printPercentiles("its drawing", sandbox::percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
+    printPercentiles("all else", sandbox::percentiles(restMs_), "ms");
+    printPercentiles("drawing", sandbox::percentiles(drawCalls_), "calls a frame");
+    printPercentiles("frame", sandbox::percentiles(frameMs_), "ms from frame to frame");
+    printPercentiles("step", sandbox::percentiles(stepUs_), "µs");
+    printPercentiles("with shadow", sandbox::percentiles(tickUs_), "µs");
+    printPercentiles("period", sandbox::percentiles(periodUs_), "µs from tick to tick");
     std::printf("  %llu ticks ended late, %llu were not recorded\n",
                 static_cast<unsigned long long>(overruns_ - overrunsBefore_),
                 static_cast<unsigned long long>(dropped_));

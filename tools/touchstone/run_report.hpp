@@ -5,33 +5,33 @@
 #include <optional>
 #include <vector>
 
-#include "haptics/system/report.hpp"
-#include "haptics/system/session.hpp"
-#include "haptics/system/status_bar.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/panels/status_bar.hpp"
+#include "haptics/sandbox/session/session.hpp"
 #include "tools/touchstone/tick_table.hpp"
 
 namespace touchstone::app {
 
 /// A page for people on the output stream.
-void printReport(const system::Report& report);
+void printReport(const sandbox::Report& report);
 
 /// JSON. Throws std::runtime_error when the file cannot be written.
-void writeReport(const system::Report& report, const std::filesystem::path& file);
+void writeReport(const sandbox::Report& report, const std::filesystem::path& file);
 
 /// Collects the ticks of a window's session since its scene was opened or restarted, and writes all of them to a table.
 class LiveReport {
   public:
     /// `table`: null for none.
     explicit LiveReport(TickTable* table) : table_(table) {}
-    void add(const TickRecord& record, const system::LiveSession& session);
+    void add(const TickRecord& record, const sandbox::LiveSession& session);
     /// What a frame of the window cost.
-    void addFrame(const system::FrameCost& cost);
-    system::Report finish(const system::LiveSession& session) const;
+    void addFrame(const sandbox::FrameCost& cost);
+    sandbox::Report finish(const sandbox::LiveSession& session) const;
 
   private:
     TickTable* table_;
-    system::RunStatistics statistics_;
-    std::unique_ptr<system::OutcomeJudge> judge_;
+    sandbox::RunStatistics statistics_;
+    std::unique_ptr<sandbox::OutcomeJudge> judge_;
     std::shared_ptr<const World> world_;  // that the meter is of
     std::optional<PenetrationMeter> meter_;
     std::uint64_t scene_ = 0, last_ = 0;
@@ -43,7 +43,7 @@ class WindowLoad {
   public:
     void add(const TickRecord& record);
     /// To be called once a frame, on the window's thread.
-    void frame(const system::LiveSession& session, const system::FrameCost& cost);
+    void frame(const sandbox::LiveSession& session, const sandbox::FrameCost& cost);
     /// Frames and ticks since the scene ran, on the output stream.
     void print() const;
 

@@ -1,6 +1,6 @@
 #include "tools/touchstone/settings_choice.hpp"
 
-#include "haptics/system/presets.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -16,7 +16,7 @@ Settings withCommandLine(Settings settings, const RunOptions& options) {
     if (options.mode) {
         Settings asked = settings;
         set(asked, "mode", *options.mode, "--mode");
-        settings = system::withMode(settings, asked.mode);
+        settings = sandbox::withMode(settings, asked.mode);
     }
     const auto apply = [&](const char* key, const std::optional<std::string>& value) {
         if (value) set(settings, key, *value, std::string("--") + key);

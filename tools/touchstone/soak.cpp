@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/device/last_act.hpp"
-#include "haptics/system/headless_run.hpp"
-#include "haptics/system/session.hpp"
+#include "haptics/device/emergency_stop.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/session.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
@@ -97,8 +97,8 @@ class Soak {
     }
 
   private:
-    system::SessionOptions sessionOptions() {
-        system::SessionOptions options;
+    sandbox::SessionOptions sessionOptions() {
+        sandbox::SessionOptions options;
         options.onTick = [this](const TickRecord& record) { judge(record); };
         return options;
     }
@@ -122,8 +122,8 @@ class Soak {
     /// A frame of a window without one.
     void pass() {
         session_.update();
-        for (const system::Message& message : session_.messages())
-            if (message.kind == system::Message::Kind::Error && message.seconds > toldUntil_) {
+        for (const sandbox::Message& message : session_.messages())
+            if (message.kind == sandbox::Message::Kind::Error && message.seconds > toldUntil_) {
                 std::printf("  %.1f s: %s\n", message.seconds, message.text.c_str());
                 toldUntil_ = message.seconds;
             }
@@ -173,7 +173,7 @@ class Soak {
 
     void changeScene() {
         ++scenes_;
-        const system::HapticScene& scene = *session_.scene();
+        const sandbox::HapticScene& scene = *session_.scene();
         switch (choose(4)) {
             case 0:
                 session_.reload();
@@ -190,7 +190,7 @@ class Soak {
                 const engine::Entity obstacle = scene.roles.obstacles.front();
                 const auto node = std::find(scene.scene.nodes.begin(), scene.scene.nodes.end(), obstacle);
                 const auto& local = scene.scene.registry.get<engine::LocalTransform>(obstacle);
-                system::PlaceNode place{static_cast<int>(node - scene.scene.nodes.begin()), local, local};
+                sandbox::PlaceNode place{static_cast<int>(node - scene.scene.nodes.begin()), local, local};
                 place.to.translation.y -= random(0, 1e-5);
                 session_.setEdits({place});
             }
@@ -217,7 +217,7 @@ class Soak {
         const std::uint64_t rows = session_.recorder()->rows();
         lost_ += session_.recorder()->lost();
         if (!session_.stopRecording()) throw std::runtime_error(session_.messages().back().text);
-        system::TickFileReader file(recording() / "ticks.npy");
+        sandbox::TickFileReader file(recording() / "ticks.npy");
         if (file.rows() != rows) ++broken_;
         rows_ += rows;
     }
@@ -262,12 +262,12 @@ class Soak {
     }
 
     bool replayLast(const fs::path& scene) {
-        const system::HapticScene opened =
-            system::openScene(scene, {.treeCache = system::treeCacheFolder(), .progress = {}});
-        system::HeadlessOptions options;
+        const sandbox::HapticScene opened =
+            sandbox::openScene(scene, {.treeCache = sandbox::treeCacheFolder(), .progress = {}});
+        sandbox::HeadlessOptions options;
         options.device = "replay:" + recording().string();
         options.timing = false;
-        const system::ReplayCheck check = *system::runHeadless(opened, opened.settings, options).replay;
+        const sandbox::ReplayCheck check = *sandbox::runHeadless(opened, opened.settings, options).replay;
         std::printf(
             "  replay      %llu of the last recording's %llu ticks have the recorded bits, %llu after lost ticks\n",
             number(check.same), number(check.ticks), number(check.notCompared));
@@ -290,7 +290,7 @@ class Soak {
     };
     std::vector<Memory> memory_;
     Times plain_, recorded_;
-    system::LiveSession session_;  // last: its loop ends before what it tells
+    sandbox::LiveSession session_;  // last: its loop ends before what it tells
 };
 
 }  // namespace

@@ -11,9 +11,9 @@
 #include "haptics/builder/sphere_hierarchy.hpp"
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
-#include "haptics/system/scene_world.hpp"
-#include "haptics/system/tree_picture.hpp"
-#include "haptics/system/tree_words.hpp"
+#include "haptics/sandbox/picture/tree_picture.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/tree_choice.hpp"
@@ -75,7 +75,7 @@ MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCo
                   const BuildProgress& progress) {
     const Stopwatch watch;
     MadeTree made;
-    const std::filesystem::path cache = command.noCache ? "" : system::treeCacheFolder();
+    const std::filesystem::path cache = command.noCache ? "" : sandbox::treeCacheFolder();
     if (!command.imported.empty()) {
         made.source = "import";
         made.tree = importTree(command.imported, part, progress);
@@ -98,7 +98,7 @@ void print(const TreePart& part, const MadeTree& made) {
                             : made.source == std::string("cache") ? "from the cache"
                                                                   : "imported";
     std::printf("%s%s%s: %s; %s in %.2f s, CPU %.2f s\n", part.name.c_str(), part.role.empty() ? "" : ", ",
-                part.role.c_str(), system::words(made.tree).c_str(), how.c_str(), made.wall, made.cpu);
+                part.role.c_str(), sandbox::words(made.tree).c_str(), how.c_str(), made.wall, made.cpu);
     if (!certificate.note.empty()) std::printf("  note: %s\n", certificate.note.c_str());
 }
 
@@ -119,8 +119,8 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
     json["note"] = certificate.note;
     json["source"] = made.source;
     if (made.source != std::string("import")) {
-        json["quality"] = system::name(options.quality);
-        json["interior"] = system::name(options.interior);
+        json["quality"] = sandbox::name(options.quality);
+        json["interior"] = sandbox::name(options.interior);
         json["seed"] = options.seed;
     }
     json["wall_s"] = made.wall;
@@ -166,7 +166,8 @@ void write(const TreeCommand& command, const TreePart& part, const TreeOptions& 
         saveTree(made.tree, command.output, command.imported.empty() ? treeKey(part.mesh, options) : 0);
     }
     if (!command.exported.empty()) writeSph(hierarchyOf(made.tree), command.exported, part.mmPerUnit);
-    if (!command.picture.empty()) system::renderTree(made.tree, part.mesh, command.picture, kPictureSize, kPictureSize);
+    if (!command.picture.empty())
+        sandbox::renderTree(made.tree, part.mesh, command.picture, kPictureSize, kPictureSize);
 }
 
 }  // namespace
@@ -179,7 +180,7 @@ int makeTrees(const TreeCommand& command) {
         const TreeOptions options = withChoice(part.options, command.tree, part.diagonal());
         MadeTree made;
         try {
-            const system::SceneProgress bar =
+            const sandbox::SceneProgress bar =
                 progressBar(command.imported.empty() ? "building the sphere tree of" : "measuring the sphere tree of");
             const BuildProgress progress = [&](const BuildStatus& status) {
                 const auto whole = static_cast<double>(parts.size());

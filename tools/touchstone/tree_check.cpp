@@ -104,7 +104,7 @@ int checkTree(const TreeCheckCommand& command) {
     const CheckOptions options{.samples = command.samples, .poses = command.poses, .seed = command.seed};
     TreeMetrics metrics;
     {
-        const system::SceneProgress bar = progressBar("measuring");
+        const sandbox::SceneProgress bar = progressBar("measuring");
         const BuildProgress progress = [&](const BuildStatus& status) {
             return bar({.part = command.tree.filename().string(),
                         .fraction = status.fraction,

@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "haptics/math/numbers.hpp"
-#include "haptics/system/tree_words.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+#include "engine/scene/text.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -31,7 +32,7 @@ void set(Enum& value, const std::optional<std::string>& given, std::span<const c
          const std::string& option) {
     if (!given) return;
     const auto known = std::find(names.begin(), names.end(), *given);
-    if (known == names.end()) throw UsageError(option + " is " + system::anyOf(names) + ", not '" + *given + "'");
+    if (known == names.end()) throw UsageError(option + " is " + engine::anyOf(names) + ", not '" + *given + "'");
     value = static_cast<Enum>(known - names.begin());
 }
 
@@ -55,8 +56,8 @@ TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double dia
         options.leaves = 1 << 3 * (*choice.levels - 1);  // the root is a level of its own
     }
     if (!choice.maxError.empty()) options.maxError = errorInMm(choice.maxError, diagonal);
-    set(options.quality, choice.quality, system::kQualityNames, "--quality");
-    set(options.interior, choice.interior, system::kInteriorNames, "--interior");
+    set(options.quality, choice.quality, sandbox::kQualityNames, "--quality");
+    set(options.interior, choice.interior, sandbox::kInteriorNames, "--interior");
     options.seed = choice.seed.value_or(options.seed);
     if (choice.threads) {
         requireRange("--threads", *choice.threads, kMostThreads);

@@ -9,8 +9,8 @@
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/mesh_file.hpp"
-#include "haptics/system/scene_world.hpp"
-#include "haptics/system/units.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -35,11 +35,11 @@ TreePart readMeshPart(const PartChoice& choice) {
         throw UsageError("--part chooses a node of a scene, but '" + choice.file + "' is one part");
     TreePart part;
     part.name = fs::path(choice.file).stem().string();
-    part.mmPerUnit = system::kMmPerMetre * metresPer(choice.unit.value_or("mm"));
+    part.mmPerUnit = sandbox::kMmPerMetre * metresPer(choice.unit.value_or("mm"));
     // Read in its own unit: single precision keeps the file's digits, and the unit is applied in double.
     const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
     for (const std::string& note : read.notes) spdlog::warn("{}", note);
-    part.mesh = system::toTriangles(read.mesh, part.mmPerUnit);
+    part.mesh = sandbox::toTriangles(read.mesh, part.mmPerUnit);
     return part;
 }
 
@@ -47,9 +47,9 @@ TreePart nodePart(const engine::Scene& scene, engine::Entity node) {
     TreePart part;
     const std::string& given = scene.registry.get<engine::Name>(node).value;
     part.name = given.empty() ? nodeLabel(scene, node) : engine::printable(given);
-    part.mesh = system::bakedTriangles(scene, node);
-    if (const auto* body = scene.registry.find<system::BodyMarking>(node)) {
-        part.role = system::name(scene.registry.get<system::Role>(node));
+    part.mesh = sandbox::bakedTriangles(scene, node);
+    if (const auto* body = scene.registry.find<sandbox::BodyMarking>(node)) {
+        part.role = sandbox::name(scene.registry.get<sandbox::Role>(node));
         part.options = body->tree;
     }
     if (part.mesh.triangles.empty())
@@ -61,7 +61,7 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
     if (choice.unit) throw UsageError("--unit is for .obj, .ply and .stl files: scenes are in metres");
     engine::Scene scene = engine::readGltf(findScene(choice.file));
     updateWorldTransforms(scene);
-    const system::SceneRoles roles = system::assignRoles(scene);
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
 
     std::vector<TreePart> parts;
     if (!choice.part.empty()) {
@@ -73,10 +73,10 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
     if (parts.empty()) {
         parts.emplace_back();
         parts.back().name = scene.file.stem().string();
-        parts.back().mesh = system::bakedTriangles(scene);
+        parts.back().mesh = sandbox::bakedTriangles(scene);
         if (parts.back().mesh.triangles.empty()) engine::failIn(scene.file, "", "holds no triangle: give it a mesh");
     }
-    for (TreePart& part : parts) part.mmPerUnit = system::kMmPerMetre;
+    for (TreePart& part : parts) part.mmPerUnit = sandbox::kMmPerMetre;
     return parts;
 }
 
@@ -91,8 +91,9 @@ engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name) {
         if (given == name) found.push_back(node);
         if (!given.empty()) names += (names.empty() ? "" : ", ") + engine::printable(given);
     }
-    const auto marked = std::stable_partition(
-        found.begin(), found.end(), [&](engine::Entity node) { return scene.registry.has<system::BodyMarking>(node); });
+    const auto marked = std::stable_partition(found.begin(), found.end(), [&](engine::Entity node) {
+        return scene.registry.has<sandbox::BodyMarking>(node);
+    });
     if (found.empty())
         throw std::runtime_error(scene.file.string() + ": no node is called '" + engine::printable(name) + "'" +
                                  (names.empty() ? "" : "; there are " + names));

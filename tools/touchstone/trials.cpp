@@ -8,13 +8,13 @@
 #include <map>
 #include <memory>
 
-#include "haptics/device/last_act.hpp"
+#include "engine/ui/user_files.hpp"
+#include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
-#include "haptics/system/app_window.hpp"
-#include "haptics/system/device_choice.hpp"
-#include "haptics/system/recording.hpp"
-#include "haptics/system/trials/live_trials.hpp"
-#include "haptics/system/user_files.hpp"
+#include "haptics/sandbox/app/app_window.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/sandbox/trials/live_trials.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
@@ -25,37 +25,37 @@ namespace touchstone::app {
 namespace {
 
 namespace fs = std::filesystem;
-using system::Condition;
-using system::Protocol;
-using system::Trial;
+using sandbox::Condition;
+using sandbox::Protocol;
+using sandbox::Trial;
 
 /// Scenes by the name in the protocol, each opened once.
 class Scenes {
   public:
-    const system::HapticScene& open(const Condition& condition) {
+    const sandbox::HapticScene& open(const Condition& condition) {
         auto& scene = scenes_[condition.scene];
         if (!scene)
-            scene = std::make_unique<system::HapticScene>(system::openScene(
-                findScene(condition.scene), {.treeCache = system::treeCacheFolder(), .progress = progressBar()}));
+            scene = std::make_unique<sandbox::HapticScene>(sandbox::openScene(
+                findScene(condition.scene), {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()}));
         return *scene;
     }
 
   private:
-    std::map<std::string, std::unique_ptr<system::HapticScene>> scenes_;
+    std::map<std::string, std::unique_ptr<sandbox::HapticScene>> scenes_;
 };
 
 /// Finds what is wrong with a condition before the first trial, without its trees.
 void lookInto(const Condition& condition, bool headless) {
-    system::SceneOptions options;
+    sandbox::SceneOptions options;
     options.buildTrees = false;
-    const system::HapticScene scene = system::openScene(findScene(condition.scene), options);
+    const sandbox::HapticScene scene = sandbox::openScene(findScene(condition.scene), options);
     const auto fail = [&](const std::string& what) {
         throw std::runtime_error("condition '" + condition.name + "': " + what);
     };
     if (!scene.missing.empty()) fail(scene.missing);
     if (!scene.roles.goal) fail("the scene '" + condition.scene + "' has no goal: give a node the role goal");
     condition.settings(scene.settings);
-    system::startDevice(scene, condition.device, headless ? nullptr : std::make_shared<MouseTarget>());
+    sandbox::startDevice(scene, condition.device, headless ? nullptr : std::make_shared<MouseTarget>());
 }
 
 /// The folder belongs to this protocol, now or since an earlier run.
@@ -64,14 +64,14 @@ void claim(const fs::path& folder, const Protocol& protocol) {
     const fs::path file = folder / kProtocolFile;
     if (!fs::exists(file)) {
         writeFile(file, "the protocol", protocol.source.dump(1) + "\n");
-    } else if (system::readProtocol(file).source != protocol.source) {
+    } else if (sandbox::readProtocol(file).source != protocol.source) {
         throw std::runtime_error("'" + folder.string() +
                                  "' holds trials of another protocol: choose another folder for --out");
     }
 }
 
 bool isRowOf(const TrialRow& row, const Protocol& protocol, const Trial& trial) {
-    const TrialRow columns = system::trialColumns(protocol, trial);
+    const TrialRow columns = sandbox::trialColumns(protocol, trial);
     return row.is_object() && std::all_of(columns.items().begin(), columns.items().end(), [&](const auto& column) {
                return row.contains(column.key()) && row[column.key()] == column.value();
            });
@@ -97,35 +97,35 @@ void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const
     Scenes scenes;
     for (const Trial& trial : queue) {
         const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-        const auto row = system::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial));
+        const auto row = sandbox::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial));
         if (!row) return;  // asked to stop
         finish(study, protocol, trial, *row);
     }
 }
 
 void runInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
-    system::LiveTrials live(
+    sandbox::LiveTrials live(
         protocol, {.queue = queue,
                    .sceneFile = findScene,
                    .folder = [&](const Trial& trial) { return freshFolder(study, trial); },
                    .done = [&](const Trial& trial, const TrialRow& row) { finish(study, protocol, trial, row); }});
-    system::LiveSession* session = nullptr;  // known from the first frame on
-    system::WindowRunOptions window;
+    sandbox::LiveSession* session = nullptr;  // known from the first frame on
+    sandbox::WindowRunOptions window;
     window.scene = findScene(protocol.conditions[static_cast<std::size_t>(queue.front().condition)].scene);
-    window.configFolder = system::configFolder();
+    window.configFolder = engine::configFolder();
     window.session.device = live.restingDevice();
     window.session.adjust = [&](const Settings& scene) { return live.settings(scene); };
     window.session.onTick = [&](const TickRecord& tick) {
         if (session) live.add(tick, *session);
     };
-    window.onFrame = [&](system::WindowFrame& frame) {
+    window.onFrame = [&](sandbox::WindowFrame& frame) {
         session = &frame.session;
         live.update(frame.session);
     };
-    window.panel = [&](system::LiveSession& shown, const glm::vec4& picture, system::ItemRects& items) {
+    window.panel = [&](sandbox::LiveSession& shown, const glm::vec4& picture, engine::ItemRects& items) {
         live.draw(shown, picture, &items);
     };
-    system::runWindow(window);
+    sandbox::runWindow(window);
 }
 
 }  // namespace
@@ -171,13 +171,13 @@ void writeTable(const fs::path& folder, const std::vector<TrialRow>& rows) {
 
 int trials(const TrialsCommand& command) {
     const Shard shard = shardOf(command.shard);
-    const Protocol protocol = system::readProtocol(command.protocol);
+    const Protocol protocol = sandbox::readProtocol(command.protocol);
     if (command.shard.empty()) requireGnuplot();
     if (!command.headless) requireDisplay();
     SceneHashes scenes;
     for (const Condition& condition : protocol.conditions) {
         lookInto(condition, command.headless);
-        scenes[condition.scene] = system::hashOf(findScene(condition.scene));
+        scenes[condition.scene] = sandbox::hashOf(findScene(condition.scene));
     }
     claim(command.out, protocol);
 
@@ -205,9 +205,9 @@ int summariseTrials(const TrialsSummaryCommand& command) {
         if (!fs::exists(folder / kProtocolFile))
             throw std::runtime_error("'" + folder.string() +
                                      "' holds no trials: give the folders that --out of `touchstone trials` was");
-    const Protocol protocol = system::readProtocol(command.folders.front() / kProtocolFile);
+    const Protocol protocol = sandbox::readProtocol(command.folders.front() / kProtocolFile);
     for (const fs::path& folder : command.folders)
-        if (system::readProtocol(folder / kProtocolFile).source != protocol.source)
+        if (sandbox::readProtocol(folder / kProtocolFile).source != protocol.source)
             throw std::runtime_error("'" + folder.string() + "' holds trials of another protocol than '" +
                                      command.folders.front().string() + "': summarise them apart");
     const std::vector<TrialRow> rows = readRows(command.folders, protocol);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "haptics/system/trials/protocol.hpp"
+#include "haptics/sandbox/trials/protocol.hpp"
 
 namespace touchstone::app {
 
@@ -23,13 +23,13 @@ using SceneHashes = std::map<std::string, nlohmann::ordered_json>;
 /// The rows of all trials of the protocol that are whole in one of the folders, by number. Throws std::runtime_error
 /// with one sentence when a row cannot be read or is no row of its trial, a trial is in two of the folders, or trials
 /// were not all done in the same scenes: those of `scenes`, if it names them.
-std::vector<TrialRow> readRows(const std::vector<std::filesystem::path>& studies, const system::Protocol& protocol,
+std::vector<TrialRow> readRows(const std::vector<std::filesystem::path>& studies, const sandbox::Protocol& protocol,
                                SceneHashes scenes = {});
 
 /// Writes trials.csv.
 void writeTable(const std::filesystem::path& folder, const std::vector<TrialRow>& rows);
 /// Writes summary.csv and plots, and prints it. Pre: at least one row.
 void summarise(const std::filesystem::path& folder, const std::vector<TrialRow>& rows,
-               const system::Protocol& protocol);
+               const sandbox::Protocol& protocol);
 
 }  // namespace touchstone::app

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/system/trials/intervals.hpp"
+#include "haptics/sandbox/trials/intervals.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
@@ -38,7 +38,7 @@ constexpr Measure kMeasures[] = {
     {"residual_penetration_mm", false},
 };
 
-double meanOfAll(Values values) { return system::meanOf(values); }
+double meanOfAll(Values values) { return sandbox::meanOf(values); }
 
 bool seated(const TrialRow& row) { return row.at("outcome") == "seated"; }
 
@@ -68,7 +68,7 @@ ordered_json successOf(const std::string& condition, const std::vector<TrialRow>
     ordered_json line = lineOf(condition, "seated_rate", rows.size());
     if (rows.empty()) return line;
     const int count = static_cast<int>(std::count_if(rows.begin(), rows.end(), seated));
-    const system::Interval interval = system::wilson(count, static_cast<int>(rows.size()));
+    const sandbox::Interval interval = sandbox::wilson(count, static_cast<int>(rows.size()));
     line["mean"] = count / static_cast<double>(rows.size());
     line["mean_low"] = interval.low;
     line["mean_high"] = interval.high;
@@ -80,11 +80,11 @@ ordered_json measured(const std::string& condition, const std::vector<TrialRow>&
     ordered_json line =
         lineOf(condition, std::string(measure.column) + (measure.ofSeated ? " of seated" : ""), values.size());
     if (values.empty()) return line;
-    line["mean"] = system::meanOf(values);
-    line["median"] = system::medianOf(values);
+    line["mean"] = sandbox::meanOf(values);
+    line["median"] = sandbox::medianOf(values);
     if (values.size() < 2) return line;
-    const system::Interval mean = system::bootstrap(values, meanOfAll),
-                           median = system::bootstrap(values, system::medianOf);
+    const sandbox::Interval mean = sandbox::bootstrap(values, meanOfAll),
+                            median = sandbox::bootstrap(values, sandbox::medianOf);
     line["mean_low"] = mean.low;
     line["mean_high"] = mean.high;
     line["median_low"] = median.low;
@@ -141,12 +141,12 @@ void draw(const fs::path& folder, const std::vector<ordered_json>& lines, const 
 
 }  // namespace
 
-void summarise(const fs::path& folder, const std::vector<TrialRow>& rows, const system::Protocol& protocol) {
+void summarise(const fs::path& folder, const std::vector<TrialRow>& rows, const sandbox::Protocol& protocol) {
     std::vector<ordered_json> lines;
     std::vector<std::string> conditions;
     std::printf("%-28s %7s %22s %26s %26s\n", "condition", "trials", "seated", "time s, mean of seated",
                 "peak N, mean");
-    for (const system::Condition& condition : protocol.conditions) {
+    for (const sandbox::Condition& condition : protocol.conditions) {
         const std::vector<TrialRow> own = rowsOf(rows, condition.name);
         if (own.empty()) continue;
         conditions.push_back(condition.name);

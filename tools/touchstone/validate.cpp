@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "haptics/system/tree_words.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/commands.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
@@ -9,15 +9,15 @@ namespace touchstone::app {
 
 int validate(const std::string& pathOrName) {
     const std::filesystem::path file = findScene(pathOrName);
-    const system::HapticScene scene =
-        system::openScene(file, {.treeCache = system::treeCacheFolder(), .progress = progressBar()});
+    const sandbox::HapticScene scene =
+        sandbox::openScene(file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
 
     std::printf("%s\n", engine::escaped(file.string()).c_str());
     for (const std::string& sentence : scene.roles.taken) std::printf("  %s\n", sentence.c_str());
     if (scene.world) {
         const auto describe = [](const std::string& name, const SphereTree& tree) {
             std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree.certificate.diagonal,
-                        system::words(tree).c_str());
+                        sandbox::words(tree).c_str());
         };
         describe("tool", *scene.world->tool);
         for (const Obstacle& obstacle : scene.world->obstacles) describe(obstacle.name, *obstacle.tree);

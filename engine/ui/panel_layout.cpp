@@ -1,0 +1,109 @@
+#include "engine/ui/panel_layout.hpp"
+
+#include <imgui_internal.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace touchstone::engine {
+namespace {
+
+constexpr float kNarrowest = 12, kLowest = 5;  // of a panel, in units of the font's size
+constexpr const char* kIniName = "Touchstone";
+
+PanelSizes& sizesOf(ImGuiSettingsHandler* handler) { return *static_cast<PanelSizes*>(handler->UserData); }
+
+/// Returns how far the strip was dragged in this frame.
+float drawSplitter(const char* id, ImVec2 position, ImVec2 size, bool vertical) {
+    ImGui::SetNextWindowPos(position);
+    ImGui::SetNextWindowSize(size);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0, 0});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0);
+    ImGui::Begin(id, nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav | ImGuiWindowFlags_NoFocusOnAppearing |
+                     ImGuiWindowFlags_NoBringToFrontOnFocus);
+    ImGui::InvisibleButton("edge", size);
+    const bool held = ImGui::IsItemActive();
+    if (held || ImGui::IsItemHovered()) {
+        ImGui::SetMouseCursor(vertical ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS);
+        ImGui::GetWindowDrawList()->AddRectFilled(position, {position.x + size.x, position.y + size.y},
+                                                  ImGui::GetColorU32(ImGuiCol_SliderGrab, held ? 1.f : 0.5f));
+    }
+    ImGui::End();
+    ImGui::PopStyleVar(3);
+    return !held ? 0 : vertical ? ImGui::GetIO().MouseDelta.x : ImGui::GetIO().MouseDelta.y;
+}
+
+}  // namespace
+
+void PanelSizes::remember() {
+    ImGuiSettingsHandler handler;
+    handler.TypeName = kIniName;
+    handler.TypeHash = ImHashStr(kIniName);
+    handler.UserData = this;
+    handler.ReadOpenFn = [](ImGuiContext*, ImGuiSettingsHandler* h, const char*) -> void* { return h->UserData; };
+    handler.ReadLineFn = [](ImGuiContext*, ImGuiSettingsHandler* h, void*, const char* line) {
+        PanelSizes& sizes = sizesOf(h);
+        PanelSizes read = sizes;
+        // Whatever stands there, every panel can be found again. NaN becomes the lower bound.
+        const auto within = [](float v, float low, float high) { return v > low ? std::min(v, high) : low; };
+        if (std::sscanf(line, "Panels=%f,%f,%f,%f", &read.left, &read.right, &read.bottom, &read.haptics) == 4)
+            sizes = {.left = within(read.left, kNarrowest, 60),
+                     .right = within(read.right, kNarrowest, 80),
+                     .bottom = within(read.bottom, kLowest, 40),
+                     .haptics = within(read.haptics, 0.1f, 0.9f),
+                     .window = sizes.window};
+        if (std::sscanf(line, "Size=%d,%d", &read.window.x, &read.window.y) == 2)
+            sizes.window = glm::clamp(read.window, glm::ivec2(640, 400), glm::ivec2(16384));
+    };
+    handler.WriteAllFn = [](ImGuiContext*, ImGuiSettingsHandler* h, ImGuiTextBuffer* out) {
+        const PanelSizes& s = sizesOf(h);
+        out->appendf("[%s][Window]\nPanels=%.2f,%.2f,%.2f,%.4f\nSize=%d,%d\n\n", kIniName, double(s.left),
+                     double(s.right), double(s.bottom), double(s.haptics), s.window.x, s.window.y);
+    };
+    ImGui::GetCurrentContext()->SettingsHandlers.push_back(handler);
+}
+
+void PanelSizes::keepWindow(glm::ivec2 size) {
+    if (size == window) return;
+    window = size;
+    ImGui::MarkIniSettingsDirty();
+}
+
+Layout::Layout(glm::vec2 window, float top, float em, const PanelSizes& sizes, bool panels) {
+    const float left = panels ? std::min(sizes.left * em, 0.35f * window.x) : 0;
+    const float right = panels ? std::min(sizes.right * em, 0.45f * window.x) : 0;
+    const float bottom = panels ? std::min(sizes.bottom * em, 0.5f * window.y) : 0;
+    const float height = std::max(window.y - top, 1.f);
+    const float hapticsHeight = std::clamp(sizes.haptics, 0.1f, 0.9f) * height;
+    scene = {{0, top}, {left, height - hapticsHeight}};
+    haptics = {{0, top + height - hapticsHeight}, {left, hapticsHeight}};
+    plots = {{window.x - right, top}, {right, height}};
+    picture = {{left, top}, {std::max(window.x - left - right, 1.f), std::max(height - bottom, 1.f)}};
+    log = {{left, window.y - bottom}, {picture.size.x, bottom}};
+}
+
+void drawSplitters(const Layout& layout, float em, PanelSizes& sizes) {
+    const float width = 0.4f * em, half = 0.5f * width;
+    const Area& picture = layout.picture;
+    const float bottom = layout.log.position.y, height = layout.plots.size.y;
+    const float left =
+        drawSplitter("##left edge", {picture.position.x - half, picture.position.y}, {width, height}, true);
+    const float right =
+        drawSplitter("##right edge", {layout.plots.position.x - half, picture.position.y}, {width, height}, true);
+    const float low =
+        drawSplitter("##bottom edge", {picture.position.x, bottom - half}, {picture.size.x, width}, false);
+    const float haptics =
+        drawSplitter("##haptics edge", {0, layout.haptics.position.y - half}, {layout.haptics.size.x, width}, false);
+    if (left == 0 && right == 0 && low == 0 && haptics == 0) return;
+    // From where the edges are drawn: a small window may show less than is kept.
+    sizes.left = std::max((layout.scene.size.x + left) / em, kNarrowest);
+    sizes.right = std::max((layout.plots.size.x - right) / em, kNarrowest);
+    sizes.bottom = std::max((layout.log.size.y - low) / em, kLowest);
+    sizes.haptics = std::clamp((layout.haptics.size.y - haptics) / height, 0.1f, 0.9f);
+    ImGui::MarkIniSettingsDirty();
+}
+
+}  // namespace touchstone::engine

@@ -1,0 +1,55 @@
+#include "engine/ui/user_files.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/user_folder.hpp"
+
+namespace touchstone::engine {
+
+namespace fs = std::filesystem;
+
+fs::path configFolder() { return userFolder("TOUCHSTONE_CONFIG", "XDG_CONFIG_HOME", ".config"); }
+
+RecentScenes::RecentScenes(fs::path folder) : folder_(std::move(folder)) {
+    if (folder_.empty()) return;
+    std::ifstream in(folder_ / "recent");
+    std::error_code error;
+    for (std::string line; scenes_.size() < kMost && std::getline(in, line);)
+        if (fs::is_regular_file(line, error)) scenes_.emplace_back(line);
+}
+
+void RecentScenes::add(const fs::path& scene) {
+    std::error_code error;
+    fs::path whole = fs::absolute(scene, error).lexically_normal();
+    if (error || (!scenes_.empty() && scenes_.front() == whole)) return;
+    std::erase(scenes_, whole);
+    scenes_.insert(scenes_.begin(), std::move(whole));
+    if (scenes_.size() > kMost) scenes_.resize(kMost);
+    if (folder_.empty()) return;
+    fs::create_directories(folder_, error);
+    std::string text;
+    for (const fs::path& each : scenes_)
+        if (each.string().find('\n') == std::string::npos) text += each.string() + '\n';
+    try {
+        writeBytes(folder_ / "recent", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    } catch (const SceneError&) {
+        // It is a convenience; the scene itself is open.
+    }
+}
+
+std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders) {
+    std::vector<std::filesystem::path> scenes;
+    for (const std::filesystem::path& folder : folders) {
+        std::error_code ignored;
+        for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+            if (const auto extension = entry.path().extension(); extension == ".glb" || extension == ".gltf")
+                scenes.push_back(entry.path());
+    }
+    std::sort(scenes.begin(), scenes.end());
+    return scenes;
+}
+
+}  // namespace touchstone::engine

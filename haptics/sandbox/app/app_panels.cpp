@@ -1,0 +1,174 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "haptics/sandbox/app/app.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr double kMessageSeconds = 8;  // how long a warning stays over the picture
+
+bool beginPanel(const char* title, const engine::Area& area) {
+    ImGui::SetNextWindowPos(area.position);
+    ImGui::SetNextWindowSize(area.size);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 4});
+    return ImGui::Begin(title, nullptr,
+                        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                            ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                            ImGuiWindowFlags_NoFocusOnAppearing);
+}
+
+void endPanel() {
+    ImGui::End();
+    ImGui::PopStyleVar(2);
+}
+
+}  // namespace
+
+void App::drawPanels(const engine::Layout& layout) {
+    const std::string& device = session_.device();
+    const MenuView menu{.scenes = scenes_,
+                        .recent = recent_.list(),
+                        .file = session_.request().file,
+                        .device = device,
+                        .running = session_.running(),
+                        .hasScene = viewed_ != nullptr,
+                        .hasDemonstration = viewed_ && viewed_->demonstration,
+                        .hasSelection = bool(selection_.node()),
+                        .canUndo = undo_.canUndo(),
+                        .canRedo = undo_.canRedo(),
+                        .recording = session_.recorder() != nullptr};
+    const bool wasOpen = menu_.openDialog;
+    drawMenuBar(menu, menu_, display_, requests_, &items_);
+    if (menu_.openDialog && !wasOpen) scenes_ = engine::findScenes(options_.sceneFolders);
+
+    if (menu_.panels) {
+        if (beginPanel("Scene", layout.scene)) {
+            if (viewed_) {
+                scenePanel_.selected = selection_.node();
+                drawScenePanel(*viewed_, display_, scenePanel_, &items_);
+                selection_.select(scenePanel_.selected);
+            } else {
+                ImGui::TextDisabled("No scene is open.");
+            }
+        }
+        endPanel();
+        if (beginPanel("Haptics", layout.haptics)) drawLeftPanel();
+        endPanel();
+        if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
+        endPanel();
+        if (beginPanel("Log", layout.log)) drawLogPanel(session_.messages(), &items_);
+        endPanel();
+        engine::drawSplitters(layout, ImGui::GetFontSize(), sizes_);
+    }
+    drawBar();
+    drawGuideWindow(layout.picture);
+    drawHints(layout.picture);
+    if (options_.panel) {
+        const ImVec2 low = layout.picture.position, size = layout.picture.size;
+        options_.panel(session_, {low.x, low.y, low.x + size.x, low.y + size.y}, items_);
+    }
+    drawDialogs(menu, menu_, requests_, &items_);
+    if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
+}
+
+/// At the bottom, whatever else is shown.
+void App::drawBar() {
+    const float height = statusBarHeight();
+    const glm::vec2 window = window_.size();
+    ImGui::SetNextWindowPos({0, window.y - height});
+    ImGui::SetNextWindowSize({window.x, height});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.6f * ImGui::GetFontSize(), 0.2f * ImGui::GetFontSize()});
+    ImGui::Begin("Health", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
+    const Gauge* gauge = viewed_ && viewed_->roles.gauge ? &*viewed_->roles.gauge : nullptr;
+    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
+                       session_.recorder(), gauge},
+                      &items_))
+        requests_.stopOrEngage = true;
+    ImGui::End();
+    ImGui::PopStyleVar(2);
+}
+
+/// Over the picture: what the mouse does until it has done it, and the newest warning while it is new.
+void App::drawHints(const engine::Area& picture) const {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    const float em = ImGui::GetFontSize(), width = picture.size.x - 4 * em;
+    const auto write = [&](const std::string& text, const ImVec4& color, bool below) {
+        const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+        const ImVec2 at{picture.position.x + 0.5f * (picture.size.x - size.x),
+                        picture.position.y + (below ? picture.size.y - size.y - em : em)};
+        list.AddRectFilled({at.x - 0.5f * em, at.y - 0.4f * em}, {at.x + size.x + 0.5f * em, at.y + size.y + 0.4f * em},
+                           ImGui::GetColorU32(ImGuiCol_PopupBg, 0.9f), 0.3f * em);
+        list.AddText(nullptr, 0, at, ImGui::GetColorU32(color), text.c_str(), nullptr, width);
+    };
+    if (session_.running() && !everHeld_)
+        write("Drag the tool: left moves it, right turns it. F1 tells all.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
+              true);
+    const auto& messages = session_.messages();
+    const auto warning = std::find_if(messages.rbegin(), messages.rend(),
+                                      [](const Message& m) { return m.kind != Message::Kind::Note; });
+    if (warning == messages.rend() || session_.secondsSinceStart() - warning->seconds > kMessageSeconds) return;
+    const bool error = warning->kind == Message::Kind::Error;
+    write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
+}
+
+/// The settings; a device with hardware behind it, and what is selected, have pages beside them.
+void App::drawLeftPanel() {
+    const auto drawSettings = [&] {
+        Settings settings = session_.settings();
+        const Settings& own = viewed_ ? viewed_->settings : settings;
+        if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
+    };
+    const engine::Entity node = selection_.node();
+    const bool isNew = node != pageNode_;
+    pageNode_ = node;
+    const bool selected = viewed_ && viewed_->scene.registry.alive(node);
+    const bool device = session_.deviceControl() || !session_.deviceTrouble().empty();
+    const std::string hardware = device ? session_.device() + session_.deviceTrouble() : "";
+    const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
+    if (!selected && !device) {
+        drawSettings();
+        return;
+    }
+    if (!ImGui::BeginTabBar("pages")) return;
+    if (ImGui::BeginTabItem("Settings")) {
+        drawSettings();
+        ImGui::EndTabItem();
+    }
+    engine::noteItem(&items_, "page settings");
+    if (device &&
+        ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+        drawDevicePanel({session_.device(), session_.deviceFacts(), session_.settings(), session_.deviceControl(),
+                         session_.deviceTrouble()},
+                        devicePanel_, requests_, &items_);
+        ImGui::EndTabItem();
+    }
+    if (device) engine::noteItem(&items_, "page device");
+    if (selected &&
+        ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
+        drawInspector(*viewed_, node, inspector_, requests_, &items_);
+        ImGui::EndTabItem();
+    }
+    if (selected) engine::noteItem(&items_, "page selected");
+    ImGui::EndTabBar();
+}
+
+void App::drawGuideWindow(const engine::Area& picture) {
+    if (!viewed_ || viewed_->missing.empty() || session_.opening()) return;
+    const float em = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos({picture.position.x + 0.7f * em, picture.position.y + 0.7f * em});
+    ImGui::SetNextWindowSize({18 * em, 0});
+    ImGui::Begin("Roles", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
+    drawGuide(*viewed_, selection_.node(), requests_, &items_);
+    ImGui::End();
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,107 @@
+#include <imgui.h>
+
+#include <ctime>
+#include <utility>
+
+#include "haptics/sandbox/app/app.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+
+namespace touchstone::sandbox {
+
+void App::noteState() {
+    const std::string name = session_.request().file.stem().string();
+    const std::string title =
+        viewed_ ? "Touchstone - " + name + (session_.newest().edits.empty() ? "" : " *") : "Touchstone";
+    if (title != title_) window_.setTitle(title_ = title);
+    if (!viewed_ || session_.opening()) return;
+    if (undoFile_ != session_.request().file) {
+        undo_.clear();
+        undoFile_ = session_.request().file;
+    }
+    UserState now{session_.newest().edits, session_.settings()};
+    now.settings.pause = false;
+    undo_.note(now, !ImGui::IsAnyItemActive() && !selection_.dragging());
+}
+
+void App::goTo(const std::optional<UserState>& state) {
+    if (!state) return;
+    Settings settings = state->settings;
+    settings.pause = session_.settings().pause;
+    session_.setSettings(settings);
+    if (state->edits != session_.newest().edits) session_.setEdits(state->edits);
+}
+
+void App::copyCommand() {
+    if (!session_.running()) return;
+    if (!session_.newest().edits.empty()) {
+        session_.say(Message::Kind::Warning,
+                     "The command would run the file without your changes: save the scene first");
+        return;
+    }
+    std::string device = session_.device();
+    if (device == "mouse") {
+        if (!viewed_->demonstration) {
+            session_.say(Message::Kind::Warning,
+                         "A hand on the mouse cannot be repeated, and the scene has no demonstration: replay a motion");
+            return;
+        }
+        device = "demo";
+    }
+    const std::string line =
+        commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());
+    ImGui::SetClipboardText(line.c_str());
+    session_.say(Message::Kind::Note, "Copied: " + line);
+}
+
+void App::toggleRecording() {
+    if (session_.recorder()) {
+        session_.stopRecording();
+        return;
+    }
+    const std::time_t now = std::time(nullptr);
+    char when[32] = "";
+    std::strftime(when, sizeof when, "-%Y%m%d-%H%M%S", std::localtime(&now));
+    session_.record(options_.recordings / (session_.request().file.stem().string() + when));
+}
+
+void App::carryOut() {
+    PanelRequests requests = std::exchange(requests_, {});
+    if (requests.leaves() && !requests.discard && !session_.newest().edits.empty()) {
+        menu_.leaving = std::exchange(requests, {});
+        menu_.leaveDialog = true;
+    }
+    if (!requests.refusal.empty()) session_.say(Message::Kind::Error, requests.refusal);
+    if (requests.open) session_.open({.file = *requests.open});
+    if (requests.reload) session_.reload();
+    if (requests.cancelOpening) session_.cancelOpening();
+    if (!requests.edits.empty()) session_.edit(requests.edits);
+    if (requests.save && session_.save(*requests.save, requests.saveSettings)) {
+        viewedFile_ = session_.request().file;
+        recent_.add(viewedFile_);
+    }
+    if (requests.undo && session_.opening())
+        session_.cancelOpening();
+    else if (requests.undo)
+        goTo(undo_.undo());
+    if (requests.redo && !session_.opening()) goTo(undo_.redo());
+    if (requests.view) camera_.look(*requests.view);
+    if (requests.frameSelection && viewed_)
+        fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
+    if (requests.copyCommand) copyCommand();
+    if (requests.record) toggleRecording();
+    if (requests.device) session_.chooseDevice(*requests.device);
+    if (requests.workspace) session_.setWorkspace(*requests.workspace);
+    if (requests.alignWithView && session_.deviceControl()) {
+        Workspace workspace = session_.deviceControl()->workspace();
+        workspace.q_WD = toEigen(glm::dquat(glm::quat_cast(glm::transpose(glm::mat3(camera_.view())))));
+        session_.setWorkspace(workspace);
+    }
+    if (requests.reconnect) session_.reconnectDevice();
+    if (requests.restart) session_.restart();
+    if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
+    if (requests.device || requests.restart) grab_.reset();
+    if (requests.quit) window_.close();
+}
+
+}  // namespace touchstone::sandbox

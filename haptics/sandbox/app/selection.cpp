@@ -1,0 +1,102 @@
+#include "haptics/sandbox/app/selection.hpp"
+
+#include <imgui.h>
+
+#include "haptics/sandbox/scene/units.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+/// The handles move the hand that holds a running tool, and the node itself where it is anything else.
+bool isHeld(const HapticScene& scene, engine::Entity node, const ToolPoses& tool) {
+    return tool.running && node == scene.roles.tool;
+}
+
+}  // namespace
+
+void Selection::select(engine::Entity node) {
+    if (node == node_) return;
+    *this = {};
+    node_ = node;
+}
+
+void Selection::click(const HapticScene& scene, const ToolPoses& tool, const engine::Ray& ray) {
+    const engine::Entity hit = pickNode(scene, tool.running ? &tool.X_WT : nullptr, ray);
+    const engine::Entity owner = hit ? roleOwner(scene.scene.registry, hit) : engine::Entity{};
+    select(owner ? owner : hit);
+}
+
+void Selection::moveTo(const engine::Scene& before, const engine::Scene& after) {
+    const int index = node_ ? engine::nodeIndex(before, node_) : -1;
+    *this = {};
+    if (index >= 0 && static_cast<std::size_t>(index) < after.nodes.size())
+        node_ = after.nodes[static_cast<std::size_t>(index)];
+}
+
+Selection::Wish Selection::update(const MouseFrame& mouse, const engine::OrbitCamera& camera, HapticScene& scene,
+                                  const ToolPoses& tool, bool ownAxes, float size, bool snap) {
+    place_.reset();
+    if (!node_) return {};
+    engine::Registry& registry = scene.scene.registry;
+    if (!box_) box_ = boxOf(registry, node_);
+    const bool held = isHeld(scene, node_, tool);
+    if (!held && tool.running && scene.roles.tool && engine::isBelow(registry, node_, scene.roles.tool)) {
+        gizmo_.reset();  // a part of the tool goes where the tool goes
+        return {};
+    }
+    GizmoPlace place{
+        .X_WB = held ? tool.X_WT_device : toPose(engine::worldPose(registry, node_)), .ownAxes = ownAxes, .size = size};
+    const Pose X_WN = held ? tool.X_WT : place.X_WB;
+    const glm::dmat4 drawn =
+        held ? placeOf(scene, node_, &tool.X_WT) : registry.get<engine::WorldTransform>(node_).matrix;
+    place.p_BP = X_WN.inverse() * toMm(glm::dvec3(drawn * glm::dvec4(box_->center(), 1)));
+
+    const bool wasDragging = gizmo_.dragging();
+    const std::optional<Pose> wanted = gizmo_.update(mouse, camera, place, snap);
+    if (wanted) place.X_WB = *wanted;
+    place_ = place;
+    if (held) return {.edit = {}, .hand = wanted};
+    if (wanted) {
+        auto& local = registry.get<engine::LocalTransform>(node_);
+        if (!before_) before_ = local;
+        local = placedAt(registry, node_, *wanted);
+        updateWorldTransforms(scene.scene);
+        return {};
+    }
+    if (!wasDragging || !before_) return {};
+    const PlaceNode moved{engine::nodeIndex(scene.scene, node_), *before_, registry.get<engine::LocalTransform>(node_)};
+    before_.reset();
+    if (moved.from == moved.to) return {};
+    return {.edit = moved, .hand = {}};
+}
+
+void Selection::cancel(HapticScene& scene) {
+    gizmo_.reset();
+    if (!before_) return;
+    scene.scene.registry.get<engine::LocalTransform>(node_) = *before_;
+    before_.reset();
+    updateWorldTransforms(scene.scene);
+}
+
+std::vector<glm::vec3> Selection::corners(const HapticScene& scene, const ToolPoses& tool) const {
+    if (!node_) return {};
+    const NodeBox box = box_ ? *box_ : boxOf(scene.scene.registry, node_);
+    return box.corners(placeOf(scene, node_, tool.running ? &tool.X_WT : nullptr));
+}
+
+void Selection::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
+                     const HapticScene& scene, const ToolPoses& tool) const {
+    if (!node_) return;
+    const std::vector<glm::vec3> points = corners(scene, tool);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (const std::size_t bit : {1u, 2u, 4u}) {
+            if (i & bit) continue;
+            const auto a = camera.project(points[i], viewport), b = camera.project(points[i | bit], viewport);
+            if (a && b)
+                list.AddLine({corner.x + a->x, corner.y + a->y}, {corner.x + b->x, corner.y + b->y},
+                             IM_COL32(255, 255, 255, 70), 1.5f);
+        }
+    if (place_) gizmo_.draw(list, camera, corner, viewport, *place_);
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,234 @@
+#include "haptics/sandbox/measure/contact_sweep.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "haptics/files/output_file.hpp"
+#include "haptics/sandbox/measure/pareto.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/measure/watched_solver.hpp"
+#include "haptics/threads/rt_thread.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr int kPasses = 31, kFewestPasses = 3;
+constexpr double kPassesUs = 20'000;  // by the clock: no further pass after this
+constexpr double kCoarsest = 1, kFinest = 1e-8, kPerDecade = 2;
+
+std::vector<double> tolerancesOf(const SolverInfo& info) {
+    if (info.exact) return {0};
+    std::vector<double> tolerances;
+    const int steps = static_cast<int>(std::lround(std::log10(kCoarsest / kFinest) * kPerDecade));
+    for (int i = 0; i <= steps; ++i) tolerances.push_back(kCoarsest * std::pow(10, -i / kPerDecade));
+    return tolerances;
+}
+
+/// One solver on the contact, as the tick calls it.
+class Trial {
+  public:
+    Trial(const FrozenContact& contact, int solver, const Vec6& exact)
+        : contact_(contact),
+          info_(solverTable()[static_cast<std::size_t>(solver)]),
+          solver_(info_.make(contact.rows.size())),
+          screen_(contact.rows.size()),
+          index_(solver),
+          exact_(exact) {}
+
+    /// False when cancelled.
+    bool run(double tolerance, const std::function<bool()>& goOn, SweepPoint& point) {
+        Settings set = contact_.settings;
+        if (!info_.exact) set.tolerance = tolerance;
+        const SolverSettings settings = solverSettings(set);
+        const StageClock clock = stageClock();
+        const bool screens = !info_.exact && !settings.paperForm;
+        const Screening screening = screens ? set.screening : Screening::None;
+        std::vector<double> times;
+        double spent = 0;
+        for (int pass = 0; pass < kPasses && (pass < kFewestPasses || spent < kPassesUs); ++pass) {
+            if (!goOn()) return false;
+            solver_->reset();
+            const auto screened = [&] { return &screen_.run(contact_.rows, screening, contact_.reach, set.trust); };
+            if (contact_.options.warm && !settings.paperForm)
+                solver_->solve({contact_.stiffness, contact_.wantedBefore, screened()}, settings);
+            const std::uint64_t start = clock.now();
+            const QpProblem now{contact_.stiffness, contact_.wanted, screened()};
+            const SolveResult result = solver_->solve(now, settings);
+            times.push_back(static_cast<double>(clock.now() - start) * clock.microseconds);
+            spent += times.back();
+            const WrenchError error = wrenchError(now, result.x, exact_);
+            point = {.solver = index_,
+                     .tolerance = tolerance,
+                     .forceError = error.force_N,
+                     .torqueError = error.torque_mNm,
+                     .iterations = result.iterations,
+                     .status = result.status};
+        }
+        point.us = *percentile(times, 50);
+        return true;
+    }
+
+  private:
+    const FrozenContact& contact_;
+    const SolverInfo& info_;
+    std::unique_ptr<Solver> solver_;
+    RowScreen screen_;
+    int index_;
+    Vec6 exact_;
+};
+
+}  // namespace
+
+std::optional<FrozenContact> freezeContact(const World& world, const Settings& settings, const TickRecord& before,
+                                           const TickRecord& now, const SweepOptions& options) {
+    Settings exact = settings;
+    exact.solver = kExactSolver;
+    exact.shadow = -1;
+    exact.pause = false;
+    if (options.allRows) exact.adaptiveMargin = false;
+    std::optional<FrozenContact> largest;
+    StepState state(world);
+    std::unique_ptr<Solver>& renderer = state.renderer(kExactSolver);
+    renderer =
+        std::make_unique<WatchedSolver>(std::move(renderer), [&](const QpProblem& problem, const SolveResult& result) {
+            if (result.status == SolveStatus::Invalid) return;
+            if (largest && largest->rows.size() > problem.rows->size()) return;
+            largest = FrozenContact{.rows = *problem.rows,
+                                    .stiffness = problem.stiffness,
+                                    .wanted = problem.wanted,
+                                    .wantedBefore = problem.wanted,
+                                    .options = options,
+                                    .settings = settings,
+                                    .reach = world.reach(),
+                                    .tick = now.tick};
+        });
+    state.resume(before);
+    step(world, exact, {now.X_WT_device}, state);
+    if (largest && settings.mode == Mode::Default) {
+        const auto atC = [&](const Pose& X_WT) { return Pose{X_WT * world.p_TC(), X_WT.q}; };
+        largest->wantedBefore = incrementBetween(atC(before.X_WT), atC(before.X_WT_device));
+    }
+    return largest;
+}
+
+std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress) {
+    const auto table = solverTable();
+    std::size_t planned = 0;
+    for (const SolverInfo& info : table) planned += tolerancesOf(info).size();
+
+    Sweep sweep{.tick = contact.tick, .rows = contact.rows.size(), .mode = contact.settings.mode, .points = {}};
+    const auto goOn = [&] {
+        return !progress || progress(static_cast<double>(sweep.points.size()) / static_cast<double>(planned));
+    };
+    const auto reference = table[kExactSolver].make(contact.rows.size());
+    const Vec6 exact =
+        reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
+    for (std::size_t solver = 0; solver < table.size(); ++solver) {
+        Trial trial(contact, static_cast<int>(solver), exact);
+        for (const double tolerance : tolerancesOf(table[solver])) {
+            SweepPoint point;
+            if (!trial.run(tolerance, goOn, point)) return std::nullopt;
+            sweep.points.push_back(point);
+        }
+    }
+    // What has no answer is neither fast nor right.
+    std::vector<TimeAndError> points;
+    std::vector<std::size_t> which;
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+        const SweepPoint& point = sweep.points[i];
+        if (point.status == SolveStatus::Invalid) continue;
+        points.emplace_back(point.us, std::max(kLeastError, point.forceError));
+        which.push_back(i);
+    }
+    for (const std::size_t i : paretoFront(points)) sweep.points[which[i]].onFront = true;
+    return sweep;
+}
+
+std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double tolerance) {
+    const SweepPoint *coarser = nullptr, *finer = nullptr;  // those next to the tolerance
+    for (const SweepPoint& point : sweep.points) {
+        if (point.solver != solver) continue;
+        if (!coarser || point.tolerance >= tolerance) coarser = &point;
+        finer = &point;
+        if (point.tolerance <= tolerance) break;
+    }
+    if (!coarser) return std::nullopt;
+    SweepPoint at = *coarser;
+    if (coarser == finer || !(finer->tolerance > 0) || tolerance >= coarser->tolerance) return at;
+    const double share = std::clamp(
+        std::log(tolerance / coarser->tolerance) / std::log(finer->tolerance / coarser->tolerance), 0.0, 1.0);
+    const auto between = [share](double a, double b, double least) {
+        return std::exp((1 - share) * std::log(std::max(a, least)) + share * std::log(std::max(b, least)));
+    };
+    at.tolerance = tolerance;
+    at.us = between(coarser->us, finer->us, 1e-6);
+    at.forceError = between(coarser->forceError, finer->forceError, kLeastError);
+    at.torqueError = between(coarser->torqueError, finer->torqueError, kLeastError);
+    return at;
+}
+
+void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
+    std::ostringstream out;
+    out << "tick,rows,mode,solver,tolerance,time_us,force_error_N,torque_error_mNm,iterations,status,on_front\n";
+    for (const SweepPoint& p : sweep.points)
+        out << sweep.tick << ',' << sweep.rows << ',' << modeNames()[static_cast<std::size_t>(sweep.mode)] << ','
+            << solverTable()[static_cast<std::size_t>(p.solver)].name << ',' << p.tolerance << ',' << p.us << ','
+            << p.forceError << ',' << p.torqueError << ',' << p.iterations << ',' << name(p.status) << ','
+            << int(p.onFront) << '\n';
+    writeFile(file, "the sweep", out.view());
+}
+
+struct SweepRun::Job {
+    std::atomic<double> progress = 0;
+    std::atomic<bool> done = false;
+    std::optional<Sweep> sweep;  // once done
+    std::string refusal;
+    std::jthread thread;  // last: joined before what it writes goes
+};
+
+SweepRun::SweepRun() = default;
+SweepRun::~SweepRun() = default;
+
+void SweepRun::cancel() { job_.reset(); }
+
+void SweepRun::start(std::shared_ptr<const World> world, const Settings& settings, const TickRecord& before,
+                     const TickRecord& now, const SweepOptions& options) {
+    cancel();
+    refusal_.clear();
+    job_ = std::make_unique<Job>();
+    job_->thread = std::jthread(
+        [job = job_.get(), world = std::move(world), settings, before, now, options](const std::stop_token& stop) {
+            try {
+                if (const auto contact = freezeContact(*world, settings, before, now, options))
+                    job->sweep = sweepContact(*contact, [&](double fraction) {
+                        job->progress = fraction;
+                        return !stop.stop_requested();
+                    });
+                else
+                    job->refusal = "Nothing is near the tool in this tick: bring it into contact, then sweep.";
+            } catch (const std::exception& e) {
+                job->refusal = std::string("The sweep failed: ") + e.what() + ".";
+            }
+            job->done = true;
+        });
+}
+
+void SweepRun::poll() {
+    if (!job_ || !job_->done) return;
+    job_->thread.join();
+    refusal_ = job_->refusal;
+    if (job_->sweep) result_ = std::move(job_->sweep);
+    job_.reset();
+}
+
+double SweepRun::progress() const { return job_ ? job_->progress.load() : 0; }
+
+void SweepRun::forget() {
+    cancel();
+    result_.reset();
+    refusal_.clear();
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,198 @@
+#include "haptics/sandbox/measure/report.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdio>
+
+namespace touchstone::sandbox {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json number(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); }
+
+/// One of the percentiles by its name in the report.
+struct Column {
+    const char* key;
+    std::optional<double> Percentiles::*value;
+};
+constexpr Column kP50{"p50", &Percentiles::p50}, kP99{"p99", &Percentiles::p99}, kP999{"p999", &Percentiles::p999},
+    kMax{"max", &Percentiles::max};
+
+ordered_json object(const Percentiles& values, std::initializer_list<Column> columns) {
+    ordered_json json = ordered_json::object();
+    for (const Column& column : columns) json[column.key] = number(values.*column.value);
+    return json;
+}
+
+ordered_json counts(const Percentiles& values) {
+    ordered_json json = ordered_json::object();
+    for (const Column& column : {kP50, kMax}) {
+        const std::optional<double>& value = values.*column.value;
+        json[column.key] = value ? ordered_json(static_cast<std::int64_t>(*value)) : ordered_json();
+    }
+    return json;
+}
+
+}  // namespace
+
+std::string hexadecimal(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+    return text;
+}
+
+std::optional<double> percentile(std::vector<double>& values, double percent) {
+    assert(percent > 0 && percent <= 100);
+    if (values.empty()) return {};
+    // 99.9 % of 1000 must be 999, not 1000 by rounding.
+    const double exact = percent * static_cast<double>(values.size()) / 100;
+    const auto rank = static_cast<std::size_t>(std::ceil(exact - 1e-9 * exact));
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::clamp<std::size_t>(rank, 1, values.size()) - 1);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
+Percentiles percentiles(std::vector<double> values) {
+    return {percentile(values, 50), percentile(values, 99), percentile(values, 99.9), percentile(values, 100)};
+}
+
+bool Report::met() const {
+    return std::all_of(checks.begin(), checks.end(), [](const OutcomeCheck& check) { return check.met; });
+}
+
+Report reportOf(std::string scene, std::string device, const Settings& settings) {
+    Report report;
+    report.scene = std::move(scene);
+    report.mode = getSetting(settings, "mode");
+    report.solver = getSetting(settings, "solver");
+    report.shadow = getSetting(settings, "shadow");
+    report.device = std::move(device);
+    report.rate = settings.rate;
+    for (const SettingInfo& info : settingTable())
+        report.settings[std::string(info.key)] = getSetting(settings, info.key);
+    return report;
+}
+
+ordered_json toJson(const Report& report) {
+    const auto times = [](const Percentiles& values) { return object(values, {kP50, kP99, kP999, kMax}); };
+    const auto most = [](double value) { return ordered_json{{"max", value}}; };
+    ordered_json checks = ordered_json::array();
+    for (const OutcomeCheck& check : report.checks)
+        checks.push_back({{"name", check.name}, {"limit", check.limit}, {"value", check.value}, {"met", check.met}});
+    ordered_json json{
+        {"scene", report.scene},
+        {"mode", report.mode},
+        {"solver", report.solver},
+        {"shadow", report.shadow},
+        {"device", report.device},
+        {"rate_Hz", report.rate},
+        {"ticks", report.ticks},
+        {"step_us", times(report.stepUs)},
+        {"collision_us", times(report.collisionUs)},
+        {"solve_us", times(report.solveUs)},
+        {"shadow_us", times(report.shadowUs)},
+        {"helper_us", times(report.helperUs)},
+        {"pairs", counts(report.pairs)},
+        {"rows", counts(report.rows)},
+        {"iterations", counts(report.iterations)},
+        {"rows_truncated", report.rowsTruncated},
+        {"margin_used_mm", object(report.marginUsed, {kP50, kMax})},
+        {"penetration_mm", object(report.penetration, {kP99, kMax})},
+        {"hover_mm", object(report.hover, {kP99, kMax})},
+        {"force_N", most(report.force)},
+        {"torque_mNm", most(report.torque)},
+        {"dforce_N_per_ms", object(report.forceChange, {kP99, kMax})},
+        {"force_out_N", most(report.forceOut)},
+        {"shadow_force_error_N", object(report.shadowForceError, {kP50, kP99, kMax})},
+        {"kkt",
+         {{"primal_mm", report.kkt.primal_mm},
+          {"dual_N", report.kkt.dual_N},
+          {"stationarity_N", report.kkt.stationarity_N},
+          {"complementarity_mJ", report.kkt.complementarity_mJ}}},
+        {"infeasible", report.infeasible},
+        {"invalid_poses", report.badInput},
+        {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
+        {"dropped", report.dropped},
+        {"safety_trips", report.safetyTrips},
+        {"safety_fault", report.safetyFault},
+        {"hash", hexadecimal(report.hash)},
+        {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
+        {"settings", report.settings},
+    };
+    if (!report.gauge.empty() && report.ticks > 0)
+        json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
+    if (!report.ended.empty()) json["ended"] = report.ended;
+    if (report.pastGoal > 0) json["fell_past_goal_mm"] = report.pastGoal;
+    if (report.frameCpuMs.max) {
+        json["frame_cpu_ms"] = object(report.frameCpuMs, {kP50, kP99, kMax});
+        json["draw_calls"] = counts(report.drawCalls);
+    }
+    return json;
+}
+
+void RunStatistics::add(const TickRecord& record, double penetration, double dt) {
+    const double force = record.wrench_C.force.norm();
+    const bool first = pairs_.empty();
+    hash_ = first ? hashTick(record) : hashTick(record, hash_);
+    if (!first) forceChange_.push_back((record.wrench_C.force - lastForce_).norm() / dt);
+    lastForce_ = record.wrench_C.force;
+    pairs_.push_back(record.pairs);
+    rows_.push_back(record.rows);
+    iterations_.push_back(record.iterations);
+    margin_.push_back(record.marginUsed);
+    penetration_.push_back(penetration);
+    hover_.push_back(record.hover);
+    shadowUs_.push_back(record.shadowUs);
+    const bool feasible = !(record.flags & (kInfeasible | kNonFinite));
+    if (record.shadowRows > 0 && feasible && force > kContactForce) shadowError_.push_back(record.shadowForceError);
+
+    if (gauge_) depth_.add(gauge_->depth(record.X_WT));
+    truncated_ += record.rowsTruncated;
+    force_ = std::max(force_, force);
+    torque_ = std::max(torque_, record.wrench_C.torque.norm());
+    forceOut_ = std::max(forceOut_, record.wrench_out.force.norm());
+    kkt_.primal_mm = std::max(kkt_.primal_mm, record.kkt.primal_mm);
+    kkt_.dual_N = std::max(kkt_.dual_N, record.kkt.dual_N);
+    kkt_.stationarity_N = std::max(kkt_.stationarity_N, record.kkt.stationarity_N);
+    kkt_.complementarity_mJ = std::max(kkt_.complementarity_mJ, record.kkt.complementarity_mJ);
+    infeasible_ += (record.flags & kInfeasible) != 0;
+    badInput_ += (record.flags & kBadInput) != 0;
+}
+
+void RunStatistics::addTimes(const TickRecord& record) {
+    stepUs_.push_back(record.totalUs - record.shadowUs);
+    collisionUs_.push_back(record.collisionUs);
+    solveUs_.push_back(record.solveUs);
+    helperUs_.push_back(record.helperUs);
+}
+
+void RunStatistics::write(Report& report) const {
+    report.ticks = pairs_.size();
+    report.stepUs = percentiles(stepUs_);
+    report.collisionUs = percentiles(collisionUs_);
+    report.solveUs = percentiles(solveUs_);
+    report.shadowUs = percentiles(shadowUs_);
+    report.helperUs = percentiles(helperUs_);
+    report.pairs = percentiles(pairs_);
+    report.rows = percentiles(rows_);
+    report.iterations = percentiles(iterations_);
+    report.rowsTruncated = truncated_;
+    report.marginUsed = percentiles(margin_);
+    report.penetration = percentiles(penetration_);
+    report.hover = percentiles(hover_);
+    report.force = force_;
+    report.torque = torque_;
+    report.forceOut = forceOut_;
+    report.forceChange = percentiles(forceChange_);
+    report.shadowForceError = percentiles(shadowError_);
+    report.kkt = kkt_;
+    report.infeasible = infeasible_;
+    report.badInput = badInput_;
+    report.hash = hash_;
+    if (gauge_) report.gauge = gauge_->name;
+    report.depth = depth_;
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,29 @@
+#pragma once
+// A look at the problems of a tick: put in place of a solver of StepState::renderer().
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "haptics/qp/solver.hpp"
+
+namespace touchstone::sandbox {
+
+/// A solver that shows what it was given and what it answered.
+class WatchedSolver final : public Solver {
+  public:
+    using Watch = std::function<void(const QpProblem&, const SolveResult&)>;
+    WatchedSolver(std::unique_ptr<Solver> solver, Watch watch) : solver_(std::move(solver)), watch_(std::move(watch)) {}
+
+    SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override {
+        const SolveResult result = solver_->solve(problem, settings);
+        watch_(problem, result);
+        return result;
+    }
+    void reset() noexcept override { solver_->reset(); }
+
+  private:
+    std::unique_ptr<Solver> solver_;
+    Watch watch_;
+};
+
+}  // namespace touchstone::sandbox

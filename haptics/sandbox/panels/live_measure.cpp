@@ -1,0 +1,91 @@
+#include "haptics/sandbox/panels/live_measure.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/view/image_file.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+/// Part of a picture; `area` as ItemRects, in units of which the picture holds `scale` pixels.
+engine::Image cropped(const engine::Image& whole, const glm::vec4& area, glm::vec2 scale) {
+    const auto pixel = [](float v, int most) { return std::clamp(static_cast<int>(std::lround(v)), 0, most); };
+    const int left = pixel(area.x * scale.x, whole.width), right = pixel(area.z * scale.x, whole.width);
+    const int top = pixel(area.y * scale.y, whole.height), bottom = pixel(area.w * scale.y, whole.height);
+    engine::Image part;
+    part.width = std::max(right - left, 0);
+    part.height = std::max(bottom - top, 0);
+    for (int y = top; y < bottom; ++y) {
+        const auto row = whole.rgba.begin() + 4 * (static_cast<std::ptrdiff_t>(y) * whole.width + left);
+        part.rgba.insert(part.rgba.end(), row, row + 4 * static_cast<std::ptrdiff_t>(part.width));
+    }
+    return part;
+}
+
+}  // namespace
+
+void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
+    const Settings& settings = session.settings();
+    sweeps_.poll();
+    if (scene_ != session.sceneNumber()) {  // what was measured is of another scene
+        scene_ = session.sceneNumber();
+        sweeps_.forget();
+        panel.held.reset();
+        panel.behind = 0;
+    }
+    if (settings.solver != drawn_.solver || settings.shadow != drawn_.shadow || settings.mode != drawn_.mode)
+        panel.cloudFrom = session.history().pushed();
+    drawn_ = settings;
+
+    drawing_ = !png_.empty();
+    panel.readOut = !drawing_;
+    PlotsRequests requests;
+    const std::optional<double> progress = sweeps_.running() ? std::optional(sweeps_.progress()) : std::nullopt;
+    drawPlotsPanel({session.history(), settings, sweeps_.result(), progress, sweeps_.refusal()}, panel, requests,
+                   items);
+    carryOut(requests, session);
+}
+
+void LiveMeasure::sweep(LiveSession& session) {
+    const TickHistory& history = panel.held ? *panel.held : session.history();
+    if (!session.running() || !history.newest()) {
+        session.say(Message::Kind::Warning, "There is no tick to sweep yet: open a scene and let it run");
+        return;
+    }
+    sweeps_.start(session.scene()->world, session.snapshot()->settings, *history.before(), *history.newest(),
+                  panel.sweep);
+}
+
+void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) {
+    if (requests.sweep) sweep(session);
+    if (requests.cancelSweep) sweeps_.cancel();
+    if (!requests.png.empty()) png_ = requests.png;
+    try {
+        if (const auto& file = requests.ticksCsv; !file.empty()) {
+            const TickHistory& history = panel.held ? *panel.held : session.history();
+            writeTicks(history, shownStretch(history, panel, session.settings().rate), file);
+            session.say(Message::Kind::Note, "The ticks shown are in " + file.string());
+        }
+        if (const auto& file = requests.sweepCsv; !file.empty() && sweeps_.result()) {
+            writeSweep(*sweeps_.result(), file);
+            session.say(Message::Kind::Note, "The sweep is in " + file.string());
+        }
+    } catch (const std::exception& e) {
+        session.say(Message::Kind::Error, e.what());
+    }
+}
+
+void LiveMeasure::take(const engine::Image& frame, glm::vec2 size, LiveSession& session) {
+    const std::filesystem::path file = std::exchange(png_, {});
+    drawing_ = false;
+    try {
+        const glm::vec2 scale = glm::vec2(frame.width, frame.height) / glm::max(size, glm::vec2(1));
+        engine::writePng(file, cropped(frame, panel.area, scale));
+        session.say(Message::Kind::Note, "The plots are in " + file.string());
+    } catch (const std::exception& e) {
+        session.say(Message::Kind::Error, e.what());
+    }
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,143 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "haptics/sandbox/panels/panels.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr double kUsualLow = 0.1, kUsualHigh = 10;  // of the scale, where it is usually tuned
+constexpr int kButtons = 4;                         // offered as clutch
+
+void drawLabel(const char* label, const char* help) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(label);
+    engine::tooltip(help);
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+}
+
+void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::ItemRects* items) {
+    const DeviceStatus status = view.facts.status.value_or(DeviceStatus{});
+    using State = DeviceStatus::State;
+    const bool well = status.state == State::Running;
+    ImGui::TextColored(well ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s", view.device.c_str(),
+                       name(status.state));
+    engine::noteItem(items, "device state");
+    ImGui::TextWrapped("%s", status.text.c_str());
+    if (status.rate > 0) ImGui::Text("Its scheduler: %.0f Hz", status.rate);
+    if (status.temperature >= 0) {
+        drawLabel("Warmest motor", "As the device reports it: at 1 it switches its motors off.");
+        std::array<char, 32> shown{};
+        std::snprintf(shown.data(), shown.size(), "%.0f %%", 100 * status.temperature);
+        ImGui::ProgressBar(static_cast<float>(status.temperature), {-1, 0}, shown.data());
+        engine::noteItem(items, "device temperature");
+    }
+    ImGui::BeginDisabled(status.state == State::Connecting);
+    if (ImGui::Button("Reconnect", {-1, 0})) requests.reconnect = true;
+    engine::noteItem(items, "reconnect");
+    engine::tooltip(
+        "Closes the device and opens it again. The force stays zero until the device is engaged, and the tool stays.");
+    ImGui::EndDisabled();
+    if (!status.details.empty() && ImGui::TreeNode("Details")) {
+        ImGui::TextWrapped("%s", status.details.c_str());
+        ImGui::TreePop();
+    }
+}
+
+/// Returns true when `workspace` is as the user wants it; while it is dragged it is in `state` alone.
+bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRects* items) {
+    if (state.edited) workspace = *state.edited;
+    bool done = false, editing = false;
+    const auto follow = [&](const char* item) {
+        engine::noteItem(items, item);
+        editing |= ImGui::IsItemActive();
+        done |= ImGui::IsItemDeactivatedAfterEdit();
+    };
+
+    drawLabel("Scale",
+              "Way of the tool per way of the hand. Forces are scaled back, so that the hand feels the gains as "
+              "they are set. A change takes the tool up anew, after a fade.");
+    ImGui::SliderScalar("##scale", ImGuiDataType_Double, &workspace.scale, &kUsualLow, &kUsualHigh, "%.3g",
+                        ImGuiSliderFlags_Logarithmic);
+    follow("device scale");
+    drawLabel("Offset", "Of the tool from where the hand took it at the start, scene axes; it glides there.");
+    ImGui::DragScalarN("##offset", ImGuiDataType_Double, workspace.offset.data(), 3, 0.2f, nullptr, nullptr, "%.1f mm");
+    follow("device offset");
+
+    drawLabel("Clutch", "While this button is held the hand moves and the tool does not.");
+    const auto buttonText = [](int number) {
+        return number == 0 ? std::string("none") : "button " + std::to_string(number);
+    };
+    int chosen = 0;
+    for (int i = 1; i <= kButtons; ++i)
+        if (workspace.clutch == 1u << (i - 1)) chosen = i;
+    if (ImGui::BeginCombo("##clutch", buttonText(chosen).c_str())) {
+        for (int i = 0; i <= kButtons; ++i)
+            if (ImGui::Selectable(buttonText(i).c_str(), i == chosen)) {
+                workspace.clutch = i == 0 ? 0 : 1u << (i - 1);
+                done = true;
+            }
+        ImGui::EndCombo();
+    }
+    engine::noteItem(items, "device clutch");
+    if (editing && !done)
+        state.edited = workspace;
+    else
+        state.edited.reset();
+    return done;
+}
+
+/// Likewise.
+bool drawAxes(Workspace& workspace, PanelRequests& requests, engine::ItemRects* items) {
+    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    if (ImGui::Button("Axes of the view", {half, 0})) requests.alignWithView = true;
+    engine::noteItem(items, "device view axes");
+    engine::tooltip("What is right, up and towards you at the device is so in the picture as it stands now.");
+    ImGui::SameLine();
+    const bool ofScene = ImGui::Button("Axes of the scene", {half, 0});
+    if (ofScene) workspace.q_WD.setIdentity();
+    engine::noteItem(items, "device scene axes");
+    return ofScene;
+}
+
+}  // namespace
+
+void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, PanelRequests& requests,
+                     engine::ItemRects* items) {
+    if (!view.trouble.empty()) {
+        ImGui::TextColored({1, 0.6f, 0.4f, 1}, "The device chosen last did not start.");
+        ImGui::TextWrapped("%s", view.trouble.c_str());
+        engine::noteItem(items, "device trouble");
+        ImGui::Separator();
+    }
+    if (!view.control) return;
+    drawStatus(view, requests, items);
+    using Maps = DeviceControl::Maps;
+    const Maps maps = view.control->maps();
+    if (maps == Maps::Nothing) return;
+
+    if (maps == Maps::All) {
+        const DeviceLimits& limits = view.facts.limits;
+        ImGui::Spacing();
+        ImGui::TextDisabled("The hand feels");
+        ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
+        ImGui::TextDisabled("at most %.3g N and %.3g mN·m,", limits.peakForce, limits.peakTorque);
+        ImGui::TextDisabled("for long %.3g N and %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+    }
+    ImGui::Spacing();
+    ImGui::TextDisabled("From hand to scene");
+    Workspace workspace = view.control->workspace();
+    bool done = maps == Maps::All && drawWorkspace(workspace, state, items);
+    done |= drawAxes(workspace, requests, items);
+    if (done) {
+        workspace.scale = std::clamp(workspace.scale, kSmallestScale, kLargestScale);
+        requests.workspace = workspace;
+    }
+}
+
+}  // namespace touchstone::sandbox

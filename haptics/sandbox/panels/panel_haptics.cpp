@@ -1,0 +1,158 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "haptics/device/mouse.hpp"
+#include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "haptics/sandbox/panels/setting_control.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr SettingControl kMode{"mode", "Mode"};
+constexpr SettingControl kForce[]{
+    {"stiffness", "Stiffness", 0.05, 5},
+    {"torsion", "Torsion", 50, 5000},
+};
+constexpr SettingControl kSolvers[]{{"solver", "Solver"}, {"shadow", "Shadow"}};
+constexpr SettingControl kApproximate[]{
+    {"tolerance", "Tolerance", 1e-6, 1},
+    {"iteration_cap", "Iteration cap", 10, 100'000},
+    {"screening", "Screening"},
+};
+constexpr SettingControl kContact[]{
+    {"margin", "Margin", 0.02, 2},
+    {"trust", "Trust", 0.02, 2},
+    {"travel_budget", "Travel budget", 0, 5},
+    {"linearisations", "Linearisations", 1, 8},
+    {"rate", "Rate", 250, 10'000},
+};
+constexpr SettingControl kMore[]{
+    {"slack", "List slack", 0.02, 4},
+    {"adaptive_margin", "Adaptive margin"},
+    {"elastic_weight", "Elastic weight", 1, 1e6},
+    {"shadow_rows", "Shadow rows", 1, 1000},
+    {"shadow_work", "Shadow work", 1e4, 1e8},
+    {"solver_work", "Solver work", 1e4, 1e9},
+    {"paper_rows", "Paper rows", 1, 4096},
+    {"paper_work", "Paper work", 1e5, 1e10},
+    {"penalty_stiffness", "Penalty", 0.1, 1000},
+    {"dead_man", "Dead man's button", 0, 8},
+};
+
+void drawHeading(const char* text) {
+    ImGui::Spacing();
+    ImGui::TextDisabled("%s", text);
+}
+
+template <std::size_t N>
+bool drawAll(const SettingControl (&controls)[N], Settings& settings, std::string& refusal, engine::ItemRects* items) {
+    bool changed = false;
+    for (const SettingControl& control : controls) changed |= drawSetting(control, settings, refusal, items);
+    return changed;
+}
+
+/// One button for each preset, side by side.
+bool drawPresets(const Settings& scene, Settings& settings, engine::ItemRects* items) {
+    bool changed = false;
+    const auto count = static_cast<float>(presetTable().size());
+    const float spacing = ImGui::GetStyle().ItemSpacing.x;
+    const float width = (ImGui::GetContentRegionAvail().x - (count - 1) * spacing) / count;
+    for (const Preset& preset : presetTable()) {
+        if (&preset != &presetTable().front()) ImGui::SameLine();
+        Settings chosen = preset.apply(scene);
+        chosen.pause = settings.pause;
+        const bool isOn = chosen == settings;
+        if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (ImGui::Button(std::string(preset.name).c_str(), {width, 0}) && !isOn) {
+            settings = chosen;
+            changed = true;
+        }
+        if (isOn) ImGui::PopStyleColor();
+        engine::noteItem(items, "preset " + std::string(preset.name));
+        engine::tooltip("Preset: " + std::string(preset.help));
+    }
+    return changed;
+}
+
+void drawStrength(HapticsPanelState& state, engine::ItemRects* items) {
+    constexpr double kLow = MouseTarget::kWeakest, kHigh = MouseTarget::kStrongest;
+    const double spring = HandParameters{}.times(state.strength).spring;
+    std::array<char, 32> shown{};
+    std::snprintf(shown.data(), shown.size(), "%.3g N/mm", spring);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted("Mouse hand");
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+    ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.strength, &kLow, &kHigh, shown.data(),
+                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoInput);
+    engine::noteItem(items, "strength");
+    engine::tooltip(
+        "How firmly the mouse's hand pulls the device to the cursor, N/mm. A weak hand stays behind where the tool is "
+        "held back; a strong one presses harder.");
+}
+
+}  // namespace
+
+bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
+                      engine::ItemRects* items) {
+    const Settings before = settings;
+    bool changed = false;
+
+    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+    if (ImGui::Button(settings.pause ? "Go on" : "Pause", {half, 0})) {
+        settings.pause = !settings.pause;
+        changed = true;
+    }
+    engine::noteItem(items, "pause");
+    engine::tooltip("Holds the tool where it is, with zero force.\n--set pause");
+    ImGui::SameLine();
+    requests.restart |= ImGui::Button("Reset", {half, 0});
+    engine::noteItem(items, "reset");
+    engine::tooltip("Device and tool back to the start of the scene; the demonstration begins again.\nKey R");
+
+    changed |= drawPresets(scene, settings, items);
+    if (drawSetting(kMode, settings, requests.refusal, items)) {
+        settings = withMode(before, settings.mode);
+        changed = true;
+    }
+    drawHeading("Between hand and tool");
+    changed |= drawAll(kForce, settings, requests.refusal, items);
+    drawStrength(state, items);
+    drawHeading("Solvers");
+    changed |= drawAll(kSolvers, settings, requests.refusal, items);
+    ImGui::BeginDisabled(settings.shadow < 0);
+    if (ImGui::Button("Swap rendering and shadow solver", {-1, 0})) {
+        settings = withSolversSwapped(settings);
+        changed = true;
+    }
+    engine::noteItem(items, "swap");
+    engine::tooltip("The shadow solver renders, and the one that rendered is measured against it.");
+    ImGui::EndDisabled();
+    changed |= drawAll(kApproximate, settings, requests.refusal, items);
+    drawHeading("Contact");
+    changed |= drawAll(kContact, settings, requests.refusal, items);
+    ImGui::Spacing();
+    if (ImGui::CollapsingHeader("More")) changed |= drawAll(kMore, settings, requests.refusal, items);
+    engine::noteItem(items, "more");
+    requests.copyCommand |= ImGui::Button("Copy as command line", {-1, 0});
+    engine::noteItem(items, "copy command");
+    engine::tooltip("Puts the command that repeats this run without a window on the clipboard.\nCtrl+Shift+C");
+
+    if (!changed) return false;
+    if (settings.margin != before.margin && settings.trust != before.trust) return true;  // a preset
+    // Trust stays within the margin: whichever of the two was moved takes the other along.
+    if (settings.margin != before.margin) settings.trust = std::min(settings.trust, settings.margin);
+    if (settings.trust != before.trust) settings.margin = std::max(settings.trust, settings.margin);
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) {
+        requests.refusal = wrong;
+        settings = before;
+        return false;
+    }
+    return true;
+}
+
+}  // namespace touchstone::sandbox

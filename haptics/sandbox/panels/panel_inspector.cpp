@@ -1,0 +1,271 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#define GLM_ENABLE_EXPERIMENTAL
+#include <glm/gtx/euler_angles.hpp>
+
+#include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Gauge, Role::Visual};
+const ImVec4 kAttention{1.00f, 0.78f, 0.35f, 1};
+
+float labelWidth() { return 6.5f * ImGui::GetFontSize(); }
+
+/// Text on the left; what comes next stands beside it and fills the line.
+void drawLabel(const char* text) {
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    ImGui::SameLine(labelWidth());
+    ImGui::SetNextItemWidth(-1);
+}
+
+std::size_t triangleCount(const engine::Registry& registry, engine::Entity node) {
+    std::size_t count = 0;
+    if (const auto* instance = registry.find<engine::MeshInstance>(node))
+        for (const engine::Primitive& primitive : instance->primitives) count += primitive.mesh->indices.size() / 3;
+    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
+        count += triangleCount(registry, child);
+    return count;
+}
+
+/// Materials of a node's meshes and of those below it, each once.
+void collectMaterials(const engine::Registry& registry, engine::Entity node, std::vector<int>& materials) {
+    if (const auto* instance = registry.find<engine::MeshInstance>(node))
+        for (const engine::Primitive& primitive : instance->primitives)
+            if (primitive.material >= 0 &&
+                std::find(materials.begin(), materials.end(), primitive.material) == materials.end())
+                materials.push_back(primitive.material);
+    for (const engine::Entity child : registry.get<engine::Hierarchy>(node).children)
+        collectMaterials(registry, child, materials);
+}
+
+void drawRole(const HapticScene& scene, engine::Entity node, int index, PanelRequests& requests,
+              engine::ItemRects* items) {
+    const Role* role = scene.scene.registry.find<Role>(node);
+    drawLabel("Role");
+    if (ImGui::BeginCombo("##role", role ? name(*role) : "no role")) {
+        for (const Role choice : kRoles) {
+            if (ImGui::Selectable(name(choice), role && *role == choice) && !(role && *role == choice))
+                requests.edits = {GiveRole{index, choice}};
+            engine::noteItem(items, std::string("role ") + name(choice));
+        }
+        if (ImGui::Selectable("no role", !role) && role) requests.edits = {GiveRole{index, std::nullopt}};
+        ImGui::EndCombo();
+    }
+    engine::noteItem(items, "role");
+    engine::tooltip(
+        "What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is "
+        "where the tool is to come to rest. The scene is opened again with the new role.");
+}
+
+/// Three numbers to drag or type; true while they are being edited.
+bool drawTriple(const char* id, glm::dvec3& values, float speed, const char* format, bool& done,
+                engine::ItemRects* items, const char* help) {
+    ImGui::DragScalarN(id, ImGuiDataType_Double, &values.x, 3, speed, nullptr, nullptr, format);
+    done |= ImGui::IsItemDeactivatedAfterEdit();
+    engine::noteItem(items, id + 2);
+    engine::tooltip(help);
+    return ImGui::IsItemActive();
+}
+
+void drawPlace(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+               engine::ItemRects* items) {
+    const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
+    if (!state.placing) {
+        state.position = kMmPerMetre * local.translation;
+        // About the vertical first: what stands upright is turned by one number.
+        glm::extractEulerAngleYXZ(glm::mat4_cast(local.rotation), state.angles.y, state.angles.x, state.angles.z);
+        constexpr double kShown = 1e-6;  // rounding is no angle
+        for (int k = 0; k < 3; ++k)
+            state.angles[k] = std::abs(state.angles[k]) < kShown ? 0 : glm::degrees(state.angles[k]);
+    }
+    bool done = false, active = false;
+    drawLabel("Position");
+    active |= drawTriple("##position", state.position, 0.1f, "%.2f", done, items,
+                         "x, y, z in the frame of the node above, mm. Drag, or Ctrl and click to type.");
+    drawLabel("Rotation");
+    active |= drawTriple("##rotation", state.angles, 0.5f, "%.1f°", done, items,
+                         "About x, y and z, degrees: the turn about y first, then about the turned x, then about the "
+                         "turned z. Drag, or Ctrl and click to type.");
+    state.placing = active;
+    if (done) {
+        engine::LocalTransform to = local;
+        to.translation = state.position / kMmPerMetre;
+        const glm::dvec3 a = glm::radians(state.angles);
+        to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
+        if (to != local) requests.edits = {PlaceNode{index, local, to}};
+    }
+    if (node == scene.roles.tool && scene.demonstration) ImGui::TextDisabled("The demonstration starts elsewhere.");
+}
+
+void drawTree(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+              engine::ItemRects* items) {
+    const BodyMarking* body = scene.scene.registry.find<BodyMarking>(node);
+    if (!body) return;
+    ImGui::Separator();
+    if (!state.choosing) state.tree = body->tree;
+    bool byError = state.tree.maxError > 0;
+    drawLabel("Tree by");
+    if (ImGui::BeginCombo("##by", byError ? "error" : "leaves")) {
+        if (ImGui::Selectable("leaves", !byError)) state.tree.maxError = 0;
+        engine::noteItem(items, "tree by leaves");
+        if (ImGui::Selectable("error", byError) && !byError) {
+            const SphereTree* tree = treeOf(scene, node);
+            state.tree.maxError = tree ? std::clamp(tree->certificate.protrusion, kMinError, kMaxError) : 0.1;
+        }
+        engine::noteItem(items, "tree by error");
+        ImGui::EndCombo();
+    }
+    engine::noteItem(items, "tree by");
+    engine::tooltip("A sphere tree of so many leaves, or of as few as stay within an error.");
+    byError = state.tree.maxError > 0;
+    drawLabel(byError ? "Largest error" : "Leaves");
+    if (byError) {
+        ImGui::InputDouble("##error", &state.tree.maxError, 0, 0, "%.4g mm");
+        state.tree.maxError = std::clamp(state.tree.maxError, kMinError, kMaxError);
+        engine::tooltip("No leaf reaches further out of the surface, mm.");
+    } else {
+        ImGui::InputInt("##leaves", &state.tree.leaves, 0);
+        state.tree.leaves = std::clamp(state.tree.leaves, kMinLeaves, TreeOptions::kMostLeaves);
+        engine::tooltip(
+            "At most so many leaves: more follow the surface more closely, and take longer to build and to touch.");
+    }
+    engine::noteItem(items, byError ? "error" : "leaves");
+    drawLabel("Quality");
+    int quality = int(state.tree.quality), interior = int(state.tree.interior);
+    if (ImGui::Combo("##quality", &quality, kQualityNames.data(), int(kQualityNames.size())))
+        state.tree.quality = TreeQuality(quality);
+    engine::noteItem(items, "quality");
+    engine::tooltip("best is tighter at the same count and takes several times as long to build.");
+    drawLabel("Interior");
+    if (ImGui::Combo("##interior", &interior, kInteriorNames.data(), int(kInteriorNames.size())))
+        state.tree.interior = Interior(interior);
+    engine::noteItem(items, "interior");
+    engine::tooltip(
+        "shell: leaves cover the surface. solid: they fill the part too, so that no small tool hides inside.");
+
+    state.choosing = !(state.tree == body->tree);
+    ImGui::BeginDisabled(!state.choosing);
+    if (ImGui::Button("Build the tree", {-1, 0})) {
+        requests.edits = {ChooseTree{index, state.tree}};
+        state.choosing = false;
+    }
+    engine::noteItem(items, "build tree");
+    engine::tooltip("Builds it beside the running loop; the scene goes on with the old one until then.");
+    ImGui::EndDisabled();
+    if (const SphereTree* tree = treeOf(scene, node)) {
+        const bool attention = needsAttention(tree->certificate);
+        ImGui::PushTextWrapPos(0);
+        ImGui::PushStyleColor(ImGuiCol_Text, attention ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        ImGui::Text("%d leaves, out by at most %s; %s", tree->leafCount(), protrusionWords(tree->certificate).c_str(),
+                    surfaceWords(tree->certificate).c_str());
+        ImGui::PopStyleColor();
+        ImGui::PopTextWrapPos();
+        engine::noteItem(items, "tree words");
+    }
+}
+
+/// Of one channel, as screens have it and as light adds up.
+float toScreen(float linear) {
+    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+}
+float toLinear(float screen) {
+    return screen <= 0.04045f ? screen / 12.92f : std::pow((screen + 0.055f) / 1.055f, 2.4f);
+}
+
+void drawMaterial(const engine::Material& material, int index, PanelRequests& requests, engine::ItemRects* items) {
+    const auto note = [&](const char* what, const char* help) {
+        engine::noteItem(items, std::string(what) + " " + std::to_string(index));
+        engine::tooltip(help);
+    };
+    const Looks now = looksOf(material);
+    Looks looks = now;
+    ImGui::PushID(index);
+    glm::vec3 color{toScreen(now.baseColor.r), toScreen(now.baseColor.g), toScreen(now.baseColor.b)};
+    if (ImGui::ColorEdit3("##color", &color.x, ImGuiColorEditFlags_NoInputs))
+        looks.baseColor = {toLinear(color.r), toLinear(color.g), toLinear(color.b), now.baseColor.a};
+    note("color", "Base colour; a texture multiplies it.");
+    ImGui::SameLine();
+    ImGui::AlignTextToFramePadding();
+    ImGui::Text("%s%s", material.name.empty() ? "material" : engine::printable(material.name).c_str(),
+                material.texture >= 0 ? ", textured" : "");
+    engine::noteItem(items, "material " + std::to_string(index));
+    const auto drawFactor = [&](const char* label, const char* what, float& value, const char* help) {
+        drawLabel(label);
+        ImGui::PushID(what);
+        ImGui::SliderFloat("##factor", &value, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp);
+        note(what, help);
+        ImGui::PopID();
+    };
+    drawFactor("Metallic", "metallic", looks.metallic,
+               "0: plastic, wood, stone. 1: metal, which colours what it mirrors.");
+    drawFactor("Roughness", "roughness", looks.roughness, "0: a mirror. 1: chalk.");
+    ImGui::PopID();
+    if (!(looks == now)) requests.edits = {PaintMaterial{index, now, looks}};
+}
+
+void drawLooks(const HapticScene& scene, engine::Entity node, PanelRequests& requests, engine::ItemRects* items) {
+    std::vector<int> materials;
+    collectMaterials(scene.scene.registry, node, materials);
+    ImGui::Separator();
+    ImGui::TextDisabled("%zu triangles", triangleCount(scene.scene.registry, node));
+    for (const int index : materials)
+        drawMaterial(scene.scene.materials[static_cast<std::size_t>(index)], index, requests, items);
+}
+
+void drawName(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
+              engine::ItemRects* items) {
+    const std::string& now = scene.scene.registry.get<engine::Name>(node).value;
+    if (!state.naming) {
+        state.name.fill(0);
+        now.copy(state.name.data(), state.name.size() - 1);
+    }
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 5 * ImGui::GetFontSize());
+    ImGui::InputTextWithHint("##name", nodeText(scene.scene, node).c_str(), state.name.data(), state.name.size());
+    state.naming = ImGui::IsItemActive();
+    if (ImGui::IsItemDeactivatedAfterEdit() && now != state.name.data())
+        requests.edits = {RenameNode{index, now, state.name.data()}};
+    engine::noteItem(items, "name");
+    engine::tooltip("How this node is called.");
+}
+
+}  // namespace
+
+void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
+                   engine::ItemRects* items) {
+    if (state.node != node) {
+        const bool ownAxes = state.ownAxes;
+        state = {};
+        state.node = node;
+        state.ownAxes = ownAxes;
+    }
+    const int index = engine::nodeIndex(scene.scene, node);
+    drawName(scene, node, index, state, requests, items);
+    if (auto* visibility = scene.scene.registry.find<engine::Visibility>(node)) {
+        ImGui::SameLine(ImGui::GetContentRegionMax().x - 4.6f * ImGui::GetFontSize());
+        ImGui::Checkbox("shown", &visibility->visible);
+        engine::noteItem(items, "shown");
+        engine::tooltip("Shows this node and all below it.");
+    }
+    drawRole(scene, node, index, requests, items);
+    drawPlace(scene, node, index, state, requests, items);
+    ImGui::Checkbox("Own axes", &state.ownAxes);
+    engine::noteItem(items, "own axes");
+    engine::tooltip("The handles in the picture stand along the node's axes in place of the scene's.\nKey E");
+    ImGui::SameLine();
+    if (ImGui::Button("Frame")) requests.frameSelection = true;
+    engine::noteItem(items, "frame");
+    engine::tooltip("Brings it into view.\nKey F");
+    drawTree(scene, node, index, state, requests, items);
+    drawLooks(scene, node, requests, items);
+}
+
+}  // namespace touchstone::sandbox

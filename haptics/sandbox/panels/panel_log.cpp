@@ -1,0 +1,49 @@
+#include <imgui.h>
+
+#include <array>
+#include <cstdio>
+
+#include "haptics/sandbox/panels/panels.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+const ImVec4 kWarning{1.00f, 0.78f, 0.35f, 1}, kError{1.00f, 0.48f, 0.42f, 1};
+
+std::string asText(const std::vector<Message>& messages) {
+    constexpr std::array kKinds{"", "warning: ", "error: "};
+    std::string text;
+    for (const Message& message : messages) {
+        std::array<char, 24> time{};
+        std::snprintf(time.data(), time.size(), "%7.1f s  ", message.seconds);
+        text += time.data() + std::string(kKinds[static_cast<std::size_t>(message.kind)]) + message.text + "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items) {
+    const float em = ImGui::GetFontSize();
+    ImGui::BeginChild("messages", {ImGui::GetContentRegionAvail().x - 4.5f * em, 0});
+    for (const Message& message : messages) {
+        ImGui::TextDisabled("%6.1f s", message.seconds);
+        ImGui::SameLine();
+        ImGui::PushTextWrapPos(0);
+        if (message.kind == Message::Kind::Note)
+            ImGui::TextUnformatted(message.text.c_str());
+        else
+            ImGui::TextColored(message.kind == Message::Kind::Error ? kError : kWarning, "%s", message.text.c_str());
+        ImGui::PopTextWrapPos();
+    }
+    engine::noteItem(items, "newest message");
+    // The newest message stays in view unless the user has scrolled back.
+    if (ImGui::GetScrollY() >= ImGui::GetScrollMaxY()) ImGui::SetScrollHereY(1);
+    ImGui::EndChild();
+    ImGui::SameLine();
+    if (ImGui::Button("Copy", {-1, 0})) ImGui::SetClipboardText(asText(messages).c_str());
+    engine::noteItem(items, "copy log");
+    engine::tooltip("Puts all messages on the clipboard.");
+}
+
+}  // namespace touchstone::sandbox

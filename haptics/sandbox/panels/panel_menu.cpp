@@ -1,0 +1,305 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string_view>
+
+#include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys",
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Not saved";
+
+/// A dialog in the middle of the window, opened on request and closed by a click beside it or Escape.
+bool beginDialog(const char* title, bool& open) {
+    if (open) ImGui::OpenPopup(title);
+    open = false;
+    ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5f, 0.5f});
+    if (!ImGui::BeginPopup(title, ImGuiWindowFlags_NoMove)) return false;
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
+    ImGui::TextUnformatted(title);
+    ImGui::Separator();
+    return true;
+}
+
+/// A path to type and the two buttons below it; true when it was confirmed.
+bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items) {
+    ImGui::SetNextItemWidth(36 * ImGui::GetFontSize());
+    bool confirmed = ImGui::InputText(id, path.data(), path.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    engine::noteItem(items, id);
+    confirmed |= ImGui::Button(action);
+    engine::noteItem(items, action);
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel")) ImGui::CloseCurrentPopup();
+    confirmed &= path[0] != '\0';
+    if (confirmed) ImGui::CloseCurrentPopup();
+    return confirmed;
+}
+
+void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (!beginDialog(kOpenTitle, state.openDialog)) return;
+    const auto rows =
+        static_cast<float>(std::clamp(view.scenes.size() + view.recent.size(), std::size_t{2}, std::size_t{16}));
+    ImGui::BeginChild("scenes", {36 * ImGui::GetFontSize(), (rows + 1) * ImGui::GetTextLineHeightWithSpacing()}, true);
+    for (const std::filesystem::path& scene : view.scenes) {
+        ImGui::PushID(scene.c_str());
+        if (ImGui::Selectable(scene.stem().c_str())) {
+            requests.open = scene;
+            ImGui::CloseCurrentPopup();
+        }
+        engine::noteItem(items, "open " + scene.stem().string());
+        engine::tooltip(scene.string());
+        ImGui::PopID();
+    }
+    if (!view.recent.empty()) ImGui::TextDisabled("Opened last");
+    for (const std::filesystem::path& scene : view.recent) {
+        ImGui::PushID(("recent " + scene.string()).c_str());
+        if (ImGui::Selectable(scene.c_str())) {
+            requests.open = scene;
+            ImGui::CloseCurrentPopup();
+        }
+        engine::noteItem(items, "recent " + scene.stem().string());
+        ImGui::PopID();
+    }
+    if (view.scenes.empty() && view.recent.empty()) ImGui::TextDisabled("No scene was found.");
+    ImGui::EndChild();
+    ImGui::TextDisabled("Or a .glb or .gltf file; files can also be dropped on the window.");
+    if (drawPathInput("##open path", state.openPath, "Open", items)) requests.open = state.openPath.data();
+    ImGui::EndPopup();
+}
+
+void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (!beginDialog(kReplayTitle, state.replayDialog)) return;
+    ImGui::TextDisabled("The folder of a recording, or a CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
+    if (drawPathInput("##replay path", state.replayPath, "Replay", items))
+        requests.device = "replay:" + std::string(state.replayPath.data());
+    ImGui::EndPopup();
+}
+
+void drawSaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (state.saveDialog) std::snprintf(state.savePath.data(), state.savePath.size(), "%s", view.file.string().c_str());
+    if (!beginDialog(kSaveTitle, state.saveDialog)) return;
+    ImGui::TextDisabled("Roles, places, trees and parts as they are now. What the file holds beyond that is kept.");
+    ImGui::Checkbox("with the present settings", &state.saveSettings);
+    engine::noteItem(items, "save settings");
+    engine::tooltip("They are then what the scene starts with.");
+    if (drawPathInput("##save path", state.savePath, "Save", items)) {
+        requests.save = state.savePath.data();
+        requests.saveSettings = state.saveSettings;
+    }
+    ImGui::EndPopup();
+}
+
+void drawAddDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (!beginDialog(kAddTitle, state.addDialog)) return;
+    ImGui::TextDisabled("All shapes of a .glb or .gltf file as one body, where that file has them.");
+    for (const Role role : {Role::Tool, Role::Obstacle}) {
+        if (role != Role::Tool) ImGui::SameLine();
+        if (ImGui::RadioButton(name(role), state.addRole == role)) state.addRole = role;
+        engine::noteItem(items, std::string("add ") + name(role));
+    }
+    if (drawPathInput("##add path", state.addPath, "Add", items))
+        requests.edits = {AddPart{state.addPath.data(), state.addRole}};
+    ImGui::EndPopup();
+}
+
+void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    if (!beginDialog(kLeaveTitle, state.leaveDialog)) return;
+    ImGui::Text("The scene differs from %s.", view.file.filename().c_str());
+    const auto button = [&](const char* label, const char* help) {
+        const bool pressed = ImGui::Button(label);
+        engine::noteItem(items, label);
+        engine::tooltip(help);
+        ImGui::SameLine();
+        if (pressed) ImGui::CloseCurrentPopup();
+        return pressed;
+    };
+    if (button("Save first ...", "Then ask for it again.")) state.saveDialog = true;
+    if (button("Go on without the changes", state.leaving.reload ? "Ctrl+Z brings them back." : "They are lost.")) {
+        requests = state.leaving;
+        requests.discard = true;
+    }
+    button("Stay", "The scene stays as it is.");
+    ImGui::EndPopup();
+}
+
+void drawHelpDialog(MenuState& state) {
+    if (!beginDialog(kHelpTitle, state.helpDialog)) return;
+    const struct {
+        const char *what, *does;
+    } rows[]{
+        {"Left button on the tool", "moves it in the view plane; the mouse takes over from any other device"},
+        {"Wheel, or Page up and down, while held", "moves it away from you and back"},
+        {"Right button, or Shift and left, on it", "turns it; the wheel then turns it about the line of sight"},
+        {"Arrows, comma and full stop while held", "turn it about the view's axes and about the line of sight"},
+        {"Click", "selects what is under the cursor; beside everything, nothing"},
+        {"Drag a handle of the selected", "moves or turns it; with Ctrl in steps of 1 mm and 5°; Escape takes it back"},
+        {"E", "handles along its own axes, or the scene's"},
+        {"Left button elsewhere", "turns the view"},
+        {"Right or middle button elsewhere", "shifts the view"},
+        {"Wheel", "nearer and further, towards the cursor"},
+        {"F", "bring the selected into view, or everything"},
+        {"A, Home", "bring everything into view"},
+        {"Keypad 1, 3, 7", "front, right, top; with Ctrl back, left, bottom"},
+        {"Space", "stop: zero force at once, the tool is held; again: engage"},
+        {"R", "reset: device and tool back to the start"},
+        {"S", "swap rendering and shadow solver"},
+        {"H", "hide and show the panels"},
+        {"Ctrl+O, Ctrl+S", "open and save a scene"},
+        {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
+        {"Ctrl+Shift+C", "copy the run as a command line"},
+        {"F1, ?", "this page"},
+    };
+    if (ImGui::BeginTable("keys", 2)) {
+        ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
+        ImGui::TableSetupColumn("does", ImGuiTableColumnFlags_WidthFixed);
+        for (const auto& [what, does] : rows) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(what);
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(does);
+        }
+        for (const DisplaySwitch& which : displaySwitches()) {
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            ImGui::Text("%c", which.key);
+            ImGui::TableNextColumn();
+            ImGui::Text("show or hide: %s", which.title);
+        }
+        ImGui::EndTable();
+    }
+    if (ImGui::Button("Close")) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+}
+
+void drawDeviceMenu(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    const std::string current = view.device.substr(0, view.device.find(':'));
+    for (const DeviceInfo& device : deviceTable()) {
+        const bool possible = view.running && (device.name != "demo" || view.hasDemonstration);
+        const std::string text(device.name);
+        if (ImGui::MenuItem(text.c_str(), nullptr, current == device.name, possible)) {
+            if (device.name == "replay")
+                state.replayDialog = true;
+            else
+                requests.device = text;
+        }
+        engine::noteItem(items, "device " + text);
+        engine::tooltip(device.summary);
+    }
+}
+
+}  // namespace
+
+void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display, PanelRequests& requests,
+                 engine::ItemRects* items) {
+    if (ImGui::BeginMainMenuBar()) {
+        if (ImGui::BeginMenu("Scene")) {
+            if (ImGui::MenuItem("Open ...", "Ctrl+O")) state.openDialog = true;
+            engine::noteItem(items, "menu open");
+            if (ImGui::MenuItem("Open again", nullptr, false, view.hasScene)) requests.reload = true;
+            engine::noteItem(items, "menu reload");
+            engine::tooltip("As its file now is.");
+            if (ImGui::BeginMenu("Opened last", !view.recent.empty())) {
+                for (const std::filesystem::path& scene : view.recent)
+                    if (ImGui::MenuItem(scene.c_str())) requests.open = scene;
+                ImGui::EndMenu();
+            }
+            if (ImGui::MenuItem("Add a part ...", nullptr, false, view.hasScene)) state.addDialog = true;
+            engine::noteItem(items, "menu add");
+            if (ImGui::MenuItem("Save ...", "Ctrl+S", false, view.hasScene)) state.saveDialog = true;
+            engine::noteItem(items, "menu save");
+            if (ImGui::MenuItem(view.recording ? "Stop recording" : "Record", nullptr, false,
+                                view.running || view.recording))
+                requests.record = true;
+            engine::noteItem(items, "menu record");
+            engine::tooltip("Every tick into a folder that replays to the same bits and that NumPy reads.");
+            ImGui::Separator();
+            for (const std::filesystem::path& scene : view.scenes)
+                if (ImGui::MenuItem(scene.stem().c_str())) requests.open = scene;
+            if (!view.scenes.empty()) ImGui::Separator();
+            if (ImGui::MenuItem("Quit", "Ctrl+Q")) requests.quit = true;
+            ImGui::EndMenu();
+        }
+        engine::noteItem(items, "menu scene");
+        if (ImGui::BeginMenu("Edit")) {
+            if (ImGui::MenuItem("Undo", "Ctrl+Z", false, view.canUndo)) requests.undo = true;
+            engine::noteItem(items, "menu undo");
+            if (ImGui::MenuItem("Redo", "Ctrl+Shift+Z", false, view.canRedo)) requests.redo = true;
+            ImGui::Separator();
+            if (ImGui::MenuItem("Copy as command line", "Ctrl+Shift+C", false, view.running))
+                requests.copyCommand = true;
+            ImGui::EndMenu();
+        }
+        engine::noteItem(items, "menu edit");
+        if (ImGui::BeginMenu("Device")) {
+            drawDeviceMenu(view, state, requests, items);
+            ImGui::EndMenu();
+        }
+        engine::noteItem(items, "menu device");
+        if (ImGui::BeginMenu("View")) {
+            ImGui::MenuItem("Panels", "H", &state.panels);
+            if (ImGui::MenuItem("Everything in view", "A")) requests.frameCamera = true;
+            if (ImGui::MenuItem("Selected in view", "F", false, view.hasSelection)) requests.frameSelection = true;
+            ImGui::Separator();
+            const struct {
+                const char *text, *key;
+                engine::StandardView view;
+            } sides[]{{"Front", "Keypad 1", engine::StandardView::Front},
+                      {"Back", "Ctrl+Keypad 1", engine::StandardView::Back},
+                      {"Right", "Keypad 3", engine::StandardView::Right},
+                      {"Left", "Ctrl+Keypad 3", engine::StandardView::Left},
+                      {"Top", "Keypad 7", engine::StandardView::Top},
+                      {"Bottom", "Ctrl+Keypad 7", engine::StandardView::Bottom}};
+            for (const auto& side : sides)
+                if (ImGui::MenuItem(side.text, side.key)) requests.view = side.view;
+            ImGui::Separator();
+            for (const DisplaySwitch& which : displaySwitches()) {
+                const bool on = isOn(display, which);
+                const char key[]{which.key, '\0'};
+                if (ImGui::MenuItem(which.title, key, on)) turn(display, which, !on);
+                engine::tooltip(which.help);
+            }
+            ImGui::EndMenu();
+        }
+        engine::noteItem(items, "menu view");
+        if (ImGui::MenuItem("Help")) state.helpDialog = true;
+        engine::noteItem(items, "menu help");
+        ImGui::EndMainMenuBar();
+    }
+}
+
+void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
+    drawOpenDialog(view, state, requests, items);
+    drawSaveDialog(view, state, requests, items);
+    drawAddDialog(state, requests, items);
+    drawReplayDialog(state, requests, items);
+    drawLeaveDialog(view, state, requests, items);
+    drawHelpDialog(state);
+}
+
+void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engine::ItemRects* items) {
+    const float em = ImGui::GetFontSize();
+    ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({26 * em, 0});
+    ImGui::Begin("Opening", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings);
+    ImGui::Text("Opening %s", progress.file.c_str());
+    const std::string what = progress.fraction >= 1  ? "starting"
+                             : progress.part.empty() ? "reading the file"
+                                                     : "sphere tree of " + progress.part;
+    std::string bar = std::to_string(static_cast<int>(100 * progress.fraction)) + " %";
+    if (const std::string left = timeLeft(progress.secondsLeft); !left.empty()) bar += ", " + left;
+    ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0}, bar.c_str());
+    ImGui::TextDisabled("%s", what.c_str());
+    ImGui::SameLine(ImGui::GetContentRegionMax().x - 5 * em);
+    if (ImGui::Button("Cancel", {5 * em, 0})) requests.cancelOpening = true;
+    engine::noteItem(items, "cancel opening");
+    ImGui::End();
+}
+
+}  // namespace touchstone::sandbox

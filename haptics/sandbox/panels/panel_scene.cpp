@@ -1,0 +1,166 @@
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
+    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kGaugeText{0.80f, 0.70f, 1.00f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
+
+ImVec4 roleColor(Role role) {
+    switch (role) {
+        case Role::Tool:
+            return kToolColor;
+        case Role::Obstacle:
+            return kObstacleColor;
+        case Role::Goal:
+            return kGoalColor;
+        case Role::Gauge:
+            return kGaugeText;
+        case Role::Visual:
+            break;
+    }
+    return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
+}
+
+/// Below a part that has a sphere tree: how good it is, what is not as it should be, and on hover all that is known.
+void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects* items) {
+    const TreeCertificate& certificate = tree.certificate;
+    ImGui::PushStyleColor(ImGuiCol_Text,
+                          needsAttention(certificate) ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    ImGui::Indent(ImGui::GetFontSize());
+    ImGui::BeginGroup();
+    ImGui::Text("%d leaves, %.2g mm out", tree.leafCount(), certificate.protrusion);
+    if (!certificate.covered) ImGui::TextUnformatted("not proven covered");
+    if (!certificate.closed) ImGui::TextUnformatted("open");
+    if (certificate.hollow >= 0) ImGui::Text("hollow for balls up to %.2g mm", certificate.hollow);
+    ImGui::EndGroup();
+    ImGui::Unindent(ImGui::GetFontSize());
+    ImGui::PopStyleColor();
+    engine::noteItem(items, "tree " + part);
+    engine::tooltip(part + ": " + words(tree) + (certificate.note.empty() ? "." : ". " + certificate.note));
+}
+
+void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, engine::ItemRects* items) {
+    engine::Scene& scene = whole.scene;
+    engine::Registry& registry = scene.registry;
+    const auto& children = registry.get<engine::Hierarchy>(node).children;
+    const std::string text = nodeText(scene, node);
+    ImGui::PushID(static_cast<int>(node.index));
+
+    if (auto* visibility = registry.find<engine::Visibility>(node)) {
+        ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {1, 1});
+        ImGui::Checkbox("##visible", &visibility->visible);
+        ImGui::PopStyleVar();
+        engine::noteItem(items, "visible " + text);
+        engine::tooltip("Shows this node and all below it.");
+        ImGui::SameLine();
+    }
+    ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth;
+    if (children.empty()) flags |= ImGuiTreeNodeFlags_Leaf;
+    if (state.selected == node) flags |= ImGuiTreeNodeFlags_Selected;
+    const Role* role = registry.find<Role>(node);
+    const bool open = ImGui::TreeNodeEx("##node", flags, "%s", text.c_str());
+    engine::noteItem(items, "node " + text);
+    if (ImGui::IsItemClicked()) state.selected = node;
+    if (role) {
+        ImGui::SameLine();
+        ImGui::TextColored(roleColor(*role), "%s", name(*role));
+    }
+    if (const SphereTree* tree = treeOf(whole, node)) {
+        if (open) ImGui::Unindent();  // the lines are narrow enough as they are
+        drawTree(*tree, text, items);
+        if (open) ImGui::Indent();
+    }
+    if (open) {
+        for (const engine::Entity child : children) drawNode(whole, child, state, items);
+        ImGui::TreePop();
+    }
+    ImGui::PopID();
+}
+
+const SphereTree* deepestObstacle(const World& world) {
+    const SphereTree* deepest = nullptr;
+    for (const Obstacle& obstacle : world.obstacles)
+        if (!deepest || obstacle.tree->levels.size() > deepest->levels.size()) deepest = obstacle.tree.get();
+    return deepest;
+}
+
+void drawLevel(const char* text, const SphereTree* tree, int& level, engine::ItemRects* items) {
+    if (!tree) return;
+    const int top = static_cast<int>(tree->levels.size()) - 1;
+    level = std::clamp(level, -1, top);
+    std::array<char, 48> shown{};
+    if (level < 0)
+        std::snprintf(shown.data(), shown.size(), "none");
+    else
+        std::snprintf(shown.data(), shown.size(), level == 0 ? "%d leaves" : "%d spheres",
+                      tree->levels[static_cast<std::size_t>(level)].count);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    ImGui::SameLine(8.5f * ImGui::GetFontSize());
+    ImGui::SetNextItemWidth(-1);
+    ImGui::PushID(text);
+    // From left to right: none, the root, its children, down to the leaves.
+    int depth = level < 0 ? 0 : top - level + 1;
+    if (ImGui::SliderInt("##level", &depth, 0, top + 1, shown.data(), ImGuiSliderFlags_NoInput))
+        level = depth == 0 ? -1 : top + 1 - depth;
+    engine::noteItem(items, text);
+    engine::tooltip("Level of the sphere tree that is drawn: none, then from the root down to the leaves.");
+    ImGui::PopID();
+}
+
+void drawDisplay(const HapticScene& scene, DisplayOptions& display, engine::ItemRects* items) {
+    const float width = ImGui::GetContentRegionAvail().x;
+    std::size_t column = 0;
+    for (const DisplaySwitch& which : displaySwitches()) {
+        constexpr std::array kColumns{0.f, 0.40f, 0.71f};  // of the width
+        if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
+        column = (column + 1) % kColumns.size();
+        bool on = isOn(display, which);
+        if (ImGui::Checkbox(which.title, &on)) turn(display, which, on);
+        engine::noteItem(items, which.title);
+        engine::tooltip(std::string(which.help) + " Key " + which.key + ".");
+    }
+    if (!scene.world) return;
+    if (display.section) {
+        ImGui::SetNextItemWidth(8.5f * ImGui::GetFontSize() - ImGui::GetStyle().WindowPadding.x);
+        int axis = display.sectionAxis + 1;
+        if (ImGui::Combo("##axis", &axis, "facing you\0across x\0across y\0across z\0")) display.sectionAxis = axis - 1;
+        engine::noteItem(items, "section axis");
+        engine::tooltip("How the section lies.");
+        ImGui::SameLine(8.5f * ImGui::GetFontSize());
+        ImGui::SetNextItemWidth(-1);
+        const double most = scene.world->reach(), least = -most;
+        ImGui::SliderScalar("##offset", ImGuiDataType_Double, &display.sectionOffset, &least, &most, "%.2f mm");
+        engine::noteItem(items, "section offset");
+        engine::tooltip("How far the section lies from the contacts, mm towards you.");
+    }
+    drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
+    drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
+}
+
+}  // namespace
+
+std::string nodeText(const engine::Scene& scene, engine::Entity node) {
+    const std::string& given = scene.registry.get<engine::Name>(node).value;
+    return given.empty() ? "node " + std::to_string(engine::nodeIndex(scene, node)) : engine::printable(given);
+}
+
+void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, engine::ItemRects* items) {
+    const float line = ImGui::GetFrameHeightWithSpacing();
+    const float below = (6.1f + (display.section && scene.world ? 1 : 0)) * line;
+    ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
+    for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
+    ImGui::EndChild();
+    ImGui::Separator();
+    drawDisplay(scene, display, items);
+}
+
+}  // namespace touchstone::sandbox

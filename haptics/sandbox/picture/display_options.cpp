@@ -1,0 +1,83 @@
+#include "haptics/sandbox/picture/display_options.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr std::array<DisplaySwitch, 11> kSwitches{{
+    {"contacts", 'C', "Contacts", &DisplayOptions::contacts,
+     "Pairs that touch, with their normals: from yellow to red by the force they carry, blue without."},
+    {"forces", 'V', "Force", &DisplayOptions::arrows,
+     "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
+    {"ghost", 'G', "Ghost", &DisplayOptions::ghost, "Where the device wants the tool, and a line to it."},
+    {"clearance", 'N', "Clearance", &DisplayOptions::clearance, "The nearest pair of leaves and its gap in mm."},
+    {"goal", 'O', "Goal", &DisplayOptions::goal, "Where the tool is to come to rest, and the region that counts."},
+    {"trace", 'T', "Trace", &DisplayOptions::trace, "The way the tool's centre C has come."},
+    {"values", 'U', "Values", &DisplayOptions::values,
+     "Numbers beside the arrows (N, mN·m) and the clearance (mm), and the depth of a gauge."},
+    {"section", 'X', "Section", &DisplayOptions::section,
+     "Cuts the scene open through the contacts, or through C, towards you; cut solids are hatched."},
+    {"trees", 'L', "Spheres", nullptr, "The spheres of both trees, down to the leaves; the sliders choose a level."},
+    {"gaps", 'K', "By gap", &DisplayOptions::byGap,
+     "Colours the spheres by their gap, from red at 0 to grey at 1 mm, instead of by level."},
+    {"grid", 'B', "Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
+}};
+
+std::string applyOne(DisplayOptions& options, std::string_view item) {
+    const auto quoted = [&] { return "'" + std::string(item) + "'"; };
+    const bool off = item.starts_with("no-");
+    const std::string_view word = off ? item.substr(3) : item;
+    const std::size_t colon = word.find(':');
+    const std::string_view name = word.substr(0, colon);
+    const auto found = std::find_if(kSwitches.begin(), kSwitches.end(), [&](auto& s) { return s.name == name; });
+    if (found == kSwitches.end()) {
+        std::string names;
+        for (const DisplaySwitch& s : kSwitches) names += (names.empty() ? "" : ", ") + std::string(s.name);
+        return quoted() + " is nothing to show; choose from " + names + ", or no- before one of them";
+    }
+    turn(options, *found, !off);
+    if (colon == std::string_view::npos) return {};
+    const std::string_view value = word.substr(colon + 1);
+    if (name == "trees") {
+        int level = -1;
+        const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), level);
+        if (error != std::errc() || end != value.data() + value.size() || level < 0)
+            return quoted() + " needs a level of the trees after the colon, 0 for the leaves";
+        options.showTrees(level);
+        return {};
+    }
+    constexpr std::string_view kAxes = "xyz";
+    if (name != "section" || value.size() != 1 || kAxes.find(value) == std::string_view::npos)
+        return quoted() + " has a colon where none belongs; write section:x, section:y, section:z or trees:LEVEL";
+    options.sectionAxis = static_cast<int>(kAxes.find(value));
+    return {};
+}
+
+}  // namespace
+
+std::span<const DisplaySwitch> displaySwitches() { return kSwitches; }
+
+bool isOn(const DisplayOptions& options, const DisplaySwitch& which) {
+    return which.option ? options.*which.option : options.trees();
+}
+
+void turn(DisplayOptions& options, const DisplaySwitch& which, bool on) {
+    if (which.option)
+        options.*which.option = on;
+    else
+        options.showTrees(on ? 0 : -1);
+}
+
+std::string applyShowList(DisplayOptions& options, std::string_view list) {
+    while (!list.empty()) {
+        const std::size_t comma = list.find(',');
+        if (const std::string wrong = applyOne(options, list.substr(0, comma)); !wrong.empty()) return wrong;
+        list = comma == std::string_view::npos ? std::string_view() : list.substr(comma + 1);
+    }
+    return {};
+}
+
+}  // namespace touchstone::sandbox

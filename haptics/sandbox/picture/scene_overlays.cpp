@@ -1,0 +1,237 @@
+#include "haptics/sandbox/picture/scene_overlays.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "haptics/sandbox/scene/units.hpp"
+#include "haptics/threads/rt_thread.hpp"
+#include "engine/scene/text.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr glm::vec4 kForceColor{1.00f, 0.36f, 0.22f, 1}, kTorqueColor{0.66f, 0.48f, 1.00f, 1};
+constexpr glm::vec4 kContactColor{0.30f, 0.85f, 0.95f, 1}, kClearanceColor{0.55f, 1.00f, 0.60f, 1};
+constexpr glm::vec3 kLightLoad{1.00f, 0.82f, 0.25f}, kHeavyLoad{1.00f, 0.16f, 0.08f};
+constexpr glm::vec3 kTraceOld{0.25f, 0.32f, 0.45f}, kTraceNew{0.85f, 0.95f, 1.00f};
+constexpr double kLoaded = 1e-3;  // N: below, a contact is said to carry nothing
+constexpr std::size_t kTracePoints = 4000;
+constexpr double kTracePointsPerReach = 200;
+constexpr double kNearCut = 0.06;  // of the reach
+constexpr float kFar = 1e30f;
+
+glm::vec3 point(const Vec3& mm) { return glm::vec3(toMetres(mm)); }
+
+}  // namespace
+
+double arrowLength(double newtons) {
+    constexpr double kLongest = 1.8, kHalfwayNewtons = 10;
+    return kLongest * newtons / (newtons + kHalfwayNewtons);
+}
+
+glm::vec4 sphereColor(bool tool, int level, int index) {
+    struct Range {
+        glm::vec3 low, high;
+    };
+    // Warm for the tool, cold for obstacles.
+    constexpr std::array<Range, 4> kTool{Range{{0.95f, 0.55f, 0.15f}, {1.00f, 0.85f, 0.40f}},
+                                         {{0.95f, 0.35f, 0.30f}, {1.00f, 0.55f, 0.45f}},
+                                         {{0.90f, 0.30f, 0.60f}, {1.00f, 0.50f, 0.80f}},
+                                         {{0.70f, 0.40f, 0.90f}, {0.85f, 0.60f, 1.00f}}};
+    constexpr std::array<Range, 4> kObstacle{Range{{0.20f, 0.50f, 0.80f}, {0.45f, 0.80f, 0.85f}},
+                                             {{0.15f, 0.65f, 0.55f}, {0.35f, 0.85f, 0.70f}},
+                                             {{0.30f, 0.65f, 0.25f}, {0.55f, 0.85f, 0.40f}},
+                                             {{0.40f, 0.45f, 0.90f}, {0.60f, 0.65f, 1.00f}}};
+    const float a = std::fmod(0.618034f * static_cast<float>(index), 1.f),
+                b = std::fmod(0.754878f * static_cast<float>(index), 1.f);
+    const Range& range = (tool ? kTool : kObstacle)[static_cast<std::size_t>(level) % kTool.size()];
+    return {glm::mix(range.low, range.high, a) * (0.8f + 0.2f * b), level == 0 ? 1.f : 0.22f};
+}
+
+glm::vec3 gapColor(double gap) {
+    constexpr std::array<glm::vec3, 4> kStops{
+        glm::vec3{0.95f, 0.15f, 0.10f}, {1.00f, 0.80f, 0.20f}, {0.35f, 0.75f, 0.35f}, {0.40f, 0.45f, 0.55f}};
+    const float t = static_cast<float>(std::clamp(gap / kShownGap, 0.0, 1.0)) * (kStops.size() - 1);
+    const std::size_t k = std::min(static_cast<std::size_t>(t), kStops.size() - 2);
+    return glm::mix(kStops[k], kStops[k + 1], t - static_cast<float>(k));
+}
+
+void ToolTrace::add(const Vec3& p_WC, std::uint64_t tick) {
+    if (tick < last_) points_.clear();
+    last_ = tick;
+    if (!points_.empty() && (points_.back() - p_WC).norm() < spacing_) return;
+    points_.push_back(p_WC);
+    if (points_.size() > kTracePoints) points_.pop_front();
+}
+
+SceneOverlays::SceneOverlays(std::shared_ptr<const World> world)
+    : world_(std::move(world)),
+      reach_(std::max(world_->reach(), 1e-3)),
+      finder_(world_),
+      trace_(reach_ / kTracePointsPerReach),
+      nearestPairs_(world_->obstacles.size()) {}
+
+void SceneOverlays::place(const std::shared_ptr<const World>& world) {
+    world_ = world;
+    finder_.place(world);
+}
+
+void SceneOverlays::follow(const TickRecord& record) { trace_.add(record.X_WT * world_->p_TC(), record.tick); }
+
+void SceneOverlays::find(const TickRecord& record, const Settings& settings, const DisplayOptions& options) {
+    contacts_.clear();
+    place_.reset();
+    nearest_.reset();
+    const bool gaps = options.trees() && options.byGap;
+    if (options.contacts || options.section) {
+        const auto found = finder_.find(record, settings, options.contactMargin);
+        contacts_.assign(found.begin(), found.end());
+    }
+    if (!gaps) toolGaps_.clear();
+    if (const std::uint64_t now = steadyNanoseconds(); gaps && (toolGaps_.empty() || now > gapsDue_)) {
+        toolGaps_.assign(static_cast<std::size_t>(world_->tool->leafCount()), kFar);
+        obstacleGaps_.resize(world_->obstacles.size());
+        for (std::size_t i = 0; i < obstacleGaps_.size(); ++i)
+            obstacleGaps_[i].assign(static_cast<std::size_t>(world_->obstacles[i].tree->leafCount()), kFar);
+        for (const NearPair& pair : finder_.pairs(record, kShownGap)) {
+            const auto keep = [&](std::vector<float>& of, int leaf) {
+                float& gap = of[static_cast<std::size_t>(leaf)];
+                gap = std::min(gap, static_cast<float>(pair.gap));
+            };
+            keep(toolGaps_, pair.toolLeaf);
+            keep(obstacleGaps_[static_cast<std::size_t>(pair.obstacle)], pair.obstacleLeaf);
+        }
+        constexpr int kRest = 9;  // times as long as it took: in a tight fit tens of thousands of pairs are that near
+        gapsDue_ = steadyNanoseconds() + kRest * (steadyNanoseconds() - now);
+    }
+
+    ContactPlace sum;
+    double count = 0, load = 0;
+    for (const ContactPoint& contact : contacts_) {
+        ++count;
+        load += std::max(contact.load, kLoaded);
+        sum.p_W += contact.p_W;
+        sum.n_W += std::max(contact.load, kLoaded) * contact.n_W;
+    }
+    if (count > 0) {
+        place_ = ContactPlace{sum.p_W / count, sum.n_W / load, 0};
+        for (const ContactPoint& contact : contacts_)
+            place_->reach = std::max(place_->reach, (contact.p_W - place_->p_W).norm());
+    }
+    if (options.clearance) findNearest(record.X_WT);
+}
+
+std::optional<ContactPlace> SceneOverlays::nearestPlace() const {
+    if (!nearest_) return std::nullopt;
+    return ContactPlace{0.5 * (nearest_->p_W + nearest_->q_W), nearest_->n_W, 0};
+}
+
+void SceneOverlays::findNearest(const Pose& X_WT) {
+    double least = INFINITY;
+    for (std::size_t i = 0; i < world_->obstacles.size(); ++i) {
+        const Obstacle& obstacle = world_->obstacles[i];
+        LeafPair& pair = nearestPairs_[i];
+        const double gap = leastGap(*world_->tool, *obstacle.tree, obstacle.X_WO.inverse() * X_WT, 1e30, &pair);
+        if (gap >= least) continue;
+        least = gap;
+        const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
+        const Vec3 p = X_WT * a.center(), q = obstacle.X_WO * b.center(), n = (p - q).normalized();
+        nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
+    }
+}
+
+void SceneOverlays::add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const {
+    // Seen from near, arrows and normals are drawn shorter.
+    const double unit = std::min(reach_, 0.3 * kMmPerMetre * double(frame.camera.distance));
+    if (options.trace) {
+        const auto& points = trace_.points();
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            const float age = static_cast<float>(i) / static_cast<float>(points.size());
+            frame.lines.push_back(
+                {point(points[i - 1]), point(points[i]), glm::vec4(glm::mix(kTraceOld, kTraceNew, age), 1), 2});
+        }
+    }
+    if (options.contacts) addContacts(frame, unit);
+    if (options.arrows) addArrows(frame, record, options.values, unit);
+    if (options.clearance && nearest_) {
+        const glm::vec3 p = point(nearest_->p_W), q = point(nearest_->q_W);
+        frame.lines.push_back({p, q, kClearanceColor, 2.5f});
+        frame.lines.push_back({p, p, kClearanceColor, 8});
+        frame.lines.push_back({q, q, kClearanceColor, 8});
+        const double gap = std::abs(nearest_->gap) < 5e-4 ? 0 : nearest_->gap;  // no -0.000
+        if (options.values) frame.labels.push_back({p, engine::formatted("%.3f mm", gap), kClearanceColor});
+    }
+}
+
+void SceneOverlays::addContacts(engine::Frame& frame, double unit) const {
+    double total = 1e-9, most = 1e-9;
+    for (const ContactPoint& contact : contacts_) {
+        total += contact.load;
+        most = std::max(most, contact.load);
+    }
+    // The loaded ones come first and are to be drawn last, over the others.
+    for (auto contact = contacts_.rbegin(); contact != contacts_.rend(); ++contact) {
+        const bool loaded = contact->load > kLoaded;
+        const glm::vec3 p = point(contact->p_W);
+        if (!loaded && frame.section) {
+            // Those that carry nothing are worth their room only in the cut.
+            const double behind = kMmPerMetre * double(glm::dot(*frame.section, glm::vec4(p, 1)));
+            if (behind < 0 || behind > kNearCut * reach_) continue;
+        }
+        // Normals of loaded contacts share out the length of the force's arrow.
+        const double share = contact->load / total;
+        const double length = unit * (loaded ? 0.15 + 0.6 * arrowLength(total) * share : 0.05);
+        const glm::vec3 q = point(contact->p_W + length * contact->n_W);
+        const float weight = static_cast<float>(contact->load / most);
+        const glm::vec4 color = loaded ? glm::vec4(glm::mix(kLightLoad, kHeavyLoad, weight), 1) : kContactColor;
+        frame.lines.push_back({p, q, color, loaded ? 3.5f : 1.5f});
+        frame.lines.push_back({p, p, color, loaded ? 10 + 4 * weight : 6.f});
+    }
+}
+
+void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bool values, double unit) const {
+    const Vec3 C = record.X_WT * world_->p_TC();
+    const auto add = [&](const Vec3& v, double newtons, const glm::vec4& color, double thickness, const char* format) {
+        if (newtons < 1e-3) return;
+        const glm::vec3 tip = point(C + unit * arrowLength(newtons) * v.normalized());
+        frame.arrows.push_back({point(C), tip, static_cast<float>(toMetres(thickness * unit)), color});
+        constexpr double kWorthWords = 0.05;  // N
+        if (values && newtons > kWorthWords)
+            frame.labels.push_back({tip, engine::formatted(format, v.norm()), glm::mix(color, glm::vec4(1), 0.35f)});
+    };
+    const Wrench& wrench = record.wrench_C;
+    add(wrench.force, wrench.force.norm(), kForceColor, 0.016, "%.2f N");
+    add(wrench.torque, wrench.torque.norm() / reach_, kTorqueColor, 0.012, "%.0f mN·m");
+}
+
+void SceneOverlays::addSpheres(engine::Frame& frame, const Pose& X_WT, const DisplayOptions& options) const {
+    const bool gaps = options.byGap && !toolGaps_.empty();
+    addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gaps ? &toolGaps_ : nullptr);
+    for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
+        addTree(frame, *world_->obstacles[i].tree, world_->obstacles[i].X_WO, options.obstacleLevel, false,
+                gaps ? &obstacleGaps_[i] : nullptr);
+}
+
+void SceneOverlays::addTree(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool,
+                            const std::vector<float>* gaps) const {
+    if (level < 0) return;
+    level = std::min(level, static_cast<int>(tree.levels.size()) - 1);
+    const int count = tree.levels[static_cast<std::size_t>(level)].count;
+    const std::ptrdiff_t leaves = std::ptrdiff_t{1} << (3 * level);  // below each block
+    frame.spheres.reserve(frame.spheres.size() + static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) {
+        const Sphere s = tree.block(level, i);
+        glm::vec4 color = sphereColor(tool, level, i);
+        if (gaps) {
+            const auto first = gaps->begin() + i * leaves;
+            const auto last = gaps->end() - first > leaves ? first + leaves : gaps->end();
+            color = glm::vec4(gapColor(double(*std::min_element(first, last))), color.a);
+        }
+        frame.spheres.push_back(
+            {.center = point(X_WB * s.center()), .radius = static_cast<float>(toMetres(double(s.r))), .color = color});
+    }
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,153 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <ctime>
+#include <stdexcept>
+#include <system_error>
+
+#include "haptics/files/output_file.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/record/build_info.hpp"
+#include "haptics/sandbox/record/recording_json.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+using nlohmann::ordered_json;
+
+// A crash may cost a quarter of a second; who adds ticks may come late himself.
+constexpr auto kLongestWait = std::chrono::milliseconds(100);
+
+std::string textOf(const ordered_json& json, int indent = -1) {
+    return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+std::string timeNow() {
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    gmtime_r(&now, &utc);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return text;
+}
+
+}  // namespace
+
+Recorder::Recorder(std::filesystem::path folder)
+    : folder_(std::move(folder)), flushed_(std::chrono::steady_clock::now()) {
+    if (isRecording(folder_))
+        throw std::runtime_error("'" + folder_.string() + "' holds a recording already: choose another folder");
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error) throw std::runtime_error("cannot make the folder '" + folder_.string() + "': " + error.message());
+    if (access(folder_.c_str(), W_OK) != 0)
+        throw std::runtime_error("cannot write the recording to '" + folder_.string() +
+                                 "': " + std::generic_category().message(errno));
+}
+
+Recorder::~Recorder() { flush(); }
+
+void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string device) {
+    sessions_.erase(sessions_.begin(), before_ ? sessions_.lower_bound(before_->session) : sessions_.begin());
+    sessions_[session] = {std::move(scene), std::move(device)};
+}
+
+void Recorder::fail(const std::exception& error) {
+    rows_ = ticks_ ? ticks_->rows() - ticks_->waiting() : 0;
+    try {
+        // The changes written so far, as valid JSON: the end takes no more room than it had.
+        if (notes_) {
+            notes_->write(kNotesEnd, changesAt_);
+            notes_->cut(changesAt_ + std::string_view(kNotesEnd).size());
+        }
+    } catch (const std::exception&) {
+        // 'touchstone recover' mends it.
+    }
+    ticks_.reset();
+    notes_.reset();
+    failure_ = "the recording in '" + folder_.string() + "' stopped after " + std::to_string(rows_) +
+               " ticks: " + error.what();
+}
+
+void Recorder::add(const RecordedTick& tick, std::span<const Pose> X_WO) {
+    if (!failure_.empty() || (!before_ && !tick.input.start)) return;
+    try {
+        if (!before_)
+            begin(tick, X_WO);
+        else
+            noteChanges(tick, X_WO);
+        ticks_->append(tick);
+        before_ = tick;
+        rows_ = ticks_->rows();
+    } catch (const std::exception& error) {
+        fail(error);
+        return;
+    }
+    if (std::chrono::steady_clock::now() - flushed_ > kLongestWait) flush();
+}
+
+void Recorder::flush() {
+    if (!ticks_) return;
+    try {
+        // Notes first: they may speak of ticks that never came, and no tick is without its notes.
+        if (!changes_.empty()) {
+            notes_->write(changes_ + kNotesEnd, changesAt_);
+            changesAt_ += changes_.size();
+            changes_.clear();
+        }
+        ticks_->flush();
+    } catch (const std::exception& error) {
+        fail(error);
+    }
+    flushed_ = std::chrono::steady_clock::now();
+}
+
+void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
+    const SessionFacts& facts = sessions_[first.session];
+    ordered_json notes = {{"format", kFormat},
+                          {"version", kFormatVersion},
+                          {"begun", timeNow()},
+                          {"layout", hexadecimal(tickLayout())},
+                          {"program", buildInfo()},
+                          {"scene", toJson(facts.scene)},
+                          {"device", facts.device},
+                          {"settings", toJson(first.input.settings, nullptr)},
+                          {"start", toJson(*first.input.start, X_WO)}};
+    std::string text = textOf(notes, 1);
+    text.resize(text.rfind('\n'));
+    text += std::string(",\n ") + kChangesBegin;
+    // Both files appear with the first tick, each of them complete: a process that is killed before leaves no
+    // recording.
+    ticks_ = std::make_unique<TickFileWriter>(folder_ / kTicksFile);
+    writeFile(folder_ / kNotesFile, "the recording", text + kNotesEnd);
+    notes_ = std::make_unique<RandomAccessFile>(folder_ / kNotesFile, true);
+    changesAt_ = text.size();
+}
+
+void Recorder::change(const RecordedTick& tick, const char* kind, ordered_json what) {
+    ordered_json entry = {{"row", ticks_->rows()}, {"tick", tick.record.tick}, {"kind", kind}};
+    for (auto& [key, value] : what.items()) entry[key] = std::move(value);
+    changes_ += (anyChange_ ? ",\n  " : "\n  ") + textOf(entry);
+    anyChange_ = true;
+}
+
+void Recorder::noteChanges(const RecordedTick& tick, std::span<const Pose> X_WO) {
+    const TickInput& input = tick.input;
+    if (tick.session != before_->session) {
+        const SessionFacts& facts = sessions_[tick.session];
+        change(tick, "scene", {{"scene", toJson(facts.scene)}, {"device", facts.device}});
+    }
+    const ordered_json settings = toJson(input.settings, &before_->input.settings);
+    if (!settings.empty()) change(tick, "settings", {{"settings", settings}});
+    if (input.start) {
+        change(tick, "start", {{"start", toJson(*input.start, X_WO)}});
+    } else if (tick.session != before_->session) {
+        change(tick, "gap", ordered_json::object());  // the first ticks of the session
+    } else if (tick.record.tick != before_->record.tick + 1) {
+        const std::uint64_t lost = tick.record.tick - before_->record.tick - 1;
+        lost_ += lost;
+        change(tick, "gap", {{"lost", lost}});
+    }
+}
+
+}  // namespace touchstone::sandbox

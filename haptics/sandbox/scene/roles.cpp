@@ -1,0 +1,470 @@
+#include "haptics/sandbox/scene/roles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "engine/scene/fields.hpp"
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_write.hpp"
+#include "engine/scene/rigid_bodies.hpp"
+#include "engine/scene/transforms.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "engine/scene/text.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+using engine::Entity;
+using engine::Registry;
+using engine::Scene;
+using nlohmann::json;
+
+constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
+
+/// Components: the node's extras were changed, it was put elsewhere.
+struct MarkEdited {};
+struct PlaceEdited {};
+struct NameEdited {};
+struct LooksEdited {  // on an entity of its own
+    int material;
+};
+
+/// A role that a node could have, and the sentence that says why.
+struct Candidate {
+    Entity node;
+    Role role;
+    std::string why;
+};
+
+const json* touchstoneOf(const json& extras) {
+    if (!extras.is_object()) return nullptr;
+    const auto found = extras.find("touchstone");
+    return found == extras.end() ? nullptr : &*found;
+}
+
+const json* touchstoneOf(const Scene& scene, Entity node) {
+    const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
+    return marking ? touchstoneOf(marking->extras) : nullptr;
+}
+
+/// Extras of a node that is to be marked.
+json checkedExtras(const Scene& scene, Entity node) {
+    const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
+    if (!marking || marking->extras.is_null()) return json::object();
+    if (!marking->extras.is_object())
+        engine::failIn(scene.file, nodeLabel(scene, node), "its extras are no object: make them one to mark the node");
+    return marking->extras;
+}
+
+bool hasMotion(const Scene& scene, Entity node) {
+    std::vector<std::string> unused;
+    const auto mark = engine::readRigidBody(scene, node, unused);
+    return mark && mark->motion;
+}
+
+/// The body that the node moves with has `motion`, on this node or above it.
+bool movesWithBody(const Scene& scene, Entity node) {
+    while (node) {
+        if (hasMotion(scene, node)) return true;
+        const engine::Hierarchy* hierarchy = scene.registry.find<engine::Hierarchy>(node);
+        node = hierarchy ? hierarchy->parent : Entity{};
+    }
+    return false;
+}
+
+class RoleReader {
+  public:
+    explicit RoleReader(Scene& scene) : scene_(scene) {}
+    SceneRoles read();
+
+  private:
+    void readNode(Entity node);
+    void readMark(Entity node, engine::Fields& fields, std::optional<Role>& role);
+    void chooseTool();
+    void chooseGoal();
+    void chooseGauge();
+    GoalRegion regionOf(Entity node) const;
+    void readScene();
+    void sayWhatWasTaken();
+
+    std::string label(Entity node) const { return nodeLabel(scene_, node); }
+    template <class... Text>
+    void warn(const Text&... text) {
+        found_.warnings.push_back((std::string(text) + ...));
+    }
+
+    Scene& scene_;
+    SceneRoles found_;
+    std::vector<Candidate> candidates_;
+};
+
+void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Role>& role) {
+    if (const auto known = fields.choice("role", kRoleNames)) role = static_cast<Role>(*known);
+    BodyMarking body;
+    const auto leaves = fields.whole("leaves", kMinLeaves, TreeOptions::kMostLeaves);
+    const auto error = fields.number("max_error_mm", kMinError, kMaxError);
+    if (leaves && error) fields.fail("max_error_mm", "given without leaves, since their number follows from it");
+    body.tree.leaves = leaves.value_or(body.tree.leaves);
+    body.tree.maxError = error.value_or(body.tree.maxError);
+    if (const auto known = fields.choice("quality", kQualityNames))
+        body.tree.quality = static_cast<TreeQuality>(*known);
+    if (const auto known = fields.choice("interior", kInteriorNames))
+        body.tree.interior = static_cast<Interior>(*known);
+    // N/m to N/mm, and N·m/rad to mN·m/rad; the ranges are those of the settings.
+    if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
+    if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
+    scene_.registry.add(node, body);
+    // Their contents are read once it is known which node is the tool and which the goal.
+    for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
+    fields.nameUnknown(found_.warnings);
+}
+
+void RoleReader::readNode(Entity node) {
+    std::optional<Role> marked;
+    scene_.registry.add(node, BodyMarking{});
+    if (const json* mark = touchstoneOf(scene_, node)) {
+        engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
+        readMark(node, fields, marked);
+    }
+
+    std::optional<Role> physical;
+    std::string why;
+    if (const auto body = engine::readRigidBody(scene_, node, found_.warnings)) {
+        const bool moving = movesWithBody(scene_, node);
+        if (body->collider) scene_.registry.add(node, *body->collider);
+        if (body->motion) {
+            physical = Role::Tool;
+            why = "KHR_physics_rigid_bodies gives it a motion";
+        } else if (body->collider && !moving) {
+            physical = Role::Obstacle;
+            why = "KHR_physics_rigid_bodies gives it a collider and no motion";
+        } else if (body->trigger && !moving) {
+            physical = Role::Goal;
+            why = "KHR_physics_rigid_bodies makes it a trigger";
+            scene_.registry.add(node, *body->triggerGeometry);
+        }
+    }
+    if (physical && marked && *physical != *marked)
+        warn(label(node), ": extras.touchstone.role says ", name(*marked), ", but ", why, ": it is taken as ",
+             name(*physical));
+    if (physical)
+        candidates_.push_back({node, *physical, why});
+    else if (marked)
+        candidates_.push_back({node, *marked, "extras.touchstone.role says so"});
+    else if (touchstoneOf(scene_, node))
+        warn(label(node), ": extras.touchstone gives it no role, so nothing else there has an effect");
+}
+
+void RoleReader::chooseTool() {
+    for (Candidate& candidate : candidates_) {
+        if (candidate.role != Role::Tool) continue;
+        if (!found_.tool) {
+            found_.tool = candidate.node;
+            continue;
+        }
+        warn(label(candidate.node), " could be the tool too, but ", label(found_.tool),
+             " comes first in the file: this one is only drawn");
+        candidate.role = Role::Visual;
+        candidate.why = "there is one tool already";
+    }
+}
+
+/// The goal that stands in the node's mark, else the node's own place, as large as what it shows.
+GoalRegion RoleReader::regionOf(Entity node) const {
+    GoalRegion region;
+    region.X_WT = toPose(engine::worldPose(scene_.registry, node));
+    // A role of its own tells a goal node from the tool; its meshes are the region.
+    if (node != found_.tool) {
+        const TriangleMesh shape = bakedTriangles(scene_, node);
+        Eigen::AlignedBox3d box;
+        for (const Vec3& vertex : shape.vertices) box.extend(vertex);
+        if (!box.isEmpty() && box.sizes().maxCoeff() > 0) region.tolerance = box.sizes().maxCoeff() / 2;
+    }
+    const json* mark = touchstoneOf(scene_, node);
+    if (!mark) return region;
+    engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
+    if (auto goal = fields.object("goal")) {
+        if (const auto metres = goal->vector("translation")) region.X_WT.p = toMm(*metres);
+        if (const auto rotation = goal->quaternion("rotation")) region.X_WT.q = toEigen(*rotation);
+        if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMetre;
+        if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
+        if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
+        if (const auto metres = goal->number("depth_m", 0, 1e3)) region.depth = *metres * kMmPerMetre;
+        if (const auto times = goal->whole("fold", 1, 1000)) region.fold = *times;
+    }
+    return region;
+}
+
+void RoleReader::chooseGoal() {
+    const auto hasGoal = [&](Entity node) {
+        const json* mark = node ? touchstoneOf(scene_, node) : nullptr;
+        return mark && mark->contains("goal");
+    };
+    Entity chosen = hasGoal(found_.tool) ? found_.tool : Entity{};
+    for (const Candidate& candidate : candidates_) {
+        if (candidate.role != Role::Goal) {
+            if (candidate.node != found_.tool && hasGoal(candidate.node))
+                warn(label(candidate.node),
+                     ": a goal stands on the tool or on a node of that role: this one has no effect");
+        } else if (chosen) {
+            warn(label(candidate.node), " is a goal too, but ", label(chosen), " comes first: this one has no effect");
+        } else {
+            chosen = candidate.node;
+        }
+    }
+    if (!chosen) return;
+    found_.goal = regionOf(chosen);
+    if (const json* mark = touchstoneOf(scene_, chosen); mark && mark->contains("goal")) {
+        engine::Fields goal(scene_, label(chosen), "extras.touchstone.goal", mark->at("goal"));
+        for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s", "depth_m", "fold"})
+            goal.find(key);
+        goal.nameUnknown(found_.warnings);
+    }
+}
+
+void RoleReader::chooseGauge() {
+    for (const Candidate& candidate : candidates_) {
+        const json* mark = touchstoneOf(scene_, candidate.node);
+        const bool marked = mark && mark->contains("gauge");
+        if (candidate.role != Role::Gauge) {
+            if (marked) warn(label(candidate.node), ": a gauge stands on a node of that role: this one has no effect");
+            continue;
+        }
+        if (found_.gauge) {
+            warn(label(candidate.node), " is a gauge too, but ", found_.gauge->name,
+                 " comes first: this one has no effect");
+            continue;
+        }
+        const std::string& given = scene_.registry.get<engine::Name>(candidate.node).value;
+        found_.gauge = {.name = given.empty() ? label(candidate.node) : engine::printable(given),
+                        .X_WG = toPose(engine::worldPose(scene_.registry, candidate.node))};
+        if (!marked) continue;
+        engine::Fields gauge(scene_, label(candidate.node), "extras.touchstone.gauge", mark->at("gauge"));
+        if (const auto metres = gauge.vector("tip_m")) found_.gauge->p_TP = toMm(*metres);
+        gauge.nameUnknown(found_.warnings);
+    }
+}
+
+/// What stands with the glTF scene itself.
+void RoleReader::readScene() {
+    const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene_.index));
+    if (const json* mark = touchstoneOf(scene_.extras)) {
+        engine::Fields fields(scene_, object, "extras.touchstone", *mark);
+        fields.object("settings");
+        if (fields.object("outcome")) found_.outcome = mark->at("outcome");
+        fields.nameUnknown(found_.warnings);
+    }
+    const json* mark = found_.tool ? touchstoneOf(scene_, found_.tool) : nullptr;
+    if (mark && mark->contains("outcome")) found_.outcome = mark->at("outcome");
+}
+
+void RoleReader::sayWhatWasTaken() {
+    for (const Candidate& candidate : candidates_) {
+        const BodyMarking* body = scene_.registry.find<BodyMarking>(candidate.node);
+        std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
+        if (candidate.role == Role::Goal || candidate.role == Role::Gauge) article = "a ";
+        found_.taken.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
+                               (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
+        if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
+            warn(label(candidate.node), ": stiffness is the tool's alone: the obstacle's has no effect");
+    }
+}
+
+SceneRoles RoleReader::read() {
+    for (const Entity node : scene_.nodes)
+        if (node) readNode(node);
+    chooseTool();
+    for (const Candidate& candidate : candidates_) {
+        scene_.registry.add(candidate.node, candidate.role);
+        if (candidate.role == Role::Obstacle) found_.obstacles.push_back(candidate.node);
+    }
+    for (const Entity node : scene_.nodes) {
+        const Role* role = scene_.registry.find<Role>(node);
+        if (!role || (*role != Role::Tool && *role != Role::Obstacle)) scene_.registry.remove<BodyMarking>(node);
+    }
+    for (const Entity obstacle : found_.obstacles)
+        if (found_.tool &&
+            roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
+            warn(label(obstacle), " hangs below the tool: obstacles do not move, so it stays where it is");
+    chooseGoal();
+    chooseGauge();
+    readScene();
+    sayWhatWasTaken();
+    if (const std::string friction = engine::frictionWarning(scene_); !friction.empty()) warn(friction);
+    return std::move(found_);
+}
+
+}  // namespace
+
+const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
+
+SceneRoles assignRoles(Scene& scene) {
+    for (const Entity node : scene.nodes) {
+        scene.registry.remove<Role>(node);
+        scene.registry.remove<BodyMarking>(node);
+        scene.registry.remove<engine::ColliderGeometry>(node);
+    }
+    return RoleReader(scene).read();
+}
+
+Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
+    Settings settings;
+    if (roles.tool) {
+        const BodyMarking& body = scene.registry.get<BodyMarking>(roles.tool);
+        settings.stiffness = body.stiffness.value_or(settings.stiffness);
+        settings.torsion = body.torsion.value_or(settings.torsion);
+    }
+    const json* mark = touchstoneOf(scene.extras);
+    if (!mark || !mark->contains("settings")) return settings;
+    const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene.index));
+    const auto fail = [&](const std::string& sentence) {
+        engine::failIn(scene.file, object, "extras.touchstone.settings: " + sentence);
+    };
+    for (const auto& [key, value] : mark->at("settings").items()) {
+        if (!value.is_primitive() || value.is_null()) fail(key + " must be a number, a text, true or false");
+        const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+        if (const std::string wrong = setSetting(settings, key, text); !wrong.empty()) fail(wrong);
+    }
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) fail(wrong);
+    return settings;
+}
+
+Entity roleOwner(const Registry& registry, Entity node) {
+    while (node && !registry.has<Role>(node)) {
+        const engine::Hierarchy* hierarchy = registry.find<engine::Hierarchy>(node);
+        node = hierarchy ? hierarchy->parent : Entity{};
+    }
+    return node;
+}
+
+void setRole(Scene& scene, Entity node, std::optional<Role> role) {
+    const auto marked = [&](Entity which) {
+        const json* mark = touchstoneOf(scene, which);
+        return mark && mark->is_object() && mark->value("role", json()) == kRoleNames[0];
+    };
+    std::vector<Entity> others;  // that are or could be the tool
+    if (role == Role::Tool)
+        for (const Entity other : scene.nodes) {
+            const Role* has = scene.registry.find<Role>(other);
+            if (other && other != node && ((has && *has == Role::Tool) || marked(other))) others.push_back(other);
+        }
+
+    // All is checked before anything is changed.
+    std::vector<std::string> unused;
+    const auto check = [&](Entity which) {
+        const auto body = engine::readRigidBody(scene, which, unused);
+        if (body && (body->motion || body->collider || body->trigger))
+            engine::failIn(scene.file, nodeLabel(scene, which),
+                           "its role comes from KHR_physics_rigid_bodies: change it there");
+        checkedExtras(scene, which);
+    };
+    check(node);
+    for (const Entity other : others) check(other);
+
+    const auto mark = [&](Entity which, std::optional<Role> as) {
+        json extras = checkedExtras(scene, which);
+        if (as) {
+            extras["touchstone"]["role"] = name(*as);
+        } else if (extras.contains("touchstone")) {
+            extras["touchstone"].erase("role");
+            if (extras["touchstone"].empty()) extras.erase("touchstone");
+        }
+        setExtras(scene, which, extras.empty() ? json() : std::move(extras));
+        scene.registry.add(which, MarkEdited{});
+    };
+    for (const Entity other : others) mark(other, Role::Visual);
+    mark(node, role);
+}
+
+void setTree(Scene& scene, Entity node, const TreeOptions& tree) {
+    json extras = checkedExtras(scene, node);
+    json& mark = extras["touchstone"];
+    for (const char* key : {"leaves", "max_error_mm", "quality", "interior"}) mark.erase(key);
+    if (tree.maxError > 0)
+        mark["max_error_mm"] = tree.maxError;
+    else
+        mark["leaves"] = tree.leaves;
+    if (tree.quality != TreeQuality::Fast) mark["quality"] = name(tree.quality);
+    if (tree.interior != Interior::Shell) mark["interior"] = name(tree.interior);
+    setExtras(scene, node, std::move(extras));
+    scene.registry.add(node, MarkEdited{});
+}
+
+void setPlace(Scene& scene, Entity node, const engine::LocalTransform& local) {
+    scene.registry.add(node, local);
+    scene.registry.add(node, PlaceEdited{});
+}
+
+Looks looksOf(const engine::Material& material) { return {material.baseColor, material.metallic, material.roughness}; }
+
+void setLooks(Scene& scene, int material, const Looks& looks) {
+    engine::Material& changed = scene.materials[static_cast<std::size_t>(material)];
+    changed.baseColor = looks.baseColor;
+    changed.metallic = looks.metallic;
+    changed.roughness = looks.roughness;
+    bool known = false;
+    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) { known |= edited.material == material; });
+    if (!known) scene.registry.add(scene.registry.create(), LooksEdited{material});
+}
+
+void setName(Scene& scene, Entity node, const std::string& name) {
+    scene.registry.get<engine::Name>(node).value = name;
+    scene.registry.add(node, NameEdited{});
+}
+
+void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings) {
+    const Settings now = sceneSettings(scene, roles);
+    json changed = json::object();
+    for (const SettingInfo& info : settingTable()) {
+        const std::string key(info.key), value = getSetting(settings, key);
+        if (key == "pause" || value == getSetting(now, key)) continue;
+        const json number = json::parse(value, nullptr, false);
+        changed[key] = number.is_number() ? number : json(value);
+    }
+    if (changed.empty()) return;
+    if (!scene.extras.is_null() && !scene.extras.is_object())
+        engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
+                       "its extras are no object: make them one to keep settings there");
+    scene.extras["touchstone"]["settings"].update(changed);
+}
+
+double GoalRegion::angle(const Pose& X_WO) const {
+    const Quat q = X_WT.q.conjugate() * X_WO.q;
+    // The twist about the way out is taken back by whole steps.
+    const double step = 2 * std::numbers::pi / fold, twist = 2 * std::atan2(q.y(), q.w());
+    return logRotation(q * expRotation({0, -step * std::round(twist / step), 0})).norm();
+}
+
+void saveScene(const Scene& scene, const std::filesystem::path& out) {
+    if (scene.file.empty())
+        throw engine::SceneError("the scene was not read from a file: write it with writeGltf() first");
+    bool hasParts = false;
+    scene.registry.each<AddedPart>([&](Entity, const AddedPart&) { hasParts = true; });
+    if (hasParts) {
+        writeGltf(scene, out);
+        return;
+    }
+    engine::GltfUpdate update;
+    scene.registry.each<MarkEdited, engine::NodeMarking>(
+        [&](Entity node, const MarkEdited&, const engine::NodeMarking& marking) {
+            update.nodes[nodeIndex(scene, node)] = marking.extras;
+        });
+    scene.registry.each<PlaceEdited, engine::LocalTransform>(
+        [&](Entity node, const PlaceEdited&, const engine::LocalTransform& local) {
+            update.places[nodeIndex(scene, node)] = local;
+        });
+    scene.registry.each<NameEdited, engine::Name>([&](Entity node, const NameEdited&, const engine::Name& name) {
+        update.names[nodeIndex(scene, node)] = name.value;
+    });
+    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
+        update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
+    });
+    update.scenes[scene.index] = scene.extras;
+    engine::updateGltf(scene.file, out, update);
+}
+
+}  // namespace touchstone::sandbox

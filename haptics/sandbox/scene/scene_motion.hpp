@@ -1,0 +1,38 @@
+#pragma once
+// The scene's demonstration: a glTF animation of the tool node as a motion.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/scene/animation.hpp"
+#include "engine/scene/scene.hpp"
+#include "haptics/device/motion.hpp"
+
+namespace touchstone::sandbox {
+
+/// Pose of an animated node in the scene frame under ancestors that stand still. Translation and rotation channels
+/// only.
+class SceneMotion final : public Motion {
+  public:
+    /// Pre: the animation moves `node`.
+    SceneMotion(const engine::Scene& scene, const engine::Animation& animation, engine::Entity node);
+    Pose at(double t) const noexcept override;
+    double duration() const noexcept override { return duration_; }
+
+  private:
+    engine::Animation channels_;  // those of the node
+    engine::Entity node_;
+    engine::LocalTransform rest_;
+    glm::dmat4 parent_{1};
+    double duration_ = 0;
+};
+
+/// Whether the animation moves the tool, and so is one of the scene's motions.
+bool movesTool(const engine::Animation& animation, engine::Entity tool);
+
+/// The animations with a translation or rotation channel on the tool, in file order; the first is the demonstration.
+/// What is left out (scale of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
+std::vector<NamedMotion> findMotions(const engine::Scene& scene, engine::Entity tool,
+                                     const std::vector<engine::Entity>& obstacles, std::vector<std::string>& warnings);
+
+}  // namespace touchstone::sandbox

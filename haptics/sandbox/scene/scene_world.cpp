@@ -1,0 +1,304 @@
+#include "haptics/sandbox/scene/scene_world.hpp"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#include "engine/scene/gltf_container.hpp"
+#include "engine/scene/gltf_read.hpp"
+#include "engine/scene/transforms.hpp"
+#include "engine/ui/user_files.hpp"
+#include "haptics/builder/tree_builder.hpp"
+#include "haptics/sandbox/scene/scene_motion.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "engine/scene/user_folder.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+using engine::Entity;
+using engine::Scene;
+
+constexpr double kSmallest = 1, kLargest = 1000;  // mm
+
+void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, TriangleMesh& surface) {
+    const auto base = static_cast<std::uint32_t>(surface.vertices.size());
+    for (const glm::vec3& position : mesh.positions)
+        surface.vertices.push_back(toMm(glm::dvec3(matrix * glm::dvec4(position, 1))));
+    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+        const std::uint32_t a = base + mesh.indices[i], b = base + mesh.indices[i + 1], c = base + mesh.indices[i + 2];
+        // A mirrored triangle turns over, to stay counter-clockwise seen from outside.
+        surface.triangles.push_back({a, mirrored ? c : b, mirrored ? b : c});
+    }
+}
+
+void appendInstance(const engine::MeshInstance& instance, const glm::dmat4& matrix, TriangleMesh& surface) {
+    for (const engine::Primitive& primitive : instance.primitives) appendMesh(*primitive.mesh, matrix, surface);
+}
+
+/// Calls f(node, matrix) for `root` and what hangs below it up to nodes with a role of their own; `matrix` of the root
+/// is given.
+template <class F>
+void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) {
+    struct Visit {
+        Entity node;
+        glm::dmat4 matrix;
+    };
+    std::vector<Visit> open{{root, matrix}};
+    while (!open.empty()) {
+        const Visit visit = open.back();
+        open.pop_back();
+        f(visit.node, visit.matrix);
+        const auto& children = scene.registry.get<engine::Hierarchy>(visit.node).children;
+        for (auto child = children.rbegin(); child != children.rend(); ++child)  // first child on top
+            if (!scene.registry.has<Role>(*child))
+                open.push_back(
+                    {*child, visit.matrix * localMatrix(scene.registry.get<engine::LocalTransform>(*child))});
+    }
+}
+
+std::string nameOf(const Scene& scene, Entity node) {
+    const std::string& given = scene.registry.get<engine::Name>(node).value;
+    return given.empty() ? nodeLabel(scene, node) : engine::printable(given);
+}
+
+/// Which roles are still to be given.
+std::string missingRoles(const SceneRoles& roles) {
+    const std::string how = ": set extras.touchstone.role of a node, or choose it in the window";
+    if (!roles.tool) return "no node is the tool" + how;
+    if (roles.obstacles.empty()) return "no node is an obstacle" + how;
+    return {};
+}
+
+Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
+    return demonstration ? demonstration->at(0) : toPose(engine::worldPose(scene.registry, tool));
+}
+
+const char* const kTooFar =
+    " more than 1 km from the scene's origin, where nothing is felt: check the unit it was made in, since glTF is in "
+    "metres, or move everything to the origin";
+
+/// Refuses what the tick would hold the tool for.
+void requireValid(const Scene& scene, Entity node, const Pose& X, const char* where) {
+    if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
+}
+
+/// Builds trees one after the other; bodies of the same shape share theirs.
+class TreeBuilderCache {
+  public:
+    TreeBuilderCache(const Scene& scene, const SceneOptions& options, std::size_t parts,
+                     std::vector<std::string>& warnings)
+        : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
+
+    /// Null when no trees are asked for.
+    std::shared_ptr<const SphereTree> make(Entity node) {
+        const TriangleMesh surface = bakedTriangles(scene_, node);
+        const std::string label = nodeLabel(scene_, node);
+        if (surface.triangles.empty())
+            engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
+        checkSize(label, surface);
+        if (!options_.buildTrees) return nullptr;
+        TreeOptions treeOptions = scene_.registry.get<BodyMarking>(node).tree;
+        if (options_.leaves > 0) {
+            treeOptions.leaves = options_.leaves;
+            treeOptions.maxError = 0;
+        }
+        auto& tree = trees_[treeKey(surface, treeOptions)];
+        if (!tree) tree = build(surface, treeOptions, node);
+        ++done_;
+        if (!tree->certificate.note.empty()) warnings_.push_back(label + ": " + tree->certificate.note);
+        return tree;
+    }
+
+  private:
+    std::shared_ptr<const SphereTree> build(const TriangleMesh& surface, const TreeOptions& treeOptions, Entity node) {
+        const std::string part = nameOf(scene_, node);
+        const BuildProgress progress = [&](const BuildStatus& status) {
+            return !options_.progress ||
+                   options_.progress({.part = part,
+                                      .number = done_ + 1,
+                                      .of = parts_,
+                                      .fraction = (double(done_) + status.fraction) / double(parts_),
+                                      .secondsLeft = status.secondsLeft});
+        };
+        try {
+            if (options_.treeCache.empty())
+                return std::make_shared<const SphereTree>(buildSphereTree(surface, treeOptions, progress));
+            CacheReport cache;
+            auto tree = std::make_shared<const SphereTree>(
+                cachedSphereTree(surface, treeOptions, options_.treeCache, progress, &cache));
+            if (!cache.remark.empty()) warnings_.push_back(nodeLabel(scene_, node) + ": " + cache.remark);
+            return tree;
+        } catch (const std::invalid_argument& error) {
+            engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
+        }
+    }
+
+    void checkSize(const std::string& label, const TriangleMesh& surface) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3& vertex : surface.vertices) {
+            if (!(vertex.array().abs() <= kLargestCoordinate).all())
+                engine::failIn(scene_.file, label,
+                               "its mesh reaches more than 1 km from the node: check the unit it was made in, since "
+                               "glTF is in metres");
+            box.extend(vertex);
+        }
+        const double size = box.diagonal().norm();
+        if (size >= kSmallest && size <= kLargest) return;
+        std::ostringstream text;
+        text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
+             << " m: check the unit it was made in, since glTF is in metres";
+        warnings_.push_back(text.str());
+    }
+
+    const Scene& scene_;
+    const SceneOptions& options_;
+    std::size_t parts_, done_ = 0;
+    std::vector<std::string>& warnings_;
+    std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
+};
+
+}  // namespace
+
+std::filesystem::path treeCacheFolder() { return engine::userFolder("TOUCHSTONE_CACHE", "XDG_CACHE_HOME", ".cache"); }
+
+TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
+    const glm::dmat4 world = worldMatrix(scene.registry, roleNode);
+    const glm::dmat4 frame = glm::inverse(engine::rigidMatrix(engine::rigidPart(world)));
+    TriangleMesh drawn, collided;
+    bool colliders = false;
+    eachPart(scene, roleNode, frame * world, [&](Entity node, const glm::dmat4& matrix) {
+        if (const auto* instance = scene.registry.find<engine::MeshInstance>(node))
+            appendInstance(*instance, matrix, drawn);
+        const engine::ColliderGeometry* geometry = scene.registry.find<engine::ColliderGeometry>(node);
+        if (!geometry) return;
+        colliders = true;
+        if (geometry->mesh >= 0) {
+            appendInstance(scene.meshes[geometry->mesh], matrix, collided);
+            return;
+        }
+        // The meshes of another node, placed as if they hung here: its own transform does not count.
+        const Entity source = geometry->node >= 0 ? scene.nodes[geometry->node] : node;
+        eachPart(scene, source, matrix, [&](Entity part, const glm::dmat4& partMatrix) {
+            if (const auto* instance = scene.registry.find<engine::MeshInstance>(part))
+                appendInstance(*instance, partMatrix, collided);
+        });
+    });
+    return colliders ? collided : drawn;
+}
+
+TriangleMesh bakedTriangles(const Scene& scene) {
+    TriangleMesh all;
+    for (const Entity node : scene.nodes)
+        if (const auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr)
+            appendInstance(*instance, worldMatrix(scene.registry, node), all);
+    return all;
+}
+
+TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit) {
+    TriangleMesh surface;
+    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(mmPerUnit * Vec3(p.x, p.y, p.z));
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
+        surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
+    return surface;
+}
+
+SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
+    if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
+    if (roles.obstacles.size() > kMaxObstacles)
+        engine::failIn(scene.file, "",
+                       std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
+                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
+    SceneWorld made;
+    made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
+    auto world = std::make_shared<World>();
+    TreeBuilderCache shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
+    world->tool = shop.make(roles.tool);
+    for (const Entity obstacle : roles.obstacles) {
+        world->obstacles.push_back({.name = nameOf(scene, obstacle),
+                                    .tree = shop.make(obstacle),
+                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
+        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it stands");
+    }
+    world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
+    requireValid(scene, roles.tool, world->X_WT_start, "it starts");
+    if (options.buildTrees) made.world = std::move(world);
+    return made;
+}
+
+Pose startPose(const HapticScene& scene) { return startOf(scene.scene, scene.roles.tool, scene.demonstration.get()); }
+
+const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice) {
+    if (deviceChoice == "demo") return &scene.outcome;
+    for (std::size_t i = 0; i < scene.motions.size(); ++i)
+        if (deviceChoice == "demo:" + scene.motions[i].name) return &scene.outcomes[i];
+    return nullptr;
+}
+
+const SphereTree* treeOf(const HapticScene& scene, Entity node) {
+    if (!scene.world || !node) return nullptr;
+    if (node == scene.roles.tool) return scene.world->tool.get();
+    const auto& obstacles = scene.roles.obstacles;
+    const auto found = std::find(obstacles.begin(), obstacles.end(), node);
+    return found == obstacles.end()
+               ? nullptr
+               : scene.world->obstacles[static_cast<std::size_t>(found - obstacles.begin())].tree.get();
+}
+
+std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
+    updateWorldTransforms(scene.scene);
+    scene.roles = assignRoles(scene.scene);
+    if (!scene.world) return nullptr;
+    std::vector<std::string> known;  // said when the scene was opened
+    scene.motions = findMotions(scene.scene, scene.roles.tool, scene.roles.obstacles, known);
+    scene.demonstration = scene.motions.empty() ? nullptr : scene.motions.front().motion;
+    auto world = std::make_shared<World>(*scene.world);
+    for (std::size_t i = 0; i < world->obstacles.size(); ++i)
+        world->obstacles[i].X_WO = toPose(engine::worldPose(scene.scene.registry, scene.roles.obstacles[i]));
+    world->X_WT_start = startPose(scene);
+    return world;
+}
+
+std::string sceneName(const HapticScene& scene) {
+    return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
+}
+
+namespace {
+HapticScene assembled(Scene scene, const SceneOptions& options) {
+    HapticScene opened;
+    opened.scene = std::move(scene);
+    updateWorldTransforms(opened.scene);
+    opened.roles = assignRoles(opened.scene);
+    opened.settings = sceneSettings(opened.scene, opened.roles);
+    opened.warnings = opened.scene.warnings;
+    opened.warnings.insert(opened.warnings.end(), opened.roles.warnings.begin(), opened.roles.warnings.end());
+    opened.outcome = readOutcome(opened.scene, opened.roles, opened.warnings);
+    for (std::size_t i = 0; i < opened.scene.animations.size(); ++i)
+        if (movesTool(opened.scene.animations[i], opened.roles.tool))
+            opened.outcomes.push_back(
+                readOutcome(opened.scene, i, opened.roles, opened.warnings).value_or(opened.outcome));
+    if (!opened.outcomes.empty()) opened.outcome = opened.outcomes.front();
+    opened.missing = missingRoles(opened.roles);
+    if (!opened.missing.empty()) return opened;
+
+    SceneWorld built = buildWorld(opened.scene, opened.roles, options);
+    opened.world = std::move(built.world);
+    opened.motions = std::move(built.motions);
+    if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
+    opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
+    return opened;
+}
+}  // namespace
+
+HapticScene openScene(Scene scene, const SceneOptions& options) {
+    HapticScene opened = assembled(std::move(scene), options);
+    for (std::string& warning : opened.warnings) warning = engine::escaped(warning);  // they may quote the file
+    return opened;
+}
+
+HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options) {
+    return openScene(engine::readGltf(file), options);
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,28 @@
+#pragma once
+// Between the engine (glm, metres) and the haptics core (Eigen, mm). Nothing else converts.
+#include "engine/scene/transforms.hpp"
+#include "haptics/math/rigid.hpp"
+
+namespace touchstone::sandbox {
+
+inline constexpr double kMmPerMetre = 1000;
+
+inline Vec3 toMm(const glm::dvec3& metres) { return kMmPerMetre * Vec3(metres.x, metres.y, metres.z); }
+inline glm::dvec3 toMetres(const Vec3& mm) { return glm::dvec3(mm.x(), mm.y(), mm.z()) / kMmPerMetre; }
+inline double toMetres(double mm) { return mm / kMmPerMetre; }
+
+/// Directions have no unit.
+inline glm::dvec3 toGlm(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline glm::dquat toGlm(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+inline Quat toEigen(const glm::dquat& q) { return Quat(q.w, q.x, q.y, q.z).normalized(); }
+
+/// The rigid part of a node's frame; what is left (scale, shear, mirroring) is baked into vertices.
+inline Pose toPose(const engine::RigidPart& part) { return {toMm(part.translation), toEigen(part.rotation)}; }
+inline Pose toPose(const glm::dmat4& matrix) { return toPose(engine::rigidPart(matrix)); }
+
+/// Rigid matrix in metres.
+inline glm::dmat4 toMatrix(const Pose& pose) {
+    return engine::rigidMatrix({.translation = toMetres(pose.p), .rotation = toGlm(pose.q)});
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,39 @@
+#include "haptics/sandbox/session/device_choice.hpp"
+
+#include <stdexcept>
+
+#include "haptics/device/motion.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+
+namespace touchstone::sandbox {
+
+std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
+    constexpr std::string_view kReplay = "replay:";
+    std::error_code error;
+    if (!choice.starts_with(kReplay)) return {};
+    std::filesystem::path folder = choice.substr(kReplay.size());
+    if (!std::filesystem::is_directory(folder, error)) return {};
+    return folder;
+}
+
+std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
+                                    std::shared_ptr<MouseTarget> mouse, const std::optional<Pose>& X_WT_start) {
+    if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);
+    const auto colon = choice.find(':');
+    const std::string name = choice.substr(0, colon);
+    const DeviceInfo* info = findDevice(name);
+    if (!info) {
+        std::string names;
+        for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
+        throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
+    }
+    return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
+                       .goal = scene.roles.goal ? std::optional(scene.roles.goal->X_WT) : std::nullopt,
+                       .goalHold = scene.roles.goal ? scene.roles.goal->hold : 0,
+                       .demonstration = scene.demonstration,
+                       .motions = scene.motions,
+                       .mouse = std::move(mouse),
+                       .file = colon == std::string::npos ? "" : choice.substr(colon + 1)});
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,301 @@
+#include "haptics/sandbox/session/headless_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <csignal>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "haptics/device/emergency_stop.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/sandbox/measure/watched_solver.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/threads/rt_thread.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+constexpr double kLongestMotionMs = 86.4e6;  // a day: a motion beyond it has no end that anybody waits for
+
+/// The run from its start, tick by tick, until the motion, the recording or the asked time ends.
+class Pass {
+  public:
+    /// `stops`: at a signal that asks for it; else somebody else sees to that.
+    Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options, bool stops)
+        : stops_(stops) {
+        if (const auto folder = recordingOf(options.device)) {
+            replay_.emplace(scene, *folder, options.adjust);
+            watch(replay_->state(), replay_->settings(), options);
+        } else {
+            auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
+            if (options.paced) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
+            watch(session->state, settings, options);
+            driver_.emplace(std::move(session));
+            driver_->engage();  // nobody else is there to do it
+        }
+        const double rate = this->settings().rate;
+        if (options.paced) pacer_.emplace(rate, false);
+        const bool endless = driver_ && driver_->session().device->duration().value_or(INFINITY) > kLongestMotionMs;
+        if (options.seconds || endless)
+            limit_ = std::max(1LL, std::llround(options.seconds.value_or(kUnendingSeconds) * rate));
+        toTheEnd_ = !options.seconds;
+    }
+
+    /// False when the run is over.
+    bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
+        if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return over(RunEnd::Signal);
+        if (toTheEnd_ && driver_ && driver_->finished()) return over(RunEnd::Motion);
+        if (limit_ > 0 && ticks_ == limit_) return over(toTheEnd_ ? RunEnd::Limit : RunEnd::Seconds);
+        if (!replay_)
+            record = driver_->tick(clocks, audit);
+        else if (!replay_->next(record, clocks, audit))
+            return over(RunEnd::Motion);
+        if (pacer_) pacer_->wait();
+        // The stages' clock runs on while another program has the processor; no stage takes longer than its tick.
+        for (double* stage : {&record.collisionUs, &record.solveUs, &record.shadowUs})
+            *stage = std::min(*stage, record.totalUs);
+        ++ticks_;
+        return true;
+    }
+
+    RunEnd end() const { return end_; }
+    const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
+    const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
+    const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
+    /// By the clock, where one paces.
+    std::optional<std::uint64_t> overruns() const { return pacer_ ? std::optional(pacer_->overruns()) : std::nullopt; }
+    const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
+    const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
+    /// The newest tick whole, `record` being what is known of it.
+    RecordedTick whole(const TickRecord& record) const {
+        return {state().input(), record, replay_ ? replay_->tick().session : 0};
+    }
+
+  private:
+    static void watch(StepState& state, const Settings& settings, const HeadlessOptions& options) {
+        if (!options.onSolve) return;
+        std::unique_ptr<Solver>& renderer = state.renderer(settings.solver);
+        renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+    }
+
+    bool over(RunEnd end) {
+        end_ = end;
+        return false;
+    }
+
+    const bool stops_;
+    std::optional<TickDriver> driver_;
+    std::optional<ReplayPass> replay_;
+    long long limit_ = 0;    // ticks; 0: none
+    bool toTheEnd_ = false;  // of the device's motion
+    long long ticks_ = 0;
+    RunEnd end_ = RunEnd::Motion;
+    std::optional<Pacer> pacer_;
+};
+
+/// The run without audit and shadow, whose work inside the tick would be measured too.
+class TimedPass {
+  public:
+    TimedPass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
+        : pass_(scene, unshadowed(settings), unwatched(options), true) {}
+
+    std::optional<TickTimes> next() {
+        TickRecord record;
+        if (!pass_.next(record, {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds}, false)) return {};
+        hash_ = first_ ? hashTick(record) : hashTick(record, hash_);
+        first_ = false;
+        return TickTimes{record.totalUs, record.collisionUs, record.solveUs, record.helperUs};
+    }
+    std::uint64_t hash() const { return hash_; }
+    RunEnd end() const { return pass_.end(); }
+    std::optional<std::uint64_t> overruns() const { return pass_.overruns(); }
+
+  private:
+    static Settings unshadowed(Settings settings) {
+        settings.shadow = -1;
+        return settings;
+    }
+    static HeadlessOptions unwatched(HeadlessOptions options) {
+        options.adjust = [adjust = options.adjust](const Settings& recorded) {
+            return unshadowed(adjust ? adjust(recorded) : recorded);
+        };
+        options.onSolve = nullptr;
+        return options;
+    }
+
+    Pass pass_;
+    bool first_ = true;
+    std::uint64_t hash_ = 0;
+};
+
+/// The timed pass, never far ahead of who takes its times: what is recorded with them is then never far behind. It runs
+/// in stretches, so that the pass between them finds its memory cold in few ticks; one that a clock paces has a thread
+/// of its own.
+class TimesAhead {
+  public:
+    /// `follow`: the times of a paced pass may be taken while it runs; else they are withheld until its end, so that
+    /// nothing runs beside it.
+    TimesAhead(TimedPass& pass, bool paced, bool follow) : pass_(pass), follow_(follow) {
+        if (paced)
+            thread_ = std::jthread([this](const std::stop_token& stop) {
+                std::optional<TickTimes> times;
+                do {
+                    if (!stop.stop_requested()) times = pass_.next();
+                    const std::lock_guard lock(mutex_);
+                    if (times) ready_.push_back(*times);
+                    ended_ = !times || stop.stop_requested();
+                    changed_.notify_one();
+                } while (!ended_);
+            });
+    }
+
+    /// Of the next tick; nothing after the last.
+    std::optional<TickTimes> next() {
+        if (thread_.joinable()) {
+            std::unique_lock lock(mutex_);
+            changed_.wait(lock, [this] { return ended_ || (follow_ && !ready_.empty()); });
+            return take();
+        }
+        if (ready_.empty()) runStretch();
+        return take();
+    }
+
+  private:
+    void runStretch() {
+        constexpr std::uint64_t kStretch = 50'000'000;  // ns
+        const std::uint64_t began = steadyNanoseconds();
+        while (steadyNanoseconds() - began < kStretch) {
+            const std::optional<TickTimes> times = pass_.next();
+            if (!times) return;
+            ready_.push_back(*times);
+        }
+    }
+    std::optional<TickTimes> take() {
+        if (ready_.empty()) return {};
+        const TickTimes times = ready_.front();
+        ready_.pop_front();
+        return times;
+    }
+
+    TimedPass& pass_;
+    const bool follow_;
+    std::mutex mutex_;  // on the two below, where there is a thread
+    std::deque<TickTimes> ready_;
+    bool ended_ = false;
+    std::condition_variable changed_;
+    std::jthread thread_;  // last: it uses the others
+};
+
+// mm past its goal from which on a tool without contact fell through; an inserting hand turns back 15 mm below it.
+constexpr double kFellThrough = 10;
+
+/// mm that the tool is past the goal along the way in without touching anything; 0 before or beside it.
+double fallen(const GoalRegion& goal, const TickRecord& tick) {
+    if (tick.wrench_C.force.norm() > kContactForce) return 0;
+    const Vec3 p = (goal.X_WT.inverse() * tick.X_WT).p;
+    return std::hypot(p.x(), p.z()) < -p.y() ? -p.y() : 0;
+}
+
+}  // namespace
+
+const char* name(RunEnd end) {
+    switch (end) {
+        case RunEnd::Motion:
+            return "motion";
+        case RunEnd::Seconds:
+            return "seconds";
+        case RunEnd::Limit:
+            return "limit";
+        case RunEnd::Signal:
+            break;
+    }
+    return StopRequest::signal() == SIGTERM ? "SIGTERM" : StopRequest::signal() == SIGHUP ? "SIGHUP" : "SIGINT";
+}
+
+TimedRun timeHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
+    TimedRun run;
+    TimedPass pass(scene, settings, options);
+    while (const std::optional<TickTimes> times = pass.next()) run.ticks.push_back(*times);
+    run.hash = pass.hash();
+    run.overruns = pass.overruns();
+    return run;
+}
+
+HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options) {
+    HeadlessRun run;
+    std::optional<Recorder> recorder;
+    if (!options.record.empty()) recorder.emplace(options.record);
+    std::optional<TimedPass> timed;
+    std::optional<TimesAhead> times;
+    if (options.timing) {
+        timed.emplace(scene, settings, options);
+        times.emplace(*timed, options.paced, recorder.has_value());
+    }
+
+    RunStatistics statistics(scene.roles.gauge);
+    // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
+    const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
+    OutcomeJudge judge(outcome ? *outcome : scene.outcome);
+    TickClocks clocks;
+    if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
+    HeadlessOptions unpaced = options;
+    unpaced.paced = false;
+    Pass pass(scene, settings, unpaced, !timed);
+    run.report = reportOf(sceneName(scene), options.device, pass.settings());
+    std::optional<PenetrationMeter> meter;
+    for (;;) {
+        // With times the pass ahead decides where the run ends.
+        const std::optional<TickTimes> us = times ? times->next() : std::nullopt;
+        if ((times && !us) || !pass.next(run.last, clocks, true)) break;
+        if (run.world != pass.world()) {
+            run.world = pass.world();
+            meter.emplace(*run.world);
+            if (recorder)
+                recorder->announce(pass.whole(run.last).session,
+                                   pass.replay() ? pass.replay()->scene() : recordedScene(scene.scene.file, *run.world),
+                                   options.device);
+        }
+        run.settings = pass.settings();
+        const double penetration = meter->depth(run.last.X_WT, pass.state().obstacles()), dt = 1000 / run.settings.rate;
+        statistics.add(run.last, penetration, dt);
+        judge.add(run.last, penetration, dt);
+        if (scene.roles.goal) run.report.pastGoal = std::max(run.report.pastGoal, fallen(*scene.roles.goal, run.last));
+        if (us) {
+            run.last.collisionUs = us->collision;
+            run.last.solveUs = us->solve;
+            run.last.helperUs = us->helper;
+            run.last.totalUs = us->step + run.last.shadowUs;
+            statistics.addTimes(run.last);
+        }
+        if (recorder) recorder->add(pass.whole(run.last), pass.state().obstaclesAtStart());
+        if (options.onTick) options.onTick(run.last, penetration);
+    }
+    if (recorder) {
+        recorder->flush();
+        run.recordingFailure = recorder->failure();
+    }
+    if (run.report.pastGoal < kFellThrough) run.report.pastGoal = 0;
+    statistics.write(run.report);
+    run.report.ended = name(timed ? timed->end() : pass.end());
+    if (timed) run.report.overruns = timed->overruns();
+    if (timed && timed->hash() != run.report.hash)
+        throw std::runtime_error(
+            "a repeated run gave other results, which is a fault of the program: please report it");
+
+    // What only the end can show is judged when the demonstration itself got there.
+    run.report.checks = judge.checks(outcome && pass.driver() && pass.driver()->finished());
+    if (pass.driver()) {
+        const SafetyStage& safety = pass.driver()->session().safety;
+        for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
+        if (safety.engagement() == Engagement::Faulted) run.report.safetyFault = name(safety.cause());
+    }
+    if (pass.replay()) run.replay = pass.replay()->check();
+    return run;
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,66 @@
+#include "haptics/sandbox/session/presets.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace touchstone::sandbox {
+
+Settings withMode(Settings settings, Mode mode) {
+    if (settings.mode == mode) return settings;
+    const int pqp = findSolver("pqp");
+    settings.mode = mode;
+    settings.solver = mode == Mode::Paper ? pqp : kExactSolver;
+    settings.shadow = mode == Mode::Default ? pqp : -1;
+    settings.tolerance = 0.01;
+    return settings;
+}
+
+Settings withSolversSwapped(Settings settings) {
+    if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
+    return settings;
+}
+
+std::span<const Preset> presetTable() {
+    static constexpr Preset kTable[] = {
+        {"default", "What a hand should feel: as the scene asks, with the exact solver, shadowed by pqp.",
+         [](const Settings& scene) { return withMode(scene, Mode::Default); }},
+        {"paper", "The method as published: pqp on the deepest pairs, tolerance 0.01 N·mm, 1 kHz, no shadow.",
+         [](const Settings& scene) {
+             Settings settings = withMode(scene, Mode::Paper);
+             settings.rate = 1000;
+             return settings;
+         }},
+        {"10 kHz", "The default at ten ticks a millisecond, without a shadow, for which there is no time.",
+         [](const Settings& scene) {
+             Settings settings = withMode(scene, Mode::Default);
+             settings.rate = 10'000;
+             settings.shadow = -1;
+             return settings;
+         }},
+    };
+    return kTable;
+}
+
+std::string shellQuoted(const std::string& word) {
+    const auto plain = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               std::string_view("-_./:,=+@%").find(c) != std::string_view::npos;
+    };
+    if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+std::string commandLine(const std::filesystem::path& file, const std::string& device, const Settings& scene,
+                        const Settings& settings) {
+    std::string line = "touchstone run " + shellQuoted(file.string()) + " --headless --device " + shellQuoted(device);
+    for (const SettingInfo& info : settingTable()) {
+        const std::string value = getSetting(settings, info.key);
+        if (info.key != "pause" && value != getSetting(scene, info.key))
+            line += " --set " + std::string(info.key) + "=" + shellQuoted(value);
+    }
+    return line;
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,184 @@
+#include "haptics/sandbox/session/session.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "haptics/sandbox/session/device_choice.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+/// As the tick needs them for the hand to feel them as they are set.
+Settings inScene(Settings settings, double scale) {
+    settings.torsion = std::clamp(torsionInScene(settings.torsion, scale), 1.0, 1e6);  // the setting's range
+    return settings;
+}
+
+}  // namespace
+
+Settings LiveSession::capped(Settings settings) {
+    const DeviceLimits& limits = facts_.limits;
+    const auto cap = [&](double& gain, double most, const char* name, const char* unit) {
+        if (gain <= most) return;
+        char text[200];
+        std::snprintf(text, sizeof text, "The %s device is made for a %s of %g %s, so %g is lowered to that",
+                      device_.substr(0, device_.find(':')).c_str(), name, most, unit, gain);
+        say(Message::Kind::Warning, text);
+        gain = most;
+    };
+    cap(settings.stiffness, limits.nominalStiffness, "stiffness", "N/mm");
+    cap(settings.torsion, limits.nominalTorsion, "torsion", "mN·m/rad");
+    return settings;
+}
+
+void LiveSession::start(const Shown& next, const Settings& settings, const std::string& choice,
+                        const Pose& X_WT_start) {
+    std::shared_ptr<MouseTarget> mouse;
+    std::unique_ptr<Device> device;
+    std::vector<RecordedHand::Change> replayed;
+    Settings begin = settings;
+    if (choice == "mouse") {
+        mouse = std::make_shared<MouseTarget>();
+        device = std::make_unique<MouseDevice>(mouse, X_WT_start);
+    } else if (const auto folder = recordingOf(choice)) {
+        RecordedHand hand = recordedHand(*folder);
+        device = std::make_unique<MotionDevice>(hand.motion);
+        replayed = std::move(hand.changes);
+        begin = options_.adjust ? options_.adjust(replayed.front().settings) : replayed.front().settings;
+    } else {
+        device = startDevice(*next.scene, choice, nullptr, X_WT_start);
+    }
+    const bool first = !loop_;
+    const std::uint64_t number = first ? 0 : loopSession_ + 1;
+    given_.push_back({number, recordedScene(next.request.file, *next.world), choice});
+    {
+        const std::lock_guard lock(ticksMutex_);
+        if (recorder_) recorder_->announce(number, given_.back().scene, choice);
+    }
+    if (first && !options_.record.empty()) record(options_.record);
+    const std::shared_ptr<DeviceControl> control = device->control();
+    DeviceFacts facts{device->limits(), device->dynamics()};
+    if (control && control->maps() != DeviceControl::Maps::Nothing) {
+        const Workspace workspace = workspaces_.load(next.request.file, choice);
+        control->setWorkspace(workspace);  // before the loop asks for limits
+        if (control->maps() == DeviceControl::Maps::All) facts.scale = workspace.scale;
+    }
+    facts_ = std::move(facts);
+    device_ = choice;
+    settings_ = capped(begin);
+    const Settings inForce = inScene(settings_, facts_.scale);
+    if (loop_) {
+        loop_->open(next.world, inForce, std::move(device));
+        ++loopSession_;
+    } else {
+        auto loop = std::make_unique<HapticLoop>(next.world, inForce, std::move(device), options_.loop);
+        const std::lock_guard lock(ticksMutex_);
+        loop_ = std::move(loop);
+        if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
+    }
+    mouse_ = std::move(mouse);
+    control_ = control;
+    trouble_.clear();
+    replayed_ = std::move(replayed);
+    next_ = next;
+    targets_.clear();
+}
+
+void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
+    const Pose X_WT_start = next.world->X_WT_start;
+    try {
+        start(next, settings, choice, X_WT_start);
+    } catch (const std::runtime_error& e) {
+        if (choice == "mouse") throw;
+        say(Message::Kind::Error, e.what());
+        start(next, settings, "mouse", X_WT_start);
+        trouble_ = e.what();
+    }
+}
+
+void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
+    if (!running() || next_) return;
+    // The device is set onto the tool where it is free, never the tool onto the device.
+    const World& world = *shown_.scene->world;
+    try {
+        start(shown_, settings_, choice, choice == device_ || fromStart ? world.X_WT_start : record()->X_WT);
+        say(Message::Kind::Note, "The " + device_ + " device holds the tool");
+    } catch (const std::exception& e) {
+        trouble_ = e.what();
+        say(Message::Kind::Error, e.what());
+    }
+}
+
+void LiveSession::setWorkspace(const Workspace& workspace) {
+    if (!control_ || control_->maps() == DeviceControl::Maps::Nothing || !running() || next_) return;
+    if (const std::string wrong = checkWorkspace(workspace); !wrong.empty()) {
+        say(Message::Kind::Error, wrong);
+        return;
+    }
+    try {
+        workspaces_.save(shown_.request.file, device_, workspace);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+    }
+    if (workspace.scale == control_->workspace().scale) {
+        control_->setWorkspace(workspace);
+        return;
+    }
+    try {
+        start(shown_, settings_, device_, record()->X_WT);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+    }
+}
+
+void LiveSession::reconnectDevice() {
+    if (control_) control_->reconnect();
+}
+
+void LiveSession::tellDevice() {
+    if (!control_) {
+        facts_.status.reset();
+        return;
+    }
+    DeviceStatus now = control_->status();
+    const bool first = !facts_.status;
+    if (first || now.state != facts_.status->state) {
+        using State = DeviceStatus::State;
+        const std::string text = "Device " + std::string(name(now.state)) + ": " + now.text;
+        if (now.state == State::Lost || now.state == State::Fault)
+            say(Message::Kind::Error, text);
+        else if (!first)
+            say(Message::Kind::Note, text);
+    }
+    facts_.status = std::move(now);
+}
+
+void LiveSession::setSettings(const Settings& settings) {
+    if (const std::string wrong = checkSettings(settings); !wrong.empty()) {
+        say(Message::Kind::Error, wrong);
+        return;
+    }
+    settings_ = capped(settings);
+    if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, facts_.scale));
+}
+
+void LiveSession::restart() {
+    if (!running() || next_) return;
+    if (mouse_ || control_)
+        chooseDevice(device_);
+    else
+        loop_->restart();
+}
+
+void LiveSession::stop() {
+    if (loop_) loop_->stop();
+}
+
+void LiveSession::engage() {
+    if (running() && !next_) loop_->engage();
+}
+
+bool LiveSession::engaged() const { return loop_ && isEngaged(loop_->snapshot().engagement); }
+
+}  // namespace touchstone::sandbox

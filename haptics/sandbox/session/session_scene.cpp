@@ -1,0 +1,183 @@
+#include "haptics/sandbox/session/session.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "haptics/sandbox/scene/units.hpp"
+
+namespace touchstone::sandbox {
+
+void LiveSession::open(SceneRequest request) {
+    cancelOpening();
+    openings_.push_back(std::make_unique<SceneOpening>(std::move(request), options_.treeCache));
+}
+
+void LiveSession::cancelOpening() {
+    for (const auto& opening : openings_) opening->cancel();
+}
+
+std::optional<OpeningProgress> LiveSession::opening() const {
+    if (next_ && next_->scene != shown_.scene)  // ready, and waiting for the loop to let go of the old one
+        return OpeningProgress{.file = next_->request.file.filename().string(), .part = {}, .fraction = 1};
+    if (openings_.empty() || openings_.back()->cancelled()) return std::nullopt;
+    return openings_.back()->progress();
+}
+
+void LiveSession::reload() {
+    if (shown_.scene) open({.file = shown_.request.file});
+}
+
+void LiveSession::edit(std::vector<SceneEdit> more) {
+    std::vector<SceneEdit> edits = newest().edits;
+    for (SceneEdit& edit : more) append(edits, std::move(edit));
+    setEdits(std::move(edits));
+}
+
+const SceneRequest& LiveSession::newest() const {
+    return next_                                                ? next_->request
+           : openings_.empty() || openings_.back()->cancelled() ? shown_.request
+                                                                : openings_.back()->request;
+}
+
+void LiveSession::setEdits(std::vector<SceneEdit> edits) {
+    if (!shown_.scene) return;
+    const auto changes = opening() ? std::nullopt : reversibleChange(newest().edits, edits);
+    SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
+    const engine::Scene& scene = shown_.scene->scene;
+    const auto keepsShapes = [&](const SceneEdit& edit) {
+        const auto* place = std::get_if<PlaceNode>(&edit);
+        return !place || movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]);
+    };
+    if (changes && std::all_of(changes->begin(), changes->end(), keepsShapes))
+        change(std::move(request), *changes);
+    else
+        open(std::move(request));
+}
+
+/// Where that makes the tool start elsewhere, it does: in a world of the same trees.
+void LiveSession::change(SceneRequest request, const std::vector<SceneEdit>& changes) {
+    HapticScene& scene = *shown_.scene;
+    applyEdits(scene.scene, changes);
+    const bool moved = std::any_of(changes.begin(), changes.end(),
+                                   [](const SceneEdit& edit) { return std::holds_alternative<PlaceNode>(edit); });
+    Shown next{std::move(request), shown_.scene, moved ? worldAsPlaced(scene) : nullptr};
+    if (!next.world || !loop_ || next.world->X_WT_start == scene.world->X_WT_start) {
+        (next_ ? next_->request : shown_.request) = std::move(next.request);
+        return;
+    }
+    try {
+        startOrMouse(next, settings_, device_);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+    }
+}
+
+bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
+    if (!shown_.scene) return false;
+    if (opening()) {
+        say(Message::Kind::Error, "The scene is still being opened: save it when it is shown");
+        return false;
+    }
+    HapticScene& scene = *shown_.scene;
+    try {
+        if (withSettings) sandbox::setSettings(scene.scene, scene.roles, settings_);
+        saveScene(scene.scene, file);
+    } catch (const std::exception& e) {
+        say(Message::Kind::Error, e.what());
+        return false;
+    }
+    scene.scene.file = file;
+    shown_.request = {.file = file};
+    if (next_) next_->request = shown_.request;
+    say(Message::Kind::Note, "The scene is saved in " + file.string());
+    return true;
+}
+
+void LiveSession::takeOpened() {
+    for (auto& opening : openings_) {
+        if (!opening->done()) continue;
+        const std::unique_ptr<SceneOpening> ready = std::move(opening);
+        if (ready->cancelled()) continue;
+        if (!ready->scene) {
+            say(Message::Kind::Error, ready->error);
+            continue;
+        }
+        const Shown next{ready->request, ready->scene, ready->scene->world};
+        for (const std::string& warning : next.scene->warnings) say(Message::Kind::Warning, warning);
+        try {
+            const Settings settings = next.request.settings ? *next.request.settings
+                                      : options_.adjust     ? options_.adjust(next.scene->settings)
+                                                            : next.scene->settings;
+            if (!next.scene->world) {
+                // A scene without roles is shown, so that they can be given; the tool of the old one lets go.
+                say(Message::Kind::Note, next.scene->missing);
+                if (loop_) {
+                    Settings paused = settings_;
+                    paused.pause = true;
+                    loop_->setSettings(paused);
+                }
+                settings_ = settings;
+                next_.reset();
+                show(next);
+                continue;
+            }
+            // What a hand holds stays in it.
+            const bool goesOn = control_ || (next.request.settings && !device_.empty() && device_ != "demo");
+            startOrMouse(next, settings,
+                         goesOn                      ? device_
+                         : !options_.device.empty()  ? options_.device
+                         : next.scene->demonstration ? "demo"
+                                                     : "mouse");
+            say(Message::Kind::Note, next.request.file.filename().string() + " runs with the " + device_ + " device");
+        } catch (const std::exception& e) {
+            say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
+        }
+    }
+    std::erase(openings_, nullptr);
+}
+
+void LiveSession::show(Shown next) {
+    if (next.scene != shown_.scene) {
+        ++sceneNumber_;
+        history_.clear();
+    }
+    shown_ = std::move(next);
+    if (shown_.scene) shown_.scene->world = shown_.world;
+    toldTrips_ = {};
+}
+
+/// Obstacles go where the scene has them; its world has them where they are.
+void LiveSession::moveObstacles() {
+    HapticScene& scene = *shown_.scene;
+    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
+    const auto isThere = [](const Obstacle& obstacle, const Pose& X) { return obstacle.X_WO == X; };
+    if (!std::equal(scene.world->obstacles.begin(), scene.world->obstacles.end(), X_WO.begin(), X_WO.end(), isThere)) {
+        auto world = std::make_shared<World>(*scene.world);
+        for (std::size_t k = 0; k < X_WO.size(); ++k) world->obstacles[k].X_WO = X_WO[k];
+        scene.world = shown_.world = std::move(world);
+    }
+    std::vector<Pose> targets;
+    for (const engine::Entity obstacle : scene.roles.obstacles)
+        targets.push_back(toPose(engine::worldPose(scene.scene.registry, obstacle)));
+    if (targets == targets_) return;
+    if (!targets_.empty() && settings_.mode != Mode::Default && !std::exchange(toldNeverHeld_, true))
+        say(Message::Kind::Warning, "In " + getSetting(settings_, "mode") +
+                                        " mode nothing holds an obstacle back: it may be moved into the tool");
+    loop_->moveObstacles(targets_ = targets);
+}
+
+void LiveSession::tellHeld() {
+    constexpr int kTellAfter = 20;  // ticks: an obstacle that finds its way in shorter moves is not worth a word
+    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
+    const auto [held, target] = std::mismatch(X_WO.begin(), X_WO.end(), targets_.begin(), targets_.end());
+    if (held == X_WO.end() || target == targets_.end())
+        toldHeld_ = false;
+    else if (heldTicks_ >= kTellAfter && !std::exchange(toldHeld_, true))
+        say(Message::Kind::Warning,
+            shown_.scene->scene.registry
+                    .get<engine::Name>(shown_.scene->roles.obstacles[static_cast<std::size_t>(held - X_WO.begin())])
+                    .value +
+                " stays where it is while the tool has no room to give way: move it back, or the tool");
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,85 @@
+#include "haptics/sandbox/trials/phases.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/sandbox/scene/outcome.hpp"
+
+namespace touchstone::sandbox {
+
+const char* name(Phase phase) {
+    constexpr const char* kNames[] = {"approach", "search", "align", "insert", "seated"};
+    return kNames[static_cast<int>(phase)];
+}
+
+const char* name(TrialEnd end) {
+    constexpr const char* kNames[] = {"seated", "jam", "abort", "time limit"};
+    return kNames[static_cast<int>(end)];
+}
+
+void PhaseWatch::add(const TickRecord& tick, double dt) {
+    const double force = tick.wrench_C.force.norm();
+    const Pose X_GT = goal_.X_WT.inverse() * tick.X_WT;
+    elapsed_ += dt;
+    depth_ = goal_.depth - X_GT.p.y();
+    if (!touched_ && force > kContactForce) {
+        touched_ = elapsed_;
+        touchedDepth_ = depth_;
+    }
+    phase_ = rests(tick, dt) ? Phase::Seated : phaseOf(X_GT);
+    ms_[static_cast<std::size_t>(phase_)] += dt;
+    watchJam(force, dt);
+    if (end_) return;
+    if (restMs_ >= std::max(goal_.hold, limits_.leastHold))
+        end_ = TrialEnd::Seated;
+    else if (touched_ && depth_ < touchedDepth_ - limits_.drawnBack)
+        end_ = TrialEnd::Abort;
+}
+
+bool PhaseWatch::rests(const TickRecord& tick, double dt) {
+    const bool letGo = touched_ && goal_.contains(tick.X_WT) && tick.wrench_C.force.norm() <= limits_.letGoForce &&
+                       tick.wrench_C.torque.norm() <= limits_.letGoTorque;
+    if (!letGo) {
+        restPose_.reset();
+        restMs_ = 0;
+        return false;
+    }
+    const auto moved = [&] {
+        const Vec6 way = incrementBetween(*restPose_, tick.X_WT);
+        return way.head<3>().norm() > limits_.still || way.tail<3>().norm() > limits_.stillAngle;
+    };
+    if (!restPose_ || moved()) {
+        restPose_ = tick.X_WT;
+        restMs_ = 0;
+    }
+    restMs_ += dt;
+    return true;
+}
+
+Phase PhaseWatch::phaseOf(const Pose& X_GT) const {
+    if (!touched_) return Phase::Approach;
+    const double tilt = std::acos(std::clamp((X_GT.q * Vec3::UnitY()).y(), -1.0, 1.0));
+    // Once in, it has to come out half of the way to count as out: no flicker at the edge.
+    const double engaged = phase_ >= Phase::Insert ? limits_.engaged / 2 : limits_.engaged;
+    const double aside = std::hypot(X_GT.p.x(), X_GT.p.z());
+    // A tool that leans on the rim has its origin beside the axis, by no more than the hole is deep.
+    const bool over = aside <= goal_.tolerance + limits_.tilt * goal_.depth;
+    if (goal_.depth > 0 && depth_ >= engaged && tilt <= limits_.tilt && over) return Phase::Insert;
+    return aside <= goal_.tolerance ? Phase::Align : Phase::Search;
+}
+
+void PhaseWatch::watchJam(double force, double dt) {
+    const bool home = goal_.depth - depth_ <= goal_.tolerance;
+    if (phase_ != Phase::Insert || home || force <= limits_.jamForce || depth_ > jamDepth_ + limits_.jamProgress) {
+        jamDepth_ = depth_;
+        jamMs_ = 0;
+        jammed_ = false;
+        return;
+    }
+    jamMs_ += dt;
+    if (jamMs_ < limits_.jamMs || jammed_) return;
+    jammed_ = true;
+    ++jams_;
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,178 @@
+#include "haptics/sandbox/trials/trial.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "haptics/device/emergency_stop.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/threads/rt_thread.hpp"
+
+namespace touchstone::sandbox {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// The bits of all guards that make a wrench smaller.
+std::uint32_t saturation() {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < kTripCount; ++i)
+        if (info(static_cast<Trip>(i)).follows == Follows::Limit) bits |= bit(static_cast<Trip>(i));
+    return bits;
+}
+
+std::string numberText(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", value);
+    return text;
+}
+
+}  // namespace
+
+void TrialMeasures::add(const TickRecord& tick, double dt) {
+    static const std::uint32_t kSaturation = saturation();
+    phases_.add(tick, dt);
+    const double force = tick.wrench_C.force.norm(), torque = tick.wrench_C.torque.norm();
+    force_ = std::max(force_, force);
+    torque_ = std::max(torque_, torque);
+    impulse_ += force * dt / 1000;
+    if (force > kContactForce) {
+        ++contactTicks_;
+        forceSquares_ += force * force;
+        torqueSquares_ += torque * torque;
+        rows_ += tick.rows;
+        mostRows_ = std::max(mostRows_, tick.rows);
+    }
+    if (!before_) overrunsBefore_ = tick.overruns;
+    if (before_) {
+        const Vec6 way = incrementBetween(before_->X_WT, tick.X_WT);
+        path_ += way.head<3>().norm();
+        rotation_ += way.tail<3>().norm();
+    }
+    ++ticks_;
+    trips_ += static_cast<std::uint64_t>(std::popcount(tick.trips & ~(before_ ? before_->trips : 0)));
+    saturatedTicks_ += (tick.trips & kSaturation) != 0;
+    lateTicks_ += tick.totalUs > 1000 * dt;
+    cpuUs_ += tick.totalUs;
+    mostCpuUs_ = std::max(mostCpuUs_, tick.totalUs);
+    hash_ = before_ ? hashTick(tick, hash_) : hashTick(tick);
+    before_ = tick;
+}
+
+void TrialMeasures::write(ordered_json& row, TrialEnd end) const {
+    row["outcome"] = name(end);
+    row["time_s"] = phases_.elapsed() / 1000;
+    for (int phase = 0; phase < kPhaseCount; ++phase)
+        row[std::string(name(static_cast<Phase>(phase))) + "_s"] =
+            phases_.milliseconds(static_cast<Phase>(phase)) / 1000;
+    row["first_contact_s"] =
+        phases_.firstContact() ? ordered_json(*phases_.firstContact() / 1000) : ordered_json(nullptr);
+    const double contact = std::max<double>(1, static_cast<double>(contactTicks_));
+    row["force_peak_N"] = force_;
+    row["force_rms_N"] = std::sqrt(forceSquares_ / contact);
+    row["torque_peak_mNm"] = torque_;
+    row["torque_rms_mNm"] = std::sqrt(torqueSquares_ / contact);
+    row["impulse_Ns"] = impulse_;
+    row["path_mm"] = path_;
+    row["rotation_rad"] = rotation_;
+    row["contacts_mean"] = rows_ / contact;
+    row["contacts_peak"] = mostRows_;
+    row["jams"] = phases_.jams();
+    row["saturated_ticks"] = saturatedTicks_;
+    row["ticks"] = ticks_;
+    row["hash"] = hexadecimal(hash_);
+    row["cpu_mean_us"] = cpuUs_ / std::max<double>(1, static_cast<double>(ticks_));
+    row["cpu_max_us"] = mostCpuUs_;
+    row["cpu_overrun_ticks"] = lateTicks_;
+    // Without a clock there is no deadline.
+    row["deadline_misses"] =
+        before_ && before_->periodUs > 0 ? ordered_json(before_->overruns - overrunsBefore_) : ordered_json(nullptr);
+}
+
+bool isMeasuredTime(const std::string& column) { return column.starts_with("cpu_") || column == "deadline_misses"; }
+
+std::string deviceOf(const Condition& condition, const Trial& trial) {
+    return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
+}
+
+bool movesByItself(const std::string& device) {
+    const std::string kind = device.substr(0, device.find(':'));
+    return kind == "demo" || kind == "hand" || kind == "insert" || kind == "replay";
+}
+
+std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& condition) {
+    if (phases.end()) return phases.end();
+    if (phases.elapsed() < 1000 * condition.timeLimit) return std::nullopt;
+    return phases.jammed() ? TrialEnd::Jam : TrialEnd::TimeLimit;
+}
+
+ordered_json trialColumns(const Protocol& protocol, const Trial& trial) {
+    return {{"trial", trial.number},
+            {"participant", protocol.participants[static_cast<std::size_t>(trial.participant)].name},
+            {"order", trial.order},
+            {"condition", protocol.conditions[static_cast<std::size_t>(trial.condition)].name},
+            {"repetition", trial.repetition},
+            {"seed", trial.seed}};
+}
+
+ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial, const Settings& settings,
+                      const TrialMeasures& measures, TrialEnd end, const Pose& X_WT,
+                      const std::filesystem::path& folder) {
+    const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
+    const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
+    ordered_json row = trialColumns(protocol, trial);
+    row["scene"] = sceneName(scene);
+    row["scene_hash"] = hashOf(scene.scene.file);
+    row["device"] = condition.device;
+    row["mode"] = getSetting(settings, "mode");
+    row["solver"] = settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver");
+    row["tolerance"] = approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr);
+    row["stiffness_N_per_mm"] = settings.stiffness;
+    measures.write(row, end);
+    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT);
+    row["safety_trips"] = measures.trips();
+    row["recording"] = folder.filename().string();
+    for (ordered_json& value : row)  // six digits are more than any of it means
+        if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
+    return row;
+}
+
+std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
+                                     const std::filesystem::path& folder) {
+    const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
+    if (!scene.roles.goal)
+        throw std::runtime_error("condition '" + condition.name + "': the scene '" + condition.scene +
+                                 "' has no goal, so no trial in it can end: give a node the role goal");
+    const Settings settings = condition.settings(scene.settings);
+    const std::string device = deviceOf(condition, trial);
+    TickDriver driver(std::make_unique<Session>(scene.world, settings, startDevice(scene, device)));
+    driver.engage();  // nobody else is there to do it
+    Recorder recorder(folder);
+    recorder.announce(driver.session().number, recordedScene(scene.scene.file, *scene.world), device);
+
+    const TickClocks clocks{.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
+    const double dt = 1000 / settings.rate;
+    TrialMeasures measures(*scene.roles.goal, protocol.limits);
+    std::optional<TrialEnd> end;
+    TickRecord tick;
+    while (!end && StopRequest::signal() == 0) {
+        tick = driver.tick(clocks);
+        recorder.add({driver.session().state.input(), tick, driver.session().number});
+        measures.add(tick, dt);
+        end = endOf(measures.phases(), condition);
+        if (!end && (driver.finished() || driver.session().safety.engagement() == Engagement::Faulted))
+            end = TrialEnd::Abort;
+    }
+    recorder.flush();
+    if (!recorder.failure().empty()) throw std::runtime_error(recorder.failure());
+    if (!end) return std::nullopt;
+    return trialRow(scene, protocol, trial, settings, measures, *end, tick.X_WT, folder);
+}
+
+}  // namespace touchstone::sandbox

@@ -1,0 +1,155 @@
+#include "haptics/threads/rt_thread.hpp"
+
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+#if defined(__x86_64__)
+#include <x86intrin.h>
+#endif
+
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+constexpr double kNanosecondsPerSecond = 1e9;
+// Wake-ups under SCHED_FIFO are up to some 40 µs late; the rest of the wait is spun.
+constexpr std::uint64_t kSpinNs = 60'000;
+
+std::uint64_t nanoseconds(clockid_t clock) {
+    timespec t{};
+    clock_gettime(clock, &t);
+    return static_cast<std::uint64_t>(t.tv_sec) * 1'000'000'000u + static_cast<std::uint64_t>(t.tv_nsec);
+}
+
+void sleepUntil(std::uint64_t ns) {
+    const timespec t{.tv_sec = static_cast<time_t>(ns / 1'000'000'000u),
+                     .tv_nsec = static_cast<long>(ns % 1'000'000'000u)};
+    // Other errors than an interruption cannot happen with a valid time.
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {
+    }
+}
+
+void relax() {
+#if defined(__x86_64__)
+    _mm_pause();
+#endif
+}
+
+bool lockMemory() {
+    // A page is locked when it is first used: large reservations that stay empty (stacks, drivers) cost nothing. Where
+    // the amount is limited nothing is locked, for at the limit later allocations of the whole program would fail.
+    rlimit limit{};
+    const bool unlimited =
+        geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+    // Locked pages between others in use cannot be given back: what is large gets pages of its own, however often the
+    // like was freed before.
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+    return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
+}
+
+/// Uses the stack once as deep as a tick will, so that no page of it is first used in a tick.
+[[gnu::noinline]] void touchStack() {
+    constexpr std::size_t kBytes = 256 * 1024, kPage = 4096;
+    volatile char stack[kBytes];
+    for (std::size_t i = 0; i < kBytes; i += kPage) stack[i] = 0;
+    stack[kBytes - 1] = stack[0];
+}
+
+std::string refusal(const RealTimeOptions& options, const RealTimeStatus& status) {
+    std::string what, remedy;
+    const auto add = [](std::string& list, const std::string& word) { list += (list.empty() ? "" : " and ") + word; };
+    if (options.raise && !status.scheduled) {
+        add(what, "real-time priority");
+        add(remedy, "'rtprio " + std::to_string(options.priority) + "'");
+    }
+    if (options.raise && !status.locked) {
+        add(what, "locked memory");
+        add(remedy, "'memlock unlimited'");
+    }
+    std::string message;
+    if (!what.empty())
+        message = "The haptic thread runs without " + what + ", so ticks may come late: allow your user " + remedy +
+                  " in /etc/security/limits.conf and log in again";
+    if (options.cpu >= 0 && !status.pinned) {
+        const std::string cpu = "processor " + std::to_string(options.cpu) + " cannot be used";
+        message += message.empty() ? "The haptic thread runs on any processor: " + cpu : "; " + cpu;
+    }
+    return message.empty() ? message : message + ".";
+}
+
+}  // namespace
+
+RealTimeStatus raiseThread(const RealTimeOptions& options) {
+    RealTimeStatus status;
+    // Sleeps of threads without SCHED_FIFO are otherwise rounded up by 50 µs.
+    prctl(PR_SET_TIMERSLACK, 1UL);
+    if (options.cpu >= 0 && options.cpu < CPU_SETSIZE) {
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        CPU_SET(options.cpu, &set);
+        status.pinned = pthread_setaffinity_np(pthread_self(), sizeof set, &set) == 0;
+    }
+    if (options.raise) {
+        const sched_param parameter{.sched_priority = options.priority};
+        status.scheduled = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+        status.locked = lockMemory();
+    }
+    touchStack();
+    status.message = refusal(options, status);
+    return status;
+}
+
+TickSchedule::TickSchedule(double rateHz, std::uint64_t now)
+    : period_(kNanosecondsPerSecond / rateHz), begin_(0), origin_(now) {}
+
+std::uint64_t TickSchedule::endTick(std::uint64_t now) {
+    const double end = static_cast<double>(now - origin_);
+    begin_ += period_;
+    if (end > begin_) {
+        ++overruns_;
+        begin_ = end;
+    }
+    return origin_ + static_cast<std::uint64_t>(std::llround(begin_));
+}
+
+void TickSchedule::setRate(double rateHz) { period_ = kNanosecondsPerSecond / rateHz; }
+
+Pacer::Pacer(double rateHz, bool spin) : schedule_(rateHz, steadyNanoseconds()), spin_(spin) {}
+
+void Pacer::wait() {
+    const std::uint64_t begin = schedule_.endTick(steadyNanoseconds());
+    const std::uint64_t margin = spin_ ? kSpinNs : 0;
+    if (steadyNanoseconds() + margin < begin) sleepUntil(begin - margin);
+    while (steadyNanoseconds() < begin) relax();
+}
+
+std::uint64_t steadyNanoseconds() { return nanoseconds(CLOCK_MONOTONIC); }
+
+double threadCpuMicroseconds() { return 1e-3 * static_cast<double>(nanoseconds(CLOCK_THREAD_CPUTIME_ID)); }
+
+std::uint64_t cycleCount() {
+#if defined(__x86_64__)
+    return __rdtsc();
+#else
+    return steadyNanoseconds();
+#endif
+}
+
+StageClock stageClock() {
+    static const double microsecondsPerCount = [] {
+        constexpr std::uint64_t kMeasureNs = 10'000'000;
+        const std::uint64_t start = steadyNanoseconds(), startCount = cycleCount();
+        std::uint64_t now = start;
+        while (now - start < kMeasureNs) now = steadyNanoseconds();
+        return 1e-3 * static_cast<double>(now - start) / static_cast<double>(cycleCount() - startCount);
+    }();
+    return {.now = cycleCount, .microseconds = microsecondsPerCount};
+}
+
+}  // namespace touchstone

@@ -1,0 +1,235 @@
+#include "haptics/builder/mesh_repair.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <stdexcept>
+
+#include "haptics/builder/solid_depth.hpp"
+#include "tests/support/test_meshes.hpp"
+
+namespace touchstone {
+namespace {
+
+int count(const RepairedMesh& m, FaceRole role) {
+    return static_cast<int>(
+        std::count_if(m.faces.begin(), m.faces.end(), [&](const Face& f) { return f.role == role; }));
+}
+
+/// Depth in mm at a point in mm.
+double depthAt(const TriangleMesh& mesh, const Vec3& p) {
+    const RepairedMesh body = repairMesh(mesh);
+    return SolidDepth(body).depth(p * body.scale) / body.scale;
+}
+
+const TriangleMesh kBox = test::boxMesh(Vec3(10, 10, 10));
+const Vec3 kCenter(5, 5, 5);
+
+TEST_CASE("mesh repair: a box is closed however its faces are turned or split", "[tree]") {
+    TriangleMesh mixed = kBox;
+    for (std::size_t i = 0; i < mixed.triangles.size(); i += 3) std::swap(mixed.triangles[i][0], mixed.triangles[i][1]);
+    TriangleMesh jittered = test::unwelded(kBox);
+    for (std::size_t i = 0; i < jittered.vertices.size(); ++i)
+        jittered.vertices[i].x() += 1e-7 * static_cast<double>(i % 5);
+    for (const TriangleMesh& mesh :
+         {kBox, test::flipped(kBox), mixed, test::unwelded(kBox), jittered, test::joined(kBox, kBox)}) {
+        const RepairedMesh body = repairMesh(mesh);
+        CHECK(body.closed());
+        CHECK(count(body, FaceRole::Wall) == 12);
+        CHECK(count(body, FaceRole::Sheet) == 0);
+        CHECK(depthAt(mesh, kCenter) == Approx(5).epsilon(1e-6));
+        CHECK(depthAt(mesh, Vec3(5, 5, 12)) == Approx(-2).epsilon(1e-6));
+        CHECK(depthAt(mesh, Vec3(13, 14, 5)) == Approx(-5).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("mesh repair: an open box is a sheet, and says so", "[tree]") {
+    TriangleMesh open = kBox;
+    open.triangles.resize(10);
+    const RepairedMesh body = repairMesh(open);
+    CHECK_FALSE(body.closed());
+    CHECK(count(body, FaceRole::Sheet) == 10);
+    CHECK(body.holes == 0);
+    CHECK(depthAt(open, kCenter) == Approx(-5));
+}
+
+TEST_CASE("mesh repair: a small hole is closed by a cap and counted", "[tree]") {
+    TriangleMesh holed = test::blobMesh(10);
+    const std::size_t all = holed.triangles.size();
+    holed.triangles.erase(holed.triangles.begin() + 300);
+    const RepairedMesh body = repairMesh(holed);
+    CHECK_FALSE(body.closed());
+    CHECK(body.holes == 1);
+    CHECK(count(body, FaceRole::Cap) == 3);
+    CHECK(count(body, FaceRole::Wall) == static_cast<int>(all) - 1);
+    CHECK(body.cover.size() == all - 1);
+    CHECK(depthAt(holed, Vec3::Zero()) > 5);
+}
+
+TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if turned against it", "[tree]") {
+    const TriangleMesh inner = test::boxMesh(Vec3(6, 6, 6), Vec3(2, 2, 2));
+    const TriangleMesh solid = test::joined(kBox, inner), hollow = test::joined(kBox, test::flipped(inner));
+    CHECK(count(repairMesh(solid), FaceRole::Buried) == 12);
+    CHECK(depthAt(solid, kCenter) == Approx(5));
+    for (const TriangleMesh& mesh : {hollow, test::flipped(hollow)}) {
+        CHECK(repairMesh(mesh).closed());
+        CHECK(count(repairMesh(mesh), FaceRole::Buried) == 0);
+        CHECK(depthAt(mesh, kCenter) == Approx(-3));
+        CHECK(depthAt(mesh, Vec3(5, 5, 1)) == Approx(1));
+    }
+}
+
+TEST_CASE("mesh repair: overlapping boxes make one body; no face that reaches out of the other is dropped", "[tree]") {
+    const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(5, 5, 5)));
+    const RepairedMesh body = repairMesh(mesh);
+    CHECK(body.closed());
+    CHECK(depthAt(mesh, Vec3(7, 7, 7)) > 0);
+    CHECK(depthAt(mesh, Vec3(12, 12, 12)) > 0);
+    CHECK(depthAt(mesh, Vec3(12, 2, 2)) < 0);
+    // The cut faces stay walls: the depth is never taken too large.
+    CHECK(count(body, FaceRole::Wall) == 24);
+}
+
+TEST_CASE("mesh repair: boxes that share a face have a membrane, which bounds nothing", "[tree]") {
+    const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0)));
+    const RepairedMesh body = repairMesh(mesh);
+    CHECK(body.closed());
+    CHECK(count(body, FaceRole::Wall) == 20);
+    CHECK(count(body, FaceRole::Sheet) == 2);
+    CHECK(depthAt(mesh, Vec3(10, 5, 5)) == Approx(5));
+}
+
+TEST_CASE("mesh repair: boxes that share an edge stay two closed shells", "[tree]") {
+    const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(10, 10, 0)));
+    CHECK(repairMesh(mesh).closed());
+    CHECK(depthAt(mesh, kCenter) == Approx(5));
+    CHECK(depthAt(mesh, Vec3(15, 15, 5)) == Approx(5));
+}
+
+TEST_CASE("mesh repair: a face drawn from both sides is one sheet", "[tree]") {
+    TriangleMesh mesh;
+    mesh.vertices = {Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 10, 0)};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 1}};
+    const RepairedMesh body = repairMesh(mesh);
+    CHECK(body.faces.size() == 1);
+    CHECK(count(body, FaceRole::Sheet) == 1);
+    CHECK_FALSE(body.closed());
+}
+
+TEST_CASE("mesh repair: a seam of triangles without area closes the mesh it belongs to", "[tree]") {
+    // The bottom's diagonal 0-3 gets a vertex in its middle on one side only; a triangle without area fills the seam.
+    TriangleMesh mesh = kBox;
+    mesh.vertices.push_back(Vec3(5, 5, 0));
+    mesh.triangles[0] = {0, 2, 8};
+    mesh.triangles.push_back({2, 3, 8});
+    mesh.triangles.push_back({0, 8, 3});
+    CHECK(repairMesh(mesh).closed());
+    CHECK(depthAt(mesh, kCenter) == Approx(5));
+}
+
+TEST_CASE("mesh repair: T-junctions are closed, and no face moves further than is said", "[tree]") {
+    TriangleMesh cube = test::patchedCube(10, {1, 2, 3, 4, 5, 7});
+    const RepairedMesh body = repairMesh(cube);
+    CHECK(body.closed());
+    CHECK(body.holes == 0);
+    CHECK(count(body, FaceRole::Sheet) == 0);
+    CHECK(depthAt(cube, kCenter) == Approx(5));
+    // The bottom is one square; the walls' feet have vertices on its edges, one of them now off by less than the
+    // tolerance, 1e-6 * 17 mm.
+    for (Vec3& v : cube.vertices)
+        if (v.z() == 0 && v.x() == 5 && v.y() == 10) v.y() = 10 - 1e-5;
+    const RepairedMesh near = repairMesh(cube);
+    CHECK(near.closed());
+    CHECK(near.weld / near.scale == Approx(1e-5).epsilon(1e-3));
+    // By more than that: a crack, closed by caps and counted.
+    for (Vec3& v : cube.vertices)
+        if (v.y() == 10 - 1e-5) v.y() = 10 - 1e-4;
+    CHECK_FALSE(repairMesh(cube).closed());
+    CHECK(repairMesh(cube).holes == 1);
+}
+
+TEST_CASE("mesh repair: a wall between two chambers is a sheet inside; one that sticks out opens the body", "[tree]") {
+    TriangleMesh right = test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0));
+    right.triangles.erase(right.triangles.begin() + 8, right.triangles.begin() + 10);  // its side x = 10
+    TriangleMesh chambers = test::joined(kBox, right);
+    const RepairedMesh body = repairMesh(chambers);
+    CHECK(body.closed());
+    CHECK(count(body, FaceRole::Wall) == 20);
+    CHECK(count(body, FaceRole::Sheet) == 2);
+    CHECK(depthAt(chambers, Vec3(10, 5, 5)) == Approx(5));
+
+    TriangleMesh finned = kBox;  // its middle is inside, one corner is not
+    finned.vertices.insert(finned.vertices.end(), {Vec3(1, 1, 5), Vec3(9, 1, 5), Vec3(1, 12, 5)});
+    finned.triangles.push_back({8, 9, 10});
+    CHECK_FALSE(repairMesh(finned).closed());
+    finned.vertices.back().y() = 9;
+    CHECK(repairMesh(finned).closed());
+}
+
+TEST_CASE("mesh repair: a finely meshed shell inside another is buried, flats and all", "[tree]") {
+    const TriangleMesh inner = test::moved(test::patchedCube(6, {4, 4, 4, 4, 4, 4}), 1, Vec3(2, 2, 2));
+    CHECK(count(repairMesh(test::joined(kBox, inner)), FaceRole::Buried) == 6 * 32);
+    CHECK(depthAt(test::joined(kBox, inner), kCenter) == Approx(5));
+}
+
+TEST_CASE("mesh repair: where a shell goes through itself, what it winds around twice is inside", "[tree]") {
+    // Two arms of radius 2 cross at a right angle at the origin. The arm that ends the depth of this point if it is
+    // alone, 2 - 1.5 sqrt(1/2) = 0.94 away, is inside the other there; together they end it where both do, 1.33 away.
+    const TriangleMesh eight = test::eightMesh(10, 2, 240, 48);
+    const RepairedMesh body = repairMesh(eight);
+    CHECK(body.closed());
+    CHECK(count(body, FaceRole::Buried) > 200);
+    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) > 1.1);  // faces that cross stay walls, and are 0.3 long
+    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) < 1.34);
+}
+
+TEST_CASE("mesh repair: vertices of no triangle are not looked at", "[tree]") {
+    TriangleMesh mesh = kBox;
+    mesh.vertices.insert(mesh.vertices.end(), 100000, Vec3::Constant(1e200));
+    mesh.vertices.push_back(Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
+    CHECK(repairMesh(mesh).closed());
+    CHECK(repairMesh(mesh).diagonal == repairMesh(kBox).diagonal);
+}
+
+TEST_CASE("mesh repair: a sliver too thin to weld is open if it is all there is, and spoils nothing beside a body",
+          "[tree]") {
+    TriangleMesh sliver;
+    sliver.vertices = {Vec3(0, 0, 5), Vec3(10, 0, 5), Vec3(5, 1e-8, 5)};
+    sliver.triangles = {{0, 1, 2}};
+    CHECK_FALSE(repairMesh(sliver).closed());
+    CHECK(repairMesh(test::joined(kBox, sliver)).closed());
+}
+
+TEST_CASE("mesh repair: the heartbeat ends it at any beat", "[tree]") {
+    const TriangleMesh mesh = test::joined(test::blobMesh(10, 100, 50), test::soupMesh(3000, 2, 4));
+    int beats = 0;
+    repairMesh(mesh, [&] { ++beats; });
+    CHECK(beats > 20);
+    struct Stop {};
+    for (int allowed = 0; allowed < beats; allowed += 1 + beats / 20) {
+        int left = allowed;
+        const Heartbeat stop = [&] {
+            if (left-- == 0) throw Stop{};
+        };
+        CHECK_THROWS_AS(repairMesh(mesh, stop), Stop);
+    }
+}
+
+TEST_CASE("mesh repair: what has no area or does not fit a float is refused in one sentence", "[tree]") {
+    TriangleMesh line;
+    line.vertices = {Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(2, 2, 2)};
+    line.triangles = {{0, 1, 2}, {1, 1, 2}};
+    CHECK_THROWS_AS(repairMesh(line), std::invalid_argument);
+    CHECK_THROWS_AS(repairMesh(TriangleMesh{}), std::invalid_argument);
+    CHECK_THROWS_AS(repairMesh(test::moved(kBox, 1e36, Vec3::Zero())), std::invalid_argument);
+    CHECK_THROWS_AS(repairMesh(test::moved(kBox, 1e-40, Vec3::Zero())), std::invalid_argument);
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        TriangleMesh broken = kBox;
+        broken.vertices[3].y() = bad;
+        CHECK_THROWS_AS(repairMesh(broken), std::invalid_argument);
+    }
+    CHECK(repairMesh(test::moved(kBox, 1e30, Vec3::Zero())).closed());
+    CHECK(repairMesh(test::moved(kBox, 1e-25, Vec3::Zero())).closed());
+}
+
+}  // namespace
+}  // namespace touchstone

@@ -1,0 +1,368 @@
+// What is no pose (not finite, beyond 1 km, no rotation) holds the tool, gives exactly no force, and passes; whichever
+// way it comes in.
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <functional>
+
+#include "haptics/device/control.hpp"
+#include "haptics/device/held_motion.hpp"
+#include "haptics/device/mouse.hpp"
+#include "haptics/loop/tick_driver.hpp"
+#include "tests/support/any_number.hpp"
+#include "tests/support/ground_world.hpp"
+#include "tests/support/sphere_models.hpp"
+
+using namespace touchstone;
+using test::AnyNumber;
+using test::at;
+
+namespace {
+
+const double kBeyond = std::nextafter(kLargestCoordinate, HUGE_VAL);
+
+/// Invalid poses, in each coordinate.
+std::vector<Pose> badPoses() {
+    std::vector<Pose> bad;
+    for (const double far : {kBeyond, 1e7, 1e15, 1e30, 1e150, 1e308, std::numeric_limits<double>::max(), HUGE_VAL,
+                             std::numeric_limits<double>::quiet_NaN()})
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double sign : {1.0, -1.0}) {
+                bad.push_back(at(0, 18, 0));
+                bad.back().p[axis] = sign * far;
+            }
+    for (const double length : {0.0, 1e-200, 0.4, 2.1, 1e30, 1e200, HUGE_VAL}) {
+        bad.push_back(at(0, 18, 0, {0.3, 0.2, 0.1}));
+        bad.back().q.coeffs() *= length;
+    }
+    return bad;
+}
+
+/// Every number of a record is one, and no pose in it is far away.
+void requireSound(const TickRecord& r) {
+    REQUIRE((r.X_WT.p.array().abs() <= 1.001 * kLargestCoordinate).all());
+    REQUIRE((r.X_WT_device.p.array().abs() <= 1.001 * kLargestCoordinate).all());
+    REQUIRE(r.X_WT.q.coeffs().allFinite());
+    REQUIRE(r.X_WT_device.q.coeffs().allFinite());
+    for (const Wrench* wrench : {&r.wrench_C, &r.wrench_o, &r.wrench_out}) REQUIRE(wrench->isFinite());
+    for (const double x : {r.hover, r.penetration, r.marginUsed, r.projection, r.kkt.primal_mm, r.kkt.dual_N,
+                           r.kkt.stationarity_N, r.kkt.complementarity_mJ})
+        REQUIRE(std::isfinite(x));
+}
+
+bool isZero(const Wrench& wrench) { return wrench.force.isZero(0) && wrench.torque.isZero(0); }
+
+/// A ball of 10 mm on another: they touch where the tool is at y = 20 mm.
+World balls() { return test::worldOf(test::ball(10), test::ball(10), at(0, 25, 0)); }
+
+Settings settingsOf(Mode mode) {
+    Settings settings;
+    settings.mode = mode;
+    settings.shadow = -1;
+    return settings;
+}
+
+using Script = std::function<DeviceReading(int call)>;
+
+class ScriptedDevice final : public Device {
+  public:
+    explicit ScriptedDevice(Script script) : script_(std::move(script)) {}
+    DeviceReading read(double, double) noexcept override { return script_(call_++); }
+    void write(const Wrench& wrench) noexcept override { felt = wrench; }
+    DeviceLimits limits() const noexcept override { return {.peakForce = 1000, .peakTorque = 1e4, .motors = false}; }
+    Wrench felt;
+
+  private:
+    Script script_;
+    int call_ = 0;
+};
+
+/// A device in a run of its own, 3 mm above the ground, which it touches at y = 5 mm.
+struct Run {
+    TickDriver driver;
+
+    explicit Run(std::unique_ptr<Device> device)
+        : driver(std::make_unique<Session>(test::groundBelow(), Settings{}, std::move(device))) {}
+    TickRecord ticks(int n) {
+        TickRecord last;
+        for (int i = 0; i < n; ++i) requireSound(last = driver.tick());
+        return last;
+    }
+    const SafetyStage& safety() const { return driver.session().safety; }
+};
+
+std::vector<MotionKey> comesAndGoes(const Pose& bad) {
+    return {{0, at(0, 8, 0)}, {100, at(0, 3, 0)}, {200, bad}, {201, bad}, {202, at(0, 3, 0)}, {300, at(0, 3, 0)}};
+}
+
+}  // namespace
+
+TEST_CASE("pose: valid within a kilometre, with a quaternion that can be a rotation", "[step]") {
+    for (const Pose& bad : badPoses()) {
+        CAPTURE(bad.p.transpose(), bad.q.coeffs().transpose());
+        CHECK_FALSE(bad.isValid());
+    }
+    CHECK(Pose{}.isValid());
+    CHECK(at(1e6, -1e6, 1e6, {1, 2, 3}).isValid());
+    CHECK(at(std::numeric_limits<double>::denorm_min(), -0.0, 0).isValid());
+    Pose rounded = at(1, 2, 3, {0.3, 0.2, 0.1});
+    rounded.q.coeffs() *= GENERATE(0.6, 1 - 1e-7, 1.9);
+    CHECK(rounded.isValid());
+}
+
+TEST_CASE("step: a bad pose holds the tool, gives no force, and passes, in every mode", "[step]") {
+    const Mode mode = GENERATE(Mode::Default, Mode::Paper, Mode::Penalty);
+    const World world = balls();
+    const Settings settings = settingsOf(mode);
+    for (const Pose& bad : badPoses()) {
+        CAPTURE(int(mode), bad.p.transpose(), bad.q.coeffs().transpose());
+        StepState state(world);
+        TickRecord before;
+        for (int tick = 0; tick < 200; ++tick)
+            before = step(world, settings, {at(0, std::max(18.0, 25 - 0.05 * tick), 0)}, state);
+        REQUIRE(before.wrench_C.force.y() > 1);
+        for (int again = 0; again < 3; ++again) {
+            const TickRecord r = step(world, settings, {bad}, state, {}, true);
+            requireSound(r);
+            REQUIRE(r.flags == kBadInput);
+            REQUIRE(isZero(r.wrench_C));
+            REQUIRE(isZero(r.wrench_o));
+            REQUIRE(r.X_WT == before.X_WT);
+            REQUIRE(r.X_WT_device == before.X_WT_device);
+        }
+        const TickRecord after = step(world, settings, {at(0, 18, 0)}, state);
+        REQUIRE((after.flags & kBadInput) == 0);
+        REQUIRE(after.wrench_C.force.y() == Approx(before.wrench_C.force.y()).margin(1e-3));
+    }
+}
+
+TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
+    const World world = balls();
+    const Settings settings = settingsOf(GENERATE(Mode::Default, Mode::Paper));
+    StepState state(world);
+    const Pose end = at(1e6, -1e6, 1e6);
+    TickRecord r;
+    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {end}, state));
+    CHECK(r.flags == 0);
+    CHECK((r.X_WT.p - end.p).norm() < 1e-9);
+    CHECK(isZero(r.wrench_C));
+    CHECK(step(world, settings, {at(kBeyond, 0, 0)}, state).flags == kBadInput);
+    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {at(0, 25, 0)}, state));
+    CHECK(r.flags == 0);
+    CHECK((r.X_WT.p - Vec3(0, 25, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("step: an obstacle that is to go where no pose is holds everything", "[step]") {
+    const World world = balls();
+    const Settings settings = settingsOf(Mode::Default);
+    StepState state(world);
+    step(world, settings, {at(0, 25, 0)}, state);
+    for (const Pose& bad : badPoses()) {
+        const TickRecord r = step(world, settings, {at(0, 24, 0), {}, std::span(&bad, 1)}, state);
+        REQUIRE(r.flags == kBadInput);
+        REQUIRE(isZero(r.wrench_C));
+        REQUIRE(r.X_WT.p == Vec3(0, 25, 0));
+        REQUIRE(state.obstacles()[0] == Pose{});
+        // What is recorded repeats it.
+        REQUIRE(state.input().obstacle == 0);
+        StepState again(world);
+        std::vector<Pose> targets{state.input().X_WO};
+        REQUIRE(step(world, settings, {state.input().X_WT_device, {}, targets}, again).flags == kBadInput);
+    }
+    const Pose good = at(0, -1, 0);
+    CHECK((step(world, settings, {at(0, 24, 0), {}, std::span(&good, 1)}, state).flags & kBadInput) == 0);
+    CHECK(state.obstacles()[0].p.y() < 0);
+}
+
+TEST_CASE("step: what begins with a bad pose is held until it restarts", "[step]") {
+    const Settings settings = settingsOf(Mode::Default);
+    for (const Pose& bad : badPoses()) {
+        World world = balls();
+        StepState state(world);
+        const auto held = [&](StepState& its) {
+            const TickRecord r = step(world, settings, {at(0, 24, 0)}, its);
+            requireSound(r);
+            return r.flags == kBadInput && isZero(r.wrench_C);
+        };
+        state.reset(bad);
+        REQUIRE(held(state));
+        state.begin({.X_WT = at(0, 25, 0), .X_WT_device = bad});
+        REQUIRE(held(state));
+        state.begin({.X_WT = at(0, 25, 0), .X_WT_device = at(0, 25, 0)}, std::span(&bad, 1));
+        REQUIRE(held(state));
+        REQUIRE(state.obstacles()[0] == Pose{});
+        const Pose good;
+        state.begin({.X_WT = at(0, 25, 0), .X_WT_device = at(0, 25, 0)}, std::span(&good, 1));
+        REQUIRE_FALSE(held(state));
+
+        world.obstacles[0].X_WO = bad;
+        StepState misplaced(world);
+        REQUIRE(held(misplaced));
+        world.obstacles[0].X_WO = {};
+        world.X_WT_start = bad;
+        StepState astray(world);
+        REQUIRE(held(astray));
+        astray.reset(at(0, 25, 0));
+        REQUIRE_FALSE(held(astray));
+    }
+}
+
+TEST_CASE("step: any numbers for poses leave finite records, and no force but from valid ones", "[step]") {
+    const unsigned seed = GENERATE(range(1u, 9u));
+    const Mode mode = GENERATE(Mode::Default, Mode::Paper, Mode::Penalty);
+    CAPTURE(seed, int(mode));
+    AnyNumber any(seed);
+    const World world = test::worldOf(test::blob(70, 20, seed), test::blob(130, 20, seed + 50), at(0, 60, 0));
+    const Settings settings = settingsOf(mode);
+    StepState state(world);
+    PenetrationMeter meter(world);
+    for (int tick = 0; tick < 300; ++tick) {
+        StepInput input{{any.vector(), any.quaternion()}};
+        if (any.next() % 3) input.X_WT_device = {0.6 * Vec3(any.small(), any.small(), any.small()), any.rotation()};
+        const Pose target{any.vector(), any.quaternion()};
+        if (any.next() % 5 == 0) input.X_WO = std::span(&target, 1);
+        const bool bad = !input.X_WT_device.isValid() || (!input.X_WO.empty() && !target.isValid());
+        const TickRecord r = step(world, settings, input, state, {}, true);
+        requireSound(r);
+        REQUIRE(((r.flags & kBadInput) != 0) == bad);
+        if (bad) REQUIRE(isZero(r.wrench_C));
+        const double depth = meter.depth(r.X_WT, state.obstacles());
+        REQUIRE(depth >= 0);
+        REQUIRE(depth < 100);  // the bodies are no larger
+    }
+}
+
+TEST_CASE("penetration meter: nothing is deep at an invalid pose", "[step]") {
+    const World world = balls();
+    PenetrationMeter meter(world);
+    for (const Pose& bad : badPoses()) {
+        if (bad.p.cwiseAbs().maxCoeff() < 100) continue;  // no rotation, but there
+        CHECK(meter.depth(bad) == 0);
+        CHECK(meter.depth(at(0, 15, 0)) == Approx(5));  // the other search comes next
+        CHECK(meter.depth(bad) == 0);
+    }
+}
+
+TEST_CASE("tick driver: a bad pose of a device faults, counts, and the force comes back when somebody engages",
+          "[loop][safety]") {
+    for (const Pose& bad : badPoses())
+        for (const int when : {0, 250}) {
+            CAPTURE(when, bad.p.transpose(), bad.q.coeffs().transpose());
+            Run run(std::make_unique<ScriptedDevice>(
+                [&](int call) { return DeviceReading{.X_WT = call == when ? bad : at(0, call == 0 ? 8 : 3, 0)}; }));
+            TickRecord before;
+            if (when > 0) before = run.ticks(when);
+            const TickRecord r = run.ticks(1);
+            REQUIRE((r.flags & kBadInput) != 0);
+            REQUIRE(isZero(r.wrench_C));
+            REQUIRE(isZero(r.wrench_out));
+            REQUIRE((r.trips & bit(Trip::BadInput)) != 0);
+            REQUIRE(run.safety().count(Trip::BadInput).ticks == 1);
+            REQUIRE(run.safety().engagement() == Engagement::Faulted);
+            REQUIRE(run.safety().cause() == Trip::BadInput);
+            if (when > 0) REQUIRE(r.X_WT == before.X_WT);
+            REQUIRE(isZero(run.ticks(50).wrench_out));
+            run.driver.engage();
+            REQUIRE(run.ticks(250).wrench_out.force.y() == Approx(2).epsilon(0.01));
+            REQUIRE(run.safety().count(Trip::BadInput).ticks == 1);
+        }
+}
+
+TEST_CASE("devices: a motion through invalid poses is bad input while it lasts, played or held by a hand",
+          "[devices]") {
+    const auto file = std::filesystem::temp_directory_path() / ("touchstone-far-" + std::to_string(getpid()) + ".csv");
+    for (const double far : {1.1e6, -1e30, 1e150, -1e308}) {
+        DeviceContext context;
+        const std::vector<MotionKey> keys = comesAndGoes(at(0, far, 0));
+        context.demonstration = std::make_shared<RecordedMotion>(keys);
+        writeMotion(file, keys);
+        for (const auto& [name, after] :
+             {std::pair{"demo", std::string()}, {"replay", file.string()}, {"hand", std::string("0.1,500,14,2")}}) {
+            CAPTURE(far, name);
+            context.file = after;
+            Run run(findDevice(name)->make(context));
+            run.ticks(200);
+            for (int t = 200; t <= 201; ++t) {
+                const TickRecord r = run.ticks(1);
+                CHECK((r.flags & kBadInput) != 0);
+                CHECK(isZero(r.wrench_out));
+            }
+            run.ticks(1);
+            CHECK((run.ticks(1).flags & kBadInput) == 0);
+            CHECK(run.safety().count(Trip::BadInput).events == 1);
+            run.driver.engage();
+            const TickRecord last = run.ticks(300);
+            CHECK(last.wrench_out.force.y() > 0.5);
+            CHECK((last.X_WT.p - Vec3(0, 5, 0)).norm() < 0.1);
+        }
+    }
+    std::filesystem::remove(file);
+}
+
+TEST_CASE("devices: a motion that begins where no pose is becomes one", "[devices]") {
+    DeviceContext context;
+    context.demonstration = std::make_shared<RecordedMotion>(
+        std::vector<MotionKey>{{0, at(1e308, 0, 0)}, {1, at(0, 8, 0)}, {9, at(0, 8, 0)}});
+    context.file = GENERATE("", "0.1,500,14,0");
+    Run run(findDevice(context.file.empty() ? "demo" : "hand")->make(context));
+    CHECK(run.ticks(1).flags == kBadInput);
+    CHECK(run.ticks(1).flags == 0);
+    CHECK((run.ticks(5).X_WT.p - Vec3(0, 8, 0)).norm() < 1e-9);
+}
+
+TEST_CASE("motion: what lies between the largest numbers is no pose, and nothing else is lost", "[motion]") {
+    const double most = std::numeric_limits<double>::max();
+    const RecordedMotion motion({{0, at(0, 1, 0)}, {1, at(-most, 0, 0)}, {3, at(most, 0, 0)}, {4, at(0, 2, 0)}});
+    CHECK(motion.at(0) == at(0, 1, 0));
+    for (const double t : {1.0, 1.5, 2.0, 2.999}) CHECK_FALSE(motion.at(t).isValid());
+    CHECK(motion.at(4) == at(0, 2, 0));
+    const RecordedMotion forever({{-most, at(0, 1, 0)}, {most, at(0, 2, 0)}});
+    CHECK(forever.at(most) == at(0, 2, 0));
+    CHECK(forever.at(-most) == at(0, 1, 0));
+    Run run(std::make_unique<MotionDevice>(std::make_shared<RecordedMotion>(forever)));
+    run.ticks(3);
+}
+
+TEST_CASE("devices: a mouse that points past the horizon leaves the hand where it was", "[devices]") {
+    const auto target = std::make_shared<MouseTarget>();
+    MouseDevice mouse(target, at(0, 8, 0));
+    mouse.read(0, 1);
+    for (const Pose& bad : badPoses()) {
+        target->grab(bad);
+        CHECK(mouse.read(1, 1).X_WT == at(0, 8, 0));
+    }
+}
+
+TEST_CASE("devices: what a workspace is given or makes beyond the range is bad input, until it is engaged",
+          "[device]") {
+    Pose hand;
+    auto script = [&](int) { return DeviceReading{.X_WT = hand}; };
+    const auto mapped = [&] {
+        auto device = makeMapped(std::make_unique<ScriptedDevice>(script), at(0, 8, 0));
+        Workspace workspace;
+        workspace.scale = 100;
+        device->control()->setWorkspace(workspace);
+        return device;
+    };
+    for (const Pose& bad : badPoses()) {
+        Run run(mapped());
+        hand = {};
+        run.ticks(10);
+        hand = bad;
+        const TickRecord r = run.ticks(1);
+        REQUIRE((r.flags & kBadInput) != 0);
+        REQUIRE(r.X_WT == at(0, 8, 0));
+        hand = {};
+        run.driver.engage();
+        REQUIRE(run.ticks(1).flags == 0);
+    }
+    Run run(mapped());
+    hand = {};
+    run.ticks(10);
+    hand.p.y() = 2e4;  // 2 km in the scene
+    CHECK((run.ticks(1).flags & kBadInput) != 0);
+    run.driver.engage();
+    CHECK(run.ticks(1).flags == 0);
+    CHECK(run.ticks(1).X_WT == at(0, 8, 0));
+}

@@ -1,0 +1,216 @@
+// Obstacles that move while the tick runs: what they push, and what holds them.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <thread>
+
+#include "haptics/collision/pair_finder.hpp"
+#include "haptics/loop/neighbor_list_worker.hpp"
+#include "haptics/loop/step.hpp"
+#include "tests/support/alloc_count.hpp"
+#include "tests/support/sphere_models.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+
+namespace {
+
+constexpr double kEntered = 1e-3;  // mm: what moved obstacles may overlap by; the tick itself allows half of it
+
+Settings exactAlone() {
+    Settings settings;
+    settings.shadow = -1;
+    return settings;
+}
+
+/// Ticks with the device at rest while obstacles go to their targets; calls check(record, X_WO) after each.
+template <class Check>
+TickRecord push(const World& world, const Settings& settings, const Pose& device, const std::vector<Pose>& targets,
+                int ticks, Check&& check) {
+    StepState state(world);
+    TickRecord record;
+    for (int tick = 0; tick < ticks; ++tick) {
+        record = step(world, settings, {device, {}, targets}, state, {}, true);
+        check(record, state.obstacles());
+    }
+    return record;
+}
+
+double overlap(const World& world, const TickRecord& record, std::span<const Pose> X_WO) {
+    return -trueClearance(world, record.X_WT, 0, X_WO);
+}
+
+/// How far the farthest leaf of a tree goes between two poses, mm, leaf by leaf.
+double farthestLeaf(const SphereTree& tree, const Pose& from, const Pose& to) {
+    double most = 0;
+    for (int i = 0; i < tree.leafCount(); ++i)
+        most = std::max(most, (to * tree.leaf(i).center() - from * tree.leaf(i).center()).norm());
+    return most;
+}
+
+}  // namespace
+
+TEST_CASE("obstacles: a floor that rises under a resting tool lifts it, and never enters it", "[step][obstacle]") {
+    const World world = worldOf(blob(200, 15, 1), slab(30, 2, 2), at(0, 18, 0));
+    const double start = world.X_WT_start.p.y();
+    Settings settings = exactAlone();
+    settings.travelBudget = GENERATE(0.5, 0.02);  // the floor's way comes on top of it
+    const std::vector<Pose> risen{at(0, 10, 0)};
+    int ticks = 0;
+    const TickRecord last =
+        push(world, settings, at(0, 14, 0), risen, 400, [&](const TickRecord& r, std::span<const Pose> X) {
+            REQUIRE(overlap(world, r, X) <= kEntered);
+            REQUIRE((r.flags & kListOverflow) == 0);
+            ticks += !(X[0] == risen[0]);
+        });
+    CHECK(ticks < 60);  // 40 at its greatest speed
+    // The device wants it 4 mm below where it starts; the floor is 10 mm higher.
+    CHECK(last.X_WT.p.y() > start + 6);
+    CHECK(last.wrench_C.force.y() == Approx(last.X_WT.p.y() - 14).epsilon(0.05));
+}
+
+TEST_CASE("obstacles: what comes at the tool from any side, turning, pushes it in free space", "[step][obstacle]") {
+    const double rate = GENERATE(500.0, 1000.0, 4000.0);
+    CAPTURE(rate);
+    Settings settings = exactAlone();
+    settings.rate = rate;
+    const World world = worldOf(blob(300, 15, 2), blob(300, 20, 3), at(0, 60, 0));
+    StepState state(world);
+    // A blade that sweeps past the place where the hand holds the tool, twice, the second time turning the other way.
+    const std::vector<Pose> way{at(0, 40, 10, Vec3(0, 0, 2)), at(0, 70, -30, Vec3(1, 0, 1)), at(0, 0, 0)};
+    std::size_t leg = 0;
+    bool pushed = false;
+    Pose before = state.obstacles()[0];
+    const double most = std::min(settings.trust / 2, 0.25 * 1000 / rate);
+    const SphereTree& tree = *world.obstacles[0].tree;
+    int held = 0, ticks = 0;
+    for (; ticks < 20'000 && leg < way.size(); ++ticks) {
+        const TickRecord r = step(world, settings, {at(0, 60, 0), {}, std::span(&way[leg], 1)}, state, {}, true);
+        const Pose now = state.obstacles()[0];
+        REQUIRE(farthestLeaf(tree, before, now) <= most + 1e-9);
+        REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+        pushed |= r.wrench_C.force.norm() > 1;
+        held += (r.flags & kObstacleHeld) != 0;
+        before = now;
+        if (now == way[leg]) ++leg;
+    }
+    CAPTURE(ticks, held);
+    CHECK(leg == way.size());  // nothing is in the tool's way
+    CHECK(pushed);
+    CHECK(held < ticks / 20);
+}
+
+TEST_CASE("obstacles: a press stops at the tool that lies on another, and goes on when it may", "[step][obstacle]") {
+    const auto wall = slab(13, 2, 2);
+    World world{ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 14, 0)}}, at(0, 0.1, 0)};
+    const std::vector<Pose> closing{at(0, -12, 0), at(0, 8, 0)}, open{at(0, -20, 0), at(0, 8, 0)};
+    StepState state(world);
+    const auto run = [&](int ticks, const std::vector<Pose>& targets) {
+        int held = 0;
+        for (int tick = 0; tick < ticks; ++tick) {
+            const TickRecord r = step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state, {}, true);
+            REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+            held += (r.flags & kObstacleHeld) != 0;
+        }
+        return held;
+    };
+    CHECK(run(300, closing) > 100);
+    // Up to where the ball is pinched: 24 mm between the walls' centres, closer than the shortest move.
+    CHECK(state.obstacles()[1].p.y() == Approx(12).margin(5e-3));
+    CHECK(state.obstacles()[0] == closing[0]);
+
+    // The floor gives way, and both arrive.
+    run(300, open);
+    CHECK(state.obstacles()[0] == open[0]);
+    CHECK(state.obstacles()[1] == open[1]);
+    CHECK(run(10, open) == 0);
+}
+
+TEST_CASE("obstacles: one that is held does not keep another from moving", "[step][obstacle]") {
+    const auto wall = slab(13, 2, 2);
+    World world{
+        ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 12.1, 0)}, {"far", wall, at(80, 0, 0)}}, {}};
+    const std::vector<Pose> targets{at(0, -12, 0), at(0, 0, 0), at(60, 0, 0)};
+    StepState state(world);
+    for (int tick = 0; tick < 400; ++tick) step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state);
+    CHECK(state.obstacles()[2] == targets[2]);
+    CHECK(state.obstacles()[1].p.y() > 11.9);
+}
+
+TEST_CASE("obstacles: where nothing is to move, ticks are those without targets to the last bit", "[step][obstacle]") {
+    const World world = worldOf(blob(300, 20, 4), blob(300, 20, 5), at(0, 45, 0));
+    const auto hash = [&](bool told) {
+        StepState state(world);
+        std::vector<Pose> targets;
+        for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
+        if (!told) targets.clear();
+        std::uint64_t sum = 0;
+        for (int tick = 0; tick < 300; ++tick)
+            sum = hashTick(step(world, {}, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state),
+                           sum);
+        return sum;
+    };
+    CHECK(hash(true) == hash(false));
+}
+
+TEST_CASE("obstacles: lists found by another thread, and an audit, change no result", "[step][obstacle]") {
+    const World world = worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0));
+    const auto drive = [&](bool helped, bool audit) {
+        StepState state(world);
+        std::unique_ptr<NeighborListWorker> keeper;
+        if (helped) keeper = std::make_unique<NeighborListWorker>(world);
+        std::uint64_t sum = 0;
+        for (int tick = 0; tick < 400; ++tick) {
+            const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
+            StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
+            if (keeper) input.entries = keeper->newest();
+            const TickRecord r = step(world, {}, input, state, {}, audit);
+            sum = hashTick(r, sum);
+            if (!keeper) continue;
+            keeper->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
+            std::this_thread::sleep_for(std::chrono::microseconds(300));
+        }
+        return sum;
+    };
+    const std::uint64_t plain = drive(false, false);
+    CHECK(drive(true, false) == plain);
+    CHECK(drive(false, true) == plain);
+}
+
+TEST_CASE("obstacles: moving, pushing and holding take no memory", "[step][obstacle]") {
+    const auto wall = slab(13, 2, 2);
+    World world{blob(100, 10, 8), {{"below", wall, at(0, -14, 0)}, {"above", wall, at(0, 16, 0)}}, at(0, 0, 0)};
+    const std::vector<Pose> targets{at(0, -10, 0, Vec3(0, 0, 0.1)), at(0, 6, 0)};
+    StepState state(world);
+    const AllocationCounter allocations;
+    int held = 0;
+    for (int tick = 0; tick < 400; ++tick)
+        held += (step(world, {}, {at(0, 0, 0), {}, targets}, state).flags & kObstacleHeld) != 0;
+    CHECK(allocations.count() == 0);
+    CHECK(held > 0);
+}
+
+TEST_CASE("obstacles: paper mode meets them where they are", "[step][obstacle]") {
+    const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
+    Settings settings = exactAlone();
+    settings.mode = Mode::Paper;
+    const TickRecord last = push(world, settings, at(0, 25, 0), {at(0, 6, 0)}, 400, [](auto&, auto) {});
+    // As a tool pressed 1 mm deep into a ball that stays: at rest in touch, 20 mm between the centres.
+    CHECK(last.X_WT.p.y() == Approx(26).margin(1e-6));
+    CHECK(last.wrench_C.force.y() == Approx(1).margin(1e-6));
+}
+
+TEST_CASE("obstacles: a pause and a device without a pose hold them", "[step][obstacle]") {
+    const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
+    const std::vector<Pose> targets{at(0, 3, 0)};
+    StepState state(world);
+    Settings paused = exactAlone();
+    paused.pause = true;
+    step(world, paused, {at(0, 25, 0), {}, targets}, state);
+    step(world, exactAlone(), {{Vec3(NAN, 0, 0), Quat::Identity()}, {}, targets}, state);
+    CHECK(state.obstacles()[0] == world.obstacles[0].X_WO);
+    const std::vector<Pose> nowhere{{Vec3(0, NAN, 0), Quat::Identity()}};
+    step(world, exactAlone(), {at(0, 25, 0), {}, nowhere}, state);
+    CHECK(state.obstacles()[0] == world.obstacles[0].X_WO);
+    step(world, exactAlone(), {at(0, 25, 0), {}, targets}, state);
+    CHECK(state.obstacles()[0].p.y() == Approx(0.25));
+}

@@ -1,0 +1,32 @@
+#pragma once
+// Problems on which solvers go wrong, as many as wanted.
+#include "tests/haptics/qp/qp_problems.hpp"
+
+namespace touchstone::test {
+
+/// What is done to a contact-like problem; several at once.
+enum Hardness : unsigned {
+    kCopies = 1 << 0,            ///< rows repeated, to the bit or at another length
+    kNearCopies = 1 << 1,        ///< rows repeated, off by 1e-9
+    kZeroRows = 1 << 2,          ///< rows without direction, some with g < 0
+    kOpposed = 1 << 3,           ///< slots between a row and its opposite: wide, without width, too narrow
+    kSharpWedges = 1 << 4,       ///< two planes that nearly face each other
+    kIllLevers = 1 << 5,         ///< contacts 1e4 mm away, and rows of rotation alone
+    kMetres = 1 << 6,            ///< lengths in metres
+    kRowScales = 1 << 7,         ///< each row times 1e-6 to 1e6
+    kLengthScale = 1 << 8,       ///< all lengths times 1e-6 to 1e6
+    kStiffnessScale = 1 << 9,    ///< G times 1e-6 to 1e6
+    kUnevenStiffness = 1 << 10,  ///< each entry of G times 1e-2 to 1e2
+    kInfeasible = 1 << 11,       ///< two planes that contradict each other
+    kNotFinite = 1 << 12,        ///< a NaN or an infinity somewhere
+};
+
+struct HardProblem {
+    Contacts contacts{0};
+    unsigned hardness = 0;  ///< bits of Hardness
+    double mm = 1, N = 1;   ///< a millimetre and a newton in the problem's units, larger where it was made larger
+};
+/// Up to 60 rows, now and then 300. The same for the same state of `random`.
+HardProblem hardProblem(std::mt19937_64& random);
+
+}  // namespace touchstone::test

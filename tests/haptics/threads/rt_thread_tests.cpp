@@ -1,0 +1,85 @@
+#include "haptics/threads/rt_thread.hpp"
+
+#include <catch2/catch.hpp>
+#include <thread>
+
+using namespace touchstone;
+
+TEST_CASE("tick schedule: ticks in time begin a period apart, whenever they end", "[loop]") {
+    TickSchedule schedule(1000, 5'000'000);
+    CHECK(schedule.endTick(5'000'001) == 6'000'000);
+    CHECK(schedule.endTick(6'999'999) == 7'000'000);
+    CHECK(schedule.endTick(8'000'000) == 8'000'000);  // at the deadline is in time
+    CHECK(schedule.overruns() == 0);
+}
+
+TEST_CASE("tick schedule: a late tick is one overrun, the next begins at once and no burst follows", "[loop]") {
+    TickSchedule schedule(1000, 0);
+    CHECK(schedule.endTick(7'300'000) == 7'300'000);  // seven deadlines passed, one tick was late
+    CHECK(schedule.overruns() == 1);
+    CHECK(schedule.endTick(7'400'000) == 8'300'000);  // a whole period after the late one
+    CHECK(schedule.endTick(8'400'000) == 9'300'000);
+    CHECK(schedule.overruns() == 1);
+}
+
+TEST_CASE("tick schedule: periods that are no whole ns do not drift, and a new rate acts from the next tick",
+          "[loop]") {
+    TickSchedule schedule(3000, 0);  // 333,333.33 ns
+    std::uint64_t begin = 0;
+    for (int i = 0; i < 3'000'000; ++i) begin = schedule.endTick(begin);
+    // A thousand seconds; sums of doubles this large are good to 1e-4 ns each.
+    CHECK(begin >= 999'999'999'000);
+    CHECK(begin <= 1'000'000'001'000);
+    CHECK(schedule.overruns() <= 3'000'000 / 2);  // rounding to whole ns may end a tick within 1 ns after its deadline
+    schedule.setRate(250);
+    CHECK(schedule.endTick(begin) - begin == 4'000'000);
+}
+
+TEST_CASE("pacer: waits for each tick's time and counts what came late", "[loop]") {
+    for (const bool spin : {false, true}) {
+        const std::uint64_t start = steadyNanoseconds();
+        Pacer pacer(10'000, spin);
+        for (int i = 0; i < 20; ++i) pacer.wait();
+        // Never early; how late is the system's affair.
+        CHECK(steadyNanoseconds() - start >= 2'000'000);
+        CHECK(pacer.overruns() <= 20);
+        const std::uint64_t before = pacer.overruns();
+        const std::uint64_t from = steadyNanoseconds();
+        while (steadyNanoseconds() - from < 500'000) {
+        }
+        pacer.wait();
+        CHECK(pacer.overruns() == before + 1);
+    }
+}
+
+TEST_CASE("clocks: all run forward and agree on the unit", "[loop]") {
+    const StageClock clock = stageClock();
+    const double cpu = threadCpuMicroseconds();
+    const std::uint64_t count = clock.now(), steady = steadyNanoseconds();
+    while (steadyNanoseconds() - steady < 5'000'000) {
+    }
+    const double microseconds = static_cast<double>(clock.now() - count) * clock.microseconds;
+    const double spent = threadCpuMicroseconds() - cpu;
+    // The count spans the steady interval and may be interrupted at its ends, so it is bounded from below only; 5 % is
+    // for a measurement of the rate that was itself interrupted.
+    CHECK(microseconds >= 0.95 * 5000);
+    CHECK(spent > 0);
+    CHECK(spent <= 1e-3 * static_cast<double>(steadyNanoseconds() - steady) + 1000);
+}
+
+TEST_CASE("real-time thread: what is refused is told in one sentence with a remedy", "[loop]") {
+    std::thread([] {
+        const RealTimeStatus status = raiseThread({.priority = 20});
+        if (status.scheduled && status.locked)
+            CHECK(status.message == "");
+        else
+            CHECK(status.message.find("limits.conf") != std::string::npos);
+    }).join();
+    std::thread([] {
+        const RealTimeStatus status = raiseThread({.raise = false, .cpu = 100'000});
+        CHECK_FALSE(status.scheduled);
+        CHECK_FALSE(status.pinned);
+        CHECK(status.message == "The haptic thread runs on any processor: processor 100000 cannot be used.");
+    }).join();
+    std::thread([] { CHECK(raiseThread({.raise = false}).message == ""); }).join();
+}

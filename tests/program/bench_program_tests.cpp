@@ -1,0 +1,162 @@
+// touchstone bench from outside. What it measures is never asserted: only that it is there, or rightly is not.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/scene/gltf_write.hpp"
+#include "tests/program/csv_table.hpp"
+#include "tests/program/program.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using nlohmann::json;
+
+namespace {
+
+std::set<std::string> keysOf(const json& results) {
+    std::set<std::string> keys;
+    for (const json& row : results.at("rows")) keys.insert(row.at("key").get<std::string>());
+    for (const json& cost : results.at("qp")) keys.insert(json{cost["rows"], cost["solver"], cost["form"]}.dump());
+    return keys;
+}
+
+/// The press scene, with settings of its own if any are given.
+std::string pressFile(const Program& touchstone, const json& settings = nullptr) {
+    engine::Scene scene = pressScene();
+    if (!settings.is_null()) scene.extras["touchstone"]["settings"] = settings;
+    engine::writeGltf(scene, touchstone.file("press.glb"));
+    return touchstone.file("press.glb");
+}
+
+json measured(const Program& touchstone, const std::string& args, const std::string& folder) {
+    const Answer answer = touchstone("bench " + args + " --quick --out " + touchstone.file(folder));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    return json::parse(textOf(touchstone.file(folder + "/bench.json")));
+}
+
+}  // namespace
+
+TEST_CASE("bench: a quick sweep is a table, JSON, plots and a page that needs nothing else", "[system]") {
+    const Program touchstone;
+    const std::string press = pressFile(touchstone);
+    const json results = measured(touchstone, press, "all");
+
+    const json& part = results.at("parts").at(0);
+    CHECK_FALSE(part.at("machine").at("processor").get<std::string>().empty());
+    for (const char* key : {"commit", "compiler", "flags"}) CHECK_FALSE(part.at(key).get<std::string>().empty());
+    std::set<std::string> modes, solvers, screenings;
+    std::set<double> tolerances, leaves, linearisations;
+    for (const json& row : results.at("rows")) {
+        INFO(row.at("key") << ": " << row.at("why"));
+        modes.insert(row.at("mode").get<std::string>());
+        solvers.insert(row.at("solver").get<std::string>());
+        screenings.insert(row.at("screening").get<std::string>());
+        leaves.insert(row.at("tool_leaves").get<double>());
+        if (row.at("mode") == "default") linearisations.insert(row.at("linearisations").get<double>());
+        if (!row.at("tolerance").is_null()) tolerances.insert(row.at("tolerance").get<double>());
+        CHECK(row.at("samples").get<int>() + row.at("samples_lost").get<int>() == 3);
+        CHECK(row.at("valid").get<bool>() == row.at("why").get<std::string>().empty());
+        CHECK(row.at("valid").get<bool>() == row.at("step_p50_us").is_number());
+        if (row.at("solver") == "pqp" || row.at("mode") == "paper") continue;
+        CHECK(row.at("valid") == true);
+        CHECK(row.at("runs") == 3);
+        CHECK(row.at("run_ticks") >= 2000);
+        CHECK(row.at("solver_max_N") <= 1e-9);
+    }
+    CHECK(modes == std::set<std::string>{"default", "paper"});
+    CHECK(solvers.size() == 3);
+    CHECK(screenings == std::set<std::string>{"none", "screen", "cluster"});
+    CHECK(tolerances.size() == 3);
+    CHECK(leaves.size() >= 3);
+    CHECK(linearisations == std::set<double>{1, 2, 4});
+
+    const Table rows = tableOf(touchstone.file("all/rows.csv"));
+    REQUIRE(rows.size() == results.at("rows").size());
+    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(rows[i].at("key") == results["rows"][i].at("key"));
+    CHECK(tableOf(touchstone.file("all/qp.csv")).size() == results.at("qp").size());
+
+    const std::string page = textOf(touchstone.file("all/index.html"));
+    for (const char* plot : {"pareto", "stages", "errors", "cost_leaves", "cost_rows"}) {
+        INFO(plot);
+        for (const char* extension : {".svg", ".png"})
+            CHECK(textOf(touchstone.file(std::string("all/") + plot + extension)).size() > 1000);
+    }
+    std::size_t drawn = 0;
+    for (std::size_t at = 0; (at = page.find("<svg", at)) != std::string::npos; ++at) ++drawn;
+    CHECK(drawn >= 5);
+    for (const char* outside : {"src=", "href=\"http", "<link", "@import"})
+        CHECK(page.find(outside) == std::string::npos);
+
+    SECTION("its shards, merged, hold the same rows") {
+        const json one = measured(touchstone, press + " --shard 1/2", "one");
+        measured(touchstone, press + " --shard 2/2", "two");
+        const std::string folders = touchstone.file("one") + " " + touchstone.file("two"),
+                          out = " --out " + touchstone.file("merged");
+        CHECK_FALSE(fs::exists(touchstone.file("one/index.html")));
+        Answer answer = touchstone("bench merge " + folders + out);
+        INFO(answer.err);
+        REQUIRE(answer.code == 0);
+        const json merged = json::parse(textOf(touchstone.file("merged/bench.json")));
+        CHECK(keysOf(one).size() < keysOf(results).size());
+        CHECK(keysOf(merged) == keysOf(results));
+        CHECK(merged.at("rows").size() == results.at("rows").size());
+        CHECK(merged.at("parts").size() == 2);
+        CHECK(fs::exists(touchstone.file("merged/index.html")));
+
+        for (const auto& [given, why] : std::vector<std::pair<std::string, std::string>>{
+                 {touchstone.file("one"), "only 1 of 2"},
+                 {touchstone.file("one") + " " + touchstone.file("one"), "twice"},
+                 {folders + " " + touchstone.file("all"), "another sweep"},
+                 {touchstone.file("merged"), "merged already"},
+                 {"/no/such/folder", "not what"}}) {
+            answer = touchstone("bench merge " + given + out);
+            CHECK(answer.code == 1);
+            CHECK(isOneSentence(answer.err));
+            CHECK_THAT(answer.err, Catch::Contains(why));
+        }
+    }
+}
+
+TEST_CASE("bench: a row whose answers do not hold is listed without a time", "[system]") {
+    const Program touchstone;
+    const std::string press = pressFile(touchstone, {{"iteration_cap", 1}});
+    const json results = measured(touchstone, press + " --suite hard", "hard");
+    CHECK(results.at("rows").size() == 6);  // two modes, three solvers
+    int failed = 0;
+    for (const json& row : results.at("rows")) {
+        if (row.at("mode") != "default") continue;
+        INFO(row.at("key") << ": " << row.at("why"));
+        const bool capped = row.at("solver") != "dual-active-set";  // whose work is bounded by itself
+        CHECK(row.at("valid") == !capped);
+        CHECK(row.at("step_p50_us").is_null() == capped);
+        CHECK(row.at("step_worst_us").is_null() == capped);
+        CHECK(row.at("runs") == (capped ? 0 : 3));
+        if (capped) CHECK_THAT(row.at("why").get<std::string>(), Catch::Contains("iteration-limit"));
+        failed += capped;
+    }
+    CHECK(failed == 2);
+    CHECK_THAT(textOf(touchstone.file("hard/index.html")), Catch::Contains("iteration-limit"));
+}
+
+TEST_CASE("bench: wrong usage is one sentence", "[system]") {
+    const Program touchstone;
+    const std::string press = pressFile(touchstone), out = " --out " + touchstone.file("out");
+    for (const auto& [args, code] :
+         std::vector<std::pair<std::string, int>>{{press, 2},
+                                                  {press + out + " --suite soft", 2},
+                                                  {press + out + " --shard 3", 2},
+                                                  {press + out + " --shard 0/2", 2},
+                                                  {press + out + " --shard 3/2", 2},
+                                                  {press + out + " --shard 1/2x", 2},
+                                                  {"nowhere" + out, 1},
+                                                  {"hello" + out + "/" + std::string(300, 'x'), 1},
+                                                  {press + " --out /proc/no", 1},
+                                                  {"merge " + press, 2}}) {
+        INFO(args);
+        const Answer answer = touchstone("bench " + args);
+        INFO(answer.err);
+        CHECK(answer.code == code);
+        CHECK(isOneSentence(answer.err));
+    }
+}

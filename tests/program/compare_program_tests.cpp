@@ -1,0 +1,144 @@
+// touchstone compare and touchstone paper from outside. What they measure is never asserted: only that the inputs were
+// the same and that everything is there.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/scene/gltf_write.hpp"
+#include "haptics/device/motion.hpp"
+#include "tests/program/csv_table.hpp"
+#include "tests/program/program.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using nlohmann::json;
+
+namespace {
+
+std::string pressFile(const Program& touchstone) {
+    engine::writeGltf(pressScene(), touchstone.file("press.glb"));
+    return touchstone.file("press.glb");
+}
+
+/// The table of `compare ARGS`.
+Table compared(const Program& touchstone, const std::string& args, const std::string& folder) {
+    const Answer answer = touchstone("compare " + args + " --runs 1 --out " + touchstone.file(folder));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    return tableOf(touchstone.file(folder + "/compare.csv"));
+}
+
+}  // namespace
+
+TEST_CASE("compare: every solver is given the same motion, and told in table, ticks and plots", "[system]") {
+    const Program touchstone;
+    const auto table = compared(touchstone, pressFile(touchstone) + " --mode paper,default,penalty", "all");
+    std::set<std::string> cases, devices;
+    for (const auto& row : table) {
+        INFO(row.at("case"));
+        cases.insert(row.at("case"));
+        devices.insert(row.at("device_hash"));
+        CHECK(row.at("ticks") == table.front().at("ticks"));
+        for (const char* column : {"step_p50_us", "step_p99_us", "step_p999_us", "collision_mean_us", "solve_mean_us",
+                                   "iterations_mean", "iterations_max", "rows_max", "penetration_max_mm",
+                                   "hover_p99_mm", "ticks_elastic", "ticks_iteration_limit", "ticks_invalid"})
+            CHECK_FALSE(row.at(column).empty());
+        CHECK(row.at("force_error_max_N").empty() == row.at("solver").empty());  // penalty has no rows to solve
+        if (row.at("solver") == "dual-active-set") CHECK(std::stod(row.at("force_error_max_N")) < 1e-9);
+        if (row.at("solver") == "dual-active-set") CHECK(std::stod(row.at("force_difference_max_N")) == 0);
+        if (row.at("mode") == "default") CHECK(std::stod(row.at("penetration_max_mm")) <= 1e-3);
+        std::string ticks = "all/ticks-" + row.at("case") + ".csv";
+        std::replace(ticks.begin(), ticks.end(), ' ', '-');
+        CHECK(tableOf(touchstone.file(ticks)).size() == std::stoul(row.at("ticks")));
+    }
+    CHECK(cases == std::set<std::string>{"paper dual-active-set", "paper pqp", "paper active-set",
+                                         "default dual-active-set", "default pqp", "default active-set", "penalty"});
+    CHECK(table.size() == cases.size());
+    CHECK(devices.size() == 1);
+    // The tool of springs sinks in, the one behind rows does not.
+    const auto& penalty = table.back();
+    REQUIRE(penalty.at("mode") == "penalty");
+    CHECK(std::stod(penalty.at("penetration_max_mm")) > 1e-3);
+    for (const char* plot : {"time", "rows", "force", "penetration", "stages"})
+        for (const char* extension : {".svg", ".png"})
+            CHECK(textOf(touchstone.file(std::string("all/") + plot + extension)).size() > 1000);
+}
+
+TEST_CASE("compare: a recording and a motion from a file are fed as they are", "[system]") {
+    const Program touchstone;
+    const std::string press = pressFile(touchstone);
+    REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
+    const auto demo = compared(touchstone, press + " --solvers dual-active-set,pqp", "demo");
+    const auto recorded = compared(touchstone, touchstone.file("push") + " --solvers dual-active-set,pqp", "recorded");
+    REQUIRE(demo.size() == 2);
+    REQUIRE(recorded.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        CHECK(recorded[i].at("device_hash") == demo[i].at("device_hash"));
+        CHECK(recorded[i].at("hash") == demo[i].at("hash"));
+    }
+
+    writeMotion(touchstone.file("down.csv"), std::vector<MotionKey>{{0, {Vec3(0, 15, 0), Quat::Identity()}},
+                                                                    {300, {Vec3(0, 9, 0), Quat::Identity()}}});
+    const auto moved =
+        compared(touchstone, press + " --solvers pqp --device replay:" + touchstone.file("down.csv"), "moved");
+    REQUIRE(moved.size() == 1);
+    CHECK(moved[0].at("device_hash") != demo[0].at("device_hash"));
+    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and what leaves stand out
+    CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not asked for
+}
+
+TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
+    const Program touchstone;
+    const std::string press = pressFile(touchstone);
+    REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
+    for (const auto& [args, code, why] : std::vector<std::tuple<std::string, int, std::string>>{
+             {"", 2, ""},
+             {press + " --solvers simplex", 2, "simplex"},
+             {press + " --mode papery", 2, "papery"},
+             {press + " --mode paper --tolerance none", 2, "tolerance"},
+             {press + " --set trust=3", 2, "trust"},
+             {press + " --out /proc/no", 1, "/proc/no"},
+             {"nowhere", 1, "nowhere"},
+             {touchstone.file("push") + " --device demo", 2, "--device"},
+             {press + " --mode default,penalty --solvers dual-active-set --device hand:0.1,200,1,0", 1, "record it"},
+             {press + " --device demo:none", 1, "none"}}) {
+        INFO(args);
+        const Answer answer = touchstone("compare " + args);
+        INFO(answer.err);
+        CHECK(answer.code == code);
+        const auto last = answer.err.find("touchstone: ");  // after what is being run
+        REQUIRE(last != std::string::npos);
+        CHECK(isOneSentence(answer.err.substr(last)));
+        CHECK_THAT(answer.err, Catch::Contains(why));
+    }
+}
+
+TEST_CASE("paper: the quick experiments draw every figure and judge every claim", "[system][gl]") {
+    const Program touchstone;
+    const Answer answer = touchstone("paper --quick --out " + touchstone.file("paper"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    const json results = json::parse(textOf(touchstone.file("paper/paper.json")));
+    CHECK(results.at("quick") == true);
+    CHECK_FALSE(results.at("machine").at("processor").get<std::string>().empty());
+    REQUIRE(results.at("motions").size() == 4);
+    for (const json& motion : results.at("motions")) {
+        INFO(motion.at("name"));
+        std::set<std::string> devices;
+        for (const json& row : motion.at("rows")) devices.insert(row.at("device_hash").get<std::string>());
+        CHECK(motion.at("rows").size() == (motion.at("name") == "figure-7-1024" ? 3 : 7));
+        CHECK(devices.size() == 1);
+    }
+    std::set<std::string> claims;
+    for (const json& claim : results.at("claims")) {
+        claims.insert(claim.at("key").get<std::string>());
+        CHECK(claim.contains("agrees"));
+        CHECK_THAT(answer.out, Catch::Contains(claim.at("measured").get<std::string>()));
+    }
+    CHECK(claims == std::set<std::string>{"speed", "iterations", "budget", "active-set", "penetration", "axial"});
+    for (const char* figure : {"figure-5", "figure-5-deeper", "figure-6", "figure-7", "figure-7-default"})
+        CHECK(textOf(touchstone.file(std::string("paper/") + figure + ".svg")).size() > 1000);
+    for (const char* steps : {"figure-5", "figure-7"})
+        for (int k = 1; k <= 4; ++k)
+            CHECK(fs::exists(touchstone.file("paper/" + std::string(steps) + "-step-" + std::to_string(k) + ".png")));
+}

@@ -1,0 +1,57 @@
+#pragma once
+// The program from outside, as a user calls it.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/support/scene_maker.hpp"
+
+namespace touchstone::test {
+
+namespace fs = std::filesystem;
+
+struct Answer {
+    int code = -1;
+    std::string out, err;
+};
+
+inline std::string textOf(const fs::path& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Runs `touchstone ARGS` without a display, if `variables` give none, and with a tree cache of its own.
+class Program {
+  public:
+    Answer operator()(const std::string& args, const std::string& variables = {}) const {
+        const fs::path err = folder_.path() / "stderr";
+        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + file("cache") + "' " +
+                                    variables + " '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" +
+                                    err.string() + "'";
+        Answer answer;
+        FILE* pipe = popen(command.c_str(), "r");
+        REQUIRE(pipe);
+        char buffer[4096];
+        for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) answer.out.append(buffer, n);
+        const int status = pclose(pipe);
+        answer.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        answer.err = textOf(err);
+        return answer;
+    }
+    std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  private:
+    TempFolder folder_;
+};
+
+/// One line, ended.
+inline bool isOneSentence(const std::string& text) {
+    return text.size() > 12 && text.rfind("touchstone: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
+}
+
+}  // namespace touchstone::test

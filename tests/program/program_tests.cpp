@@ -1,0 +1,438 @@
+// The commands run, validate, new and doctor; `tree` has a file of its own.
+#include <sys/stat.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "engine/scene/gltf_write.hpp"
+#include "tests/program/program.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+/// The press scene, with another outcome if one is given.
+std::string pressFile(const Program& program, const json& outcome = nullptr) {
+    engine::Scene made = pressScene();
+    if (!outcome.is_null()) {
+        json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
+        extras["touchstone"]["outcome"] = outcome;
+        setExtras(made, made.nodes[0], extras);
+    }
+    engine::writeGltf(made, program.file("press.glb"));
+    return program.file("press.glb");
+}
+
+}  // namespace
+
+TEST_CASE("program: a headless run writes a whole report, and the same hash again", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
+    // Late ticks are counted where a clock paces them.
+    CHECK(touchstone(run + " --seconds 0.05 --paced").out.find("ticks ended late") != std::string::npos);
+    CHECK(touchstone(run + " --seconds 0.05").out.find("ticks ended late") == std::string::npos);
+    Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("expected outcome: met"));
+    const json report = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(report.at("scene") == "press");
+    CHECK(report.at("mode") == "default");
+    CHECK(report.at("solver") == "dual-active-set");
+    CHECK(report.at("ticks") == 801);
+    CHECK(report.at("overruns").is_null());
+    CHECK(report.at("outcome").at("met") == true);
+    CHECK(report.at("penetration_mm").at("max") <= 0.001);
+
+    std::ifstream ticks(touchstone.file("ticks.csv"));
+    std::string header, line;
+    std::getline(ticks, header);
+    CHECK_THAT(header, Contains("t_ms") && Contains("tool_x_mm") && Contains("force_x_N") && Contains("step_us"));
+    int lines = 0;
+    while (std::getline(ticks, line)) {
+        ++lines;
+        if (std::count(line.begin(), line.end(), ',') != std::count(header.begin(), header.end(), ',')) FAIL(line);
+    }
+    CHECK(lines == 801);
+
+    answer = touchstone(run + " --shadow none");
+    CHECK(answer.code == 0);
+    const json again = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(again.at("hash") == report.at("hash"));
+    CHECK(again.at("shadow") == "none");
+}
+
+TEST_CASE("program: a sweep of the last tick is a table of every solver", "[system]") {
+    const Program touchstone;
+    const std::string run = "run " + pressFile(touchstone) + " --sweep " + touchstone.file("sweep.csv");
+    const Answer answer = touchstone(run + " --headless --seconds 0.4 --set adaptive_margin=off");
+    INFO(answer.err);
+    REQUIRE((answer.code == 0 || answer.code == 3));
+    const std::string table = textOf(touchstone.file("sweep.csv"));
+    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N") &&
+                          Contains("dual-active-set") && Contains("active-set") && Contains("pqp,0.01,"));
+
+    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // one tick has none before it
+    CHECK(touchstone(run).code == 2);
+    CHECK(touchstone("run --plots everything").code == 2);
+}
+
+TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone("run " + pressFile(touchstone, {{"min_peak_force_N", 100}}) + " --headless");
+    CHECK(answer.code == 3);
+    CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
+}
+
+TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver",
+          "[system]") {
+    const Program touchstone;
+    engine::Scene made = pressScene();
+    made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
+    engine::writeGltf(made, touchstone.file("set.glb"));
+    const auto settingsOf = [&](const std::string& args) {
+        const Answer answer = touchstone("run " + touchstone.file("set.glb") + " --headless --seconds 0.02 --report " +
+                                         touchstone.file("r.json") + " " + args);
+        INFO(answer.err);
+        REQUIRE(answer.code == 0);
+        return json::parse(textOf(touchstone.file("r.json"))).at("settings");
+    };
+    json settings = settingsOf("");
+    CHECK(settings.at("margin") == "0.4");
+    CHECK(settings.at("rate") == "500");
+    settings = settingsOf("--rate 250 --set margin=0.6 --set rate=1000");
+    CHECK(settings.at("margin") == "0.6");
+    CHECK(settings.at("trust") == "0.3");
+    CHECK(settings.at("rate") == "1000");
+    settings = settingsOf("--mode paper");
+    CHECK(settings.at("solver") == "pqp");
+    CHECK(settings.at("shadow") == "none");
+    CHECK(settings.at("tolerance") == "0.01");
+    settings = settingsOf("--mode paper --solver dual-active-set --tolerance 0.5 --shadow pqp");
+    CHECK(settings.at("mode") == "paper");
+    CHECK(settings.at("solver") == "dual-active-set");
+    CHECK(settings.at("shadow") == "pqp");
+    CHECK(settings.at("tolerance") == "0.5");
+}
+
+TEST_CASE("program: validate says what was taken for what, and warns", "[system]") {
+    const Program touchstone;
+    Answer answer = touchstone("validate " + pressFile(touchstone));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
+                               Contains("demonstration: 0.80 s") && Contains("valid"));
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("out by at most") &&
+                               Contains("surface proven covered, closed"));
+    engine::Scene lone;
+    addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
+    engine::writeGltf(lone, touchstone.file("lone.glb"));
+    answer = touchstone("validate " + touchstone.file("lone.glb"));
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.out, Contains("warning") && Contains("colour"));
+    CHECK_THAT(answer.err, Contains("no node is an obstacle"));
+    CHECK(isOneSentence(answer.err));
+}
+
+TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    for (const std::string& args :
+         std::vector<std::string>{"",
+                                  "dance",
+                                  "run " + scene + " --headless --frobnicate",
+                                  "run " + scene + " --headless --seconds -1",
+                                  "run " + scene + " --headless --mode papery",
+                                  "run " + scene + " --headless --solver magic",
+                                  "run " + scene + " --headless --shadow magic",
+                                  "run " + scene + " --headless --set margin",
+                                  "run " + scene + " --headless --set magin=1",
+                                  "run " + scene + " --headless --set margin=wide",
+                                  "run " + scene + " --headless --set trust=5",
+                                  "run " + scene + " --headless --rate fast",
+                                  "validate",
+                                  "new --tool a.stl",
+                                  "new --tool a.stl --obstacle b.stl --unit furlong -o c.glb",
+                                  "new --tool a.stl --obstacle b.stl -o c.txt",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --leaves 7",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --leaves 64 --max-error 1mm",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --max-error wide",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --quality finest",
+                                  "new --tool a.stl --obstacle b.stl -o c.glb --interior hollow"}) {
+        INFO(args);
+        const Answer answer = touchstone(args);
+        INFO(answer.err);
+        CHECK(answer.code == 2);
+        CHECK(isOneSentence(answer.err));
+    }
+}
+
+TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
+    for (const std::string& args : std::vector<std::string>{
+             "run /no/such/scene.glb --headless", "run nosuchscene --headless",
+             "run " + touchstone.file("broken.glb") + " --headless", "run " + scene + " --headless --device joystick",
+             "run " + scene + " --headless --device mouse", "run " + scene + " --headless --device replay:/no/such.csv",
+             "run " + scene + " --headless --report /no/such/folder/r.json",
+             "run " + scene + " --headless --ticks /no/such/folder/t.csv", "run " + scene,
+             "new --tool /no/such.stl --obstacle /no/such.obj -o " + touchstone.file("n.glb")}) {
+        INFO(args);
+        const Answer answer = touchstone(args);
+        INFO(answer.err);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+    }
+    CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
+}
+
+TEST_CASE("program: help and version need no scene", "[system]") {
+    const Program touchstone;
+    CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));
+    const Answer help = touchstone("--help");
+    CHECK(help.code == 0);
+    for (const char* word : {"run", "validate", "doctor", "new", "Examples"}) CHECK_THAT(help.out, Contains(word));
+    const Answer settings = touchstone("run --help-settings");
+    CHECK(settings.code == 0);
+    for (const char* key : {"margin", "travel_budget", "shadow_rows", "dual-active-set"})
+        CHECK_THAT(settings.out, Contains(key));
+    CHECK_THAT(touchstone("run --help").out, Contains("--screenshot") && Contains("replay:hand.csv"));
+}
+
+TEST_CASE("program: doctor looks at everything", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone("doctor");
+    // 1.1 k T (0.5 + d), in N·s/m.
+    CHECK_THAT(touchstone("doctor --stiffness 2 --rate 500").out, Contains("2.2 N·s/m without delay, 6.6 with d = 1"));
+    for (const char* what : {"processor", "cores", "SIMD", "scheduling", "pictures", "window", "device", "passivity",
+                             "bunny", "scenes", "cache"})
+        CHECK_THAT(answer.out, Contains(what));
+    CHECK(answer.err.empty());
+}
+
+TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system]") {
+    const Program touchstone;
+    // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.
+    const auto write = [&](const std::string& name, int edge) {
+        std::ofstream out(touchstone.file(name));
+        out << "v 0 0 0\nv " << edge << " 0 0\nv 0 " << edge << " 0\nv 0 0 " << edge
+            << "\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    };
+    write("a.obj", 20);
+    write("b.obj", 40);
+    Answer answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                               " --unit mm --leaves 64 -o " + touchstone.file("ab.glb"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("20 x 20 x 20 mm") && Contains("40 x 40 x 40 mm"));
+    answer = touchstone("validate " + touchstone.file("ab.glb"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out, Contains("\"a\" is the tool (64 leaves, fast, shell)") && Contains("\"b\" is an obstacle") &&
+                               !Contains("overlap by") && Contains("demonstration: none"));
+    // 1 % of the diagonals of 20 and 40 mm cubes.
+    const std::string asked = "new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                              " --quality best --interior solid -o " + touchstone.file("ab.gltf");
+    answer = touchstone(asked + " --max-error 1%");
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    const json nodes = json::parse(textOf(touchstone.file("ab.gltf"))).at("nodes");
+    for (const auto& [node, edge] : {std::pair{0, 20}, std::pair{1, 40}}) {
+        const json mark = nodes[node].at("extras").at("touchstone");
+        CHECK(mark.at("max_error_mm").get<double>() == Approx(0.01 * edge * std::sqrt(3.)));
+        CHECK(mark.at("quality") == "best");
+        CHECK(mark.at("interior") == "solid");
+        CHECK_FALSE(mark.contains("leaves"));
+    }
+    answer = touchstone(asked + " --max-error 0.5mm");
+    CHECK(answer.code == 0);
+    answer = touchstone("validate " + touchstone.file("ab.gltf"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out,
+               Contains("is the tool (at most 0.5 mm out, best, solid)") && Contains("surface proven covered, closed"));
+    // Parts of 20 m are the usual sign of a wrong unit.
+    answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
+                        " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
+    CHECK_THAT(answer.out, Contains("warning") && Contains("check the unit"));
+}
+
+TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {
+    const Program touchstone;
+    const Answer answer = touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.4 --screenshot " +
+                                     touchstone.file("p.png"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
+}
+
+TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[system]") {
+    const Program touchstone;
+    const std::string run = "run " + pressFile(touchstone) + " --headless --seconds 0.1 ";
+    Answer answer = touchstone(run + "--show contacts,halo");
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.err, Contains("'halo'") && Contains("clearance"));
+    answer = touchstone(run + "--view behind");
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.err, Contains("'behind'") && Contains("front"));
+}
+
+TEST_CASE("program: numbers that are not finite, or out of range, are refused by every option", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    for (const char* value : {"nan", "-nan", "inf", "1e308", "1e999", "-1", "0", "1x", "''"})
+        for (const std::string& command :
+             {"run " + scene + " --headless --seconds", "compare " + scene + " --seconds",
+              std::string("soak --seconds"), std::string("doctor --rate"), std::string("doctor --stiffness"),
+              "run " + scene + " --headless --rate", "run " + scene + " --headless --set stiffness=1 --tolerance",
+              "tree " + scene + " --max-error"}) {
+            INFO(command << ' ' << value);
+            if (*value == '\'' && command.ends_with("max-error")) continue;  // no error is asked for then
+            const Answer answer = touchstone(command + " " + value);
+            CHECK(answer.code == 2);
+            CHECK(isOneSentence(answer.err));
+            CHECK(answer.out.empty());
+        }
+    for (const char* hand : {"nan,500,14,0", "0.1,inf,14,0", "0.1,500,1e308,0", "0.1,500,14,nan"}) {
+        INFO(hand);
+        const Answer answer = touchstone("run " + scene + " --headless --device hand:" + hand);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+    }
+}
+
+TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
+    const Program touchstone;
+    const Answer answer = touchstone(
+        "run " + pressFile(touchstone, {{"tool_within_m", {{"min", {0, 0, 1}}, {"max", {1, 1, 0}}}}}) + " --headless");
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.err, Contains("tool_within_m.min must be at most max"));
+    CHECK(isOneSentence(answer.err));
+}
+
+TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothing is left half written", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone);
+    const std::string run = "run " + scene + " --headless --seconds 0.3";
+    REQUIRE(touchstone(run).code == 0);  // its trees are in the cache now
+    for (const char* option : {"--report", "--ticks", "--screenshot", "--dump-qp", "--sweep"}) {
+        INFO(option);
+        const Answer answer = touchstone(run + " " + option + " /dev/full");
+        CHECK(answer.code == 1);
+        CHECK_THAT(answer.err, Contains("'/dev/full'") || Contains("/dev/full:"));
+        CHECK_THAT(answer.err, Contains("No space left on device"));
+        // Files may not grow beyond 2 blocks: as on a disk that fills up.
+        const std::string file = touchstone.file("output");
+        std::ofstream(file) << "earlier";
+        const Answer limited =
+            touchstone(run + " " + option + " " + file, "sh -c 'trap \"\" XFSZ; ulimit -f 2; exec \"$@\"' -");
+        CHECK(limited.code == 1);
+        CHECK_THAT(limited.err, Contains(file) && Contains("File too large"));
+        CHECK(textOf(file) == "earlier");
+    }
+    CHECK(touchstone(run + " >/dev/full").code == 1);
+    CHECK(touchstone("doctor >/dev/full").code == 1);
+    CHECK(touchstone("--help >/dev/full").code == 1);
+    CHECK_THAT(touchstone("validate " + scene + " >/dev/full").err, Contains("cannot write to the output stream"));
+    for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(scene).parent_path()))
+        CHECK(entry.path().extension() != ".part");
+}
+
+TEST_CASE("program: a hand whose tool falls through the hole ends, and that is said", "[system]") {
+    const Program touchstone;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
+    // A square hole of 14 mm right through a plate of 10 mm: nothing holds the peg at the goal.
+    const engine::Entity plate = addNode(scene, "plate", {}, {});
+    setExtras(scene, plate, {{"touchstone", {{"role", "obstacle"}, {"leaves", 512}}}});
+    for (const double side : {-1.0, 1.0}) {
+        addBox(scene, "x", {0.02f, 0.01f, 0.054f}, nullptr, {.translation = {side * 0.017, 0, 0}}, plate);
+        addBox(scene, "z", {0.014f, 0.01f, 0.02f}, nullptr, {.translation = {0, 0, side * 0.017}}, plate);
+    }
+    const engine::Entity goal = addNode(scene, "seat", {}, {});
+    setExtras(scene, goal, {{"touchstone", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}, {"depth_m", 0.01}}}}}});
+    engine::updateWorldTransforms(scene);
+    engine::writeGltf(scene, touchstone.file("through.glb"));
+    for (const char* seed : {"1", "3", "5"}) {
+        INFO(seed);
+        const std::string run = "run " + touchstone.file("through.glb") + " --headless --device insert:" + seed;
+        Answer answer = touchstone(run + " --report " + touchstone.file("report.json"));
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.out, Contains("the tool fell through: it was"));
+        const json report = json::parse(textOf(touchstone.file("report.json")));
+        CHECK(report.at("ended") == "motion");
+        CHECK(report.at("fell_past_goal_mm") > 10);
+        CHECK(report.at("ticks") < 60'000);
+    }
+}
+
+TEST_CASE("program: a headless run says what ended it, and none is without an end", "[system]") {
+    const Program touchstone;
+    const std::string run = "run " + pressFile(touchstone) + " --headless --report " + touchstone.file("report.json");
+    const auto ended = [&](const std::string& options, int ticks, const std::string& variables = "") {
+        const Answer answer = touchstone(run + options, variables);
+        INFO(answer.out << answer.err);
+        CHECK(answer.code == 0);
+        const json report = json::parse(textOf(touchstone.file("report.json")));
+        CHECK(report.at("ticks") == ticks);
+        return report.at("ended").get<std::string>();
+    };
+    CHECK(ended("", 801) == "motion");
+    CHECK(ended(" --seconds 0.2", 200) == "seconds");
+    CHECK(ended(" --seconds 2", 2000) == "seconds");  // the last pose holds
+    CHECK(ended(" --device spacemouse", 60'000,
+                "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so") == "limit");
+}
+
+TEST_CASE("program: an output that fails takes no other with it, and none replaces another", "[system]") {
+    const Program touchstone;
+    const std::string scene = pressFile(touchstone), report = touchstone.file("report.json"),
+                      picture = touchstone.file("picture.png");
+    const Answer answer =
+        touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/full --dump-qp /dev/full " + "--sweep " +
+                   touchstone.file("sweep.csv") + " --report " + report + " --screenshot " + picture);
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.out, Contains("20 ticks at 1000 Hz"));
+    CHECK_THAT(answer.err, Contains("cannot write the ticks to '/dev/full'") && Contains("there is nothing to sweep"));
+    CHECK(json::parse(textOf(report)).at("ticks") == 20);
+    CHECK(fs::file_size(picture) > 1000);
+    for (const std::string& two : std::vector<std::string>{" --report same --ticks same",
+                                                           " --screenshot same --sweep ./same", " --report " + scene}) {
+        INFO(two);
+        const Answer refused = touchstone("run " + scene + " --headless --seconds 0.02" + two);
+        CHECK(refused.code == 2);
+        CHECK(isOneSentence(refused.err));
+    }
+    CHECK(touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/null --report /dev/null").code == 0);
+}
+
+TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[system]") {
+    const Program touchstone;
+    std::ofstream(touchstone.file("far.csv"))
+        << "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,15,0,1,0,0,0\n100,1e30,15,0,1,0,0,0\n";
+    const std::string run = "run " + pressFile(touchstone, {{"max_penetration_mm", 1}}) + " --headless --report " +
+                            touchstone.file("report.json");
+    const Answer answer = touchstone(run + " --device replay:" + touchstone.file("far.csv"));
+    CHECK(answer.code == 3);
+    CHECK_THAT(answer.out, Contains("ticks with an invalid pose") && Contains("NOT MET"));
+    CHECK(json::parse(textOf(touchstone.file("report.json"))).at("invalid_poses") == 100);
+    CHECK(touchstone(run).code == 0);
+}
+
+TEST_CASE("program: folders and pipes in place of files are named for what they are", "[system]") {
+    const Program touchstone;
+    const std::string folder = touchstone.file("folder.gltf"), pipe = touchstone.file("pipe.csv");
+    fs::create_directory(folder);
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK_THAT(touchstone("validate " + folder).err, Contains("is a folder"));
+    CHECK_THAT(touchstone("validate " + pipe).err, Contains("is a pipe"));
+    for (const std::string& motion : {pipe, std::string("/dev/zero")})
+        CHECK_THAT(touchstone("run " + pressFile(touchstone) + " --headless --device replay:" + motion).err,
+                   Contains("is no regular file"));
+}

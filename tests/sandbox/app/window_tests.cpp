@@ -1,0 +1,439 @@
+// The real window under a (virtual) display, used like a user does.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <fstream>
+#include <set>
+
+#include "engine/ui/user_files.hpp"
+#include "engine/view/image_file.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "tests/support/fake_hd/fake_hd_device.hpp"
+#include "tests/support/ui_scene.hpp"
+#include "tests/support/ui_user.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+
+namespace {
+
+bool isRunning(WindowFrame& frame) { return frame.session.running(); }
+/// The demonstration has come to rest in the contact.
+bool isAtRest(WindowFrame& frame) { return isRunning(frame) && frame.session.snapshot()->finished; }
+std::size_t editsOf(WindowFrame& frame) { return frame.session.newest().edits.size(); }
+
+void lower(LiveSession& session) {
+    const auto place = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
+    auto lowered = place;
+    lowered.translation.y = -0.004;
+    session.edit({PlaceNode{1, place, lowered}});
+}
+
+}  // namespace
+
+TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to engage them", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const FakeHd fake;
+    constexpr const char* kPhantom = "phantom:,stale=500";
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.session.loop.watchdogMs = 0;
+    enum { Start, Engage, Engaged, Away, Back, Anew, Done } phase = Start;
+    GLFWwindow* other = nullptr;
+    int frames = 0;
+    options.onFrame = [&](WindowFrame& frame) {
+        LiveSession& session = frame.session;
+        const auto focused = [&] { return glfwGetWindowAttrib(frame.window.handle(), GLFW_FOCUSED) != 0; };
+        const auto engagement = [&] { return session.snapshot()->engagement; };
+        ++frames;
+        switch (phase) {
+            case Start:
+                if (!session.running()) break;
+                session.chooseDevice(kPhantom);
+                REQUIRE(session.device() == kPhantom);
+                phase = Engage;
+                break;
+            case Engage:
+                if (session.snapshot()->session == 0 || session.record()->tick < 5) break;  // the demonstration's
+                glfwFocusWindow(frame.window.handle());
+                session.engage();
+                if (focused() && isEngaged(engagement())) phase = Engaged, frames = 0;
+                break;
+            case Engaged:  // while it has the focus it goes on
+                if (!focused()) frames = 0;
+                if (frames < 10) break;
+                REQUIRE(isEngaged(engagement()));
+                glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+                other = glfwCreateWindow(100, 100, "another", nullptr, nullptr);
+                REQUIRE(other);
+                phase = Away;
+                break;
+            case Away:
+                glfwFocusWindow(other);
+                if (engagement() != Engagement::Stopped) break;
+                CHECK_FALSE(focused());
+                CHECK(session.record()->wrench_out.force.isZero(0));
+                glfwDestroyWindow(other);
+                phase = Back, frames = 0;
+                break;
+            case Back:  // looking again does not start the motors
+                glfwFocusWindow(frame.window.handle());
+                if (!focused()) frames = 0;
+                if (frames < 30) break;
+                CHECK(engagement() == Engagement::Stopped);
+                session.engage();
+                phase = Anew;
+                break;
+            case Anew:
+                if (!isEngaged(engagement())) break;
+                phase = Done;
+                frame.window.close();
+                break;
+            case Done:
+                break;
+        }
+    };
+    CHECK(runWindow(options) == 0);
+    CHECK(phase == Done);
+}
+
+TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force follows", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.screenshot = folder.path() / "window.png";
+    /// Force per separation of tool and device, N/mm: the cube is pressed down without turning.
+    const auto felt = [](WindowFrame& frame) {
+        const TickRecord& record = *frame.session.record();
+        const double apart = (record.X_WT.p - record.X_WT_device.p).norm();
+        return apart > 0.5 ? record.wrench_C.force.norm() / apart : 0;
+    };
+    double before = 0, set = 0;
+    User user;
+    user.until(isAtRest)
+        .doing([&](WindowFrame& frame) { before = felt(frame); })
+        .drag(onItem("stiffness"), onItem("stiffness", 0.8f))
+        .doing([&](WindowFrame& frame) { set = frame.session.settings().stiffness; })
+        .until([&](WindowFrame& frame) {  // it ramps over 200 ms
+            return frame.session.snapshot()->settings.stiffness == set && std::abs(felt(frame) - set) < 1e-3 * set;
+        })
+        .key(GLFW_KEY_Z, true)  // the whole drag is one step
+        .until([](WindowFrame& frame) { return frame.session.settings().stiffness == 1; });
+    REQUIRE(user.use(options));
+    // Before: the default. To rounding of the depth at which the leaves touch, the force is k times the separation.
+    CHECK(before == Approx(1).epsilon(1e-3));
+    CHECK(set > 1.3);
+    const engine::Image picture = engine::readPng(options.screenshot);
+    CHECK(picture.width >= 1280);
+    CHECK(picture.height >= 800);
+}
+
+TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    double start = 0;
+    User user;
+    user.until(isAtRest)
+        .doing([&](WindowFrame& frame) { start = frame.session.record()->X_WT.p.y(); })
+        .hold([](WindowFrame& frame) { return frame.toolOnScreen; })
+        .until([](WindowFrame& frame) { return frame.session.device() == "mouse"; })
+        .moveBy({0, -100})  // up: away from the slab
+        .until([&](WindowFrame& frame) { return frame.session.record()->X_WT.p.y() > start + 2; });
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: the space bar takes the force, and gives it back", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto force = [](WindowFrame& frame) { return frame.session.snapshot()->record.wrench_out.force.norm(); };
+    const auto pushes = [&](WindowFrame& frame) { return isRunning(frame) && force(frame) > 1.5; };
+    User user;
+    user.until(pushes)
+        .key(GLFW_KEY_SPACE)
+        .until([&](WindowFrame& frame) {
+            return force(frame) == 0 && frame.session.snapshot()->engagement == Engagement::Stopped;
+        })
+        .key(GLFW_KEY_SPACE)
+        .until(pushes);
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes the tool, and goes back", "[ui]") {
+    if (!hasDisplay()) return;
+    const bool up = GENERATE(false, true);  // away from the tool that lies on it, and into it
+    CAPTURE(up);
+    const TempFolder folder;
+    const auto saved = folder.path() / "moved.glb";
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.configFolder = folder.path() / "config";
+    options.onFrame = [](WindowFrame& frame) {
+        if (!isRunning(frame)) return;
+        CHECK(trueClearance(*frame.session.scene()->world, frame.session.record()->X_WT) >= -1e-3);
+    };
+
+    const auto corner = [](WindowFrame& frame) { return glm::vec2(frame.picture.x, frame.picture.y); };
+    const auto viewport = [](WindowFrame& frame) {
+        return glm::vec2(frame.picture.z - frame.picture.x, frame.picture.w - frame.picture.y);
+    };
+    const auto height = [](WindowFrame& frame) { return frame.session.scene()->world->obstacles[0].X_WO.p.y(); };
+    const auto arrived = [](WindowFrame& frame) {
+        const engine::Scene& scene = frame.session.scene()->scene;
+        return frame.session.scene()->world->obstacles[0].X_WO ==
+               toPose(engine::worldPose(scene.registry, scene.nodes[1]));
+    };
+    const auto onSlab = [&](WindowFrame& frame) -> std::optional<glm::vec2> {
+        // A corner of its upper face, beside the cube.
+        const auto at = frame.camera.project({0.022f, 0.005f, 0.022f}, viewport(frame));
+        return at ? std::optional(*at + corner(frame)) : std::nullopt;
+    };
+    const auto onHandle = [&](WindowFrame& frame) -> std::optional<glm::vec2> {
+        if (!frame.selection.handles()) return std::nullopt;
+        const auto at = Gizmo::grip(GizmoHandle::MoveY, frame.camera, viewport(frame), *frame.selection.handles());
+        return at ? std::optional(*at + corner(frame)) : std::nullopt;
+    };
+    double start = 0, dragged = 0, toolStart = 0;
+    std::uint64_t loopSession = 0;
+    User user;
+    user.until(isAtRest)
+        .doing([&](WindowFrame& frame) {
+            start = height(frame);
+            toolStart = frame.session.record()->X_WT.p.y();
+            loopSession = frame.session.snapshot()->session;
+        })
+        .click(onSlab)
+        .hold(onHandle)
+        .doing([&](WindowFrame& frame) {
+            CHECK(frame.selection.node() == frame.session.scene()->roles.obstacles[0]);
+            CHECK(frame.selection.dragging());
+        })
+        .moveBy({0, up ? -60 : 60})  // along the axis
+        .release()
+        .until([&](WindowFrame& frame) { return editsOf(frame) == 1 && arrived(frame); })
+        .doing([&](WindowFrame& frame) {
+            const LiveSession& session = frame.session;
+            dragged = height(frame) - start;
+            // Under more load it lies a little deeper in the ripple of the slab's leaves.
+            if (up) CHECK(session.record()->X_WT.p.y() == Approx(toolStart + dragged).epsilon(0.02));
+            CHECK(session.snapshot()->session == loopSession);  // the loop went on
+            CHECK(session.scene()->world->obstacles[0].X_WO.p.head<2>().x() == Approx(0).margin(1e-9));
+            engine::writeGltf(session.scene()->scene, saved);  // the session's own file stays, and with it undo
+        })
+        .click("menu scene")
+        .click("menu reload")  // asks, for the change is not saved
+        .click("Stay")
+        .doing([&](WindowFrame& frame) {
+            CHECK(editsOf(frame) == 1);
+            CHECK(frame.session.sceneNumber() == 1);
+        })
+        .click("menu scene")
+        .click("menu reload")
+        .click("Go on without the changes")
+        .until([](WindowFrame& frame) {
+            return frame.session.sceneNumber() == 2 && isRunning(frame) && editsOf(frame) == 0;
+        })
+        .doing([&](WindowFrame& frame) { CHECK(height(frame) == start); })  // as its file was
+        .key(GLFW_KEY_Z, true)
+        .until([&](WindowFrame& frame) { return editsOf(frame) == 1 && arrived(frame); })
+        .doing([&](WindowFrame& frame) { CHECK(height(frame) == Approx(start + dragged).margin(1e-9)); })
+        .key(GLFW_KEY_Z, true)
+        .until([&](WindowFrame& frame) { return editsOf(frame) == 0 && std::abs(height(frame) - start) < 1e-9; });
+    REQUIRE(user.use(options));
+    CHECK((up ? dragged : -dragged) > 1);  // mm
+    const HapticScene again = openScene(saved);
+    CHECK(again.world->obstacles[0].X_WO.p.y() == Approx(start + dragged).margin(1e-5));  // the file is in doubles
+    // What the next window needs to know is in the configuration folder.
+    CHECK(engine::RecentScenes(options.configFolder).list() == std::vector{std::filesystem::path(options.scene)});
+    CHECK(std::filesystem::exists(options.configFolder / "window.ini"));
+}
+
+TEST_CASE("window: a scene is chosen from the list, another is dropped, and a broken one is told while that goes on",
+          "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const WindowRunOptions first = optionsFor(holdFile(folder));
+    const auto listed = folder.path() / "listed.glb", dropped = folder.path() / "dropped.glb",
+               broken = folder.path() / "broken.glb";
+    for (const auto& copy : {listed, dropped}) std::filesystem::copy_file(first.scene, copy);
+    std::ofstream(broken) << "no scene";
+    WindowRunOptions options = first;
+    options.sceneFolders = {folder.path()};
+    const auto shows = [](const std::filesystem::path& file) {
+        return [=](WindowFrame& frame) { return isRunning(frame) && frame.session.scene()->scene.file == file; };
+    };
+    User user;
+    user.until(isRunning)
+        .key(GLFW_KEY_O, true)
+        .click("open listed")
+        .until(shows(listed))
+        .drop(dropped)
+        .until(shows(dropped))
+        .drop(broken)
+        .until([](WindowFrame& frame) {
+            const Message& newest = frame.session.messages().back();
+            return newest.kind == Message::Kind::Error && newest.text.find("broken.glb") != std::string::npos &&
+                   frame.items.count("newest message") == 1;
+        })
+        .until(shows(dropped));
+    CHECK(user.use(options));
+}
+
+TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it is the same", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    Settings tuned;
+    std::uint64_t number = 0;
+    User user;
+    user.until(isRunning)
+        .doing([&](WindowFrame& frame) {
+            tuned = frame.session.settings();
+            tuned.stiffness = 2.25;
+            frame.session.setSettings(tuned);
+            lower(frame.session);
+        })
+        .key(GLFW_KEY_S, true)
+        .click("Save")
+        .until([](WindowFrame& frame) { return editsOf(frame) == 0; })  // the file has them now
+        .doing([&](WindowFrame& frame) { number = frame.session.sceneNumber(); })
+        .click("menu scene")
+        .click("menu reload")  // nothing to ask
+        .until([&](WindowFrame& frame) { return frame.session.sceneNumber() != number && isRunning(frame); })
+        .doing([&](WindowFrame& frame) {
+            CHECK(frame.session.settings() == tuned);
+            CHECK(frame.session.scene()->world->obstacles[0].X_WO.p.y() == Approx(-4));
+        });
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: closing it with changes that are not saved asks first", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    bool asked = false;
+    User user;
+    user.until(isRunning)
+        .doing([](WindowFrame& frame) { lower(frame.session); })
+        .doing([](WindowFrame& frame) {  // as GLFW hands on the system's wish
+            GLFWwindow* const window = frame.window.handle();
+            const GLFWwindowclosefun callback = glfwSetWindowCloseCallback(window, nullptr);
+            glfwSetWindowCloseCallback(window, callback);
+            glfwSetWindowShouldClose(window, GLFW_TRUE);
+            callback(window);
+        })
+        .until([&](WindowFrame& frame) { return asked = frame.items.count("Stay") > 0; })
+        .click("Go on without the changes")
+        .then([](WindowFrame&, int frames) { return frames > 100; });
+    CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before the user lost patience
+    CHECK(asked);
+}
+
+TEST_CASE("window: dragging the tolerance while PQP renders changes its error", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.session.adjust = [](Settings settings) {
+        settings.solver = findSolver("pqp");
+        settings.shadow = kExactSolver;  // measures the solver that renders
+        settings.tolerance = 0.5;
+        settings.adaptiveMargin = false;
+        return settings;
+    };
+    double before = 0, after = 0, tolerance = 0;
+    User user;
+    user.until([](WindowFrame& frame) { return isAtRest(frame) && frame.session.snapshot()->fade == 1; })
+        .doing([&](WindowFrame& frame) { before = frame.session.record()->shadowForceError; })
+        .drag(onItem("tolerance", 0.95f), onItem("tolerance", 0.15f))  // a finer answer
+        .doing([&](WindowFrame& frame) { tolerance = frame.session.settings().tolerance; })
+        .until([&](WindowFrame& frame) {  // it starts warm, so its answer gets better from tick to tick
+            after = frame.session.record()->shadowForceError;
+            return frame.session.snapshot()->settings.tolerance == tolerance && after < 0.1 * before;
+        });
+    const bool used = user.use(options);
+    CAPTURE(before, after, tolerance);
+    CHECK(used);
+    CHECK(tolerance < 1e-3);
+    CHECK(before > 1e-3);
+}
+
+TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots become a picture", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const std::filesystem::path picture = folder.path() / "plots.png";
+    std::size_t points = 0;
+    std::optional<SweepPoint> before, after;
+    const auto marker = [](WindowFrame& frame) {
+        return pointAt(*frame.measure.sweeps().result(), findSolver("pqp"), frame.session.settings().tolerance);
+    };
+    User user;
+    user.until(isAtRest)
+        .click("tab Speed against error")
+        .click("sweep")
+        .until([](WindowFrame& frame) { return frame.measure.sweeps().result() != nullptr; })
+        .doing([&](WindowFrame& frame) {
+            points = frame.measure.sweeps().result()->points.size();
+            before = marker(frame);
+        })
+        .drag(onItem("tolerance", 0.97f), onItem("tolerance", 0.9f))
+        .doing([&](WindowFrame& frame) {
+            after = marker(frame);
+            std::snprintf(frame.measure.panel.exportName.data(), frame.measure.panel.exportName.size(), "%s",
+                          (folder.path() / "plots").c_str());
+        })
+        .click("export")
+        .click("Plots, PNG")
+        .until([&](WindowFrame&) { return std::filesystem::exists(picture); });
+    REQUIRE(user.use(optionsFor(holdFile(folder))));
+    CHECK(points > solverTable().size());
+    REQUIRE((before && after));
+    CHECK(after->tolerance > before->tolerance);
+    CHECK(after->forceError != before->forceError);
+    // The plots alone, not the window, and something is drawn there.
+    const engine::Image png = engine::readPng(picture);
+    CHECK(png.width > 200);
+    CHECK(png.width < 640);
+    CHECK(png.height > 400);
+    std::set<std::uint32_t> colors;
+    for (std::size_t i = 0; i + 3 < png.rgba.size(); i += 4)
+        colors.insert(std::uint32_t(png.rgba[i]) << 16 | std::uint32_t(png.rgba[i + 1]) << 8 | png.rgba[i + 2]);
+    CHECK(colors.size() > 50);
+}
+
+TEST_CASE("window: a scene that cannot be opened is told, and ends a run that has an end", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(folder.path() / "missing.glb");
+    std::string told;
+    options.onEnd = [&](LiveSession& session) {
+        for (const Message& message : session.messages()) told += message.text;
+    };
+    CHECK(runWindow(options) == 1);
+    CHECK(told.find("missing.glb") != std::string::npos);
+}
+
+TEST_CASE("window: a recording is begun and ended in the menu, and its folder is told", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.recordings = folder.path() / "recordings";
+    std::string told;
+    User user;
+    user.until(isRunning)
+        .click("menu scene")
+        .click("menu record")
+        .until([](WindowFrame& frame) {
+            const Recorder* recorder = frame.session.recorder();
+            return recorder && recorder->rows() > 50 && frame.items.count("health Recording") > 0;
+        })
+        .click("menu scene")
+        .click("menu record")
+        .until([](WindowFrame& frame) { return !frame.session.recorder(); })
+        .doing([&](WindowFrame& frame) { told = frame.session.messages().back().text; });
+    REQUIRE(user.use(options));
+    std::vector<std::filesystem::path> made;
+    for (const auto& entry : std::filesystem::directory_iterator(options.recordings)) made.push_back(entry.path());
+    REQUIRE(made.size() == 1);
+    CHECK(made[0].filename().string().rfind("hold-", 0) == 0);
+    CHECK_THAT(told, Catch::Matchers::Contains(made[0].string()));
+    CHECK(TickFileReader(made[0] / "ticks.npy").rows() > 50);
+}

@@ -1,0 +1,254 @@
+// Changes made to a scene by hand, without a window: edits, undo, saving, presets and the command line.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+
+#include "engine/edit/undo.hpp"
+#include "engine/scene/gltf_read.hpp"
+#include "engine/ui/user_files.hpp"
+#include "haptics/sandbox/edit/pick.hpp"
+#include "haptics/sandbox/edit/scene_edit.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "tests/program/program.hpp"
+#include "tests/support/ui_scene.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+
+namespace {
+
+const SceneOptions kNoTrees{.treeCache = {}, .progress = {}, .buildTrees = false};
+
+engine::LocalTransform at(double x, double y, double z) {
+    engine::LocalTransform local;
+    local.translation = {x, y, z};
+    return local;
+}
+
+glm::dvec3 placeIn(const engine::Scene& scene, std::size_t node) {
+    return scene.registry.get<engine::LocalTransform>(scene.nodes[node]).translation;
+}
+
+}  // namespace
+
+TEST_CASE("undo: steps are settled states, and a new one forgets what was undone", "[edit]") {
+    engine::UndoStack<int> undo;
+    undo.note(1, true);
+    undo.note(1, true);
+    CHECK_FALSE(undo.canUndo());
+    undo.note(5, false);  // in the middle of a drag
+    undo.note(2, true);
+    undo.note(3, true);
+    CHECK(undo.undo() == 2);
+    CHECK(undo.undo() == 1);
+    CHECK_FALSE(undo.undo());
+    CHECK(undo.redo() == 2);
+    undo.note(2, true);  // the caller put it in place: no step
+    CHECK(undo.canRedo());
+    undo.note(7, true);
+    CHECK_FALSE(undo.canRedo());
+    CHECK(undo.undo() == 2);
+    for (int i = 0; i < 1000; ++i) undo.note(10 + i, true);
+    int steps = 0;
+    while (undo.undo()) ++steps;
+    CHECK(steps == int(engine::UndoStack<int>::kMost) - 1);
+}
+
+TEST_CASE("edits: changes of one thing are joined, and tell how to get from one list to another", "[edit]") {
+    std::vector<SceneEdit> edits;
+    append(edits, PlaceNode{1, at(0, 0, 0), at(1, 0, 0)});
+    append(edits, PlaceNode{1, at(1, 0, 0), at(2, 0, 0)});
+    REQUIRE(edits.size() == 1);
+    CHECK(std::get<PlaceNode>(edits[0]).from == at(0, 0, 0));
+    CHECK(std::get<PlaceNode>(edits[0]).to == at(2, 0, 0));
+
+    const std::vector<SceneEdit> none;
+    const auto back = reversibleChange(edits, none);
+    REQUIRE(back.has_value());
+    REQUIRE(back->size() == 1);
+    CHECK(std::get<PlaceNode>(back->front()).to == at(0, 0, 0));
+    append(edits, GiveRole{0, Role::Goal});
+    CHECK_FALSE(reversibleChange(edits, none).has_value());
+    std::vector<SceneEdit> moved = edits;
+    append(moved, PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});
+    const auto on = reversibleChange(edits, moved);
+    REQUIRE(on.has_value());
+    CHECK(std::get<PlaceNode>(on->front()).to == at(9, 0, 0));
+}
+
+TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[edit]") {
+    engine::Scene scene = holdScene();
+    const Looks before = looksOf(scene.materials[0]), gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    std::vector<SceneEdit> edits;
+    append(edits, PaintMaterial{0, before, {{1, 1, 1, 1}, 0.5f, 0.5f}});
+    append(edits, PaintMaterial{0, {{1, 1, 1, 1}, 0.5f, 0.5f}, gold});
+    append(edits, RenameNode{1, "slab", "table"});
+    REQUIRE(edits.size() == 2);
+    const auto there = reversibleChange({}, edits);
+    REQUIRE(there.has_value());
+    applyEdits(scene, *there);
+    CHECK(looksOf(scene.materials[0]) == gold);
+    CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "table");
+    const auto back = reversibleChange(edits, {});
+    REQUIRE(back.has_value());
+    applyEdits(scene, *back);
+    CHECK(looksOf(scene.materials[0]) == before);
+    CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "slab");
+    applyEdits(scene, {PaintMaterial{99, before, gold}, RenameNode{99, "", "nobody"}});  // no effect
+}
+
+TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scale stays", "[edit]") {
+    engine::Scene scene;
+    const engine::Entity above = addNode(
+        scene, "above", {}, {.translation = {0.1, 0.2, 0.3}, .rotation = glm::dquat(glm::dvec3(0.3, -0.8, 0.4))});
+    const engine::Entity node =
+        addBox(scene, "box", glm::vec3(0.01f), nullptr, {.translation = {0.05, 0, 0}, .scale = {2, 1, 0.5}}, above);
+    updateWorldTransforms(scene);
+    const Pose wanted{{12, -7, 30}, expRotation({0.5, 0.1, -0.9})};
+    scene.registry.get<engine::LocalTransform>(node) = placedAt(scene.registry, node, wanted);
+    updateWorldTransforms(scene);
+    const Pose found = toPose(engine::worldPose(scene.registry, node));
+    CHECK((found.p - wanted.p).norm() < 1e-9);
+    CHECK(logRotation(found.q * wanted.q.conjugate()).norm() < 1e-9);
+    CHECK(scene.registry.get<engine::LocalTransform>(node).scale == glm::dvec3(2, 1, 0.5));
+}
+
+TEST_CASE("edits: what was changed is saved and read back; all else in the file stays", "[edit]") {
+    const TempFolder folder;
+    const auto file = holdFile(folder), saved = folder.path() / "saved.glb";
+    HapticScene scene = openScene(file, kNoTrees);
+    TreeOptions tree{.leaves = 99, .quality = TreeQuality::Best, .interior = Interior::Solid};
+    const Looks gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    applyEdits(scene.scene, {PlaceNode{1, {}, at(0.001, 0.002, 0.003)}, ChooseTree{1, tree}, GiveRole{0, Role::Tool},
+                             PaintMaterial{1, {}, gold}, RenameNode{1, "slab", "Tisch, größer"}});
+    Settings settings = scene.settings;
+    settings.stiffness = 2.5;
+    settings.solver = findSolver("pqp");
+    settings.pause = true;
+    sandbox::setSettings(scene.scene, scene.roles, settings);
+    saveScene(scene.scene, saved);
+
+    const HapticScene again = openScene(saved, kNoTrees);
+    CHECK(looksOf(again.scene.materials[1]) == gold);
+    CHECK(looksOf(again.scene.materials[0]) == looksOf(scene.scene.materials[0]));
+    CHECK(again.scene.registry.get<engine::Name>(again.scene.nodes[1]).value == "Tisch, größer");
+    CHECK(placeIn(again.scene, 1) == glm::dvec3(0.001, 0.002, 0.003));
+    CHECK(again.scene.registry.get<BodyMarking>(again.scene.nodes[1]).tree == tree);
+    settings.pause = false;  // is no setting to start with
+    CHECK(again.settings == settings);
+    CHECK(again.scene.animations.size() == scene.scene.animations.size());
+
+    // By error in place of leaves, and back into the same file.
+    engine::Scene third = engine::readGltf(saved);
+    applyEdits(third, {ChooseTree{1, {.maxError = 0.125}}});
+    saveScene(third, saved);
+    CHECK(openScene(saved, kNoTrees).scene.registry.get<BodyMarking>(third.nodes[1]).tree ==
+          TreeOptions{.maxError = 0.125});
+}
+
+TEST_CASE("edits: another file's shapes become an obstacle, with their looks, and are saved", "[edit]") {
+    const TempFolder folder;
+    const auto file = holdFile(folder), part = folder.path() / "part.glb", saved = folder.path() / "both.glb";
+    writeGltf(holdScene(), part);
+    engine::Scene scene = engine::readGltf(file);
+    const std::size_t nodes = scene.nodes.size(), materials = scene.materials.size();
+    applyEdits(scene, {AddPart{part, Role::Obstacle}, PlaceNode{int(nodes), {}, at(0, -0.1, 0)}});
+    REQUIRE(scene.nodes.size() == nodes + 3);  // a root for the part, its cube and its slab
+    CHECK(scene.materials.size() == 2 * materials);
+    saveScene(scene, saved);
+
+    const HapticScene again = openScene(saved, kNoTrees);
+    REQUIRE(again.roles.obstacles.size() == 2);
+    const engine::Entity added = again.roles.obstacles[1];
+    CHECK(again.scene.registry.get<engine::Name>(added).value == "part");
+    CHECK(placeIn(again.scene, nodes) == glm::dvec3(0, -0.1, 0));
+    // The tool that the part's own file marks is only a shape here: 12 triangles of each box.
+    CHECK(bakedTriangles(again.scene, added).triangles.size() == 24);
+    const auto& slab = again.scene.registry.get<engine::MeshInstance>(again.scene.nodes[nodes + 2]);
+    const int material = slab.primitives[0].material;
+    REQUIRE(material >= int(materials));
+    CHECK(again.scene.materials[std::size_t(material)].baseColor.b == Approx(0.8f));
+
+    CHECK_THROWS_AS(applyEdits(scene, {AddPart{folder.path() / "missing.glb", Role::Obstacle}}), engine::SceneError);
+}
+
+TEST_CASE("picking: a click meets the nearest visible mesh, the tool where it is", "[edit]") {
+    HapticScene scene = openScene(holdScene(), kNoTrees);
+    const engine::Entity cube = scene.scene.nodes[0], slab = scene.scene.nodes[1];
+    const engine::Ray down{{0, 1, 0}, {0, -1, 0}}, aside{{0.02f, 1, 0}, {0, -1, 0}};
+    CHECK(pickNode(scene, nullptr, down) == cube);
+    CHECK(pickNode(scene, nullptr, aside) == slab);
+    const Pose X_WT{{20, 30, 0}, Quat::Identity()};
+    CHECK(pickNode(scene, &X_WT, aside) == cube);
+    CHECK(pickNode(scene, &X_WT, down) == slab);
+    CHECK_FALSE(pickNode(scene, nullptr, {{1, 1, 0}, {0, -1, 0}}));
+    CHECK_FALSE(pickNode(scene, nullptr, {{0, 1, 0}, {0, 1, 0}}));  // behind the eye
+    scene.scene.registry.get<engine::Visibility>(cube).visible = false;
+    CHECK(pickNode(scene, nullptr, down) == slab);
+
+    const NodeBox box = boxOf(scene.scene.registry, slab);
+    CHECK(box.high == glm::vec3(0.03f, 0.005f, 0.03f));
+    CHECK(box.center() == glm::vec3(0));
+}
+
+TEST_CASE("presets: each is a set of settings that may run, and paper is as published", "[edit]") {
+    Settings scene;
+    scene.margin = scene.trust = 0.1;
+    for (const Preset& preset : presetTable()) {
+        CAPTURE(preset.name);
+        const Settings settings = preset.apply(scene);
+        CHECK(checkSettings(settings).empty());
+        CHECK(settings.margin == scene.margin);  // what the scene's clearances ask for stays
+    }
+    CHECK(presetTable()[0].apply(scene) == scene);
+    CHECK(presetTable()[1].apply(scene).mode == Mode::Paper);
+    CHECK(presetTable()[2].apply(scene).rate == 10'000);
+}
+
+TEST_CASE("command line: the copied command runs without a window with the same settings", "[edit]") {
+    const Program program;
+    const std::filesystem::path file = program.file("it's a scene.glb");
+    writeGltf(holdScene(), file);
+    const Settings scene = openScene(file, kNoTrees).settings;
+    Settings settings = scene;
+    settings.stiffness = 1.0 / 3;
+    settings.solver = findSolver("pqp");
+    settings.shadow = -1;
+    settings.adaptiveMargin = false;
+    settings.pause = true;
+    const std::string line = commandLine(file, "demo", scene, settings);
+    CHECK(line.find("pause") == std::string::npos);
+    const std::string start = "touchstone ";
+    REQUIRE(line.rfind(start, 0) == 0);
+    const Answer answer = program(line.substr(start.size()) + " --report '" + program.file("report.json") + "'");
+    REQUIRE(answer.code == 0);
+    const auto report = nlohmann::json::parse(textOf(program.file("report.json")));
+    settings.pause = false;
+    for (const SettingInfo& info : settingTable()) {
+        CAPTURE(info.key);
+        CHECK(report.at("settings").at(std::string(info.key)) == getSetting(settings, info.key));
+    }
+}
+
+TEST_CASE("recent scenes: newest first, each once, kept between runs; those that are gone are left out", "[edit]") {
+    const TempFolder folder;
+    const auto make = [&](const std::string& name) {
+        const auto file = folder.path() / name;
+        std::ofstream(file) << "x";
+        return file;
+    };
+    const auto a = make("a.glb"), b = make("b b.glb"), config = folder.path() / "config" / "deep";
+    {
+        engine::RecentScenes recent(config);
+        recent.add(a);
+        recent.add(b);
+        recent.add(a);
+        CHECK(recent.list() == std::vector{a, b});
+    }
+    CHECK(engine::RecentScenes(config).list() == std::vector{a, b});
+    std::filesystem::remove(b);
+    CHECK(engine::RecentScenes(config).list() == std::vector{a});
+    CHECK(engine::RecentScenes().list().empty());
+}

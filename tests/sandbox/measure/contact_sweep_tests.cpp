@@ -1,0 +1,204 @@
+// Sweeps of a contact: the rows of the tick itself, errors that a solver by itself confirms, and a front without
+// rivals.
+#include "haptics/sandbox/measure/contact_sweep.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "haptics/sandbox/measure/pareto.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/support/ui_scene.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+
+namespace {
+
+/// Two ticks in a row of the cube that is pressed into the slab, and the largest problem of the second.
+struct Pressed {
+    HapticScene scene = openScene(holdScene());
+    Settings settings = scene.settings;
+    TickRecord before, now;
+    std::optional<RowSet> rows;
+    Vec6 wanted = Vec6::Zero();
+
+    explicit Pressed(double seconds, Mode mode = Mode::Default) {
+        settings.mode = mode;
+        settings.shadow = -1;
+        HeadlessOptions options;
+        options.timing = false;
+        options.seconds = seconds;
+        std::optional<RowSet> largest;
+        Vec6 h = Vec6::Zero();
+        options.onSolve = [&](const QpProblem& problem, const SolveResult&) {
+            if (largest && largest->size() > problem.rows->size()) return;
+            largest = *problem.rows;
+            h = problem.wanted;
+        };
+        options.onTick = [&](const TickRecord& record, double) {
+            before = now;
+            now = record;
+            rows = std::exchange(largest, std::nullopt);
+            wanted = h;
+        };
+        runHeadless(scene, settings, options);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("Pareto front: what is on it has no rival, and what is not has one", "[sweep]") {
+    const std::uint32_t seed = 5;
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<TimeAndError> points(random() % 30);
+        for (auto& [us, error] : points) us = double(random() % 8), error = double(random() % 8);  // many are equal
+        const std::vector<std::size_t> front = paretoFront(points);
+        const auto beats = [](const TimeAndError& a, const TimeAndError& b) {
+            return a.first <= b.first && a.second <= b.second && a != b;
+        };
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const bool on = std::find(front.begin(), front.end(), i) != front.end();
+            bool rival = false, twin = false;
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                rival = rival || beats(points[k], points[i]);
+                twin = twin || (k < i && points[k] == points[i]);
+            }
+            REQUIRE(on == (!rival && !twin));
+        }
+        for (std::size_t i = 1; i < front.size(); ++i) REQUIRE(points[front[i - 1]].first < points[front[i]].first);
+    }
+}
+
+TEST_CASE("sweep: the frozen rows are those that the loop's tick had", "[sweep]") {
+    const auto [seconds, mode] =
+        GENERATE(std::pair(0.15, Mode::Default), std::pair(0.3, Mode::Default), std::pair(0.15, Mode::Paper));
+    const Pressed pressed(seconds, mode);
+    REQUIRE(pressed.rows);
+    const auto contact = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {});
+    REQUIRE(contact);
+    REQUIRE(contact->rows.size() == pressed.rows->size());
+    CHECK(contact->tick == pressed.now.tick);
+    for (int i = 0; i < contact->rows.size(); ++i) {
+        REQUIRE(contact->rows.id(i) == pressed.rows->id(i));
+        // To rounding: poses travel through the record. Paper rows are gradients of squared distances, mm.
+        const double scale = pressed.rows->row(i).norm();
+        CHECK((contact->rows.row(i) - pressed.rows->row(i)).norm() <= 1e-9 * scale);
+        CHECK(contact->rows.gap()[i] == Approx(pressed.rows->gap()[i]).margin(1e-9 * scale));
+    }
+    CHECK((contact->wanted - pressed.wanted).norm() < 1e-9);
+
+    if (mode == Mode::Default) {
+        const auto all =
+            freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {.allRows = true});
+        REQUIRE(all);
+        CHECK(all->rows.size() > contact->rows.size());
+    }
+}
+
+TEST_CASE("sweep: where nothing is near there is nothing to freeze", "[sweep]") {
+    const Pressed pressed(0.02);
+    REQUIRE_FALSE(pressed.rows);
+    CHECK_FALSE(freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {}));
+}
+
+TEST_CASE("sweep: every solver at every tolerance, with the error that the solver by itself has", "[sweep]") {
+    const bool warm = GENERATE(false, true);
+    const Pressed pressed(0.15);
+    const auto contact = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now,
+                                       {.allRows = true, .warm = warm});
+    REQUIRE(contact);
+    double told = -1;
+    const auto sweep = sweepContact(*contact, [&](double fraction) {
+        CHECK(fraction >= told);
+        told = fraction;
+        return true;
+    });
+    REQUIRE(sweep);
+    CHECK(sweep->rows == contact->rows.size());
+    const QpProblem problem{contact->stiffness, contact->wanted, &contact->rows};
+    const Vec6 exact = solverTable()[kExactSolver].make(contact->rows.size())->solve(problem, {}).x;
+
+    std::vector<int> perSolver(solverTable().size());
+    for (const SweepPoint& point : sweep->points) {
+        const SolverInfo& info = solverTable()[static_cast<std::size_t>(point.solver)];
+        CAPTURE(info.name, point.tolerance);
+        ++perSolver[static_cast<std::size_t>(point.solver)];
+        CHECK(point.us > 0);
+        if (info.exact) CHECK(point.forceError < 1e-9);  // rounding of a few N
+        Settings settings = contact->settings;
+        if (!info.exact) settings.tolerance = point.tolerance;
+        const auto solver = info.make(contact->rows.size());
+        if (warm) solver->solve({contact->stiffness, contact->wantedBefore, &contact->rows}, solverSettings(settings));
+        const Vec6 x = solver->solve(problem, solverSettings(settings)).x;
+        CHECK(point.forceError == wrenchError(problem, x, exact).force_N);
+        for (const SweepPoint& other : sweep->points)
+            if (point.onFront)
+                CHECK_FALSE((other.us < point.us &&
+                             std::max(other.forceError, kLeastError) < std::max(point.forceError, kLeastError)));
+    }
+    CHECK(perSolver[kExactSolver] == 1);
+    CHECK(perSolver[static_cast<std::size_t>(findSolver("pqp"))] == 17);
+    CHECK(std::any_of(sweep->points.begin(), sweep->points.end(), [](const SweepPoint& p) { return p.onFront; }));
+    if (!warm) {
+        const int pqp = findSolver("pqp");
+        CHECK(pointAt(*sweep, pqp, 1)->forceError > pointAt(*sweep, pqp, 1e-6)->forceError);
+    }
+}
+
+TEST_CASE("sweep: between tolerances the marker lies between their points", "[sweep]") {
+    const int pqp = findSolver("pqp");
+    Sweep sweep;
+    sweep.points = {{.solver = kExactSolver, .us = 1},
+                    {.solver = pqp, .tolerance = 0.1, .us = 2, .forceError = 1e-1},
+                    {.solver = pqp, .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
+    CHECK(pointAt(sweep, pqp, 0.1)->us == Approx(2));
+    CHECK(pointAt(sweep, pqp, 0.01)->us == Approx(4));
+    CHECK(pointAt(sweep, pqp, 0.01)->forceError == Approx(0.01));
+    CHECK(pointAt(sweep, pqp, 0.001)->us == Approx(8));
+    CHECK(pointAt(sweep, pqp, 5)->us == Approx(2));
+    CHECK(pointAt(sweep, pqp, 1e-9)->us == Approx(8));
+    CHECK(pointAt(sweep, kExactSolver, 0.01)->us == Approx(1));
+    CHECK_FALSE(pointAt(sweep, findSolver("active-set"), 0.01));
+}
+
+TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why there is none", "[sweep][thread]") {
+    const Pressed pressed(0.15), free(0.02);
+    SweepRun run;
+    const auto ended = [&] {
+        return patiently([&] {
+            run.poll();
+            return !run.running();
+        });
+    };
+    run.start(pressed.scene.world, pressed.settings, pressed.before, pressed.now, {});
+    CHECK(run.running());
+    run.cancel();
+    CHECK_FALSE(run.running());
+    CHECK(run.result() == nullptr);
+
+    run.start(free.scene.world, free.settings, free.before, free.now, {});
+    REQUIRE(ended());
+    CHECK(run.result() == nullptr);
+    CHECK(run.refusal().find("into contact") != std::string::npos);
+
+    run.start(pressed.scene.world, pressed.settings, pressed.before, pressed.now, {});
+    REQUIRE(ended());
+    REQUIRE(run.result());
+    CHECK(run.refusal().empty());
+    CHECK(run.result()->tick == pressed.now.tick);
+
+    const TempFolder folder;
+    writeSweep(*run.result(), folder.path() / "sweep.csv");
+    std::ifstream in(folder.path() / "sweep.csv");
+    std::size_t lines = 0;
+    for (std::string line; std::getline(in, line); ++lines) CHECK(std::count(line.begin(), line.end(), ',') == 10);
+    CHECK(lines == run.result()->points.size() + 1);
+    CHECK_THROWS(writeSweep(*run.result(), folder.path() / "missing" / "sweep.csv"));
+    run.forget();
+    CHECK(run.result() == nullptr);
+}

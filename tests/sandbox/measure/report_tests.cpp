@@ -1,0 +1,177 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "haptics/sandbox/measure/report.hpp"
+
+using namespace touchstone;
+using nlohmann::ordered_json;
+using sandbox::Percentiles;
+
+namespace {
+
+bool hasNullOrNan(const ordered_json& json, const std::string& path, std::vector<std::string>& found) {
+    if (json.is_null() || (json.is_number_float() && !std::isfinite(json.get<double>()))) found.push_back(path);
+    if (json.is_structured())
+        for (const auto& [key, value] : json.items()) hasNullOrNan(value, path + "/" + key, found);
+    return !found.empty();
+}
+
+}  // namespace
+
+TEST_CASE("percentile: nearest rank, on hand-made lists", "[system]") {
+    std::vector<double> none;
+    CHECK_FALSE(sandbox::percentile(none, 50));
+    std::vector<double> one{7};
+    CHECK(sandbox::percentile(one, 0.1) == 7.0);
+    CHECK(sandbox::percentile(one, 100) == 7.0);
+    std::vector<double> five{50, 15, 40, 20, 35};
+    CHECK(sandbox::percentile(five, 30) == 20.0);  // rank ceil(1.5) = 2 of 15 20 35 40 50
+    CHECK(sandbox::percentile(five, 40) == 20.0);  // rank 2 exactly
+    CHECK(sandbox::percentile(five, 50) == 35.0);
+    CHECK(sandbox::percentile(five, 100) == 50.0);
+    std::vector<double> thousand(1000);
+    std::iota(thousand.begin(), thousand.end(), 1.0);
+    CHECK(sandbox::percentile(thousand, 99) == 990.0);
+    CHECK(sandbox::percentile(thousand, 99.9) == 999.0);  // not 1000, which rounding of 99.9 would give
+    CHECK(sandbox::percentile(thousand, 100) == 1000.0);
+}
+
+TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well",
+          "[system]") {
+    const unsigned seed = 3;
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    for (int round = 0; round < 100; ++round) {
+        std::vector<double> values(1 + random() % 300);
+        for (double& value : values) value = static_cast<double>(random() % 50);  // with ties
+        for (const double percent : {1.0, 50.0, 99.0, 99.9, 100.0}) {
+            const double found = *sandbox::percentile(values, percent);
+            const auto share = [&](auto below) {
+                return 100.0 * static_cast<double>(std::count_if(values.begin(), values.end(), below)) /
+                       static_cast<double>(values.size());
+            };
+            CHECK(share([&](double v) { return v <= found; }) >= percent - 1e-6);
+            CHECK(share([&](double v) { return v < found; }) < percent);
+        }
+    }
+}
+
+TEST_CASE("report: it has every key, and no null but the overruns of a run without a clock", "[system]") {
+    Settings settings;
+    sandbox::Report report = sandbox::reportOf("scene", "demo", settings);
+    sandbox::RunStatistics statistics;
+    for (int i = 0; i < 10; ++i) {
+        TickRecord record;
+        record.tick = static_cast<std::uint64_t>(i);
+        record.wrench_C.force = Vec3(1 + i, 0, 0);
+        record.wrench_out.force = Vec3(i, 0, 0);
+        record.shadowRows = 4;
+        record.shadowForceError = 0.001 * i;
+        record.shadowUs = 2;
+        record.totalUs = 12;
+        record.pairs = record.rows = 5;
+        statistics.add(record, 0, 1);
+        statistics.addTimes(record);
+    }
+    statistics.write(report);
+    report.checks = {{"max_penetration_mm", 0.001, 0, true}};
+    const ordered_json json = sandbox::toJson(report);
+    const std::vector<std::pair<std::string, std::vector<std::string>>> keys{
+        {"scene", {}},
+        {"mode", {}},
+        {"solver", {}},
+        {"shadow", {}},
+        {"ticks", {}},
+        {"step_us", {"p50", "p99", "p999", "max"}},
+        {"collision_us", {"p50", "p99", "p999", "max"}},
+        {"solve_us", {"p50", "p99", "p999", "max"}},
+        {"shadow_us", {"p50", "p99", "p999", "max"}},
+        {"pairs", {"p50", "max"}},
+        {"rows", {"p50", "max"}},
+        {"iterations", {"p50", "max"}},
+        {"rows_truncated", {}},
+        {"penetration_mm", {"p99", "max"}},
+        {"hover_mm", {"p99", "max"}},
+        {"force_N", {"max"}},
+        {"torque_mNm", {"max"}},
+        {"dforce_N_per_ms", {"p99", "max"}},
+        {"shadow_force_error_N", {"p50", "p99", "max"}},
+        {"kkt", {"primal_mm", "dual_N", "stationarity_N", "complementarity_mJ"}},
+        {"infeasible", {}},
+        {"overruns", {}},
+        {"dropped", {}},
+        {"hash", {}},
+        {"margin_used_mm", {"p50", "max"}},
+        {"force_out_N", {"max"}},
+        {"safety_trips", {}},
+        {"safety_fault", {}},
+        {"outcome", {"met", "checks"}}};
+    for (const auto& [key, inner] : keys) {
+        INFO(key);
+        REQUIRE(json.contains(key));
+        for (const std::string& name : inner) CHECK(json.at(key).contains(name));
+    }
+    std::vector<std::string> absent;
+    hasNullOrNan(json, "", absent);
+    CHECK(absent == std::vector<std::string>{"/overruns"});
+    CHECK(json.at("step_us").at("p50") == 10);  // without the shadow's 2
+    CHECK(json.at("dforce_N_per_ms").at("max") == 1);
+    CHECK(json.at("force_N").at("max") == 10);
+    CHECK(json.at("force_out_N").at("max") == 9);
+    CHECK(json.at("outcome").at("checks").at(0).at("name") == "max_penetration_mm");
+    CHECK(json.at("outcome").at("met") == true);
+    CHECK(json.at("hash").get<std::string>().size() == 16);
+}
+
+TEST_CASE("report: the shadow's error counts where the force can be felt and the rows agree", "[system]") {
+    sandbox::RunStatistics statistics;
+    const auto add = [&](double force, std::uint32_t flags, int shadowRows, double error) {
+        TickRecord record;
+        record.wrench_C.force = Vec3(0, force, 0);
+        record.flags = flags;
+        record.shadowRows = shadowRows;
+        record.shadowForceError = error;
+        statistics.add(record, 0, 1);
+    };
+    add(0.019, 0, 3, 100);
+    add(1, kInfeasible, 3, 200);
+    add(1, 0, 0, 300);
+    sandbox::Report report;
+    statistics.write(report);
+    CHECK_FALSE(report.shadowForceError.max);
+    CHECK(sandbox::toJson(report).at("shadow_force_error_N").at("max").is_null());
+    add(0.021, 0, 3, 0.5);
+    add(1, kCapped, 3, 0.25);
+    statistics.write(report);
+    CHECK(report.shadowForceError.max == 0.5);
+    CHECK(report.shadowForceError.p50 == 0.25);
+    CHECK(report.infeasible == 1);
+}
+
+TEST_CASE("report: an unmet check makes the outcome unmet", "[system]") {
+    sandbox::Report report;
+    CHECK(report.met());
+    report.checks = {{"a", 1, 0, true}, {"b", 1, 2, false}};
+    CHECK_FALSE(report.met());
+}
+
+TEST_CASE("report: the hash chains ticks in their order", "[system]") {
+    TickRecord a, b;
+    a.tick = 1;
+    b.tick = 2;
+    const auto hashOf = [](const std::vector<TickRecord>& ticks) {
+        sandbox::RunStatistics statistics;
+        for (const TickRecord& tick : ticks) statistics.add(tick, 0, 1);
+        return statistics.hash();
+    };
+    CHECK(hashOf({a, b}) == hashTick(b, hashTick(a)));
+    CHECK(hashOf({a, b}) != hashOf({b, a}));
+    TickRecord timed = a;
+    timed.totalUs = timed.collisionUs = timed.shadowUs = 5;
+    timed.shadowForceError = 1;
+    CHECK(hashOf({timed}) == hashOf({a}));
+}

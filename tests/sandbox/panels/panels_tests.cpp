@@ -1,0 +1,596 @@
+// Panels drawn and used in an ImGui context without window or GPU.
+#include <imgui.h>
+
+#include <catch2/catch.hpp>
+
+#include "haptics/sandbox/panels/panel_plots.hpp"
+#include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/panels/status_bar.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
+#include "tests/support/ui_scene.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+
+namespace {
+
+/// An ImGui window of 400 x 2000 in which one panel is drawn, and a mouse.
+class Bench {
+  public:
+    Bench() {
+        ImGui::CreateContext();
+        ImGuiIO& io = ImGui::GetIO();
+        io.IniFilename = nullptr;
+        io.DisplaySize = {400, 2000};
+        io.DeltaTime = 1 / 60.f;
+        for (int key = 0; key < ImGuiKey_COUNT; ++key) io.KeyMap[key] = key;
+        unsigned char* pixels = nullptr;
+        int width = 0, height = 0;
+        io.Fonts->GetTexDataAsRGBA32(&pixels, &width, &height);
+    }
+    ~Bench() { ImGui::DestroyContext(); }
+    Bench(const Bench&) = delete;
+    Bench& operator=(const Bench&) = delete;
+
+    template <class Draw>
+    void frame(Draw&& draw) {
+        ImGui::NewFrame();
+        ImGui::SetNextWindowPos({0, 0});
+        ImGui::SetNextWindowSize({400, 2000});
+        ImGui::Begin("bench");
+        items.clear();
+        draw();
+        ImGui::End();
+        ImGui::Render();
+    }
+
+    /// Types into what a click with Ctrl makes a field for text, and presses Enter.
+    template <class Draw>
+    void type(const std::string& name, const std::string& text, Draw&& draw, float fraction = 0.5f) {
+        ImGuiIO& io = ImGui::GetIO();
+        io.KeyCtrl = true;
+        click(name, draw, fraction);
+        io.KeyCtrl = false;
+        for (const char c : text) io.AddInputCharacter(static_cast<unsigned>(c));
+        frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = true;
+        frame(draw);
+        io.KeysDown[ImGuiKey_Enter] = false;
+        frame(draw);
+    }
+
+    /// Presses and releases the left button at a fraction of an item's width; frames in between.
+    template <class Draw>
+    void click(const std::string& name, Draw&& draw, float fraction = 0.5f) {
+        frame(draw);
+        REQUIRE(items.count(name) == 1);
+        const glm::vec4 r = items.at(name);
+        ImGuiIO& io = ImGui::GetIO();
+        io.MousePos = {r.x + fraction * (r.z - r.x), 0.5f * (r.y + r.w)};
+        frame(draw);
+        io.MouseDown[0] = true;
+        frame(draw);
+        frame(draw);
+        io.MouseDown[0] = false;
+        frame(draw);
+        frame(draw);
+    }
+
+    engine::ItemRects items;
+};
+
+}  // namespace
+
+TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+    bench.click("more", draw);  // opens the rest
+    bench.frame(draw);
+    for (const SettingInfo& info : settingTable()) {
+        CAPTURE(info.key);
+        CHECK(bench.items.count(std::string(info.key)) == 1);
+    }
+}
+
+TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+
+    bench.click("swap", draw);
+    CHECK(settings.solver == findSolver("pqp"));
+    CHECK(settings.shadow == kExactSolver);
+    bench.click("swap", draw);
+    CHECK(settings.solver == kExactSolver);
+
+    bench.click("pause", draw);
+    CHECK(settings.pause);
+    bench.click("reset", draw);
+    CHECK(requests.restart);
+
+    bench.click("stiffness", draw, 0.9f);
+    CHECK(settings.stiffness > 2);
+    bench.click("margin", draw, 0.05f);
+    CHECK(settings.margin < 0.1);
+    CHECK(settings.trust <= settings.margin);  // was taken along
+    bench.click("trust", draw, 0.9f);
+    CHECK(settings.trust > 1);
+    CHECK(settings.margin >= settings.trust);
+    CHECK(checkSettings(settings).empty());
+    CHECK(requests.refusal.empty());
+}
+
+TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one that is not accepted is told",
+          "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+    bench.type("stiffness", "12.3456", draw);  // beyond the slider, within the setting's range
+    CHECK(settings.stiffness == 12.3456);
+    CHECK(requests.refusal.empty());
+    bench.type("stiffness", "5000", draw);
+    CHECK(settings.stiffness == 12.3456);
+    CHECK(requests.refusal.find("stiffness") != std::string::npos);
+}
+
+TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    DisplayOptions display;
+    ScenePanelState state;
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+
+    bench.click("visible cube", draw);
+    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
+    bench.click("Tool spheres", draw, 0.99f);
+    CHECK(display.toolLevel == 0);
+    bench.click("Obstacle spheres", draw, 0.01f);
+    CHECK(display.obstacleLevel == -1);
+    bench.click("Contacts", draw, 0.1f);
+    CHECK_FALSE(display.contacts);
+    bench.click("node slab", draw, 0.3f);
+    CHECK(state.selected == scene.roles.obstacles[0]);
+}
+
+TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.roles.obstacles[0], state, requests, &bench.items); };
+    bench.click("role", draw);
+    bench.click("role goal", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Goal}});
+    requests = {};
+
+    bench.click("build tree", draw);
+    CHECK(requests.edits.empty());  // nothing was chosen that it does not have
+    bench.click("tree by", draw);
+    bench.click("tree by error", draw);
+    bench.click("build tree", draw);
+    REQUIRE(requests.edits.size() == 1);
+    const auto& chosen = std::get<ChooseTree>(requests.edits[0]);
+    CHECK(chosen.node == 1);
+    CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].tree->certificate.protrusion));
+    CHECK(bench.items.count("tree words") == 1);
+    CHECK(bench.items.count("material 1") == 1);
+
+    bench.click("shown", draw, 0.1f);
+    CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
+}
+
+TEST_CASE("inspector: a place that is typed puts the node there, in mm and degrees", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    const auto type = [&](const std::string& item, float fraction, const std::string& text) {
+        requests = {};
+        bench.type(item, text, draw, fraction);
+        REQUIRE(requests.edits.size() == 1);
+        return std::get<PlaceNode>(requests.edits[0]);
+    };
+    const PlaceNode moved = type("position", 0.1f, "12.5");
+    CHECK(moved.node == 1);
+    CHECK(moved.to.translation.x == Approx(0.0125).margin(1e-12));
+    CHECK(moved.to.translation.y == moved.from.translation.y);
+    CHECK(moved.to.rotation == moved.from.rotation);
+
+    const PlaceNode turned = type("rotation", 0.5f, "120");
+    CHECK(turned.to.translation == turned.from.translation);
+    const glm::dquat wanted = glm::angleAxis(glm::radians(120.0), glm::dvec3(0, 1, 0));
+    CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
+}
+
+TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    bench.type("name", "table", draw, 0.9f);
+    REQUIRE(requests.edits.size() == 1);
+    const RenameNode renamed = std::get<RenameNode>(requests.edits[0]);
+    CHECK(renamed.node == 1);
+    CHECK(renamed.from == "slab");
+    CHECK(renamed.to == "table");
+
+    requests = {};
+    bench.click("metallic 1", draw, 0.95f);
+    REQUIRE(requests.edits.size() == 1);
+    const PaintMaterial metal = std::get<PaintMaterial>(requests.edits[0]);
+    CHECK(metal.material == 1);
+    CHECK(metal.from == looksOf(scene.scene.materials[1]));
+    CHECK(metal.to.metallic > 0.8f);
+    CHECK(metal.to.roughness == metal.from.roughness);
+    CHECK(metal.to.baseColor == metal.from.baseColor);  // no drift by looking at it
+}
+
+TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {
+    Bench bench;
+    engine::Scene unmarked = holdScene();
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
+    HapticScene scene = openScene(std::move(unmarked));
+    PanelRequests requests;
+    engine::Entity selected;
+    const auto draw = [&] { drawGuide(scene, selected, requests, &bench.items); };
+    bench.click("guide cube", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{0, Role::Tool}});
+    selected = scene.scene.nodes[1];
+    bench.click("guide selected", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Tool}});
+
+    scene.roles.tool = scene.scene.nodes[0];
+    bench.click("guide all", draw);
+    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Obstacle}});
+}
+
+TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panels]") {
+    Bench bench;
+    Settings scene, settings;
+    scene.margin = scene.trust = 0.2;
+    settings.stiffness = 3;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel(scene, settings, state, requests, &bench.items); };
+    bench.click("preset paper", draw);
+    CHECK(settings.mode == Mode::Paper);
+    CHECK(settings.margin == 0.2);
+    CHECK(settings.trust == 0.2);
+    bench.click("preset default", draw);
+    CHECK(settings == scene);
+    bench.click("strength", draw, 0.95f);
+    CHECK(state.strength > 2);
+    bench.click("copy command", draw);
+    CHECK(requests.copyCommand);
+}
+
+TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
+    Bench bench;
+    HapticScene scene = openScene(holdScene());
+    SphereTree flawed = *scene.world->obstacles[0].tree;
+    flawed.certificate.covered = false;
+    flawed.certificate.note = "A note for the user.";
+    auto world = std::make_shared<World>(*scene.world);
+    world->obstacles[0].tree = std::make_shared<const SphereTree>(std::move(flawed));
+    scene.world = world;
+    DisplayOptions display;
+    ScenePanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+    bench.frame(draw);
+    REQUIRE(bench.items.count("tree cube") == 1);
+    REQUIRE(bench.items.count("tree slab") == 1);
+    CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
+    CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
+
+    // On hover a tooltip comes, a window of its own with text; nothing is drawn of it before.
+    const auto vertices = [&](const std::string& item) {
+        const glm::vec4 r = item.empty() ? glm::vec4(-100) : bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        return ImGui::GetDrawData()->TotalVtxCount;
+    };
+    const int without = vertices(""), good = vertices("tree cube"), bad = vertices("tree slab");
+    CHECK(good > without);
+    CHECK(bad > good);  // its note comes on top
+
+    scene.world = nullptr;
+    bench.frame(draw);
+    CHECK(bench.items.count("tree cube") == 0);
+}
+
+TEST_CASE("tree words: certificate, options and time left read as sentences do", "[panels]") {
+    TreeCertificate certificate{.protrusion = 0.123, .diagonal = 82, .covered = true, .closed = true, .note = {}};
+    CHECK(protrusionWords(certificate) == "0.123 mm (0.15 %)");
+    CHECK(surfaceWords(certificate) == "surface proven covered, closed");
+    CHECK_FALSE(needsAttention(certificate));
+    certificate.hollow = 2.5;
+    certificate.closed = false;
+    CHECK(surfaceWords(certificate) == "surface proven covered, open, hollow for balls up to 2.5 mm");
+    CHECK(needsAttention(certificate));
+    certificate = {.covered = true, .closed = true, .note = "Thin."};
+    CHECK(needsAttention(certificate));
+    CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
+    CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
+          "at most 0.02 mm out, best, solid");
+    CHECK(timeLeft(-1).empty());
+    CHECK(timeLeft(NAN).empty());
+    CHECK(timeLeft(0.4) == "almost done");
+    CHECK(timeLeft(12.3) == "12 s left");
+    CHECK(timeLeft(150) == "3 min left");
+}
+
+TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do itself", "[panels]") {
+    Bench bench;
+    TickHistory history;
+    const auto tick = [&] {
+        TickRecord record;
+        record.tick = history.pushed();
+        record.totalUs = 10;
+        record.shadowUs = 5;
+        record.shadowForceError = 1e-3;
+        history.push(record);
+    };
+    for (int i = 0; i < 5000; ++i) tick();
+    const Settings settings;
+    Sweep sweep;
+    sweep.points = {{.solver = kExactSolver, .us = 1, .onFront = true},
+                    {.solver = findSolver("pqp"), .tolerance = 0.1, .us = 2, .forceError = 0.1},
+                    {.solver = findSolver("pqp"), .tolerance = 0.001, .us = 8, .forceError = 1e-3}};
+    const Sweep* swept = nullptr;
+    std::optional<double> progress;
+    PlotsPanelState state;
+    PlotsRequests asked;
+    const auto draw = [&] { drawPlotsPanel({history, settings, swept, progress, ""}, state, asked, &bench.items); };
+
+    bench.click("1 s", draw);
+    CHECK(state.seconds == 1);
+    // The wheel over a plot zooms; while ticks come in, the newest stays at the edge.
+    const auto over = [&](const std::string& item) {
+        const glm::vec4 r = bench.items.at(item);
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        bench.frame(draw);
+    };
+    over("plot Its stages");
+    ImGui::GetIO().MouseWheel = 1;
+    bench.frame(draw);
+    ImGui::GetIO().MouseWheel = 0;
+    bench.frame(draw);
+    CHECK(state.seconds < 1);
+    CHECK(state.behind == 0);
+
+    bench.click("hold plots", draw);
+    REQUIRE(state.held);
+    tick();
+    CHECK(state.held->pushed() == 5000);  // the ticks that come in do not move what is looked at
+    // Dragged to the right, the plot shows what came before.
+    over("plot Its stages");
+    ImGui::GetIO().MouseDown[0] = true;
+    bench.frame(draw);
+    ImGui::GetIO().MousePos.x += 40;
+    bench.frame(draw);
+    ImGui::GetIO().MouseDown[0] = false;
+    bench.frame(draw);
+    CHECK(state.behind > 0);
+    CHECK(shownStretch(*state.held, state, settings.rate).skip > 0);
+    bench.click("hold plots", draw);
+    CHECK_FALSE(state.held);
+    CHECK(state.behind == 0);
+    CHECK(shownStretch(history, state, settings.rate).skip == 0);
+
+    bench.click("export", draw);
+    bench.click("Ticks, CSV", draw);
+    CHECK(asked.ticksCsv == "plots.csv");
+    bench.click("export", draw);
+    bench.click("Sweep, CSV", draw);
+    CHECK(asked.sweepCsv.empty());  // there is none yet
+
+    ImGui::GetIO().MousePos = {-100, -100};
+    bench.click("hold plots", draw);  // closes the popup
+    bench.click("tab Contact", draw);
+    bench.frame(draw);
+    CHECK(bench.items.count("plot Residual") == 1);
+    bench.click("tab Speed against error", draw);
+    bench.click("sweep", draw);
+    CHECK(asked.sweep);
+    bench.click("all rows", draw, 0.05f);
+    CHECK(state.sweep.allRows);
+    const int without = ImGui::GetDrawData()->TotalVtxCount;
+    swept = &sweep;
+    bench.frame(draw);
+    CHECK(ImGui::GetDrawData()->TotalVtxCount > without);  // curves, front and marker
+    progress = 0.5;
+    bench.click("cancel sweep", draw, 0.5f);
+    CHECK(asked.cancelSweep);
+}
+
+TEST_CASE("status bar: says how the loop is, and marks what is not as it should be", "[panels]") {
+    LoopSnapshot snapshot;
+    snapshot.rate = 1000;
+    snapshot.ticks = 1000;
+    snapshot.fade = 1;
+    snapshot.engagement = Engagement::Engaged;
+    const RealTimeStatus realTime{.scheduled = true, .message = {}};
+    const std::string device = "mouse";
+    DeviceFacts facts;
+    const auto item = [&](const std::string& name) {
+        for (const HealthItem& found : healthItems({&snapshot, &realTime, device, facts}))
+            if (found.name == name) return found;
+        FAIL("there is no " << name);
+        return HealthItem{};
+    };
+    CHECK(healthItems({nullptr, &realTime, device, facts}).empty());
+    for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
+        CAPTURE(all.name);
+        CHECK_FALSE(all.attention);
+        CHECK(all.help.size() > 20);
+    }
+    CHECK(item("Device").value == "mouse");
+
+    snapshot.rate = 900;
+    CHECK(item("Rate").attention);
+    snapshot.overruns = 10;
+    CHECK_FALSE(item("Late").attention);
+    snapshot.overruns = 11;
+    CHECK(item("Late").attention);
+    snapshot.dropped = 1;
+    CHECK(item("Dropped").attention);
+
+    snapshot.trips[int(Trip::StaleReading)] = {2, 9};
+    CHECK(item("Safety").value == "ok, 2 trips");
+    CHECK_FALSE(item("Safety").attention);
+    snapshot.record.trips = bit(Trip::StaleReading);
+    CHECK(item("Safety").value == name(Trip::StaleReading));
+    CHECK(item("Safety").attention);
+    snapshot.engagement = Engagement::Engaging;
+    CHECK(item("Safety").value == name(Trip::StaleReading));
+    snapshot.record.trips = 0;
+    CHECK(item("Safety").value == "engaging, 2 trips");
+    snapshot.engagement = Engagement::Stopped;
+    CHECK(item("Safety").value == "stopped");
+    CHECK(item("Safety").attention);
+    snapshot.engagement = Engagement::Faulted;
+    snapshot.cause = Trip::Buzz;
+    CHECK(item("Safety").value == "fault: buzz");
+    CHECK(item("Safety").help.find(info(Trip::Buzz).why) == 0);
+    snapshot.engagement = Engagement::Engaged;
+
+    snapshot.record.wrench_o.force = Vec3(11, 0, 0);
+    CHECK(item("Load").value == "50 %");
+    snapshot.record.wrench_o.torque = Vec3(0, -153, 0);
+    CHECK(item("Load").value == "90 %");
+    snapshot.record.trips = bit(Trip::ForceClamped);
+    CHECK(item("Load").value == "saturated");
+    CHECK(item("Load").attention);
+
+    // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
+    CHECK(item("Passive").value == "from 1.5 N·s/m");
+    facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
+    CHECK(item("Passive").value == "+0.4 N·s/m");
+    CHECK_FALSE(item("Passive").attention);
+    snapshot.settings.stiffness = 2;
+    CHECK(item("Passive").value == "-0.1 N·s/m");
+    CHECK(item("Passive").attention);
+    snapshot.settings.rate = 10'000;
+    CHECK_FALSE(item("Passive").attention);
+
+    // Each is explained on hover.
+    Bench bench;
+    bool pressed = false;
+    const auto draw = [&] { pressed |= drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
+    bench.frame(draw);
+    const int without = ImGui::GetDrawData()->TotalVtxCount;
+    for (const HealthItem& all : healthItems({&snapshot, &realTime, device, facts})) {
+        CAPTURE(all.name);
+        REQUIRE(bench.items.count(std::string("health ") + all.name) == 1);
+        const glm::vec4 r = bench.items.at(std::string("health ") + all.name);
+        if (r.z > 390) continue;  // beyond this narrow window
+        ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
+        for (int i = 0; i < 3; ++i) bench.frame(draw);
+        CHECK(ImGui::GetDrawData()->TotalVtxCount > without);
+    }
+    CHECK_FALSE(pressed);
+    bench.click("engage", draw);
+    CHECK(pressed);
+}
+
+TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
+    Bench bench;
+    PlotsPanelState plots;
+    PlotsRequests asked;
+    TickHistory history(64);
+    LoopSnapshot snapshot;
+    const RealTimeStatus realTime{.message = "no priority"};
+    std::vector<Message> messages;
+    const std::string device = "demo";
+    PanelRequests requests;
+    const auto draw = [&](const LoopSnapshot* shown) {
+        bench.frame([&] {
+            drawPlotsPanel({history, {}, nullptr, {}, ""}, plots, asked, &bench.items);
+            drawLogPanel(messages, &bench.items);
+            drawStatusBar({shown, &realTime, device, {}}, &bench.items);
+            drawOpening({"bunnies.glb", "gold bunny", 0.4, 12}, requests, &bench.items);
+        });
+    };
+    draw(nullptr);
+    draw(&snapshot);
+    snapshot.record.flags = ~0u;
+    snapshot.trips[0] = {3, 7};
+    messages = {{Message::Kind::Error, "100 % of this %s is text.", 1}, {Message::Kind::Note, "", 2}};
+    for (int i = 0; i < 100; ++i) {
+        TickRecord record;
+        record.totalUs = i;
+        record.wrench_C.force = Vec3(1e300, 0, 0);
+        history.push(record);
+    }
+    draw(&snapshot);
+    CHECK(ImGui::GetDrawData()->TotalVtxCount > 0);
+    CHECK(bench.items.count("cancel opening") == 1);
+}
+
+TEST_CASE("panels: the device page tells state and trouble, and asks for what was clicked", "[panels]") {
+    struct Control final : DeviceControl {
+        Maps follows = Maps::All;
+        Maps maps() const override { return follows; }
+        Workspace workspace() const override { return {.scale = 2}; }
+    } control;
+    Bench bench;
+    DeviceFacts facts;
+    facts.status = DeviceStatus{.state = DeviceStatus::State::Lost, .text = "the cable", .temperature = 0.4};
+    const std::string device = "phantom";
+    std::string trouble;
+    DevicePanelState state;
+    PanelRequests requests;
+    const auto draw = [&] {
+        drawDevicePanel({device, facts, Settings{}, &control, trouble}, state, requests, &bench.items);
+    };
+    bench.frame(draw);
+    CHECK(bench.items.count("device temperature") == 1);
+    CHECK(bench.items.count("device trouble") == 0);
+    CHECK_FALSE(requests.workspace);
+    bench.click("reconnect", draw);
+    CHECK(requests.reconnect);
+    bench.click("device view axes", draw);
+    CHECK(requests.alignWithView);
+    bench.click("device scale", draw, 0.9f);
+    REQUIRE(requests.workspace);
+    CHECK(requests.workspace->scale > 4);
+    CHECK_FALSE(state.edited);
+
+    // A cap that says how fast has axes, and no place.
+    control.follows = DeviceControl::Maps::Axes;
+    bench.items.clear();
+    bench.frame(draw);
+    CHECK(bench.items.count("device scale") == 0);
+    CHECK(bench.items.count("device view axes") == 1);
+    bench.click("device scene axes", draw);
+    CHECK(requests.workspace->q_WD.coeffs() == Quat::Identity().coeffs());
+
+    trouble = "no library";
+    const auto drawTrouble = [&] {
+        drawDevicePanel({device, facts, Settings{}, nullptr, trouble}, state, requests, &bench.items);
+    };
+    bench.frame(drawTrouble);
+    CHECK(bench.items.count("device trouble") == 1);
+    CHECK(bench.items.count("reconnect") == 0);
+
+    // The bar at the bottom says it too, and speaks of forces as the hand has them.
+    LoopSnapshot snapshot;
+    snapshot.record.wrench_o.force = {10, 0, 0};
+    facts.limits.peakForce = 10;
+    facts.scale = 2;
+    for (const HealthItem& item : healthItems({&snapshot, nullptr, device, facts})) {
+        if (std::string(item.name) == "Device") CHECK(item.value == "phantom (lost)");
+        if (std::string(item.name) == "Load") CHECK(item.value == "50 %");
+    }
+}

@@ -1,0 +1,38 @@
+// What is to be shown, as a list on the command line.
+#include "haptics/sandbox/picture/display_options.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+using namespace touchstone::sandbox;
+using Catch::Matchers::Contains;
+
+TEST_CASE("display options: every switch has a key of its own, turns on and off, and is known by name", "[display]") {
+    std::set<char> keys;
+    for (const DisplaySwitch& which : displaySwitches()) {
+        INFO(which.name);
+        CHECK(keys.insert(which.key).second);
+        CHECK(std::string_view("RFHSQ").find(which.key) == std::string_view::npos);  // taken by others
+        DisplayOptions options;
+        for (const bool on : {true, false, true}) {
+            CHECK(applyShowList(options, (on ? "" : "no-") + std::string(which.name)) == "");
+            CHECK(isOn(options, which) == on);
+        }
+    }
+}
+
+TEST_CASE("display options: a list names levels and axes, and says what it does not know", "[display]") {
+    DisplayOptions options;
+    CHECK(applyShowList(options, "trees:2,no-grid,section:y") == "");
+    CHECK(options.toolLevel == 2);
+    CHECK(options.obstacleLevel == 2);
+    CHECK_FALSE(options.grid);
+    CHECK(options.section);
+    CHECK(options.sectionAxis == 1);
+    CHECK(applyShowList(options, "") == "");
+    CHECK_THAT(applyShowList(options, "contacts,spheres"), Contains("'spheres'") && Contains("trees"));
+    CHECK_THAT(applyShowList(options, "trees:top"), Contains("'trees:top'") && Contains("level"));
+    CHECK_THAT(applyShowList(options, "section:w"), Contains("section:x"));
+    CHECK_THAT(applyShowList(options, "grid:1"), Contains("colon"));
+    CHECK(applyShowList(options, ",") != "");
+}

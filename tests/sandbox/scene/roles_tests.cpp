@@ -1,0 +1,272 @@
+#include <catch2/catch.hpp>
+
+#include "engine/scene/gltf_read.hpp"
+#include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "tests/support/scene_maker.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+using Catch::Matchers::Contains;
+using engine::Entity;
+using engine::Scene;
+using nlohmann::json;
+using sandbox::Role;
+
+namespace {
+
+Role roleOf(const Scene& scene, Entity node) { return scene.registry.get<Role>(node); }
+
+bool anyContains(const std::vector<std::string>& sentences, const std::string& part) {
+    return std::any_of(sentences.begin(), sentences.end(),
+                       [&](const std::string& s) { return s.find(part) != std::string::npos; });
+}
+
+const glm::vec3 kSize(0.01f);
+
+}  // namespace
+
+TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", "[system]") {
+    Scene scene;
+    const Entity tool =
+        addBox(scene, "peg", kSize,
+               {{"role", "tool"}, {"leaves", 100}, {"stiffness_N_per_m", 500}, {"torsion_Nm_per_rad", 0.3}});
+    const Entity hole = addBox(scene, "hole", kSize, {{"role", "obstacle"}});
+    const Entity decoration = addBox(scene, "lamp", kSize, {{"role", "visual"}});
+    const Entity plain = addBox(scene, "floor", kSize);
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK(roles.tool == tool);
+    CHECK(roles.obstacles == std::vector<Entity>{hole});
+    CHECK(roleOf(scene, decoration) == Role::Visual);
+    CHECK_FALSE(scene.registry.has<Role>(plain));
+    CHECK(scene.registry.get<sandbox::BodyMarking>(tool).tree.leaves == 100);
+    CHECK(scene.registry.get<sandbox::BodyMarking>(hole).tree.leaves == 4096);
+    CHECK_FALSE(scene.registry.has<sandbox::BodyMarking>(decoration));
+    // 500 N/m is 0.5 N/mm, and 0.3 N·m/rad is 300 mN·m/rad.
+    const Settings settings = sandbox::sceneSettings(scene, roles);
+    CHECK(settings.stiffness == 0.5);
+    CHECK(settings.torsion == Approx(300));
+    CHECK(roles.warnings.empty());
+    REQUIRE(roles.taken.size() == 3);
+    CHECK_THAT(roles.taken[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
+}
+
+TEST_CASE("roles: of two tools the first in the file is taken, and the other is named", "[system]") {
+    Scene scene;
+    addBox(scene, "wall", kSize, {{"role", "obstacle"}});
+    const Entity first = addBox(scene, "first", kSize, {{"role", "tool"}});
+    const Entity second = addBox(scene, "second", kSize, {{"role", "tool"}});
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK(roles.tool == first);
+    CHECK(roleOf(scene, second) == Role::Visual);
+    CHECK(anyContains(roles.warnings, "\"second\""));
+}
+
+TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider an obstacle and a trigger a goal",
+          "[system]") {
+    Scene scene;
+    const Entity tool = addBox(scene, "body", kSize);
+    const Entity part = addBox(scene, "part of body", kSize, nullptr, {}, tool);
+    const Entity wall = addBox(scene, "wall", kSize);
+    const Entity region = addBox(scene, "region", {0.02f, 0.01f, 0.01f}, nullptr, {.translation = {0, 0.05, 0}});
+    addPhysics(scene, tool, {{"motion", {{"mass", 1}}}});
+    addPhysics(scene, part, {{"collider", {{"geometry", {{"node", 1}}}}}});
+    addPhysics(scene, wall, {{"collider", {{"geometry", {{"mesh", 0}}}}}});
+    addPhysics(scene, region, {{"trigger", {{"geometry", {{"node", 3}}}}}});
+    scene.meshes.push_back(scene.registry.get<engine::MeshInstance>(wall));
+    updateWorldTransforms(scene);
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK(roles.tool == tool);
+    CHECK_FALSE(scene.registry.has<Role>(part));
+    CHECK(sandbox::roleOwner(scene.registry, part) == tool);
+    CHECK(roles.obstacles == std::vector<Entity>{wall});
+    CHECK(roleOf(scene, region) == Role::Goal);
+    REQUIRE(roles.goal);
+    CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 50, 0)));
+    CHECK(roles.goal->tolerance == Approx(10));  // half of the 20 mm that it measures
+    CHECK(anyContains(roles.taken, "gives it a motion"));
+}
+
+TEST_CASE("roles: a hidden node collides like any other", "[system]") {
+    Scene scene;
+    const Entity proxy = addBox(scene, "proxy", kSize, {{"role", "tool"}});
+    scene.registry.get<engine::Visibility>(proxy).visible = false;  // what KHR_node_visibility says
+    updateWorldTransforms(scene);
+    CHECK(sandbox::assignRoles(scene).tool == proxy);
+    CHECK(sandbox::bakedTriangles(scene, proxy).triangles.size() == 12);
+}
+
+TEST_CASE("roles: the physics extension comes before extras, which still give the rest", "[system]") {
+    Scene scene;
+    const Entity node = addBox(scene, "wall", kSize, {{"role", "tool"}, {"leaves", 200}});
+    scene.meshes.push_back(scene.registry.get<engine::MeshInstance>(node));
+    addPhysics(scene, node, {{"collider", {{"geometry", {{"node", 0}}}}}});
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK(roleOf(scene, node) == Role::Obstacle);
+    CHECK(scene.registry.get<sandbox::BodyMarking>(node).tree.leaves == 200);
+    CHECK(anyContains(roles.warnings, "extras.touchstone.role says tool"));
+    CHECK_THROWS_WITH(sandbox::setRole(scene, node, Role::Tool), Contains("KHR_physics_rigid_bodies"));
+}
+
+TEST_CASE("roles: what the physics extension has and this program has not is named", "[system]") {
+    Scene scene;
+    const Entity body = addBox(scene, "body", kSize);
+    addPhysics(scene, body,
+               {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
+    scene.extensions["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
+        CHECK(anyContains(roles.warnings, word));
+    CHECK(sandbox::bakedTriangles(scene, body).triangles.size() == 12);
+}
+
+TEST_CASE("roles: unknown keys are named as warnings", "[system]") {
+    Scene scene;
+    scene.extras = {{"touchstone", {{"setings", json::object()}}}};
+    addBox(scene, "peg", kSize, {{"role", "tool"}, {"colour", "red"}, {"goal", {{"tolerance_mm", 1}}}});
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    for (const char* key : {"extras.touchstone.setings", "extras.touchstone.colour", "goal.tolerance_mm"})
+        CHECK(anyContains(roles.warnings, key));
+}
+
+TEST_CASE("roles: a wrong type or range is one sentence with file, node and field", "[system]") {
+    struct Case {
+        json mark;
+        std::string field;
+    };
+    const std::vector<Case> cases{
+        {{{"role", 5}}, "extras.touchstone.role"},
+        {{{"role", "hammer"}}, "extras.touchstone.role must be tool, obstacle, goal, visual or gauge"},
+        {{{"role", "tool"}, {"leaves", "many"}}, "extras.touchstone.leaves must be a whole number"},
+        {{{"role", "tool"}, {"leaves", 0}}, "extras.touchstone.leaves"},
+        {{{"role", "tool"}, {"leaves", 100.5}}, "extras.touchstone.leaves"},
+        {{{"role", "tool"}, {"max_error_mm", 0}}, "extras.touchstone.max_error_mm must be a number from 1e-06 to 1000"},
+        {{{"role", "tool"}, {"max_error_mm", "0.1mm"}}, "extras.touchstone.max_error_mm must be a number"},
+        {{{"role", "tool"}, {"max_error_mm", 0.1}, {"leaves", 64}}, "max_error_mm must be given without leaves"},
+        {{{"role", "tool"}, {"quality", "finest"}}, "extras.touchstone.quality must be fast or best"},
+        {{{"role", "tool"}, {"quality", 2}}, "extras.touchstone.quality must be a text"},
+        {{{"role", "tool"}, {"interior", "hollow"}}, "extras.touchstone.interior must be shell or solid"},
+        {{{"role", "tool"}, {"stiffness_N_per_m", -1}}, "extras.touchstone.stiffness_N_per_m"},
+        {{{"role", "tool"}, {"torsion_Nm_per_rad", json::array()}}, "extras.touchstone.torsion_Nm_per_rad"},
+        {{{"role", "tool"}, {"goal", 1}}, "extras.touchstone.goal must be an object"},
+        {{{"role", "tool"}, {"goal", {{"translation", {0, 1}}}}},
+         "extras.touchstone.goal.translation must be three numbers"},
+        {{{"role", "tool"}, {"goal", {{"rotation", {0, 0, 0, 2}}}}}, "extras.touchstone.goal.rotation"},
+        {{{"role", "tool"}, {"outcome", "fine"}}, "extras.touchstone.outcome must be an object"},
+        {json("tool"), "extras.touchstone must be an object"},
+    };
+    for (const Case& c : cases) {
+        INFO(c.mark.dump());
+        Scene scene;
+        scene.file = "some/where.glb";
+        addBox(scene, "peg", kSize, c.mark);
+        CHECK_THROWS_WITH(sandbox::assignRoles(scene),
+                          Contains("where.glb") && Contains("node 0 \"peg\"") && Contains(c.field));
+    }
+}
+
+TEST_CASE("roles: broken physics extensions are one sentence too", "[system]") {
+    for (const json& body : std::vector<json>{json("box"),
+                                              {{"motion", 3}},
+                                              {{"collider", {{"geometry", {{"node", 7}}}}}},
+                                              {{"collider", {{"geometry", {{"mesh", -1}}}}}},
+                                              {{"collider", {{"geometry", 0}}}}}) {
+        INFO(body.dump());
+        Scene scene;
+        scene.file = "some/where.glb";
+        addPhysics(scene, addBox(scene, "peg", kSize), body);
+        CHECK_THROWS_WITH(sandbox::assignRoles(scene),
+                          Contains("node 0 \"peg\"") && Contains("KHR_physics_rigid_bodies"));
+    }
+}
+
+TEST_CASE("roles: settings of the scene are those of the command line, and wrong ones are refused", "[system]") {
+    Scene scene;
+    scene.file = "tight.glb";
+    addBox(scene, "peg", kSize, {{"role", "tool"}, {"stiffness_N_per_m", 500}});
+    const auto with = [&](const json& settings) {
+        scene.extras = {{"touchstone", {{"settings", settings}}}};
+        return sandbox::sceneSettings(scene, sandbox::assignRoles(scene));
+    };
+    const Settings settings = with({{"margin", 0.375},
+                                    {"trust", 0.375},
+                                    {"slack", "0.1"},
+                                    {"adaptive_margin", false},
+                                    {"shadow", "none"},
+                                    {"linearisations", 3}});
+    CHECK(settings.margin == 0.375);
+    CHECK(settings.slack == 0.1);
+    CHECK_FALSE(settings.adaptiveMargin);
+    CHECK(settings.shadow == -1);
+    CHECK(settings.linearisations == 3);
+    CHECK(settings.stiffness == 0.5);
+    CHECK(with({{"stiffness", 2}}).stiffness == 2);
+    CHECK_THROWS_WITH(with({{"magin", 1}}), Contains("tight.glb") && Contains("did you mean 'margin'"));
+    CHECK_THROWS_WITH(with({{"margin", "wide"}}), Contains("margin must be a number"));
+    CHECK_THROWS_WITH(with({{"margin", json::array()}}), Contains("margin"));
+    CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));  // more than the margin
+}
+
+TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool it is given", "[system]") {
+    Scene scene;
+    const Entity parent = addNode(scene, "frame", {}, {.translation = {1, 0, 0}});
+    addNode(scene, "seat", parent, {.translation = {0, 0.02, 0}});
+    setExtras(scene, scene.nodes.back(),
+              {{"touchstone",
+                {{"role", "goal"}, {"goal", {{"tolerance_m", 0.0005}, {"tolerance_rad", 0.05}, {"hold_s", 0.5}}}}}});
+    const Entity tool = addBox(scene, "peg", kSize, {{"role", "tool"}});
+    updateWorldTransforms(scene);
+    sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    REQUIRE(roles.goal);
+    CHECK(roles.goal->X_WT.p.isApprox(Vec3(1000, 20, 0)));
+    CHECK(roles.goal->tolerance == 0.5);
+    CHECK(roles.goal->toleranceAngle == 0.05);
+    CHECK(roles.goal->hold == 500);
+
+    setExtras(
+        scene, tool,
+        {{"touchstone", {{"role", "tool"}, {"goal", {{"translation", {0, 0.1, 0}}, {"rotation", {0, 0, 1, 0}}}}}}});
+    roles = sandbox::assignRoles(scene);
+    REQUIRE(roles.goal);
+    CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 100, 0)));
+    CHECK(roles.goal->X_WT.q.isApprox(Quat(0, 0, 0, 1)));
+    CHECK(anyContains(roles.warnings, "\"seat\" is a goal too"));
+}
+
+TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]") {
+    const TempFolder folder;
+    Scene made = pressScene();
+    addBox(made, "third", kSize, {{"role", "visual"}, {"leaves", 50}});
+    engine::writeGltf(made, folder.path() / "a.glb");
+
+    Scene scene = engine::readGltf(folder.path() / "a.glb");
+    sandbox::assignRoles(scene);
+    sandbox::setRole(scene, scene.nodes[2], Role::Tool);
+    sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK(roles.tool == scene.nodes[2]);
+    CHECK(roleOf(scene, scene.nodes[0]) == Role::Visual);
+    sandbox::setRole(scene, scene.nodes[1], std::nullopt);
+    sandbox::saveScene(scene, folder.path() / "b.glb");
+
+    Scene again = engine::readGltf(folder.path() / "b.glb");
+    roles = sandbox::assignRoles(again);
+    CHECK(roles.tool == again.nodes[2]);
+    CHECK(roles.obstacles.empty());
+    CHECK(again.registry.get<sandbox::BodyMarking>(again.nodes[2]).tree.leaves == 50);
+    // What else stood in the marks is still there.
+    CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
+    CHECK_THROWS_AS(sandbox::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
+}
+
+TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing and has no world", "[system]") {
+    Scene scene;
+    const Entity box = addBox(scene, "box", kSize);
+    sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
+    CHECK_THAT(opened.missing, Contains("tool"));
+    CHECK(opened.world == nullptr);
+    sandbox::setRole(opened.scene, box, Role::Tool);
+    opened = sandbox::openScene(std::move(opened.scene));
+    CHECK_THAT(opened.missing, Contains("obstacle"));
+    CHECK_THROWS_AS(sandbox::buildWorld(opened.scene, opened.roles), engine::SceneError);
+}

@@ -1,0 +1,41 @@
+#include <catch2/catch.hpp>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
+
+#include "haptics/sandbox/scene/units.hpp"
+
+using namespace touchstone;
+
+TEST_CASE("units: a metre is a thousand millimetres, whichever way", "[system]") {
+    CHECK(sandbox::toMm({0.001, -2, 0.5}) == Vec3(1, -2000, 500));
+    CHECK(sandbox::toMetres(Vec3(1, -2000, 500)) == glm::dvec3(0.001, -2, 0.5));
+    CHECK(sandbox::toMetres(25.0) == 0.025);
+}
+
+TEST_CASE("units: a pose takes the same point to the same place as its matrix", "[system]") {
+    const unsigned seed = 7;
+    INFO("seed " << seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int i = 0; i < 100; ++i) {
+        Pose pose{100 * Vec3(uniform(random), uniform(random), uniform(random)),
+                  Quat(uniform(random), uniform(random), uniform(random), uniform(random)).normalized()};
+        const Vec3 x(30 * uniform(random), 20, -7);
+        const glm::dmat4 matrix = sandbox::toMatrix(pose);
+        const glm::dvec3 metres = glm::dvec3(matrix * glm::dvec4(sandbox::toMetres(x), 1));
+        // Rounding of a few products of numbers near 100.
+        CHECK((sandbox::toMm(metres) - pose * x).norm() < 1e-11);
+        const Pose back = sandbox::toPose(matrix);
+        CHECK((back.p - pose.p).norm() < 1e-11);
+        CHECK(std::abs(back.q.dot(pose.q)) == Approx(1).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("units: scale and mirroring do not enter a pose", "[system]") {
+    glm::dmat4 matrix = glm::translate(glm::dmat4(1), {0.1, 0.2, 0.3});
+    matrix = glm::rotate(matrix, 1.0, {0, 0, 1});
+    const Pose pose = sandbox::toPose(glm::scale(matrix, {-2, 3, 0.5}));
+    CHECK((pose.p - Vec3(100, 200, 300)).norm() < 1e-12);
+    CHECK((pose.q * Vec3::UnitX() - Vec3(std::cos(1.0), std::sin(1.0), 0)).norm() < 1e-12);
+}

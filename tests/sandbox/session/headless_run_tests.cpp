@@ -1,0 +1,124 @@
+#include <catch2/catch.hpp>
+
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/support/scene_maker.hpp"
+
+using namespace touchstone;
+using namespace touchstone::test;
+
+namespace {
+
+const sandbox::HapticScene& pressed() {
+    static const sandbox::HapticScene scene = sandbox::openScene(pressScene());
+    return scene;
+}
+
+const sandbox::HeadlessOptions kUntimed{.device = "demo", .seconds = {}, .timing = false, .onTick = {}};
+
+}  // namespace
+
+TEST_CASE("headless run: a press ends with its motion, carries force, and meets its outcome", "[system]") {
+    std::vector<double> forces;
+    sandbox::HeadlessOptions options;
+    options.onTick = [&](const TickRecord& record, double penetration) {
+        CHECK(record.tick == forces.size());
+        CHECK(penetration >= 0);
+        forces.push_back(record.wrench_C.force.norm());
+    };
+    const sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), pressed().settings, options);
+    CHECK(run.report.ticks == 801);  // n / 1000 s for n = 0 to 800
+    CHECK(forces.size() == 801);
+    CHECK(run.report.met());
+    CHECK(run.report.checks.size() == 4);
+    CHECK(run.report.penetration.max.value() <= 0.001);
+    // It is pushed 7 mm down from where the trees are c apart: 7 - c at 1 N/mm, give or take the bumps that it slides
+    // over.
+    const double c = trueClearance(*pressed().world, pressed().world->X_WT_start);
+    CHECK(run.report.force == Approx(7 - c).margin(0.2));
+    CHECK(run.report.force == *std::max_element(forces.begin(), forces.end()));
+    CHECK(run.report.stepUs.max.value() > 0);
+    CHECK(run.report.stepUs.p50.value() >= run.report.solveUs.p50.value());
+    CHECK(run.report.shadow == "pqp");
+    CHECK(run.report.shadowUs.max.value() > 0);
+    CHECK(run.report.shadowForceError.max);
+    CHECK_FALSE(run.report.overruns);
+    CHECK(run.last.tick == 800);
+}
+
+TEST_CASE("headless run: the same bits every time, with or without times, shadow or other tolerance of the shadow",
+          "[system]") {
+    const auto hashOf = [](const Settings& settings, bool timing) {
+        sandbox::HeadlessOptions options;
+        options.timing = timing;
+        return sandbox::runHeadless(pressed(), settings, options).report.hash;
+    };
+    Settings settings = pressed().settings;
+    const std::uint64_t hash = hashOf(settings, true);
+    CHECK(hashOf(settings, true) == hash);
+    CHECK(hashOf(settings, false) == hash);
+    settings.shadow = -1;
+    CHECK(hashOf(settings, false) == hash);
+    settings.shadow = findSolver("pqp");
+    settings.tolerance = 1;
+    CHECK(hashOf(settings, false) == hash);
+    settings.stiffness = 0.9;
+    CHECK(hashOf(settings, false) != hash);
+}
+
+TEST_CASE("headless run: another scene object from the same data gives the same bits", "[system]") {
+    const sandbox::HapticScene again = sandbox::openScene(pressScene());
+    CHECK(sandbox::runHeadless(again, again.settings, kUntimed).report.hash ==
+          sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report.hash);
+}
+
+TEST_CASE("headless run: seconds shorten a run or prolong it, and a cut one is not judged by its end", "[system]") {
+    sandbox::HeadlessOptions options = kUntimed;
+    options.seconds = 0.05;
+    sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), pressed().settings, options);
+    CHECK(run.report.ticks == 50);
+    CHECK(run.report.force == 0);  // still in the air
+    REQUIRE(run.report.checks.size() == 1);
+    CHECK(run.report.checks[0].name == "max_penetration_mm");
+    options.seconds = 1;
+    run = sandbox::runHeadless(pressed(), pressed().settings, options);
+    CHECK(run.report.ticks == 1000);
+    CHECK(run.report.checks.size() == 4);
+}
+
+TEST_CASE("headless run: the rate sets how many ticks a motion takes", "[system]") {
+    Settings settings = pressed().settings;
+    settings.rate = 500;
+    CHECK(sandbox::runHeadless(pressed(), settings, kUntimed).report.ticks == 401);
+}
+
+TEST_CASE("headless run: without timing there are no times", "[system]") {
+    const sandbox::Report report = sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report;
+    CHECK_FALSE(report.stepUs.max);
+    CHECK(report.shadowUs.max == 0.0);
+}
+
+TEST_CASE("headless run: paper mode runs the same scene, by the paper's solver", "[system]") {
+    Settings settings = pressed().settings;
+    settings.mode = Mode::Paper;
+    settings.solver = findSolver("pqp");
+    settings.shadow = -1;
+    sandbox::HeadlessOptions options = kUntimed;
+    options.seconds = 0.3;
+    const sandbox::Report report = sandbox::runHeadless(pressed(), settings, options).report;
+    CHECK(report.mode == "paper");
+    CHECK(report.ticks == 300);
+    CHECK(report.rows.max.value() <= 1024);
+    CHECK(std::isfinite(report.force));
+}
+
+TEST_CASE("headless run: a replayed motion is another device", "[system]") {
+    const TempFolder folder;
+    std::vector<MotionKey> keys;
+    for (int i = 0; i <= 20; ++i) keys.push_back({10.0 * i, pressed().demonstration->at(10.0 * i)});
+    writeMotion(folder.path() / "hand.csv", keys);
+    sandbox::HeadlessOptions options = kUntimed;
+    options.device = "replay:" + (folder.path() / "hand.csv").string();
+    const sandbox::Report report = sandbox::runHeadless(pressed(), pressed().settings, options).report;
+    CHECK(report.ticks == 201);
+    CHECK(report.checks.size() == 1);  // it is not the demonstration that the outcome is about
+}

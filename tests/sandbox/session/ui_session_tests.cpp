@@ -1,0 +1,486 @@
+// Sessions without a window: scenes and devices come and go while the loop runs, and what fails is told.
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "haptics/sandbox/session/session.hpp"
+#include "tests/support/ui_scene.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+
+namespace {
+
+SessionOptions uncached() {
+    SessionOptions options;
+    options.treeCache.clear();
+    options.loop.realTime.raise = false;  // a test takes no priority over others
+    return options;
+}
+
+bool waitUntilRunning(LiveSession& session) {
+    return patiently([&] {
+        session.update();
+        return session.running();
+    });
+}
+
+std::string errors(const LiveSession& session) {
+    std::string all;
+    for (const Message& message : session.messages())
+        if (message.kind == Message::Kind::Error) all += message.text + "\n";
+    return all;
+}
+
+}  // namespace
+
+TEST_CASE("session: a scene runs with its demonstration, and settings arrive in the loop", "[session]") {
+    const TempFolder folder;
+    std::uint64_t ticks = 0;
+    SessionOptions options = uncached();
+    options.onTick = [&](const TickRecord&) { ++ticks; };
+    options.adjust = [](Settings settings) {
+        settings.stiffness = 2;
+        return settings;
+    };
+    LiveSession session(options);
+    CHECK_FALSE(session.running());
+    session.open({holdFile(folder)});
+    CHECK(session.opening().has_value());
+    REQUIRE(waitUntilRunning(session));
+    CHECK(session.device() == "demo");
+    CHECK(session.sceneNumber() == 1);
+    CHECK(session.settings().stiffness == 2);
+
+    Settings settings = session.settings();
+    settings.stiffness = 3;
+    session.setSettings(settings);
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->settings.stiffness == 3 && session.snapshot()->finished;
+    }));
+    CHECK(ticks > 0);
+    CHECK(session.history().size() > 0);
+
+    settings.trust = 2 * settings.margin;  // the two do not go together
+    session.setSettings(settings);
+    CHECK(errors(session).find("trust") != std::string::npos);
+    CHECK(session.settings().trust <= session.settings().margin);
+}
+
+TEST_CASE("session: runs at once with what moves nothing; a stop takes the force, engaging gives it back",
+          "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    CHECK_FALSE(session.engaged());
+    session.stop();  // nothing runs yet
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto force = [&](auto wanted) {
+        return patiently([&] {
+            session.update();
+            return wanted(session.record()->wrench_out.force.norm());
+        });
+    };
+    REQUIRE(force([](double f) { return f > 1.5; }));
+    CHECK(session.engaged());
+    session.stop();
+    REQUIRE(force([](double f) { return f == 0; }));
+    CHECK(session.snapshot()->engagement == Engagement::Stopped);
+    session.engage();
+    CHECK(force([](double f) { return f > 1.5; }));
+    CHECK(session.engaged());
+}
+
+TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+
+    const auto broken = folder.path() / "broken.glb";
+    std::ofstream(broken) << "no scene";
+    for (const auto& file : {broken, folder.path() / "missing.gltf"}) {
+        session.open({file});
+        REQUIRE(patiently([&] {
+            session.update();
+            return !session.opening();
+        }));
+        CHECK(errors(session).find(file.filename().string()) != std::string::npos);
+        CHECK(session.running());
+        CHECK(session.sceneNumber() == 1);
+    }
+    const auto before = session.snapshot()->ticks;
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->ticks > before + 10;
+    }));
+}
+
+TEST_CASE("session: another scene takes the place of the one that runs", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    const auto file = holdFile(folder);
+    session.open({file});
+    REQUIRE(waitUntilRunning(session));
+    session.open({file});  // is not waited for: the next one is wanted
+    session.open({file});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2 && !session.opening();
+    }));
+    CHECK(session.running());
+    CHECK(errors(session).empty());
+}
+
+TEST_CASE("session: a scene without roles waits for them, runs with them, and saves them", "[session]") {
+    const TempFolder folder;
+    engine::Scene unmarked = holdScene();
+    for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, {{"touchstone", {{"leaves", 64}}}});
+    const auto file = folder.path() / "unmarked.glb";
+    writeGltf(unmarked, file);
+
+    LiveSession session(uncached());
+    session.open({file});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.scene() != nullptr;
+    }));
+    CHECK_FALSE(session.running());
+    CHECK_FALSE(session.scene()->missing.empty());
+    CHECK(session.record() == nullptr);
+
+    session.edit({GiveRole{0, Role::Tool}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2;
+    }));
+    session.edit({GiveRole{1, Role::Obstacle}});
+    REQUIRE(waitUntilRunning(session));
+
+    const auto saved = folder.path() / "marked.glb";
+    CHECK(session.save(saved, false));
+    CHECK(errors(session).empty());
+    LiveSession another(uncached());
+    another.open({saved});
+    CHECK(waitUntilRunning(another));
+}
+
+TEST_CASE("session: devices change while it runs; one that cannot start changes nothing", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    CHECK(session.mouse() == nullptr);
+
+    session.chooseDevice("replay:nowhere.csv");
+    CHECK(errors(session).find("nowhere.csv") != std::string::npos);
+    CHECK(session.device() == "demo");
+
+    session.chooseDevice("mouse");
+    REQUIRE(session.device() == "mouse");
+    REQUIRE(session.mouse());
+    // The hand goes where the mouse wants it, in its own time.
+    Pose wanted = session.scene()->world->X_WT_start;
+    wanted.p.x() += 5;
+    CHECK(patiently([&] {
+        session.update();
+        session.mouse()->grab(wanted);
+        return session.record() && (session.record()->X_WT_device.p - wanted.p).norm() < 0.01;
+    }));
+    session.restart();
+    CHECK(patiently([&] {
+        session.update();
+        return (session.record()->X_WT_device.p - session.scene()->world->X_WT_start.p).norm() < 0.01;
+    }));
+}
+
+TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    session.cancelOpening();
+    CHECK_FALSE(session.opening());
+    CHECK(patiently([&] {
+        session.update();
+        return true;
+    }));
+    CHECK(session.scene() == nullptr);
+}
+
+TEST_CASE("session: modes bring the solvers they were published with, and swapping twice changes nothing",
+          "[session]") {
+    const Settings start;
+    const Settings paper = withMode(start, Mode::Paper);
+    CHECK(solverTable()[paper.solver].name == "pqp");
+    CHECK(paper.shadow == -1);
+    CHECK(paper.tolerance == 0.01);
+    CHECK(withSolversSwapped(paper).solver == paper.solver);  // no shadow, nothing to swap
+    const Settings back = withMode(paper, Mode::Default);
+    CHECK(back.solver == kExactSolver);
+    CHECK(solverTable()[back.shadow].name == "pqp");
+    const Settings swapped = withSolversSwapped(start);
+    CHECK(swapped.solver == start.shadow);
+    CHECK(swapped.shadow == start.solver);
+    CHECK(withSolversSwapped(swapped).solver == start.solver);
+}
+
+TEST_CASE("tick history: keeps the newest ticks in order", "[session]") {
+    TickHistory history(3);
+    for (int i = 1; i <= 5; ++i) {
+        TickRecord record;
+        record.rows = i;
+        record.wrench_C.force = Vec3(3, 4, 0) * i;
+        history.push(record);
+    }
+    const engine::RingView rows = history.view(Channel::Rows), force = history.view(Channel::Force);
+    REQUIRE(rows.count == 3);
+    CHECK(rows[0] == 3);
+    CHECK(rows[2] == 5);
+    CHECK(force[2] == Approx(25));
+    history.clear();
+    CHECK(history.view(Channel::Rows).count == 0);
+}
+
+TEST_CASE("session: an obstacle that is moved by hand goes there while the loop runs, and back", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto first = session.scene();
+    const auto before = first->world;
+    const engine::LocalTransform from = first->scene.registry.get<engine::LocalTransform>(first->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.y -= 0.02;
+
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    session.edit({PlaceNode{1, from, to}});
+    const Vec3 target = before->obstacles[0].X_WO.p - Vec3(0, 20, 0);
+    bool onItsWay = false;
+    REQUIRE(patiently([&] {
+        session.update();
+        const double left = (session.scene()->world->obstacles[0].X_WO.p - target).norm();
+        onItsWay |= left > 0 && left < 20;
+        return left < 1e-9;
+    }));
+    CHECK(onItsWay);
+    CHECK(session.scene() == first);  // nothing was opened again
+    CHECK(session.sceneNumber() == 1);
+    CHECK(session.snapshot()->session == 0);
+    CHECK(session.scene()->world->obstacles[0].tree == before->obstacles[0].tree);
+    CHECK(session.settings() == settings);
+    // The demonstration now ends above the slab: no force is left.
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->finished && session.record()->wrench_C.force.norm() < 1e-9;
+    }));
+    CHECK(session.request().edits.size() == 1);
+
+    session.setEdits({});
+    REQUIRE(patiently([&] {
+        session.update();
+        return (session.scene()->world->obstacles[0].X_WO.p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
+               session.snapshot()->finished && session.record()->wrench_C.force.norm() > 1;
+    }));
+    CHECK(errors(session).empty());
+}
+
+TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when there is room", "[session]") {
+    const TempFolder folder;
+    // The cube is held between the slab that it lies on and a lid that closes.
+    engine::Scene scene = holdScene();
+    addBox(scene, "lid", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 128}}, {.translation = {0, 0.03, 0}});
+    updateWorldTransforms(scene);
+    const auto file = folder.path() / "press.glb";
+    writeGltf(scene, file);
+    LiveSession session(uncached());
+    session.open({file});
+    REQUIRE(waitUntilRunning(session));
+    const auto told = [&] {
+        return std::count_if(session.messages().begin(), session.messages().end(), [](const Message& m) {
+            return m.kind == Message::Kind::Warning && m.text.starts_with("lid stays where it is");
+        });
+    };
+    const auto placed = [&](int node, double y) {
+        const auto from =
+            session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[node]);
+        engine::LocalTransform to = from;
+        to.translation.y = y;
+        session.edit({PlaceNode{node, from, to}});
+    };
+    const auto lid = [&] { return session.scene()->world->obstacles[1].X_WO.p.y(); };
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.snapshot()->finished;
+    }));
+    placed(2, 0.015);
+    REQUIRE(patiently([&] {
+        session.update();
+        CHECK(trueClearance(*session.scene()->world, session.record()->X_WT) >= -1e-3);
+        return told() == 1;
+    }));
+    CHECK(lid() > 20);  // where the faces would touch; leaves reach further out
+    placed(1, -0.02);   // the slab gives way
+    REQUIRE(patiently([&] {
+        session.update();
+        CHECK(trueClearance(*session.scene()->world, session.record()->X_WT) >= -1e-3);
+        return std::abs(lid() - 15) < 1e-9;
+    }));
+    CHECK(told() == 1);
+}
+
+TEST_CASE("session: another tree is built beside the loop, which goes on, and what was tuned stays", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    Settings settings = session.settings();
+    settings.stiffness = 1.5;
+    session.setSettings(settings);
+    const int leaves = session.scene()->world->tool->leafCount();
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    CHECK(session.opening());
+    CHECK(session.running());
+    session.cancelOpening();
+    CHECK_FALSE(session.opening());
+    CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
+
+    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2;
+    }));
+    CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
+    CHECK(session.settings() == settings);
+
+    // A part that cannot be read changes nothing.
+    session.edit({AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    REQUIRE(patiently([&] {
+        session.update();
+        return !session.opening();
+    }));
+    CHECK(errors(session).find("missing.glb") != std::string::npos);
+    CHECK(session.newest().edits.size() == 1);
+    CHECK(session.running());
+}
+
+TEST_CASE("session: a saved scene is read back as it was, settings and all", "[session]") {
+    const TempFolder folder;
+    const auto saved = folder.path() / "saved.glb";
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto from = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
+    engine::LocalTransform to = from;
+    to.translation.x += 0.005;
+    to.rotation = glm::normalize(glm::dquat(glm::dvec3(0, 0.4, 0)));
+    session.edit({PlaceNode{1, from, to}});
+    Settings settings = session.settings();
+    settings.stiffness = 1.75;
+    session.setSettings(settings);
+    CHECK_FALSE(session.save(folder.path() / "no" / "such" / "folder.glb", true));
+    REQUIRE(session.save(saved, true));
+    CHECK(session.request().file == saved);
+    CHECK(session.newest().edits.empty());
+    const Pose X_WO = toPose(engine::worldPose(session.scene()->scene.registry, session.scene()->scene.nodes[1]));
+
+    session.reload();
+    REQUIRE(patiently([&] {
+        session.update();
+        return session.sceneNumber() == 2 && session.running();
+    }));
+    CHECK(session.settings() == settings);
+    const Pose& again = session.scene()->world->obstacles[0].X_WO;
+    CHECK((again.p - X_WO.p).norm() < 1e-9);
+    CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
+}
+
+TEST_CASE(
+    "session: a recording begun in mid-run goes through restarts, moved obstacles, settings and scenes, and "
+    "repeats to the bit",
+    "[session]") {
+    const TempFolder folder;
+    const auto file = holdFile(folder), recording = folder.path() / "recording";
+    const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
+        const std::uint64_t before = session.snapshot()->ticks;
+        return patiently([&] {
+            session.update();
+            return session.running() && session.snapshot()->ticks > before + more;
+        });
+    };
+    {
+        LiveSession session(uncached());
+        session.open({file});
+        REQUIRE(waitUntilRunning(session));
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.record() && session.record()->wrench_C.force.norm() > 0.5;
+        }));
+        const auto lift = [&](double y) {  // the slab, with the tool on it
+            const engine::Scene& scene = session.scene()->scene;
+            const auto from = scene.registry.get<engine::LocalTransform>(scene.nodes[1]);
+            engine::LocalTransform to = from;
+            to.translation.y = y;
+            session.edit({PlaceNode{1, from, to}});
+        };
+        lift(0.0007);
+        REQUIRE(ticksMore(session, 50));  // from here on it is not where the scene's file has it
+        lift(0.0005);
+        session.record(recording);
+        REQUIRE(session.recorder());
+        REQUIRE(ticksMore(session, 50));
+        const double force = session.record()->wrench_C.force.norm();
+        lift(0.0012);
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.record()->wrench_C.force.norm() > force + 0.5;
+        }));
+        Settings settings = session.settings();
+        settings.stiffness = 2;
+        settings.solver = findSolver("pqp");
+        session.setSettings(settings);
+        REQUIRE(ticksMore(session, 200));
+        session.restart();
+        lift(0.0002);
+        REQUIRE(ticksMore(session, 200));
+        session.open({file});
+        REQUIRE(patiently([&] {
+            session.update();
+            return session.sceneNumber() == 2;
+        }));
+        REQUIRE(ticksMore(session, 100));
+        session.stopRecording();
+        CHECK_FALSE(session.recorder());
+        CHECK(errors(session).empty());
+        session.record(recording);
+        CHECK_FALSE(session.recorder());
+        CHECK(errors(session).find("holds a recording already") != std::string::npos);
+    }
+    const HapticScene scene = openScene(file);
+    HeadlessOptions options;
+    options.device = "replay:" + recording.string();
+    options.timing = false;
+    const HeadlessRun run = runHeadless(scene, scene.settings, options);
+    CHECK(run.replay->ticks > 600);
+    CHECK(run.replay->same == run.replay->ticks);
+    CHECK(run.replay->notCompared == 0);
+    CHECK(run.replay->differences.empty());
+
+    // And a loop follows it.
+    LiveSession session(uncached());
+    session.open({file});
+    REQUIRE(waitUntilRunning(session));
+    session.chooseDevice(options.device);
+    CHECK(session.device() == options.device);
+    CHECK(patiently([&] {
+        session.update();
+        return session.snapshot()->settings.solver == findSolver("pqp") && session.snapshot()->finished;
+    }));
+    CHECK(errors(session).empty());
+}

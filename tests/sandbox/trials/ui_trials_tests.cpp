@@ -1,0 +1,111 @@
+// A study in the window: Start is pressed, the trial ends by itself or is aborted, and the next one is there.
+#include <catch2/catch.hpp>
+#include <map>
+
+#include "haptics/sandbox/trials/live_trials.hpp"
+#include "tests/support/ui_scene.hpp"
+#include "tests/support/ui_user.hpp"
+
+using namespace touchstone;
+using namespace touchstone::sandbox;
+using namespace touchstone::test;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// Two trials with that device, and the window for them.
+struct Study {
+    TempFolder folder;
+    std::filesystem::path file = folder.path() / "down.glb";
+    Protocol protocol;
+    std::map<int, ordered_json> rows;
+    LiveTrials live;
+    LiveSession* session = nullptr;
+    User user;
+
+    explicit Study(const std::string& device)
+        : protocol(readProtocol(ordered_json{{"format", "touchstone trials"},
+                                             {"participants", 2},
+                                             {"device", device},
+                                             {"conditions", {{{"scene", file.string()}, {"stiffness", 0.7}}}}},
+                                "study")),
+          live(protocol, {.queue = queue(),
+                          .sceneFile = [](const std::string& name) { return std::filesystem::path(name); },
+                          .folder = [this](const Trial& trial) { return recording(trial.number); },
+                          .done = [this](const Trial& trial, const ordered_json& row) { rows[trial.number] = row; }}) {
+        engine::writeGltf(downScene(), file);
+    }
+    std::deque<Trial> queue() const {
+        const std::vector<Trial> trials = protocol.trials();
+        return {trials.begin(), trials.end()};
+    }
+    std::filesystem::path recording(int trial) const { return folder.path() / std::to_string(trial); }
+
+    WindowRunOptions window() {
+        WindowRunOptions options = optionsFor(file);
+        options.session.device = live.restingDevice();
+        options.session.adjust = [this](const Settings& settings) { return live.settings(settings); };
+        options.session.onTick = [this](const TickRecord& tick) {
+            if (session) live.add(tick, *session);
+        };
+        options.panel = [this](LiveSession& shown, const glm::vec4& picture, engine::ItemRects& items) {
+            live.draw(shown, picture, &items);
+        };
+        options.onFrame = [this](WindowFrame& frame) {
+            session = &frame.session;
+            live.update(frame.session);
+        };
+        return options;
+    }
+    void start() {
+        user.until([this](WindowFrame& frame) { return live.ready(frame.session); }).click("trial start");
+        user.until([this](WindowFrame&) { return live.running(); });
+    }
+    void end(std::size_t left) {
+        user.until([this, left](WindowFrame&) { return live.left() == left; });
+    }
+};
+
+}  // namespace
+
+TEST_CASE("window: trials are started, end, are aborted, and are recorded", "[ui]") {
+    if (!hasDisplay()) return;
+    Study study("insert");
+    CHECK(study.live.restingDevice() == "mouse");
+    study.start();
+    study.user.doing([](WindowFrame& frame) { CHECK(frame.session.settings().stiffness == 0.7); });
+    study.end(1);
+    study.start();
+    study.user.until([](WindowFrame& frame) { return frame.session.record()->wrench_C.force.norm() > 0.1; });
+    study.user.click("trial abort");
+    study.end(0);
+    REQUIRE(study.user.use(study.window()));
+
+    REQUIRE(study.rows.size() == 2);
+    CHECK(study.rows[1].at("outcome") == "seated");
+    CHECK(study.rows[2].at("outcome") == "abort");
+    for (const auto& [number, row] : study.rows) {
+        INFO(row);
+        CHECK(row.at("force_peak_N").get<double>() > 0.1);
+        CHECK_FALSE(row.at("deadline_misses").is_null());
+        CHECK(isRecording(study.recording(number)));
+    }
+    CHECK(study.rows[1].size() == study.rows[2].size());
+}
+
+TEST_CASE("window: a tool that was dragged away before the start is at the start, and is held there", "[ui]") {
+    if (!hasDisplay()) return;
+    Study study("mouse");
+    const auto onTool = [](WindowFrame& frame) { return frame.toolOnScreen; };
+    const auto aside = [](WindowFrame& frame) { return (frame.session.record()->X_WT.p - Vec3(0, 15, 0)).norm(); };
+    study.user.until([&](WindowFrame& frame) { return study.live.ready(frame.session); });
+    study.user.hold(onTool).moveBy({150, 0}).release();
+    study.user.until([&](WindowFrame& frame) { return aside(frame) > 10; });
+    study.start();
+    study.user.until([&](WindowFrame& frame) { return frame.session.recorder()->rows() > 0 && aside(frame) < 0.1; });
+    study.user.hold(onTool).then([](WindowFrame&, int frames) { return frames > 20; });
+    study.user.doing([&](WindowFrame& frame) { CHECK(aside(frame) < 1); });
+    study.user.release().click("trial abort");
+    study.end(1);
+    CHECK(study.user.use(study.window()));
+}

@@ -1,0 +1,144 @@
+#include "tests/support/ui_user.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+namespace touchstone::test {
+
+using sandbox::WindowFrame;
+
+namespace {
+
+// A press or a move is seen in a later frame: the system's events take their time.
+constexpr int kSeen = 3;
+
+}  // namespace
+
+bool hasDisplay() {
+    if (std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY")) return true;
+    WARN("skipped: there is no display; run the tests under xvfb-run");
+    return false;
+}
+
+sandbox::WindowRunOptions optionsFor(const std::filesystem::path& scene) {
+    sandbox::WindowRunOptions options;
+    options.scene = scene;
+    options.session.treeCache.clear();
+    options.session.loop.realTime.raise = false;
+    options.window.width = 1280;
+    options.window.height = 800;
+    options.window.vsync = false;
+    options.seconds = 90;  // many times what it takes: sanitizers and crowded machines are slow
+    return options;
+}
+
+Place onItem(const std::string& name, float share) {
+    return [=](WindowFrame& frame) -> std::optional<glm::vec2> {
+        const auto found = frame.items.find(name);
+        if (found == frame.items.end()) return std::nullopt;
+        const glm::vec4 r = found->second;
+        return glm::vec2(r.x + share * (r.z - r.x), 0.5f * (r.y + r.w));
+    };
+}
+
+User& User::then(Step step) {
+    steps_.push_back(std::move(step));
+    return *this;
+}
+
+User& User::until(const std::function<bool(WindowFrame&)>& holds) {
+    return then([=](WindowFrame& frame, int) { return holds(frame); });
+}
+
+User& User::doing(const std::function<void(WindowFrame&)>& what) {
+    return then([=](WindowFrame& frame, int) {
+        what(frame);
+        return true;
+    });
+}
+
+User& User::hold(const Place& place) {
+    until([=](WindowFrame& frame) { return place(frame).has_value(); });
+    return then([=, this](WindowFrame& frame, int frames) {
+        down_ = frames > kSeen;
+        if (!down_) cursor_ = place(frame).value_or(cursor_);  // what has just come may find its place yet
+        return frames > 2 * kSeen;
+    });
+}
+
+User& User::moveTo(const Place& place) {
+    constexpr int kFrames = 8;
+    return then([=, this](WindowFrame& frame, int frames) {
+        if (frames == 1) {
+            from_ = cursor_;
+            to_ = place(frame).value_or(cursor_);
+        }
+        cursor_ = glm::mix(from_, to_, static_cast<float>(frames) / kFrames);
+        return frames == kFrames;
+    });
+}
+
+User& User::moveBy(glm::vec2 pixels) {
+    return moveTo([=, this](WindowFrame&) { return cursor_ + pixels; });
+}
+
+User& User::release() {
+    return then([this](WindowFrame&, int frames) {
+        down_ = frames <= kSeen;
+        return frames > 2 * kSeen;
+    });
+}
+
+User& User::click(const Place& place) { return hold(place).release(); }
+
+User& User::drag(const Place& from, const Place& to) { return hold(from).moveTo(to).release(); }
+
+User& User::key(int key, bool control) {
+    return then([=](WindowFrame& frame, int frames) {
+        const bool down = frames <= kSeen;
+        const auto tell = [&](int which) {
+            ImGui_ImplGlfw_KeyCallback(frame.window.handle(), which, 0, down ? GLFW_PRESS : GLFW_RELEASE,
+                                       down && control ? GLFW_MOD_CONTROL : 0);
+        };
+        if (control) tell(GLFW_KEY_LEFT_CONTROL);
+        tell(key);
+        return frames > 2 * kSeen;
+    });
+}
+
+User& User::drop(const std::filesystem::path& file) {
+    return doing([=](WindowFrame& frame) {
+        // As GLFW hands on a drop of the system.
+        const char* paths[] = {file.c_str()};
+        const GLFWdropfun callback = glfwSetDropCallback(frame.window.handle(), nullptr);
+        glfwSetDropCallback(frame.window.handle(), callback);
+        callback(frame.window.handle(), 1, paths);
+    });
+}
+
+bool User::use(sandbox::WindowRunOptions options) {
+    options.onFrame = [this, watch = std::move(options.onFrame)](WindowFrame& frame) {
+        if (watch) watch(frame);
+        act(frame);
+    };
+    CHECK(runWindow(options) == 0);
+    UNSCOPED_INFO("took " << at_ << " of " << steps_.size() << " steps");
+    return at_ == steps_.size();
+}
+
+void User::act(WindowFrame& frame) {
+    if (at_ < steps_.size() && steps_[at_](frame, ++frames_)) {
+        ++at_;
+        frames_ = 0;
+    }
+    if (at_ == steps_.size()) frame.window.close();
+    glfwSetCursorPos(frame.window.handle(), static_cast<double>(cursor_.x), static_cast<double>(cursor_.y));
+    // The back end forgets a press after a frame unless the system says that the button is still down.
+    if (down_) ImGui_ImplGlfw_MouseButtonCallback(frame.window.handle(), GLFW_MOUSE_BUTTON_LEFT, GLFW_PRESS, 0);
+}
+
+}  // namespace touchstone::test

@@ -1,2 +1,0 @@
-// This program counts allocations too.
-#include "tests/haptics/alloc_count.cpp"

@@ -1,0 +1,14 @@
+#pragma once
+// Full turns and rotations about an axis.
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <numbers>
+
+namespace touchstone::app {
+
+inline constexpr double kPi = std::numbers::pi, kTau = 2 * kPi;
+
+/// Rotation by an angle in rad about a unit axis.
+inline glm::dquat about(const glm::dvec3& axis, double angle) { return glm::angleAxis(angle, axis); }
+
+}  // namespace touchstone::app
