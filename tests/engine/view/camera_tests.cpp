@@ -8,6 +8,8 @@
 
 #include "engine/view/camera.hpp"
 
+namespace touchstone::camera_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -158,3 +160,5 @@ TEST_CASE("camera: rays meet planes in front of them only", "[camera]") {
 TEST_CASE("camera: a point behind the eye has no pixel", "[camera]") {
     REQUIRE_FALSE(plainCamera().project({0, 0, 3}, {400, 200}));
 }
+
+}  // namespace touchstone::camera_tests

@@ -5,7 +5,8 @@
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::mouse_grab_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -182,3 +183,5 @@ TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
     mouse.step();
     CHECK_FALSE(mouse.grab.clicked());  // it was a drag, though it came back
 }
+
+}  // namespace touchstone::mouse_grab_tests

@@ -14,7 +14,8 @@
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_user.hpp"
 
-using namespace touchstone;
+namespace touchstone::window_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -437,3 +438,5 @@ TEST_CASE("window: a recording is begun and ended in the menu, and its folder is
     CHECK_THAT(told, Catch::Matchers::Contains(made[0].string()));
     CHECK(TickFileReader(made[0] / "ticks.npy").rows() > 50);
 }
+
+}  // namespace touchstone::window_tests

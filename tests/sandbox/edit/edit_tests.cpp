@@ -13,7 +13,8 @@
 #include "tests/program/program.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::edit_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -252,3 +253,5 @@ TEST_CASE("recent scenes: newest first, each once, kept between runs; those that
     CHECK(engine::RecentScenes(config).list() == std::vector{a});
     CHECK(engine::RecentScenes().list().empty());
 }
+
+}  // namespace touchstone::edit_tests

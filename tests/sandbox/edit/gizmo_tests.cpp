@@ -4,7 +4,8 @@
 #include "haptics/sandbox/edit/gizmo.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
-using namespace touchstone;
+namespace touchstone::gizmo_tests {
+
 using namespace touchstone::sandbox;
 
 namespace {
@@ -157,3 +158,5 @@ TEST_CASE("camera: standard views look along the axes, and zooming keeps what is
     CHECK(glm::length(*after - cursor) < 0.1f);
     CHECK(camera.distance < 0.6f);
 }
+
+}  // namespace touchstone::gizmo_tests

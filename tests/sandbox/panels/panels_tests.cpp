@@ -9,7 +9,8 @@
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::panels_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -594,3 +595,5 @@ TEST_CASE("panels: the device page tells state and trouble, and asks for what wa
         if (std::string(item.name) == "Load") CHECK(item.value == "50 %");
     }
 }
+
+}  // namespace touchstone::panels_tests

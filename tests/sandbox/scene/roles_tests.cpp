@@ -6,7 +6,8 @@
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::roles_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using engine::Entity;
@@ -270,3 +271,5 @@ TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing a
     CHECK_THAT(opened.missing, Contains("obstacle"));
     CHECK_THROWS_AS(sandbox::buildWorld(opened.scene, opened.roles), engine::SceneError);
 }
+
+}  // namespace touchstone::roles_tests

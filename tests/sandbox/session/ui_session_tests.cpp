@@ -8,7 +8,8 @@
 #include "haptics/sandbox/session/session.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::ui_session_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -484,3 +485,5 @@ TEST_CASE(
     }));
     CHECK(errors(session).empty());
 }
+
+}  // namespace touchstone::ui_session_tests

@@ -8,7 +8,8 @@
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::live_trials_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 using Catch::Contains;
@@ -260,3 +261,5 @@ TEST_CASE("live trials: a trial that lost ticks is done again", "[session]") {
     CHECK(study.told("The trial is to be done again: ticks of it were lost"));
     CHECK(study.rows.empty());
 }
+
+}  // namespace touchstone::live_trials_tests
