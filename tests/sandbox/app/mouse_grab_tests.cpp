@@ -14,7 +14,7 @@ namespace {
 
 constexpr glm::vec2 kViewport{800, 600};
 
-/// Looks along -z at the origin from 400 mm.
+/// engine::Looks along -z at the origin from 400 mm.
 engine::OrbitCamera front() {
     engine::OrbitCamera camera;
     camera.distance = 0.4f;
@@ -25,7 +25,7 @@ engine::OrbitCamera front() {
 struct Mouse {
     MouseGrab grab;
     engine::OrbitCamera camera = front();
-    MouseFrame frame{.cursor = 0.5f * kViewport, .viewport = kViewport};
+    engine::MouseFrame frame{.cursor = 0.5f * kViewport, .viewport = kViewport};
     GrabTool tool;
 
     void step() {

@@ -30,7 +30,7 @@ void lower(LiveSession& session) {
     const auto place = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
     auto lowered = place;
     lowered.translation.y = -0.004;
-    session.edit({PlaceNode{1, place, lowered}});
+    session.edit({engine::PlaceNode{1, place, lowered}});
 }
 
 }  // namespace
@@ -192,7 +192,8 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
     };
     const auto onHandle = [&](WindowFrame& frame) -> std::optional<glm::vec2> {
         if (!frame.selection.handles()) return std::nullopt;
-        const auto at = Gizmo::grip(GizmoHandle::MoveY, frame.camera, viewport(frame), *frame.selection.handles());
+        const auto at =
+            engine::Gizmo::grip(engine::GizmoHandle::MoveY, frame.camera, viewport(frame), *frame.selection.handles());
         return at ? std::optional(*at + corner(frame)) : std::nullopt;
     };
     double start = 0, dragged = 0, toolStart = 0;

@@ -152,12 +152,12 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
         session.open({study.folder.path() / "hold.glb"});
     }
-    SECTION("the goal is taken away") { session.edit({GiveRole{2, std::nullopt}}); }
+    SECTION("the goal is taken away") { session.mark({GiveRole{2, std::nullopt}}); }
     SECTION("an obstacle is moved") {
         const engine::LocalTransform from;
         engine::LocalTransform to;
         to.translation.x = 0.001;
-        session.edit({PlaceNode{1, from, to}});
+        session.edit({engine::PlaceNode{1, from, to}});
     }
     SECTION("another device takes the tool") { session.chooseDevice("demo"); }
     SECTION("a setting") {
@@ -194,7 +194,7 @@ TEST_CASE("live trials: what is changed before the start is opened anew", "[sess
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
         session.open({study.folder.path() / "hold.glb"});
     }
-    SECTION("the goal's role") { session.edit({GiveRole{2, std::nullopt}}); }
+    SECTION("the goal's role") { session.mark({GiveRole{2, std::nullopt}}); }
     SECTION("while it is opened") {
         session.reload();
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
