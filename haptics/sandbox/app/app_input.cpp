@@ -31,7 +31,7 @@ void App::drawPull(const engine::Area& picture) const {
 ToolPoses App::toolPoses() const {
     const TickRecord* record = session_.record();
     if (!record) return {};
-    return {record->X_WT, session_.device() == "mouse" ? record->X_WT_device : record->X_WT, true};
+    return {record->X_WT, session_.device().choice == "mouse" ? record->X_WT_device : record->X_WT, true};
 }
 
 void App::handleMouse(const engine::Area& picture) {
@@ -85,10 +85,10 @@ void App::handleMouse(const engine::Area& picture) {
 
     if (wanted) {
         everHeld_ = true;
-        if (session_.device() != "mouse") session_.chooseDevice("mouse");
-        if (MouseTarget* target = session_.mouse()) target->grab(*wanted, hapticsPanel_.strength);
-    } else if (session_.mouse() && (holding_ || strength_ != hapticsPanel_.strength)) {
-        session_.mouse()->release(hapticsPanel_.strength);
+        if (session_.device().choice != "mouse") session_.chooseDevice("mouse");
+        if (MouseTarget* target = session_.device().mouse.get()) target->grab(*wanted, hapticsPanel_.strength);
+    } else if (session_.device().mouse.get() && (holding_ || strength_ != hapticsPanel_.strength)) {
+        session_.device().mouse.get()->release(hapticsPanel_.strength);
         strength_ = hapticsPanel_.strength;
     }
     holding_ = wanted.has_value();

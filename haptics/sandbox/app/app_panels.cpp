@@ -29,7 +29,7 @@ void endPanel() {
 }  // namespace
 
 void App::drawPanels(const engine::Layout& layout) {
-    const std::string& device = session_.device();
+    const std::string& device = session_.device().choice;
     const MenuView menu{.scenes = scenes_,
                         .recent = recent_.list(),
                         .file = session_.request().file,
@@ -40,7 +40,7 @@ void App::drawPanels(const engine::Layout& layout) {
                         .hasSelection = bool(selection_.node()),
                         .canUndo = undo_.canUndo(),
                         .canRedo = undo_.canRedo(),
-                        .recording = session_.recorder() != nullptr};
+                        .recording = session_.recording().recorder() != nullptr};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = engine::findScenes(options_.sceneFolders);
@@ -60,7 +60,7 @@ void App::drawPanels(const engine::Layout& layout) {
         endPanel();
         if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
         endPanel();
-        if (beginPanel("Log", layout.log)) drawLogPanel(session_.messages(), &items_);
+        if (beginPanel("Log", layout.log)) drawLogPanel(session_.log().messages(), &items_);
         endPanel();
         engine::drawSplitters(layout, ImGui::GetFontSize(), sizes_);
     }
@@ -87,8 +87,8 @@ void App::drawBar() {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     const Gauge* gauge = viewed_ && viewed_->roles.gauge ? &*viewed_->roles.gauge : nullptr;
-    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
-                       session_.recorder(), gauge},
+    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device().choice, session_.device().facts,
+                       shownCost_, session_.recording().recorder(), gauge},
                       &items_))
         requests_.stopOrEngage = true;
     ImGui::End();
@@ -110,10 +110,10 @@ void App::drawHints(const engine::Area& picture) const {
     if (session_.running() && !everHeld_)
         write("Drag the tool: left moves it, right turns it. F1 tells all.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
               true);
-    const auto& messages = session_.messages();
+    const auto& messages = session_.log().messages();
     const auto warning = std::find_if(messages.rbegin(), messages.rend(),
                                       [](const Message& m) { return m.kind != Message::Kind::Note; });
-    if (warning == messages.rend() || session_.secondsSinceStart() - warning->seconds > kMessageSeconds) return;
+    if (warning == messages.rend() || session_.log().seconds() - warning->seconds > kMessageSeconds) return;
     const bool error = warning->kind == Message::Kind::Error;
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
@@ -129,8 +129,8 @@ void App::drawLeftPanel() {
     const bool isNew = node != pageNode_;
     pageNode_ = node;
     const bool selected = viewed_ && viewed_->scene.registry.alive(node);
-    const bool device = session_.deviceControl() || !session_.deviceTrouble().empty();
-    const std::string hardware = device ? session_.device() + session_.deviceTrouble() : "";
+    const bool device = session_.device().control.get() || !session_.device().trouble.empty();
+    const std::string hardware = device ? session_.device().choice + session_.device().trouble : "";
     const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
     if (!selected && !device) {
         drawSettings();
@@ -144,8 +144,8 @@ void App::drawLeftPanel() {
     engine::noteItem(&items_, "page settings");
     if (device &&
         ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
-        drawDevicePanel({session_.device(), session_.deviceFacts(), session_.settings(), session_.deviceControl(),
-                         session_.deviceTrouble()},
+        drawDevicePanel({session_.device().choice, session_.device().facts, session_.settings(),
+                         session_.device().control.get(), session_.device().trouble},
                         devicePanel_, requests_, &items_);
         ImGui::EndTabItem();
     }

@@ -42,8 +42,8 @@ App::App(const WindowRunOptions& options)
     window_.onDrop([this](const std::vector<std::filesystem::path>& files) {
         requests_.open = files.front();
         if (files.size() > 1)
-            session_.say(Message::Kind::Warning, "Only the first of the files that were dropped is opened: " +
-                                                     files.front().filename().string());
+            session_.log().say(Message::Kind::Warning, "Only the first of the files that were dropped is opened: " +
+                                                           files.front().filename().string());
     });
     window_.onClose([this] { requests_.quit = true; });
     if (options.scene.empty())
@@ -85,7 +85,7 @@ int App::run() {
         }
         // Nobody looks: motors are not to push.
         const bool focused = glfwGetWindowAttrib(window_.handle(), GLFW_FOCUSED);
-        if (focused_ && !focused && session_.deviceFacts().limits.motors) session_.stop();
+        if (focused_ && !focused && session_.device().facts.limits.motors) session_.stop();
         focused_ = focused;
         handleKeys();
         handleMouse(layout.picture);

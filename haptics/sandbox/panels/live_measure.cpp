@@ -50,10 +50,10 @@ void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
 void LiveMeasure::sweep(LiveSession& session) {
     const TickHistory& history = panel.held ? *panel.held : session.history();
     if (!session.running() || !history.newest()) {
-        session.say(Message::Kind::Warning, "There is no tick to sweep yet: open a scene and let it run");
+        session.log().say(Message::Kind::Warning, "There is no tick to sweep yet: open a scene and let it run");
         return;
     }
-    sweeps_.start(session.scene()->world, session.snapshot()->settings, *history.before(), *history.newest(),
+    sweeps_.start(worldNow(*session.scene()), session.snapshot()->settings, *history.before(), *history.newest(),
                   panel.sweep);
 }
 
@@ -65,14 +65,14 @@ void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) 
         if (const auto& file = requests.ticksCsv; !file.empty()) {
             const TickHistory& history = panel.held ? *panel.held : session.history();
             writeTicks(history, shownStretch(history, panel, session.settings().rate), file);
-            session.say(Message::Kind::Note, "The ticks shown are in " + file.string());
+            session.log().say(Message::Kind::Note, "The ticks shown are in " + file.string());
         }
         if (const auto& file = requests.sweepCsv; !file.empty() && sweeps_.result()) {
             writeSweep(*sweeps_.result(), file);
-            session.say(Message::Kind::Note, "The sweep is in " + file.string());
+            session.log().say(Message::Kind::Note, "The sweep is in " + file.string());
         }
     } catch (const std::exception& e) {
-        session.say(Message::Kind::Error, e.what());
+        session.log().say(Message::Kind::Error, e.what());
     }
 }
 
@@ -82,9 +82,9 @@ void LiveMeasure::take(const engine::Image& frame, glm::vec2 size, LiveSession& 
     try {
         const glm::vec2 scale = glm::vec2(frame.width, frame.height) / glm::max(size, glm::vec2(1));
         engine::writePng(file, cropped(frame, panel.area, scale));
-        session.say(Message::Kind::Note, "The plots are in " + file.string());
+        session.log().say(Message::Kind::Note, "The plots are in " + file.string());
     } catch (const std::exception& e) {
-        session.say(Message::Kind::Error, e.what());
+        session.log().say(Message::Kind::Error, e.what());
     }
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/scene/text.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -73,11 +73,6 @@ SceneOverlays::SceneOverlays(std::shared_ptr<const World> world)
       trace_(reach_ / kTracePointsPerReach),
       nearestPairs_(world_->obstacles.size()) {}
 
-void SceneOverlays::place(const std::shared_ptr<const World>& world) {
-    world_ = world;
-    finder_.place(world);
-}
-
 void SceneOverlays::follow(const TickRecord& record) { trace_.add(record.X_WT * world_->p_TC(), record.tick); }
 
 void SceneOverlays::find(const TickRecord& record, const Settings& settings, const DisplayOptions& options) {
@@ -133,11 +128,11 @@ void SceneOverlays::findNearest(const Pose& X_WT) {
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i) {
         const Obstacle& obstacle = world_->obstacles[i];
         LeafPair& pair = nearestPairs_[i];
-        const double gap = leastGap(*world_->tool, *obstacle.tree, obstacle.X_WO.inverse() * X_WT, 1e30, &pair);
+        const double gap = leastGap(*world_->tool, *obstacle.tree, finder_.obstacle(i).inverse() * X_WT, 1e30, &pair);
         if (gap >= least) continue;
         least = gap;
         const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
-        const Vec3 p = X_WT * a.center(), q = obstacle.X_WO * b.center(), n = (p - q).normalized();
+        const Vec3 p = X_WT * a.center(), q = finder_.obstacle(i) * b.center(), n = (p - q).normalized();
         nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
     }
 }
@@ -210,7 +205,7 @@ void SceneOverlays::addSpheres(engine::Frame& frame, const Pose& X_WT, const Dis
     const bool gaps = options.byGap && !toolGaps_.empty();
     addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gaps ? &toolGaps_ : nullptr);
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
-        addTree(frame, *world_->obstacles[i].tree, world_->obstacles[i].X_WO, options.obstacleLevel, false,
+        addTree(frame, *world_->obstacles[i].tree, finder_.obstacle(i), options.obstacleLevel, false,
                 gaps ? &obstacleGaps_[i] : nullptr);
 }
 

@@ -51,8 +51,8 @@ class SceneOverlays {
   public:
     explicit SceneOverlays(std::shared_ptr<const World> world);
 
-    /// The same trees, elsewhere.
-    void place(const std::shared_ptr<const World>& world);
+    /// Where the obstacles are from now on, X_WO by obstacle; at first where the world starts them.
+    void place(std::span<const Pose> X_WO) { finder_.place(X_WO); }
 
     /// To be called with every tick that the trace is to show.
     void follow(const TickRecord& record);

@@ -208,7 +208,7 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
 
 SceneOverlays* SceneView::overlays() {
     if (!overlays_ && scene_.world) overlays_ = std::make_unique<SceneOverlays>(scene_.world);
-    if (overlays_) overlays_->place(scene_.world);
+    if (overlays_ && !scene_.X_WO.empty()) overlays_->place(scene_.X_WO);
     return overlays_.get();
 }
 

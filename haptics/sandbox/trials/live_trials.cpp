@@ -29,7 +29,7 @@ bool LiveTrials::shown(const LiveSession& session) const {
 }
 
 bool LiveTrials::asStarted(const LiveSession& session) const {
-    return shown(session) && session.device() == device_ && session.settings() == settings_;
+    return shown(session) && session.device().choice == device_ && session.settings() == settings_;
 }
 
 bool LiveTrials::ready(const LiveSession& session) const {
@@ -44,7 +44,7 @@ void LiveTrials::open(LiveSession& session) {
         file_ = options_.sceneFile(condition().scene);
         session.open({.file = file_});
     } catch (const std::exception& error) {
-        session.say(Message::Kind::Error, error.what());
+        session.log().say(Message::Kind::Error, error.what());
     }
 }
 
@@ -55,16 +55,16 @@ void LiveTrials::start(LiveSession& session) {
     session.setSettings(settings(session.scene()->settings));
     session.chooseDevice(device_, true);
     settings_ = session.settings();
-    starting_ = session.device() == device_;  // else told by the session
+    starting_ = session.device().choice == device_;  // else told by the session
     // One with motors holds the tool at the start until it is engaged.
-    if (starting_ && !session.deviceFacts().limits.motors) begin(session);
+    if (starting_ && !session.device().facts.limits.motors) begin(session);
 }
 
 void LiveTrials::begin(LiveSession& session) {
     starting_ = false;
     folder_ = options_.folder(options_.queue.front());
     session.record(folder_);
-    if (!session.recorder()) return;  // told by the session
+    if (!session.recording().recorder()) return;  // told by the session
     measures_.emplace(*session.scene()->roles.goal, protocol_.limits);
     last_.reset();
     end_.reset();
@@ -77,12 +77,12 @@ void LiveTrials::abort() {
 
 void LiveTrials::add(const TickRecord& tick, LiveSession& session) {
     // From where the recording begins to where it ends.
-    if (!running() || end_ || !session.recorder() || session.recordedRows() == 0) return;
+    if (!running() || end_ || !session.recording().recorder() || session.recording().rows() == 0) return;
     broken_ |= last_ && tick.tick != last_->tick + 1;  // lost, or begun anew
     measures_->add(tick, 1000 / settings_.rate);
     last_ = tick;
     end_ = endOf(measures_->phases(), condition());
-    if (end_) whole_ = session.stopRecording();
+    if (end_) whole_ = session.recording().stop();
 }
 
 void LiveTrials::update(LiveSession& session) {
@@ -100,14 +100,14 @@ void LiveTrials::watch(LiveSession& session) {
     if (last_ && (loop.finished || loop.engagement == Engagement::Faulted)) abort();
     if (!asStarted(session)) return redo(session, "its scene, its device or a setting was changed");
     if (broken_) return redo(session, "ticks of it were lost, or it was restarted");
-    if (end_ && !whole_) whole_ = last_ && session.stopRecording();
-    if (!whole_ && (end_ || !session.recorder())) return redo(session, "it was not recorded to its end");
+    if (end_ && !whole_) whole_ = last_ && session.recording().stop();
+    if (!whole_ && (end_ || !session.recording().recorder())) return redo(session, "it was not recorded to its end");
     if (end_) finish(session);
 }
 
 void LiveTrials::redo(LiveSession& session, const char* why) {
-    if (!whole_) session.stopRecording();
-    session.say(Message::Kind::Warning, std::string("The trial is to be done again: ") + why);
+    if (!whole_) session.recording().stop();
+    session.log().say(Message::Kind::Warning, std::string("The trial is to be done again: ") + why);
     measures_.reset();
     opened_ = 0;
 }
