@@ -13,14 +13,14 @@ std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
     return boxes;
 }
 
-constexpr int kDeepest = 60;  // halvings of one triangle; beyond that its corners coincide
+constexpr int kDeepest = 60;  // maximum halvings of one triangle: beyond them its corners coincide in double precision
 
-/// What a ball grows by, over the growth.
+/// Growth of this ball, as a share of the growth of the smallest balls.
 double weightOf(const Ball& ball, const GrowthLaw& law, double growth) {
     return growth > 0 ? law(ball.depth, growth) / growth : 1;
 }
 
-/// Stacked lists of balls, four to a step.
+/// Stacked lists of balls in a layout that is read four balls at a time.
 class NearBalls {
   public:
     NearBalls() = default;
@@ -38,7 +38,7 @@ class NearBalls {
         for (auto& v : value_) v.resize(n + n / 2 + 4);
         id_.resize(n + n / 2 + 4);
     }
-    /// Centre, depth, weight.
+    /// Four balls from i on. `value` is 0 to 2 for the center, 3 for the depth and 4 for the weight.
     Eigen::Map<const Eigen::Array4d> at(int value, std::size_t i) const {
         return Eigen::Map<const Eigen::Array4d>(value_[value].data() + i);
     }
@@ -55,15 +55,22 @@ class NearBalls {
 
 }  // namespace
 
-/// One descent: tree node, triangle, piece, each with the balls that may touch it, listed behind its parent's list.
+/// One descent from a tree node to its triangles and their pieces. Each of them has a list of the balls that may touch
+/// it, stored behind the list of its parent.
 class CoverCertificate::Walk {
   public:
     Walk(const CoverCertificate& c, std::pair<int, int> part, std::span<const Ball> balls, const NearBalls& all,
          double growth, double resolution)
-        : c_(c), part_(part), balls_(balls), all_(all), growth_(growth), first_(growth), resolution_(resolution) {}
+        : c_(c),
+          part_(part),
+          balls_(balls),
+          all_(all),
+          growth_(growth),
+          initialGrowth_(growth),
+          resolution_(resolution) {}
 
-    bool raise = false;     ///< grow instead of reporting gaps
-    std::size_t limit = 0;  ///< of gaps
+    bool raise = false;     ///< raise the growth where a piece is bare, instead of reporting a gap
+    std::size_t limit = 0;  ///< maximum number of gaps
     std::vector<Gap> gaps;
     std::vector<Piece> pieces;  ///< filled when raising
 
@@ -77,8 +84,8 @@ class CoverCertificate::Walk {
   private:
     bool full() const { return !raise && gaps.size() >= limit; }
 
-    // Appends those of [first, last) that touch the box behind `end`, and returns where the new list ends. The list
-    // must stay complete while the growth rises a little below the box.
+    // Appends the balls of [first, last) that touch the box at `end`, and returns the end of the new list. When the
+    // growth may rise, a margin keeps the list complete while it rises a little during the visit of the box.
     std::size_t narrow(const NearBalls& from, const Box& box, std::size_t first, std::size_t last, std::size_t end) {
         const double margin = raise ? 1.5 * growth_ : growth_;
         near_.reserve(end + last - first);
@@ -112,24 +119,25 @@ class CoverCertificate::Walk {
         for (int i = 0; i < node.count[k] && !full(); ++i) visitPiece(c_.surface_[node.first[k] + i], begin, end, 0);
     }
 
-    double weight(int ball) const { return weightOf(balls_[ball], c_.law_, first_); }
+    double weight(int ball) const { return weightOf(balls_[ball], c_.law_, initialGrowth_); }
 
-    /// The ball that covers the piece with the least growth, and that growth: among those listed, or else among all.
+    /// The ball that covers the piece with the least growth, and that growth. Searches the list, or all balls if it is
+    /// empty.
     std::pair<int, double> nearest(const Triangle& t, std::size_t first, std::size_t last) const {
         std::pair<int, double> best{-1, HUGE_VAL};
-        const auto ask = [&](int i) {
+        const auto consider = [&](int i) {
             double far2 = 0;
             for (const Vec3& v : t) far2 = std::max(far2, (v - balls_[i].center).squaredNorm());
-            const double need = (std::sqrt(far2) - balls_[i].depth) / weight(i);
-            if (need < best.second) best = {i, need};
+            const double needed = (std::sqrt(far2) - balls_[i].depth) / weight(i);
+            if (needed < best.second) best = {i, needed};
         };
-        for (std::size_t i = first; i < last; ++i) ask(near_.id(i));
-        for (int i = 0; first == last && i < static_cast<int>(balls_.size()); ++i) ask(i);
+        for (std::size_t i = first; i < last; ++i) consider(near_.id(i));
+        for (int i = 0; first == last && i < static_cast<int>(balls_.size()); ++i) consider(i);
         return best;
     }
 
     void visitPiece(const Triangle& t, std::size_t first, std::size_t last, int level) {
-        // The ball that covers the piece with the least growth, and the corner that is farthest from being covered.
+        // Find the ball that covers the piece with the least growth, and which corners are bare.
         double least = HUGE_VAL;
         int best = -1;
         std::array<bool, 3> bare{true, true, true};
@@ -168,7 +176,7 @@ class CoverCertificate::Walk {
             return;
         }
         if (raise) {
-            // A bare corner asks for its growth whatever becomes of the piece.
+            // A bare corner needs growth whether or not the piece is halved.
             if (hole != bare.end()) {
                 const Vec3& v = t[hole - bare.begin()];
                 growth_ = std::max(growth_, nearest({v, v, v}, first, last).second);
@@ -196,14 +204,14 @@ class CoverCertificate::Walk {
     std::span<const Ball> balls_;
     const NearBalls& all_;
     double growth_;
-    const double first_;  ///< the growth before it is raised: weights follow it
+    const double initialGrowth_;  ///< before it is raised; the weights of the balls are computed from it
     double resolution_;
     NearBalls near_;
 };
 
 CoverCertificate::CoverCertificate(std::vector<Triangle> surface, GrowthLaw law) : law_(law), tree_(boxesOf(surface)) {
     for (int i : tree_.order()) surface_.push_back(surface[i]);
-    // Down to some 64 parts.
+    // Two levels of the four-way tree give at most 64 parts, enough to keep all threads busy.
     constexpr int kLevels = 2;
     const auto split = [&](auto&& self, int node, int level) -> void {
         for (int k = 0; k < 4; ++k)
