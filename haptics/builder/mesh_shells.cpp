@@ -463,7 +463,7 @@ void Shells::append(std::vector<Face>& out) {
             const Triangle t = triangle(cornersOf(f));
             if (shells_[s].closed)
                 out.push_back({t, buried_[f] ? FaceRole::Buried : FaceRole::Wall, false});
-            else if (isUsable(t))  // a degenerate face that bounds nothing is no surface
+            else if (isUsable(t))  // a degenerate face of an open shell is skipped
                 out.push_back({t, FaceRole::Sheet, !enclose(t)});
         }
         for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c)
