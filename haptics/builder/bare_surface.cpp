@@ -8,13 +8,13 @@ namespace {
 
 // Edge length at which halving ends, lengths being of the order of one. A piece that no leaf contains becomes this
 // small only around a point where leaves just touch.
-constexpr double kPoint = 0x1p-40;
-// Maximum number of halvings of one triangle: enough to bring any triangle down to kPoint.
-constexpr int kDeepest = 120;
+constexpr double kMinLength = 0x1p-40;
+// Maximum number of halvings of one triangle: enough to bring any triangle down to kMinLength.
+constexpr int kMaxHalvings = 120;
 // Accuracy of the largest gap: relative to the gap, or as a share of the length `fine`. The coarser of the two applies,
 // so that many small gaps do not cost more time.
-constexpr double kGapShare = 1e-3;
-constexpr double kGapFine = 0.25;
+constexpr double kGapRelativeError = 1e-3;
+constexpr double kGapFineShare = 0.25;
 
 double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
 
@@ -42,18 +42,18 @@ class Finder {
 
     void visit(const Triangle& t) {
         // Triangles that follow each other in the list are usually neighbors in space.
-        if (last_ >= 0 && contains(last_, t)) return;
+        if (lastLeaf_ >= 0 && contains(lastLeaf_, t)) return;
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
-        near_.clear();
+        nearby_.clear();
         bool contained = false;
         leaves_.near(middle, reachOf(t, middle), [&](int i) {
             if (contained) return;
-            near_.push_back(i);
+            nearby_.push_back(i);
             if (!contains(i, t)) return;
             contained = true;
-            last_ = i;
+            lastLeaf_ = i;
         });
-        if (!contained) visitPiece(t, 0, near_.size(), 0);
+        if (!contained) visitPiece(t, 0, nearby_.size(), 0);
     }
     bool done() const { return firstOnly_ && !found.covered; }
 
@@ -76,27 +76,27 @@ class Finder {
         // Keep the leaves of the parent's list that may touch this piece, and find the corners that they contain.
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
         const double reach = reachOf(t, middle);
-        near_.resize(last);
+        nearby_.resize(last);
         std::array<bool, 3> cornerCovered{};
         for (std::size_t i = first; i < last; ++i) {
-            const int leaf = near_[i];
+            const int leaf = nearby_[i];
             const Leaf& s = leaves_.leaves()[leaf];
             const double r = s.radius + reach;
             if ((s.center - middle).squaredNorm() > r * r) continue;
             const std::array<bool, 3> in{contains(leaf, t[0]), contains(leaf, t[1]), contains(leaf, t[2])};
             if (in[0] && in[1] && in[2]) {
-                last_ = leaf;
+                lastLeaf_ = leaf;
                 return;
             }
             for (int k = 0; k < 3; ++k) cornerCovered[k] = cornerCovered[k] || in[k];
-            near_.push_back(leaf);
+            nearby_.push_back(leaf);
         }
         double length = 0;
         const int side = longestSide(t, length);
         const auto bareCorners = std::count(cornerCovered.begin(), cornerCovered.end(), false);
-        const bool clear = near_.size() == last;
+        const bool clear = nearby_.size() == last;
         const bool decided = clear || (bareCorners > 0 && (firstOnly_ || length <= fine_));
-        if (decided || length <= kPoint || depth >= kDeepest) {
+        if (decided || length <= kMinLength || depth >= kMaxHalvings) {
             // A piece without a bare corner is too small to halve: it counts as bare, to be safe.
             const bool whole = clear || bareCorners == 0;
             found.covered = false;
@@ -109,18 +109,18 @@ class Finder {
             }
             return;
         }
-        const std::size_t end = near_.size();
+        const std::size_t end = nearby_.size();
         for (const Triangle& half : halves(t, side)) visitPiece(half, last, end, depth + 1);
     }
 
     /// A gap that exceeds the largest one by no more than this is not searched for.
-    double gapTolerance() const { return std::max(kGapShare * found.largestGap, kGapFine * fine_); }
+    double gapTolerance() const { return std::max(kGapRelativeError * found.largestGap, kGapFineShare * fine_); }
 
     /// Distance of p from the nearest leaf of the list from `first` on. It is an upper bound on the gap at p.
     double nearestListed(const Vec3& p, std::size_t first) const {
         double least = HUGE_VAL;
-        for (std::size_t i = first; i < near_.size(); ++i) {
-            const Leaf& s = leaves_.leaves()[near_[i]];
+        for (std::size_t i = first; i < nearby_.size(); ++i) {
+            const Leaf& s = leaves_.leaves()[nearby_[i]];
             least = std::min(least, (p - s.center).norm() - s.radius);
         }
         return least;
@@ -134,7 +134,7 @@ class Finder {
             found.largestGap = gap;
             found.where = middle;
         }
-        if (gap + reachOf(t, middle) <= found.largestGap + gapTolerance() || depth >= kDeepest) return;
+        if (gap + reachOf(t, middle) <= found.largestGap + gapTolerance() || depth >= kMaxHalvings) return;
         double length = 0;
         const int side = longestSide(t, length);
         for (const Triangle& half : halves(t, side)) seekGap(half, depth + 1);
@@ -143,8 +143,8 @@ class Finder {
     const LeafUnion& leaves_;
     double fine_;
     bool firstOnly_;
-    int last_ = -1;          ///< the leaf that contained the previous piece
-    std::vector<int> near_;  ///< stacked lists: leaves near the triangle, then those near each piece of the recursion
+    int lastLeaf_ = -1;        ///< the leaf that contained the previous piece
+    std::vector<int> nearby_;  ///< stacked lists: leaves near the triangle, then those near each piece of the recursion
 };
 
 }  // namespace

@@ -13,7 +13,8 @@ std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
     return boxes;
 }
 
-constexpr int kDeepest = 60;  // maximum halvings of one triangle: beyond them its corners coincide in double precision
+// Maximum number of halvings of one triangle: beyond it the corners coincide in double precision.
+constexpr int kMaxHalvings = 60;
 
 /// Growth of this ball, as a share of the growth of the smallest balls.
 double weightOf(const Ball& ball, const GrowthLaw& law, double growth) {
@@ -77,7 +78,7 @@ class CoverCertificate::Walk {
     void run() {
         const auto& [node, slot] = part_;
         visitSlot(all_, c_.tree_.nodes()[node], slot, 0, balls_.size(), 0);
-        near_ = {};
+        nearby_ = {};
     }
     double growth() const { return growth_; }
 
@@ -88,7 +89,7 @@ class CoverCertificate::Walk {
     // growth may rise, a margin keeps the list complete while it rises a little during the visit of the box.
     std::size_t narrow(const NearBalls& from, const Box& box, std::size_t first, std::size_t last, std::size_t end) {
         const double margin = raise ? 1.5 * growth_ : growth_;
-        near_.reserve(end + last - first);
+        nearby_.reserve(end + last - first);
         for (std::size_t i = first; i < last; i += 4) {
             Eigen::Array4d off2 = Eigen::Array4d::Zero();
             for (int a = 0; a < 3; ++a) {
@@ -98,7 +99,7 @@ class CoverCertificate::Walk {
             const Eigen::Array4d r = from.at(3, i) + margin * from.at(4, i);
             const Eigen::Array<bool, 4, 1> touches = r >= 0 && off2 <= r.square();
             for (std::size_t k = 0; k < std::min<std::size_t>(4, last - i); ++k)
-                if (touches[static_cast<int>(k)]) near_.copy(from, i + k, end++);
+                if (touches[static_cast<int>(k)]) nearby_.copy(from, i + k, end++);
         }
         return end;
     }
@@ -115,7 +116,7 @@ class CoverCertificate::Walk {
         end = narrow(from, box, first, last, end);
         if (node.count[k] == 0)
             for (int child = 0; child < 4 && !full(); ++child)
-                visitSlot(near_, c_.tree_.nodes()[node.first[k]], child, begin, end, end);
+                visitSlot(nearby_, c_.tree_.nodes()[node.first[k]], child, begin, end, end);
         for (int i = 0; i < node.count[k] && !full(); ++i) visitPiece(c_.surface_[node.first[k] + i], begin, end, 0);
     }
 
@@ -131,7 +132,7 @@ class CoverCertificate::Walk {
             const double needed = (std::sqrt(far2) - balls_[i].depth) / weight(i);
             if (needed < best.second) best = {i, needed};
         };
-        for (std::size_t i = first; i < last; ++i) consider(near_.id(i));
+        for (std::size_t i = first; i < last; ++i) consider(nearby_.id(i));
         for (int i = 0; first == last && i < static_cast<int>(balls_.size()); ++i) consider(i);
         return best;
     }
@@ -142,13 +143,13 @@ class CoverCertificate::Walk {
         int best = -1;
         std::array<bool, 3> bare{true, true, true};
         for (std::size_t i = first; i < last; i += 4) {
-            const Eigen::Array4d depth = near_.at(3, i), weight = near_.at(4, i), reach = depth + growth_ * weight;
+            const Eigen::Array4d depth = nearby_.at(3, i), weight = nearby_.at(4, i), reach = depth + growth_ * weight;
             const Eigen::Array4d reach2 = (reach >= 0).select(reach.square(), -1.0);
             std::array<Eigen::Array4d, 3> distance2;
             Eigen::Array<bool, 4, 1> whole = Eigen::Array<bool, 4, 1>::Constant(true);
             for (int k = 0; k < 3; ++k) {
-                distance2[k] = (near_.at(0, i) - t[k].x()).square() + (near_.at(1, i) - t[k].y()).square() +
-                               (near_.at(2, i) - t[k].z()).square();
+                distance2[k] = (nearby_.at(0, i) - t[k].x()).square() + (nearby_.at(1, i) - t[k].y()).square() +
+                               (nearby_.at(2, i) - t[k].z()).square();
                 for (std::size_t rest = last - i; rest < 4; ++rest) distance2[k][static_cast<int>(rest)] = HUGE_VAL;
                 const Eigen::Array<bool, 4, 1> within = distance2[k] <= reach2;
                 bare[k] = bare[k] && !within.any();
@@ -160,7 +161,7 @@ class CoverCertificate::Walk {
             for (int lane = 0; lane < 4; ++lane)
                 if (whole[lane] && need[lane] / weight[lane] < least) {
                     least = need[lane] / weight[lane];
-                    best = near_.id(i + static_cast<std::size_t>(lane));
+                    best = nearby_.id(i + static_cast<std::size_t>(lane));
                 }
         }
         if (best >= 0) {
@@ -168,7 +169,7 @@ class CoverCertificate::Walk {
             return;
         }
         const auto [longest, edge2] = longestEdge(t);
-        const bool small = edge2 <= resolution_ * resolution_ || level >= kDeepest;
+        const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxHalvings;
         const auto hole = std::find(bare.begin(), bare.end(), true);
         if (!raise && (small || hole != bare.end())) {
             const auto corner = hole != bare.end() ? hole - bare.begin() : 0;
@@ -194,7 +195,7 @@ class CoverCertificate::Walk {
             if (full()) return;
             Box box;
             for (const Vec3& v : half) box.add(v);
-            const std::size_t end = narrow(near_, box, first, last, last);
+            const std::size_t end = narrow(nearby_, box, first, last, last);
             visitPiece(half, last, end, level + 1);
         }
     }
@@ -206,7 +207,7 @@ class CoverCertificate::Walk {
     double growth_;
     const double initialGrowth_;  ///< before it is raised; the weights of the balls are computed from it
     double resolution_;
-    NearBalls near_;
+    NearBalls nearby_;
 };
 
 CoverCertificate::CoverCertificate(std::vector<Triangle> surface, GrowthLaw law) : law_(law), tree_(boxesOf(surface)) {

@@ -118,15 +118,17 @@ Cover relax(const CoverTask& task, const Effort& effort, const CoverSearch& sear
             Judge&& judge) {
     std::optional<Cover> best;
     int roundsWithoutGain = 0;
-    const auto assign = [&] { return dropIdle(cover, task.certificate, proofResolution(cover.growth), task.workers); };
+    const auto assign = [&] {
+        return assignPieces(cover, task.certificate, proofResolution(cover.growth), task.workers);
+    };
     CoverCertificate::Proof proof = assign();
     // While no cover is good enough the growth rises from round to round, so this loop ends.
     for (int round = 0;
          round < effort.rounds ? roundsWithoutGain < effort.patience : !best && round < effort.rounds + 20; ++round) {
         task.progress.enter(kGreedyDone +
                             (kRelaxDone - kGreedyDone) * std::min(1.0, double(round + 1) / double(effort.rounds)));
-        settleBalls(cover, proof, task.solid, task.certificate.law(), task.workers);
-        search.dropSpare(cover);
+        relaxBalls(cover, proof, task.solid, task.certificate.law(), task.workers);
+        search.dropRedundant(cover);
         search.patch(cover, maxBalls);
         proof = assign();
         const Verdict verdict = judge(std::as_const(cover), best ? &*best : nullptr, round + 2 == effort.rounds);

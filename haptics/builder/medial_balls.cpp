@@ -23,11 +23,17 @@ constexpr double kLargestRadius = 4;
 /// Walks the faces in spatial order, cuts them into pieces and places a sample after each unit of weighted area.
 class Sampler {
   public:
-    /// Stops when all samplers together have more than `limit` samples. `owed` in (0, 1] is the share of a sample that
+    /// Stops when all samplers together have more than `limit` samples. `due` in (0, 1] is the share of a sample that
     /// is due at the start.
     Sampler(const SolidDepth& solid, double protrusion, double spacing, std::size_t limit, GrowthLaw law,
-            std::atomic<std::size_t>& total, double owed)
-        : solid_(solid), e_(protrusion), k_(spacing), limit_(limit), law_(law), total_(total), owed_(owed) {}
+            std::atomic<std::size_t>& total, double due)
+        : solid_(solid),
+          protrusion_(protrusion),
+          spacing_(spacing),
+          limit_(limit),
+          law_(law),
+          total_(total),
+          due_(due) {}
 
     void add(const Face& face) {
         const Vec3 normal = (face.corners[1] - face.corners[0]).cross(face.corners[2] - face.corners[0]);
@@ -41,12 +47,13 @@ class Sampler {
 
   private:
     double patchSquared(double depth) const {
-        const double growth = law_(depth, e_);
-        return k_ * k_ * (2 * growth * depth + growth * growth);
+        const double growth = law_(depth, protrusion_);
+        return spacing_ * spacing_ * (2 * growth * depth + growth * growth);
     }
 
     Ball ballAt(const Vec3& p) const {
-        if (role_ == FaceRole::Wall) return touchingBall(solid_, p, inward_, kSlack * e_, std::max(last_.depth, e_));
+        if (role_ == FaceRole::Wall)
+            return touchingBall(solid_, p, inward_, kSlack * protrusion_, std::max(last_.depth, protrusion_));
         return {p, solid_.hasWalls() ? std::max(0.0, solid_.depth(p)) : 0.0};
     }
 
@@ -80,9 +87,9 @@ class Sampler {
         }
         const double depth = exact ? last_.depth : std::max(0.0, last_.depth - moved);
         const double area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm();
-        owed_ += std::min(1.0, area / patchSquared(depth));
-        if (owed_ < 1) return;
-        owed_ -= 1;
+        due_ += std::min(1.0, area / patchSquared(depth));
+        if (due_ < 1) return;
+        due_ -= 1;
         if (!exact) measure();
         out_.points.push_back(p);
         out_.balls.push_back(last_);
@@ -90,11 +97,11 @@ class Sampler {
     }
 
     const SolidDepth& solid_;
-    double e_, k_;
+    double protrusion_, spacing_;
     std::size_t limit_;
     GrowthLaw law_;
     std::atomic<std::size_t>& total_;
-    double owed_;
+    double due_;
     std::uint64_t cuts_ = 0;
     SurfaceSamples out_;
     Vec3 inward_ = Vec3::Zero(), lastPoint_ = Vec3::Zero();

@@ -68,7 +68,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     // A crumb must be covered, but it does not make a body with closed shells open.
     for (const int i : crumbs) out.faces.push_back({scaled(i), FaceRole::Sheet, !shells.anyClosed()});
     for (const Triangle& t : membranes)
-        if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.enclose(t)});
+        if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
     shells.append(out.faces);
     return out;
 }

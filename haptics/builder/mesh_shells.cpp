@@ -446,7 +446,7 @@ bool Shells::insideBothSides(const Vec3& p, const Triangle& t) {
     return inside(p + offset) && inside(p - offset);
 }
 
-bool Shells::enclose(const Triangle& sheet) {
+bool Shells::encloses(const Triangle& sheet) {
     if (walls_.empty()) return false;
     pulse_();
     const Vec3 middle = (sheet[0] + sheet[1] + sheet[2]) / 3;
@@ -464,7 +464,7 @@ void Shells::append(std::vector<Face>& out) {
             if (shells_[s].closed)
                 out.push_back({t, buried_[f] ? FaceRole::Buried : FaceRole::Wall, false});
             else if (isUsable(t))  // a degenerate face of an open shell is skipped
-                out.push_back({t, FaceRole::Sheet, !enclose(t)});
+                out.push_back({t, FaceRole::Sheet, !encloses(t)});
         }
         for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c)
             out.push_back({triangle(caps_[c]), FaceRole::Cap, false});

@@ -21,7 +21,7 @@ class Shells {
     bool anyClosed() const { return !walls_.empty(); }
 
     /// Whether a sheet lies inside the closed shells. Only its middle and its corners are tested.
-    bool enclose(const Triangle& sheet);
+    bool encloses(const Triangle& sheet);
 
     /// Appends all faces with their roles, shell by shell.
     void append(std::vector<Face>& out);

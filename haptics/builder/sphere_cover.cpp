@@ -178,7 +178,7 @@ void CoverSearch::patch(Cover& out, std::size_t maxBalls) const {
     out.proven = gaps.empty();
 }
 
-void CoverSearch::dropSpare(Cover& cover) const {
+void CoverSearch::dropRedundant(Cover& cover) const {
     const Reach reach = reachOf(samples_.points, cover.balls, cover.growth, kShare);
     std::vector<int> coverers(samples_.points.size(), 0);
     for (const Reach::Block& block : reach.blocks)
@@ -205,8 +205,8 @@ void CoverSearch::dropSpare(Cover& cover) const {
     cover.proven = false;
 }
 
-CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
-                                 const Workers& workers) {
+CoverCertificate::Proof assignPieces(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                     const Workers& workers) {
     CoverCertificate::Proof proof = certificate.prove(cover.balls, cover.growth, resolution, workers);
     std::vector<int> place(cover.balls.size());
     int kept = 0;
@@ -222,8 +222,8 @@ CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certifica
     return proof;
 }
 
-void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
-                 const Workers& workers) {
+void relaxBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
+                const Workers& workers) {
     // Sort the pieces by ball.
     std::vector<std::uint32_t> start(cover.balls.size() + 1, 0), order(proof.pieces.size());
     for (const auto& piece : proof.pieces) ++start[piece.ball + 1];

@@ -17,8 +17,8 @@ class PointIndex {
 
   private:
     BoxTree tree_;
-    std::array<std::vector<double>, 3>
-        at_;  ///< coordinates in the tree's order, with four more entries for the SIMD steps
+    /// Coordinates in the tree's order, with four more entries at the end for the SIMD steps.
+    std::array<std::vector<double>, 3> at_;
 };
 
 /// Balls that grow by law(depth, growth).
@@ -48,7 +48,7 @@ class CoverSearch {
     void patch(Cover& cover, std::size_t maxBalls) const;
 
     /// Drops balls whose samples are almost all covered by other balls too. The cover is unproven afterwards.
-    void dropSpare(Cover& cover) const;
+    void dropRedundant(Cover& cover) const;
 
   private:
     /// For each ball, the samples that it reaches and the growth with which it covers each of them. Stored in blocks,
@@ -86,12 +86,12 @@ class CoverSearch {
 
 /// Assigns each piece of the surface to the ball that covers it with the least growth, and drops the balls without
 /// pieces. A proven cover stays proven.
-CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
-                                 const Workers& workers);
+CoverCertificate::Proof assignPieces(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                     const Workers& workers);
 
 /// Moves each ball so that the pieces that `proof` assigns to it need less growth. A proven cover stays proven.
-void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
-                 const Workers& workers);
+void relaxBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
+                const Workers& workers);
 
 template <class Visit>
 void PointIndex::within(const Vec3& center, double radius, Visit&& visit) const {

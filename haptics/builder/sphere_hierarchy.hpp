@@ -20,8 +20,8 @@ struct SphereHierarchy {
     int branching = 8;
     std::vector<SphereNode> nodes;
 
-    std::vector<Sphere> leaves()
-        const;  ///< in order; radii are enlarged to make up for the rounding to single precision
+    /// The leaves in order. Radii are enlarged to make up for the rounding to single precision.
+    std::vector<Sphere> leaves() const;
 };
 
 SphereHierarchy hierarchyOf(const SphereTree& tree);

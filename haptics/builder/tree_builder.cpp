@@ -157,7 +157,7 @@ SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options,
     progress.enter(kCoverDone);
     if (cover.proven) {
         const double resolution = proofResolution(cover.growth);
-        settleBalls(cover, dropIdle(cover, certificate, resolution, workers), solid, certificate.law(), workers);
+        relaxBalls(cover, assignPieces(cover, certificate, resolution, workers), solid, certificate.law(), workers);
     }
     std::vector<Sphere> leaves = leavesOf(cover, task, rounding);
     const double hollow = options.interior == Interior::Solid && body.closed() ? fill(leaves, options, task) : -1;

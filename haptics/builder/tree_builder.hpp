@@ -23,9 +23,8 @@ enum class Interior : std::uint8_t {
 struct TreeOptions {
     static constexpr int kMostLeaves = 1 << 18;  ///< largest maximum leaf count that is accepted
 
-    int leaves = 4096;  ///< maximum leaf count, 1 to kMostLeaves
-    double maxError =
-        0;  ///< mm; if positive, it bounds the protrusion with as few leaves as possible, in place of `leaves`
+    int leaves = 4096;    ///< maximum leaf count, 1 to kMostLeaves
+    double maxError = 0;  ///< mm; if positive, the bound on the protrusion: then `leaves` is ignored
     TreeQuality quality = TreeQuality::Fast;
     Interior interior = Interior::Shell;
     std::uint64_t seed = 1;  ///< random seed: shifts the samples and gives a different tree of equal quality

@@ -71,20 +71,23 @@ class Body {
         : mesh(repairMesh(source)),
           walls_(pick({FaceRole::Wall, FaceRole::Cap})),
           sheets_(pick({FaceRole::Sheet})),
-          toWalls_(walls_),
-          toSheets_(sheets_) {
+          wallBvh_(walls_),
+          sheetBvh_(sheets_) {
         double extent = 0;
         for (const Triangle& t : mesh.cover)
             for (const Vec3& v : t) extent = std::max(extent, v.cwiseAbs().maxCoeff());
         rounding = 8 * std::numeric_limits<double>::epsilon() * extent;
-        if (!pick({FaceRole::Buried}).empty()) shells_.emplace(pick({FaceRole::Wall, FaceRole::Cap, FaceRole::Buried}));
+        if (!pick({FaceRole::Buried}).empty())
+            shellBvh_.emplace(pick({FaceRole::Wall, FaceRole::Cap, FaceRole::Buried}));
     }
 
     const RepairedMesh mesh;
     double rounding = 0;  ///< upper bound on the rounding error of a computed distance
 
     bool hasVolume() const { return !walls_.empty(); }
-    bool inside(const Vec3& p) const { return hasVolume() && (shells_ ? *shells_ : toWalls_).windingNumber(p) >= 0.5; }
+    bool inside(const Vec3& p) const {
+        return hasVolume() && (shellBvh_ ? *shellBvh_ : wallBvh_).windingNumber(p) >= 0.5;
+    }
 
     struct Nearest {
         double distance;
@@ -93,7 +96,7 @@ class Body {
         bool oriented;  ///< the normal points out of the body
     };
     Nearest nearest(const Vec3& p) const {
-        const TriangleBvh::Hit wall = toWalls_.closest(p), sheet = toSheets_.closest(p, wall.distance);
+        const TriangleBvh::Hit wall = wallBvh_.closest(p), sheet = sheetBvh_.closest(p, wall.distance);
         const TriangleBvh::Hit& hit = sheet.triangle >= 0 ? sheet : wall;
         const Triangle& t = (sheet.triangle >= 0 ? sheets_ : walls_)[hit.triangle];
         return {hit.distance, hit.point, (t[1] - t[0]).cross(t[2] - t[0]), sheet.triangle < 0};
@@ -101,14 +104,14 @@ class Body {
 
     /// Distance to the walls for a point inside, minus the distance to the body for a point outside. It is 1-Lipschitz,
     /// so a leaf protrudes at most by its radius - depth.
-    double depth(const Vec3& p) const { return inside(p) ? toWalls_.closest(p).distance : -nearest(p).distance; }
+    double depth(const Vec3& p) const { return inside(p) ? wallBvh_.closest(p).distance : -nearest(p).distance; }
 
     /// Whether depth(p) >= least. Costs less than depth(), because the search ends early if no triangle is too near.
     bool depthAtLeast(const Vec3& p, double least) const {
         const bool in = inside(p);
-        if (least > 0) return in && toWalls_.closest(p, least).triangle < 0;
+        if (least > 0) return in && wallBvh_.closest(p, least).triangle < 0;
         const double bound = std::max(-least * (1 + 4 * std::numeric_limits<double>::epsilon()), 1e-150);
-        return in || toWalls_.closest(p, bound).triangle >= 0 || toSheets_.closest(p, bound).triangle >= 0;
+        return in || wallBvh_.closest(p, bound).triangle >= 0 || sheetBvh_.closest(p, bound).triangle >= 0;
     }
 
   private:
@@ -120,8 +123,8 @@ class Body {
     }
 
     std::vector<Triangle> walls_, sheets_;
-    TriangleBvh toWalls_, toSheets_;
-    std::optional<TriangleBvh> shells_;  ///< closed shells with their buried faces; empty if there are no buried faces
+    TriangleBvh wallBvh_, sheetBvh_;
+    std::optional<TriangleBvh> shellBvh_;  ///< closed shells with their buried faces; empty without buried faces
 };
 
 /// The leaves in the frame of the body, smaller by the rounding error of a distance: a point that lies in them by the
@@ -164,7 +167,7 @@ void measureOutside(const Body& body, const LeafUnion& leaves, const CheckOption
                     TreeMetrics& out) {
     double area = 0, squares = 0, angles = 0, angleArea = 0;
     const double coveredGap = kCoveredGap * body.mesh.diagonal;
-    const auto take = [&](const OutsidePatch& patch) {
+    const auto addPatch = [&](const OutsidePatch& patch) {
         const Body::Nearest surface = body.nearest(patch.point);
         const bool inside = body.inside(patch.point);
         if (inside && leaves.gap(surface.point) <= coveredGap) return;  // the patch is the wall of a hollow
@@ -193,14 +196,14 @@ void measureOutside(const Body& body, const LeafUnion& leaves, const CheckOption
         out.protrusionCertified = std::max(out.protrusionCertified, radius + body.rounding - depth + body.mesh.weld);
         if (!(surface.distance > 0) || radius < 0) continue;
         const Vec3 normal = (inside ? 1.0 : -1.0) * (surface.point - center).normalized();
-        if (!leaves.contains(center + (1 + kNudge) * radius * normal)) take({center + radius * normal, normal, 0});
+        if (!leaves.contains(center + (1 + kNudge) * radius * normal)) addPatch({center + radius * normal, normal, 0});
     }
 
     const std::vector<OutsidePatch> patches = leaves.outside(options.samples, options.seed, progress.stage(0.3));
     beat = progress.stage(0.5);
     for (std::size_t i = 0; i < patches.size(); ++i) {
         beat(static_cast<double>(i) / static_cast<double>(patches.size()));
-        take(patches[i]);
+        addPatch(patches[i]);
     }
     out.protrusionRms = area > 0 ? std::sqrt(squares / area) : 0;
     out.normalErrorMean = angleArea > 0 ? angles / angleArea : 0;

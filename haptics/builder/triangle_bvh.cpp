@@ -225,7 +225,8 @@ TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double bound, double enough
 }
 
 double TriangleBvh::tangentRadius(const Vec3& p, const Vec3& direction, double radius, double slack) const {
-    constexpr int kSteps = 12;  // onto one triangle: each lands on the ball through the point that stood in the way
+    // Maximum number of shrinking steps for one triangle. Each gives the ball limited by the point that was too deep.
+    constexpr int kSteps = 12;
     Vec3 center = p + radius * direction;
     double reach2 = 0;
     const auto shrinkTo = [&](double r) {

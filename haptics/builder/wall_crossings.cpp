@@ -5,7 +5,7 @@
 namespace touchstone {
 namespace {
 
-constexpr int kCrowd = 100;  // maximum number of neighbors that are tested for one face
+constexpr int kMaxNeighbors = 100;  // maximum number of neighbors that are tested for one face
 
 /// Squared distance of the segments p + s d and q + t e, s and t in [0, 1].
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
@@ -88,7 +88,7 @@ class Crossings {
             found[f] = Finding::Clear;
             anyMeeting(tree, boxes, around, [&](int other) {
                 if (other == f || found[other] == Finding::Clear) return false;
-                if (++tests > kCrowd) {
+                if (++tests > kMaxNeighbors) {
                     found[f] = Finding::Crowded;
                     return true;
                 }

@@ -11,30 +11,30 @@
 namespace touchstone {
 namespace {
 
-std::array<std::atomic<Device*>, 16> guarded{};
-std::atomic<bool> ending = false;
+std::array<std::atomic<Device*>, 16> guardedDevices{};
+std::atomic<bool> stopping = false;
 std::atomic<int> stopRequests = 0;  // number of StopRequest objects
 std::atomic<int> stopSignal = 0;    // the first signal that a StopRequest took; 0 before
 static_assert(std::atomic<Device*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free &&
                   std::atomic<int>::is_always_lock_free,
               "signal handlers may use only lock-free atomics");
 
-/// Records a signal for an existing StopRequest. Returns false if there is none, for a second signal, and for signals
-/// that report a fault.
+/// Records a signal for an existing StopRequest. Returns false if there is none, for a second signal, and for
+/// signals that report a fault.
 bool takenByStopRequest(int signal) {
     const bool isStopSignal = signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
-    int none = 0;
-    return isStopSignal && stopRequests.load() > 0 && stopSignal.compare_exchange_strong(none, signal);
+    int expected = 0;
+    return isStopSignal && stopRequests.load() > 0 && stopSignal.compare_exchange_strong(expected, signal);
 }
 
-/// Releases the forces of all guarded devices, twice: a write that began before the first time has ended by the second.
-/// Async-signal-safe.
+/// Releases the forces of all guarded devices, twice: a write that began before the first time has ended by the
+/// second. Async-signal-safe.
 void releaseAllForces() {
     constexpr int kOutliveMs = 20;  // time in which a write in progress ends: two late ticks
-    ending.store(true);             // guard
+    stopping.store(true);           // guard
     for (int round = 0; round < 2; ++round) {
         bool any = false;
-        for (const auto& slot : guarded) {
+        for (const auto& slot : guardedDevices) {
             if (Device* device = slot.load()) {
                 device->releaseForces();  // guard
                 any = true;
@@ -85,14 +85,14 @@ EmergencyStop::~EmergencyStop() {
 void EmergencyStop::guard(Device& device, bool motors) noexcept {
     if (slot_) std::exchange(slot_, nullptr)->store(nullptr);
     if (!motors) return;
-    for (auto& slot : guarded) {
-        Device* none = nullptr;
-        if (!slot.compare_exchange_strong(none, &device)) continue;
+    for (auto& slot : guardedDevices) {
+        Device* expected = nullptr;
+        if (!slot.compare_exchange_strong(expected, &device)) continue;
         slot_ = &slot;
         return;
     }
 }
 
-bool EmergencyStop::begun() noexcept { return ending.load(std::memory_order_relaxed); }
+bool EmergencyStop::begun() noexcept { return stopping.load(std::memory_order_relaxed); }
 
 }  // namespace touchstone

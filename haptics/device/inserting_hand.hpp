@@ -23,14 +23,14 @@ struct InsertingParameters {
     double spiral = 1.2, pitch = 0.15;              ///< spiral search: maximum radius and distance of the turns, mm
     double spiralSpeed = 1.2e-3;                    ///< speed along the spiral, mm/ms
     double patience = 25'000;                       ///< ms of searching after which the hand gives up and draws back
-    double hold = 0;                                ///< ms that the tool must stay at the goal; it is observed as long
+    double hold = 0;  ///< ms that the tool must stay at the goal; it is observed at least as long
 };
 
 /// A simulated hand whose spring pulls to a target. The target moves according to what a person knows: the hand's pose,
 /// the felt wrench and the approximate place of the goal. The hand moves above the goal, moves down along the y axis of
-/// the goal's frame until it feels a contact, and keeps pressing. While the tool is stuck, the target twists to and fro
-/// and follows a spiral; while the tool moves in, the hand complies in all other directions. When the tool is stuck
-/// near the goal, the hand stops pressing. Real time: no allocation, lock or throw.
+/// the goal's frame until it feels a contact, and keeps pressing. While the tool is stuck, the target twists back and
+/// forth and follows a spiral; while the tool moves in, the hand complies in all other directions. When the tool is
+/// stuck near the goal, the hand stops pressing. Real time: no allocation, lock or throw.
 class InsertingHand final : public Device {
   public:
     /// `X_WT_start` is the start pose without error. `X_WG` is the goal, whose +y axis points out of the hole.

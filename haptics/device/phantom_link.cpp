@@ -364,8 +364,8 @@ std::uint32_t PhantomLink::tick() noexcept {
     hd_.beginFrame(device_);
     readSample(now);
     int turn = kOffered;
-    if (turn_.compare_exchange_strong(turn, kTicking, std::memory_order_acq_rel))
-        turn_.store((*driven_)() ? kOffered : kDone, std::memory_order_release);
+    if (turn_.compare_exchange_strong(turn, kRunning, std::memory_order_acq_rel))
+        turn_.store((*drivenTick_)() ? kOffered : kDone, std::memory_order_release);
     writeWrench(steadyNanoseconds());
     hd_.endFrame(device_);
     checkErrors();
@@ -447,14 +447,14 @@ bool PhantomLink::drive(double rate, const std::function<bool()>& tick) noexcept
     };
     const double deviceRate = options_.rate > 0 ? options_.rate : 1000;
     if (!options_.deviceDrives || std::abs(rate - deviceRate) > 0.01 * deviceRate || stalled()) return false;
-    driven_ = &tick;
+    drivenTick_ = &tick;
     turn_.store(kOffered, std::memory_order_release);
     while (turn_.load(std::memory_order_acquire) != kDone) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         int turn = kOffered;
-        if (stalled() && turn_.compare_exchange_strong(turn, kOurs, std::memory_order_acq_rel)) return false;
+        if (stalled() && turn_.compare_exchange_strong(turn, kIdle, std::memory_order_acq_rel)) return false;
     }
-    turn_.store(kOurs, std::memory_order_relaxed);
+    turn_.store(kIdle, std::memory_order_relaxed);
     return true;
 }
 

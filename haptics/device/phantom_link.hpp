@@ -65,7 +65,7 @@ class PhantomLink : public DeviceControl {
         std::uint64_t time = 0;
     };
     /// Hand-over of the tick between drive() and the vendor's thread: no offer, offered, running there, finished.
-    enum Turn { kOurs, kOffered, kTicking, kDone };
+    enum Turn { kIdle, kOffered, kRunning, kDone };
 
     void open();
     void initialize();
@@ -108,8 +108,8 @@ class PhantomLink : public DeviceControl {
     std::atomic<double> rate_ = 0, temperature_ = -1;
     std::atomic<hd::Enum> torqueName_ = hd::kTorque;  // parameter name for torque; 0: no torque
 
-    const std::function<bool()>* driven_ = nullptr;  // the tick to call; turn_ says who may use it
-    std::atomic<int> turn_ = kOurs;
+    const std::function<bool()>* drivenTick_ = nullptr;  // the tick to call; turn_ says who may use it
+    std::atomic<int> turn_ = kIdle;
 
     std::jthread reconnecting_;  // last member, so that it is joined before the members that it uses are destroyed
 };

@@ -100,7 +100,7 @@ class SafetyStage {
 
     void stop() noexcept;    ///< zero from the next pass() on; a fault remains a fault
     void engage() noexcept;  ///< does nothing if it is engaging or engaged
-    void begin() noexcept;   ///< resets everything except the counts and the heat
+    void begin() noexcept;   ///< returns to the initial engagement; counts and heat stay
     /// Takes the heat of the motors from the previous stage.
     void inherit(const SafetyStage& before) noexcept;
 

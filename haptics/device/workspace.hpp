@@ -10,9 +10,9 @@ namespace touchstone {
 /// The mapping of a device's space into the scene.
 struct Workspace {
     double scale = 1;              ///< mm of the tool per mm of the hand
-    Vec3 offset = Vec3::Zero();    ///< mm, scene axes; the tool glides to this offset from the hand's motion
+    Vec3 offset = Vec3::Zero();    ///< mm, scene axes; the tool glides by this offset from its place
     Quat q_WD = Quat::Identity();  ///< orientation of the device's axes in the scene
-    std::uint32_t clutch = 2;      ///< button bit; while it is held, the hand moves and the tool does not; 0: none
+    std::uint32_t clutch = 2;      ///< button mask; while it is held, the hand moves and the tool does not; 0: none
 };
 inline constexpr double kSmallestScale = 0.01, kLargestScale = 100;
 inline bool operator==(const Workspace& a, const Workspace& b) {
