@@ -145,7 +145,7 @@ TEST_CASE("workspace file: what is wrong in it is told with file and field", "[s
     CHECK_THAT(trouble(entry(R"("scale": "big")")), Contains(file.string()) && Contains(".scale must be a number"));
     CHECK_THAT(trouble(entry(R"("scale": -1)")), Contains("scale must be a number from 0.01 to 100"));
     CHECK_THAT(trouble(entry(R"("offset_mm": [1, 2])")), Contains(".offset_mm must be a list of 3 numbers"));
-    CHECK_THAT(trouble(entry(R"("axes_xyzw": [0, 0, 0, 0])")), Contains("axes are a quaternion of unit length"));
+    CHECK_THAT(trouble(entry(R"("axes_xyzw": [0, 0, 0, 0])")), Contains("axes must be a quaternion of unit length"));
     CHECK_THAT(trouble(entry(R"("clutch_button": 99)")), Contains(".clutch_button must be 0 for none to 32"));
     CHECK(trouble(entry(R"("scale": 3)")).empty());
 }
