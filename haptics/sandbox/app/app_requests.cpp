@@ -36,14 +36,14 @@ void App::copyCommand() {
     if (!session_.running()) return;
     if (!session_.newest().edits.empty()) {
         session_.say(Message::Kind::Warning,
-                     "The command would run the file without your changes: save the scene first");
+                     "The command would run the scene's file without your changes: save the scene first");
         return;
     }
     std::string device = session_.device();
     if (device == "mouse") {
         if (!viewed_->demonstration) {
             session_.say(Message::Kind::Warning,
-                         "A hand on the mouse cannot be repeated, and the scene has no demonstration: replay a motion");
+                         "Mouse input cannot be repeated, and the scene has no demonstration: replay a motion instead");
             return;
         }
         device = "demo";
