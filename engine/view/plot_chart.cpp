@@ -1,4 +1,4 @@
-// Pairs on two axes.
+// Charts of pairs on two axes.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace touchstone::engine {
 namespace {
 
-/// A cell of a few pixels is as bright as it holds points, and a single point is seen.
+/// Draws points as cells of a few pixels whose opacity grows with their count. A single point remains visible.
 template <class Place>
 void drawCloud(const Canvas& canvas, const Layer& layer, const Place& place) {
     const float cell = std::max(2.f, std::round(2 * ImGui::GetTextLineHeight() / 16));

@@ -72,8 +72,8 @@ bool drawNumber(const char* id, const SettingControl& control, const SettingInfo
                              wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None) ||
         edited == number)
         return false;
-    const bool dragged =
-        ImGui::IsMouseDown(ImGuiMouseButton_Left);  // a dragged value is rounded, a typed one is kept exactly
+    // A dragged value is rounded, a typed one is kept exactly.
+    const bool dragged = ImGui::IsMouseDown(ImGuiMouseButton_Left);
     value = whole ? compact(std::round(edited), "%.9g") : compact(edited, dragged ? "%.3g" : "%.9g");
     return true;
 }
