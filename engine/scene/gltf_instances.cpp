@@ -51,7 +51,7 @@ std::vector<glm::dmat4> readInstances(const nlohmann::json& attributes, const Ac
         }
         transforms.push_back(localMatrix(local));
     }
-    if (!areUnit) warnings.add(node, "has instances whose rotations are not of unit length; they were normalised");
+    if (!areUnit) warnings.add(node, "has instances whose rotations are not of unit length; they were normalized");
     return transforms;
 }
 

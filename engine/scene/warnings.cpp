@@ -26,7 +26,7 @@ std::vector<std::string> Warnings::sentences() const {
             group.count > kMostNames ? " and " + std::to_string(group.count - kMostNames) + " more" : "";
         all.push_back(group.objects + more + ": " + group.what + ".");
     }
-    if (unnamed_ > 0) all.push_back(std::to_string(unnamed_) + " more faults of this file are not listed.");
+    if (unnamed_ > 0) all.push_back(std::to_string(unnamed_) + " more problems of this file are not listed.");
     return all;
 }
 
