@@ -30,7 +30,7 @@ void Fields::fail(const std::string& key, const std::string& must) const {
 }
 
 const nlohmann::json* Fields::find(const std::string& key) {
-    asked_.insert(key);
+    readKeys_.insert(key);
     const auto found = value_->find(key);
     return found == value_->end() ? nullptr : &*found;
 }
@@ -110,7 +110,7 @@ std::optional<Fields> Fields::object(const std::string& key) {
 
 void Fields::nameUnknown(std::vector<std::string>& warnings) const {
     for (const auto& [key, value] : value_->items())
-        if (!asked_.contains(key))
+        if (!readKeys_.contains(key))
             warnings.push_back(object_ + ": " + path_ + "." + printable(key) + " is unknown and was ignored");
 }
 

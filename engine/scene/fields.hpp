@@ -52,7 +52,7 @@ class Fields {
     const Scene* scene_;
     std::string object_, path_;
     const nlohmann::json* value_;
-    std::set<std::string> asked_;
+    std::set<std::string> readKeys_;
 };
 
 }  // namespace touchstone::engine

@@ -59,7 +59,7 @@ bool isObj(std::string_view text) {
 
 }  // namespace
 
-std::string whatInstead(std::span<const std::uint8_t> bytes) {
+std::string foreignFileProblem(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kEnough = 4096, kStlHeader = 84, kStlTriangle = 50;
     const auto sentence = [](std::string_view is, std::string_view remedy) {
         return "is " + std::string(is) + ", not glTF; " + std::string(remedy);

@@ -257,7 +257,7 @@ class GltfChecker {
 
     /// Checks byte ranges against their buffer views. All factors are below 2^31, so their products fit into 64 bits.
     std::string accessorProblem(const json& accessor) const {
-        constexpr std::uint64_t kMostImplicitZeros = std::uint64_t{1} << 24;  // of an accessor without data
+        constexpr std::uint64_t kMaxImplicitZeros = std::uint64_t{1} << 24;  // of an accessor without data
         const auto count = accessor["count"].get<std::uint64_t>();
         const std::uint64_t size = elementSize(accessor);
         const auto rangeProblem = [&](const json& from, std::uint64_t elements, std::uint64_t stride,
@@ -278,7 +278,7 @@ class GltfChecker {
                 return "has elements of " + std::to_string(size) + " bytes in a buffer view of stride " +
                        std::to_string(stride);
             if (std::string problem = rangeProblem(accessor, count, stride, size); !problem.empty()) return problem;
-        } else if (count > kMostImplicitZeros) {
+        } else if (count > kMaxImplicitZeros) {
             return "has " + std::to_string(count) + " elements but no data";
         }
         if (!accessor.contains("sparse")) return "";

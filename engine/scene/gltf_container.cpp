@@ -164,7 +164,7 @@ GltfContainer readContainer(const fs::path& file) {
     container.binary = container.bytes.size() >= 4 && littleEndian(container.bytes, 0) == kGlbMagic;
     if (container.binary)
         splitChunks(file, container);
-    else if (const std::string kind = whatInstead(container.bytes); !kind.empty())
+    else if (const std::string kind = foreignFileProblem(container.bytes); !kind.empty())
         failIn(file, "", kind);
     else
         container.json.assign(container.bytes.begin(), container.bytes.end());

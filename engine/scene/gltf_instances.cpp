@@ -55,7 +55,7 @@ std::vector<glm::dmat4> readInstances(const nlohmann::json& attributes, const Ac
     return transforms;
 }
 
-MeshInstance repeated(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms) {
+MeshInstance instancedMesh(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms) {
     MeshInstance all;
     for (const Primitive& primitive : mesh.primitives) {
         MeshData data;

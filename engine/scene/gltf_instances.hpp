@@ -21,7 +21,7 @@ std::vector<glm::dmat4> readInstances(const nlohmann::json& attributes, const Ac
                                       const std::string& node, Warnings& warnings);
 
 /// One mesh with a copy of `mesh` for each transform. Each primitive holds all its copies.
-MeshInstance repeated(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms);
+MeshInstance instancedMesh(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms);
 
 /// Whether a quaternion has unit length within the rounding of normalized bytes, which is the limit of the public
 /// validator. T: a quaternion type or a vector of 4.

@@ -83,7 +83,7 @@ Bytes uriBytes(const fs::path& file, const std::string& label, const std::string
 }
 
 /// Explains why a buffer has no bytes.
-std::string missingBytes(const json& raw) {
+std::string missingBytesProblem(const json& raw) {
     for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
         if (raw.contains("extensions") && raw["extensions"].is_object() && raw["extensions"].contains(name))
             return std::string("is only present in the compressed form of ") + name +
@@ -108,7 +108,7 @@ void resolveBuffers(const GltfContainer& container, const LoadedGltf& loaded, js
         else if (i == 0 && container.binary)
             bytes.assign(container.bin.begin(), container.bin.end());
         else
-            failIn(file, label, missingBytes(loaded.document["buffers"][i]));
+            failIn(file, label, missingBytesProblem(loaded.document["buffers"][i]));
         if (bytes.size() < length)
             failIn(file, label,
                    "needs " + std::to_string(length) + " bytes but only " + std::to_string(bytes.size()) +

@@ -97,11 +97,11 @@ class SceneReader {
 
     /// Bounds the size of the scene before anything is read, since a small file may use one large accessor many times.
     void checkSize() const {
-        constexpr std::size_t kMostElements = std::size_t{1} << 26;
+        constexpr std::size_t kMaxElements = std::size_t{1} << 26;
         std::size_t total = 0;
         const auto add = [&](int accessor, const std::string& user, std::size_t times = 1) {
             total += accessor < 0 ? 0 : accessors_.count(accessor) * times;
-            if (total > kMostElements)
+            if (total > kMaxElements)
                 fail(user, "brings the scene above 67 million vertices, corners and keys; simplify it");
         };
         const auto addMesh = [&](int mesh, const std::string& user, std::size_t times) {
@@ -370,10 +370,10 @@ class SceneReader {
             if (hasNonZero(raw("nodes", node, {"weights"})))
                 warn(nodeName(node), "morph targets are ignored although its weights are not zero");
             const json* attributes = instancing(node);
-            scene_.registry.add(at(entities, node),
-                                attributes ? repeated(at(scene_.meshes, mesh),
-                                                      readInstances(*attributes, accessors_, nodeName(node), warnings_))
-                                           : MeshInstance(at(scene_.meshes, mesh)));
+            scene_.registry.add(at(entities, node), attributes ? instancedMesh(at(scene_.meshes, mesh),
+                                                                               readInstances(*attributes, accessors_,
+                                                                                             nodeName(node), warnings_))
+                                                               : MeshInstance(at(scene_.meshes, mesh)));
         }
     }
 

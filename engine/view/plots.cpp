@@ -117,12 +117,12 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
         mouse.cursor = at / width;
         if (io.MouseWheel != 0) mouse.zoom = std::pow(0.8f, io.MouseWheel);
     }
-    if (options.readOut)
+    if (options.showValues)
         if (const std::optional<float> cursor = mouse.cursor ? mouse.cursor : options.cursor) {
             const float x = canvas.topLeft.x + *cursor * width;
             list.AddLine({x, canvas.topLeft.y}, {x, canvas.bottomRight.y}, canvas.weak);
         }
-    if (options.readOut && mouse.cursor) {
+    if (options.showValues && mouse.cursor) {
         const auto column = static_cast<std::size_t>(at);
         ImGui::BeginTooltip();
         ImGui::TextDisabled("%s", timeLabel((at + 1 - width) / width * span - behind).c_str());
@@ -171,7 +171,7 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
         canvas.list.AddText({left, canvas.topLeft.y + static_cast<float>(row) * shape.line}, kWarning, name);
     }
     const float at = (ImGui::GetIO().MousePos.x - canvas.topLeft.x) / shape.width;
-    if (options.readOut && canvas.hovered && at >= 0 && at < 1) {
+    if (options.showValues && canvas.hovered && at >= 0 && at < 1) {
         const auto bin = static_cast<std::size_t>(at * static_cast<float>(options.bins));
         const auto edge = [&](std::size_t i) {
             return across.value(static_cast<float>(i) / static_cast<float>(options.bins));

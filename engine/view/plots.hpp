@@ -67,7 +67,7 @@ struct PlotOptions {
     float samplePeriodMs = 1;         ///< scale of the time axis
     RingView marks;                   ///< positive samples are marked at the top of the plot
     std::optional<float> cursor;      ///< shared cursor line at this fraction of the width
-    bool readOut = true;              ///< show the values under the mouse
+    bool showValues = true;           ///< show the values under the mouse
 };
 
 /// Mouse input over a plot in this frame.
@@ -88,7 +88,7 @@ struct HistogramOptions {
     std::size_t bins = 60;
     float height = 0;                                         ///< as in PlotOptions
     std::span<const std::pair<const char*, float>> levels{};  ///< named values to mark
-    bool readOut = true;
+    bool showValues = true;
 };
 
 /// Histogram of the samples of a stretch. Both axes are logarithmic, so that a single sample is visible next to
@@ -122,9 +122,9 @@ struct Layer {
 
 struct ChartOptions {
     const char *xName = "", *xUnit = "", *yName = "", *yUnit = "";
-    float xLeast = 1e-3f, yLeast = 1e-9f;  ///< lower bounds: smaller values are drawn here
+    float xFloor = 1e-3f, yFloor = 1e-9f;  ///< lower bounds: smaller values are drawn here
     float height = 0;                      ///< as in PlotOptions
-    bool readOut = true;
+    bool showValues = true;
 };
 
 /// Plots pairs on two logarithmic axes of whole decades that contain every point. Layers are drawn in

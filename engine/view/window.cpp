@@ -96,8 +96,8 @@ struct Window::Impl {
         });
         glfwSetWindowCloseCallback(window.handle, [](GLFWwindow* handle) {
             auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
-            self.closeAsked = self.closeHandler != nullptr;
-            if (self.closeAsked) glfwSetWindowShouldClose(handle, GLFW_FALSE);
+            self.closeRequested = self.closeHandler != nullptr;
+            if (self.closeRequested) glfwSetWindowShouldClose(handle, GLFW_FALSE);
         });
     }
 
@@ -106,7 +106,7 @@ struct Window::Impl {
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
     std::function<void()> closeHandler;
-    bool closeAsked = false;
+    bool closeRequested = false;
 };
 
 Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -119,7 +119,7 @@ bool Window::beginFrame() {
     // Handled here rather than in GLFW's callbacks, because exceptions must not propagate through C code.
     if (const auto files = std::exchange(impl_->dropped, {}); !files.empty() && impl_->dropHandler)
         impl_->dropHandler(files);
-    if (std::exchange(impl_->closeAsked, false)) impl_->closeHandler();
+    if (std::exchange(impl_->closeRequested, false)) impl_->closeHandler();
 
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glDisable(GL_SCISSOR_TEST);

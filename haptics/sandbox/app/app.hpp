@@ -40,12 +40,12 @@ class App {
     void drawHints(const engine::Area& picture) const;
     void drawLeftPanel();
     void drawGuideWindow(const engine::Area& picture);
-    void drawPull(const engine::Area& picture) const;
+    void drawMousePull(const engine::Area& picture) const;
     void handleMouse(const engine::Area& picture);
     void handleKeys();
     void carryOut();
     void noteState();
-    void goTo(const std::optional<UserState>& state);
+    void restoreState(const std::optional<UserState>& state);
     void copyCommand();
     void toggleRecording();
     bool timeIsUp();

@@ -11,7 +11,7 @@
 namespace touchstone::sandbox {
 
 /// Draws a line from the held point of the tool to the mouse target. The line gets longer when the tool is blocked.
-void App::drawPull(const engine::Area& picture) const {
+void App::drawMousePull(const engine::Area& picture) const {
     const TickRecord* record = session_.record();
     if (!grab_.holding() || !record) return;
     const glm::vec2 viewport(picture.size.x, picture.size.y);
@@ -96,7 +96,7 @@ void App::handleMouse(const engine::Area& picture) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.PushClipRect(picture.position, {picture.position.x + picture.size.x, picture.position.y + picture.size.y});
     if (viewed_) selection_.draw(list, camera_, corner, mouse.viewport, *viewed_, poses);
-    drawPull(picture);
+    drawMousePull(picture);
     list.PopClipRect();
 }
 

@@ -24,7 +24,7 @@ void App::noteState() {
     undo_.note(now, !ImGui::IsAnyItemActive() && !selection_.dragging());
 }
 
-void App::goTo(const std::optional<UserState>& state) {
+void App::restoreState(const std::optional<UserState>& state) {
     if (!state) return;
     Settings settings = state->settings;
     settings.pause = session_.settings().pause;
@@ -83,8 +83,8 @@ void App::carryOut() {
     if (requests.undo && session_.opening())
         session_.cancelOpening();
     else if (requests.undo)
-        goTo(undo_.undo());
-    if (requests.redo && !session_.opening()) goTo(undo_.redo());
+        restoreState(undo_.undo());
+    if (requests.redo && !session_.opening()) restoreState(undo_.redo());
     if (requests.view) camera_.look(*requests.view);
     if (requests.frameSelection && viewed_)
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);

@@ -99,7 +99,7 @@ int App::run() {
         engine::Image picture;
         ImGui::EndFrame();
         draw([&] { window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr); });
-        if (measure_.wantsPicture()) measure_.take(picture, window_.size(), session_);
+        if (measure_.wantsPicture()) measure_.savePicture(picture, window_.size(), session_);
         std::swap(items_, drawnItems_);
         noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
         if (wanted) engine::writePng(options_.screenshot, picture);

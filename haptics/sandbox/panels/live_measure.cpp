@@ -35,11 +35,11 @@ void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
         panel.behind = 0;
     }
     if (settings.solver != drawn_.solver || settings.shadow != drawn_.shadow || settings.mode != drawn_.mode)
-        panel.cloudFrom = session.history().pushed();
+        panel.firstCloudTick = session.history().pushed();
     drawn_ = settings;
 
     drawing_ = !png_.empty();
-    panel.readOut = !drawing_;
+    panel.showValues = !drawing_;
     PlotsRequests requests;
     const std::optional<double> progress = sweeps_.running() ? std::optional(sweeps_.progress()) : std::nullopt;
     drawPlotsPanel({session.history(), settings, sweeps_.result(), progress, sweeps_.refusal()}, panel, requests,
@@ -76,7 +76,7 @@ void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) 
     }
 }
 
-void LiveMeasure::take(const engine::Image& frame, glm::vec2 size, LiveSession& session) {
+void LiveMeasure::savePicture(const engine::Image& frame, glm::vec2 size, LiveSession& session) {
     const std::filesystem::path file = std::exchange(png_, {});
     drawing_ = false;
     try {

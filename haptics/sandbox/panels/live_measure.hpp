@@ -19,9 +19,10 @@ class LiveMeasure {
     void sweep(LiveSession& session);
     const SweepRun& sweeps() const { return sweeps_; }
 
-    /// Whether the frame being drawn must be captured; if so, pass it to take() with the window's size in screen units.
+    /// Whether the frame being drawn must be captured; if so, pass it to savePicture() with the window's size in screen
+    /// units.
     bool wantsPicture() const { return drawing_; }
-    void take(const engine::Image& frame, glm::vec2 size, LiveSession& session);
+    void savePicture(const engine::Image& frame, glm::vec2 size, LiveSession& session);
 
     PlotsPanelState panel;
 

@@ -140,7 +140,7 @@ class Panel {
         options.samplePeriodMs = static_cast<float>(1000 / rate());
         if (budget) options.marks = of(Channel::Late);
         options.cursor = state_.cursor;
-        options.readOut = state_.readOut;
+        options.showValues = state_.showValues;
         const engine::PlotMouse mouse = engine::drawSeries(title, {series.begin(), series.size()}, options);
         engine::noteItem(items_, std::string("plot ") + title);
         if (mouse.cursor || mouse.dragging) mouse_ = mouse;
@@ -185,7 +185,7 @@ class Panel {
                                .bins = 100,
                                .height = height,
                                .levels = levels,
-                               .readOut = state_.readOut});
+                               .showValues = state_.showValues});
         plot("Tick period", "µs", height, {{"period", of(Channel::PeriodUs), kBlue}});
     }
 
@@ -220,7 +220,7 @@ class Panel {
         if (measured < 0) return layer;
         layer.name = "ticks: " + std::string(solverTable()[static_cast<std::size_t>(measured)].name);
         // Leave out ticks of other solvers.
-        const std::uint64_t since = history_->pushed() - std::min(state_.cloudFrom, history_->pushed());
+        const std::uint64_t since = history_->pushed() - std::min(state_.firstCloudTick, history_->pushed());
         engine::Stretch stretch = stretch_;
         stretch.window = std::min<std::uint64_t>(stretch.window, since - std::min<std::uint64_t>(since, stretch.skip));
         const auto times = engine::samplesIn(of(shadowIsExact() ? Channel::SolveUs : Channel::ShadowUs), stretch);
@@ -293,10 +293,10 @@ class Panel {
                            .xUnit = "µs",
                            .yName = "force error relative to the exact solution",
                            .yUnit = "N",
-                           .xLeast = 1e-2f,
-                           .yLeast = static_cast<float>(kLeastError),
+                           .xFloor = 1e-2f,
+                           .yFloor = static_cast<float>(kLeastError),
                            .height = 3 * height,
-                           .readOut = state_.readOut});
+                           .showValues = state_.showValues});
         engine::noteItem(items_, "plot speed against error");
         plot("Shadow force error", "N", height, {{"error", of(Channel::ShadowForceError), kViolet}}, true);
         plot("Shadow solve time", "µs", height, {{"shadow", of(Channel::ShadowUs), kViolet}}, true);

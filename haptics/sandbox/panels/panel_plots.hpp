@@ -18,10 +18,10 @@ struct PlotsPanelState {
     double seconds = 4;                         ///< time span across the width, s
     double behind = 0;                          ///< lag of the right edge behind the newest tick, s; 0 while live
     std::shared_ptr<const TickHistory> held;    ///< history shown while the plots are held; null: live
-    std::uint64_t cloudFrom = 0;                ///< number of the first tick pushed with the current solvers
+    std::uint64_t firstCloudTick = 0;           ///< number of the first tick pushed with the current solvers
     std::optional<PlotsTab> bring;              ///< a tab to bring to the front in the next frame
     SweepOptions sweep;                         ///< options of the next sweep
-    bool readOut = true;                        ///< show the values under the mouse
+    bool showValues = true;                     ///< show the values under the mouse
     std::array<char, 512> exportName{"plots"};  ///< path without extension
     std::optional<float> cursor;                ///< shared by the plots, fraction of the width
     StretchTimes times;                         ///< of the stretch, held briefly to stay readable

@@ -89,13 +89,13 @@ void LiveTrials::update(LiveSession& session) {
     if (options_.queue.empty()) return;
     starting_ &= unchangedSinceStart(session);
     if (starting_ && !session.switching() && session.engaged()) begin(session);
-    if (running()) watch(session);
+    if (running()) checkRunning(session);
     if (running() || options_.queue.empty()) return;
     const bool another = session.sceneNumber() != scene_ && !session.opening() && !unedited(session);
     if (another || opened_ != options_.queue.front().number) open(session);
 }
 
-void LiveTrials::watch(LiveSession& session) {
+void LiveTrials::checkRunning(LiveSession& session) {
     const LoopSnapshot& loop = *session.snapshot();
     if (last_ && (loop.finished || loop.engagement == Engagement::Faulted)) abort();
     if (!unchangedSinceStart(session)) return repeat(session, "its scene, its device or a setting was changed");

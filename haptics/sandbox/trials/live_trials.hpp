@@ -51,7 +51,7 @@ class LiveTrials {
     bool unchangedSinceStart(const LiveSession& session) const;
     void open(LiveSession& session);
     void begin(LiveSession& session);
-    void watch(LiveSession& session);
+    void checkRunning(LiveSession& session);
     void repeat(LiveSession& session, const char* why);
     void finish(LiveSession& session);
 

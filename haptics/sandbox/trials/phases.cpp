@@ -26,9 +26,9 @@ void PhaseWatch::add(const TickRecord& tick, double dt) {
         touched_ = elapsed_;
         touchedDepth_ = depth_;
     }
-    phase_ = rests(tick, dt) ? Phase::Seated : phaseOf(X_GT);
+    phase_ = updateRest(tick, dt) ? Phase::Seated : phaseOf(X_GT);
     ms_[static_cast<std::size_t>(phase_)] += dt;
-    watchJam(force, dt);
+    updateJam(force, dt);
     if (end_) return;
     if (restMs_ >= std::max(goal_.hold, limits_.minHold))
         end_ = TrialEnd::Seated;
@@ -36,7 +36,7 @@ void PhaseWatch::add(const TickRecord& tick, double dt) {
         end_ = TrialEnd::Abort;
 }
 
-bool PhaseWatch::rests(const TickRecord& tick, double dt) {
+bool PhaseWatch::updateRest(const TickRecord& tick, double dt) {
     const bool released = touched_ && goal_.contains(tick.X_WT) && tick.wrench_C.force.norm() <= limits_.releaseForce &&
                           tick.wrench_C.torque.norm() <= limits_.releaseTorque;
     if (!released) {
@@ -69,7 +69,7 @@ Phase PhaseWatch::phaseOf(const Pose& X_GT) const {
     return aside <= goal_.tolerance ? Phase::Align : Phase::Search;
 }
 
-void PhaseWatch::watchJam(double force, double dt) {
+void PhaseWatch::updateJam(double force, double dt) {
     const bool home = goal_.depth - depth_ <= goal_.tolerance;
     if (phase_ != Phase::Insert || home || force <= limits_.jamForce || depth_ > jamDepth_ + limits_.jamProgress) {
         jamDepth_ = depth_;

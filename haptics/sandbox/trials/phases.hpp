@@ -61,9 +61,9 @@ class PhaseWatch {
     double depth() const { return depth_; }                          ///< into the hole, mm; negative above it
 
   private:
-    bool rests(const TickRecord& tick, double dt);
+    bool updateRest(const TickRecord& tick, double dt);
     Phase phaseOf(const Pose& X_GT) const;
-    void watchJam(double force, double dt);
+    void updateJam(double force, double dt);
 
     GoalRegion goal_;
     PhaseLimits limits_;
