@@ -109,7 +109,6 @@ bool drawAxes(Workspace& workspace, PanelRequests& requests, engine::ItemRects* 
     const bool toScene = ImGui::Button("Align with scene", {half, 0});
     if (toScene) workspace.q_WD.setIdentity();
     engine::noteItem(items, "device scene axes");
-    engine::tooltip("Aligns the device's axes with the scene's axes.");
     return toScene;
 }
 
