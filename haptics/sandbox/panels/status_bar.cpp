@@ -75,7 +75,7 @@ HealthItem passivityItem(const Settings& settings, const DeviceFacts& facts) {
     if (!dynamics)
         return {
             .name = "Passivity",
-            .value = engine::formatted("needs %.2g N·s/m", least),
+            .value = engine::formatted("min %.2g N·s/m", least),
             .help =
                 law +
                 "The damping of this device is unknown, or the device does not move; a delay of one tick is assumed."};

@@ -474,7 +474,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     CHECK(item("Load").attention);
 
     // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
-    CHECK(item("Passivity").value == "needs 1.5 N·s/m");
+    CHECK(item("Passivity").value == "min 1.5 N·s/m");
     facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
     CHECK(item("Passivity").value == "+0.4 N·s/m");
     CHECK_FALSE(item("Passivity").attention);
