@@ -8,7 +8,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kMessageSeconds = 8;  // how long a warning stays over the picture
+constexpr double kMessageSeconds = 8;  // s: display time of a warning over the picture
 
 bool beginPanel(const char* title, const engine::Area& area) {
     ImGui::SetNextWindowPos(area.position);
@@ -75,7 +75,7 @@ void App::drawPanels(const engine::Layout& layout) {
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }
 
-/// At the bottom, whatever else is shown.
+/// Draws the status bar, which is shown even when the panels are hidden.
 void App::drawBar() {
     const float height = statusBarHeight();
     const glm::vec2 window = window_.size();
@@ -95,7 +95,7 @@ void App::drawBar() {
     ImGui::PopStyleVar(2);
 }
 
-/// Over the picture: what the mouse does until it has done it, and the newest warning while it is new.
+/// Draws hints over the picture: how to use the mouse, until the tool was first held, and the newest warning.
 void App::drawHints(const engine::Area& picture) const {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float em = ImGui::GetFontSize(), width = picture.size.x - 4 * em;
@@ -108,8 +108,8 @@ void App::drawHints(const engine::Area& picture) const {
         list.AddText(nullptr, 0, at, ImGui::GetColorU32(color), text.c_str(), nullptr, width);
     };
     if (session_.running() && !everHeld_)
-        write("Drag the tool: left moves it, right turns it. F1 tells all.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
-              true);
+        write("Drag the tool: left button moves it, right button turns it. Press F1 for help.",
+              ImGui::GetStyleColorVec4(ImGuiCol_Text), true);
     const auto& messages = session_.log().messages();
     const auto warning = std::find_if(messages.rbegin(), messages.rend(),
                                       [](const Message& m) { return m.kind != Message::Kind::Note; });
@@ -118,12 +118,12 @@ void App::drawHints(const engine::Area& picture) const {
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
-/// The settings; a device with hardware behind it, and what is selected, have pages beside them.
+/// Draws the settings, with additional pages for a hardware device and for the selected node.
 void App::drawLeftPanel() {
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
-        const Settings& own = viewed_ ? viewed_->settings : settings;
-        if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
+        const Settings& scene = viewed_ ? viewed_->settings : settings;
+        if (drawHapticsPanel(scene, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
     };
     const engine::Entity node = selection_.node();
     const bool isNew = node != pageNode_;

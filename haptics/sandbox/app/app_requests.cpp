@@ -24,7 +24,7 @@ void App::noteState() {
     undo_.note(now, !ImGui::IsAnyItemActive() && !selection_.dragging());
 }
 
-void App::goTo(const std::optional<UserState>& state) {
+void App::restoreState(const std::optional<UserState>& state) {
     if (!state) return;
     Settings settings = state->settings;
     settings.pause = session_.settings().pause;
@@ -36,7 +36,7 @@ void App::copyCommand() {
     if (!session_.running()) return;
     if (!session_.newest().edits.empty()) {
         session_.log().say(Message::Kind::Warning,
-                           "The command would run the file without your changes: save the scene first");
+                           "The command would run the scene's file without your changes: save the scene first");
         return;
     }
     std::string device = session_.device().choice;
@@ -44,7 +44,7 @@ void App::copyCommand() {
         if (!viewed_->demonstration) {
             session_.log().say(
                 Message::Kind::Warning,
-                "A hand on the mouse cannot be repeated, and the scene has no demonstration: replay a motion");
+                "Mouse input cannot be repeated, and the scene has no demonstration: replay a motion instead");
             return;
         }
         device = "demo";
@@ -85,8 +85,8 @@ void App::carryOut() {
     if (requests.undo && session_.opening())
         session_.cancelOpening();
     else if (requests.undo)
-        goTo(undo_.undo());
-    if (requests.redo && !session_.opening()) goTo(undo_.redo());
+        restoreState(undo_.undo());
+    if (requests.redo && !session_.opening()) restoreState(undo_.redo());
     if (requests.view) camera_.look(*requests.view);
     if (requests.frameSelection && viewed_)
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);

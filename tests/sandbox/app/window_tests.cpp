@@ -224,14 +224,14 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
         })
         .click("menu scene")
         .click("menu reload")  // asks, for the change is not saved
-        .click("Stay")
+        .click("Cancel")
         .doing([&](WindowFrame& frame) {
             CHECK(editsOf(frame) == 1);
             CHECK(frame.session.sceneNumber() == 1);
         })
         .click("menu scene")
         .click("menu reload")
-        .click("Go on without the changes")
+        .click("Discard changes")
         .until([](WindowFrame& frame) {
             return frame.session.sceneNumber() == 2 && isRunning(frame) && editsOf(frame) == 0;
         })
@@ -322,8 +322,8 @@ TEST_CASE("window: closing it with changes that are not saved asks first", "[ui]
             glfwSetWindowShouldClose(window, GLFW_TRUE);
             callback(window);
         })
-        .until([&](WindowFrame& frame) { return asked = frame.items.count("Stay") > 0; })
-        .click("Go on without the changes")
+        .until([&](WindowFrame& frame) { return asked = frame.items.count("Cancel") > 0; })
+        .click("Discard changes")
         .then([](WindowFrame&, int frames) { return frames > 100; });
     CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before the user lost patience
     CHECK(asked);
@@ -368,7 +368,7 @@ TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots
     };
     User user;
     user.until(isAtRest)
-        .click("tab Speed against error")
+        .click("tab Speed vs. error")
         .click("sweep")
         .until([](WindowFrame& frame) { return frame.measure.sweeps().result() != nullptr; })
         .doing([&](WindowFrame& frame) {

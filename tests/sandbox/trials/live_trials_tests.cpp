@@ -169,16 +169,16 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
     }
     SECTION("the tool is put back") {
         session.restart();
-        why = "ticks of it were lost, or it was restarted";
+        why = "ticks were lost, or it was reset";
     }
     SECTION("the recording is stopped") {
         session.recording().stop();
-        why = "it was not recorded to its end";
+        why = "its recording is incomplete";
     }
     REQUIRE(study.until([&] { return !study.live.running() && study.live.ready(session); }));
     CHECK(study.rows.empty());
     CHECK(study.live.left() == 1);
-    CHECK(study.told("The trial is to be done again: " + why));
+    CHECK(study.told("The trial must be repeated: " + why));
     CHECK(session.request().file == study.file);
     CHECK(session.request().edits.empty());
     CHECK(session.device().choice == "mouse");
@@ -260,7 +260,7 @@ TEST_CASE("live trials: a trial that lost ticks is done again", "[session]") {
     REQUIRE(study.until([&] { return study.live.running() && study.session.recording().recorder()->rows() > 20; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     REQUIRE(study.until([&] { return !study.live.running(); }));
-    CHECK(study.told("The trial is to be done again: ticks of it were lost"));
+    CHECK(study.told("The trial must be repeated: ticks were lost"));
     CHECK(study.rows.empty());
 }
 
