@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "haptics/loop/step.hpp"
+#include "haptics/threads/stage_clock.hpp"
 
 namespace touchstone {
 

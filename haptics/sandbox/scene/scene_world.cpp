@@ -8,7 +8,6 @@
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/transforms.hpp"
 #include "engine/scene/user_folder.hpp"
-#include "engine/ui/user_files.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/units.hpp"
