@@ -1,7 +1,7 @@
 #pragma once
 // Reads the fields of one JSON object of a scene's marking, and names what is wrong with them.
 #include <initializer_list>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <span>

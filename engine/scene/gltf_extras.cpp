@@ -1,5 +1,6 @@
 // Markings and places saved back into an existing file: updateGltf() of gltf_write.hpp.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_check.hpp"
 #include "engine/scene/gltf_container.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 // What the objects of a glTF document must look like before anything is read from them.
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>

@@ -2,7 +2,7 @@
 // The scene as data: what a glTF file holds, and what the engine draws. Lengths in metres, as in glTF.
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -30,8 +30,8 @@ struct Scene {
     std::vector<Material> materials;
     std::vector<Image> images;
     std::vector<Animation> animations;  ///< channels on nodes outside this scene are left out
-    nlohmann::json extras;              ///< of the glTF scene object; null where it has none
-    nlohmann::json extensions;          ///< of the file's root, e.g. KHR_physics_rigid_bodies; null where it has none
+    JsonValue extras;                   ///< of the glTF scene object; null where it has none
+    JsonValue extensions;               ///< of the file's root, e.g. KHR_physics_rigid_bodies; null where it has none
     std::vector<std::string> extensionsRequired;
     int index = 0;                      ///< glTF scene index
     std::filesystem::path file;         ///< where it was read from; empty for a new scene

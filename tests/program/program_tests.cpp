@@ -19,7 +19,7 @@ namespace {
 std::string pressFile(const Program& program, const json& outcome = nullptr) {
     engine::Scene made = pressScene();
     if (!outcome.is_null()) {
-        json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
+        json extras = *made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
         extras["touchstone"]["outcome"] = outcome;
         setExtras(made, made.nodes[0], extras);
     }
@@ -93,7 +93,7 @@ TEST_CASE("program: the command line wins over the scene, --set over all, and th
           "[system]") {
     const Program touchstone;
     engine::Scene made = pressScene();
-    made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
+    *made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
     engine::writeGltf(made, touchstone.file("set.glb"));
     const auto settingsOf = [&](const std::string& args) {
         const Answer answer = touchstone("run " + touchstone.file("set.glb") + " --headless --seconds 0.02 --report " +

@@ -12,7 +12,7 @@
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
-#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/record/recorded_scene.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tools/touchstone/bench.hpp"

@@ -1,6 +1,7 @@
 #include "haptics/sandbox/measure/error_split.hpp"
 
 #include "haptics/collision/neighbor_list.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 
 namespace touchstone::sandbox {
 namespace {

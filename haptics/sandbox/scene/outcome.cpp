@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/scene/fields.hpp"
@@ -136,19 +137,19 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
 std::span<const OutcomeKey> outcomeTable() { return kKeys; }
 
 ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings) {
-    if (roles.outcome.is_null()) return {};
-    return readFrom(roles.outcome, scene, roles.tool ? nodeLabel(scene, roles.tool) : "scene", roles, warnings);
+    if (roles.outcome->is_null()) return {};
+    return readFrom(*roles.outcome, scene, roles.tool ? nodeLabel(scene, roles.tool) : "scene", roles, warnings);
 }
 
 std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size_t animation, const SceneRoles& roles,
                                            std::vector<std::string>& warnings) {
     const engine::Animation& from = scene.animations[animation];
-    if (!from.extras.is_object() || !from.extras.contains("touchstone")) return {};
+    if (!from.extras->is_object() || !from.extras->contains("touchstone")) return {};
     const std::string object = engine::objectLabel("animation", animation, from.name);
-    engine::Fields fields(scene, object, "extras.touchstone", from.extras.at("touchstone"));
+    engine::Fields fields(scene, object, "extras.touchstone", from.extras->at("touchstone"));
     std::optional<ExpectedOutcome> expected;
     if (fields.object("outcome"))
-        expected = readFrom(from.extras.at("touchstone").at("outcome"), scene, object, roles, warnings);
+        expected = readFrom(from.extras->at("touchstone").at("outcome"), scene, object, roles, warnings);
     fields.nameUnknown(warnings);
     return expected;
 }

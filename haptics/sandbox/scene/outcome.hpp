@@ -1,7 +1,6 @@
 #pragma once
 // What a scene says should come out of its demonstration, and whether it did.
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>

@@ -1,19 +1,19 @@
 #include "haptics/sandbox/scene/roles.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/rigid_bodies.hpp"
+#include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
-#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -22,8 +22,6 @@ using engine::Entity;
 using engine::Registry;
 using engine::Scene;
 using nlohmann::json;
-
-constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
 
 /// Components: the node's extras were changed, it was put elsewhere.
 struct MarkEdited {};
@@ -48,16 +46,16 @@ const json* touchstoneOf(const json& extras) {
 
 const json* touchstoneOf(const Scene& scene, Entity node) {
     const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
-    return marking ? touchstoneOf(marking->extras) : nullptr;
+    return marking ? touchstoneOf(*marking->extras) : nullptr;
 }
 
 /// Extras of a node that is to be marked.
 json checkedExtras(const Scene& scene, Entity node) {
     const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
-    if (!marking || marking->extras.is_null()) return json::object();
-    if (!marking->extras.is_object())
+    if (!marking || marking->extras->is_null()) return json::object();
+    if (!marking->extras->is_object())
         engine::failIn(scene.file, nodeLabel(scene, node), "its extras are no object: make them one to mark the node");
-    return marking->extras;
+    return *marking->extras;
 }
 
 bool hasMotion(const Scene& scene, Entity node) {
@@ -252,7 +250,7 @@ void RoleReader::chooseGauge() {
 /// What stands with the glTF scene itself.
 void RoleReader::readScene() {
     const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene_.index));
-    if (const json* mark = touchstoneOf(scene_.extras)) {
+    if (const json* mark = touchstoneOf(*scene_.extras)) {
         engine::Fields fields(scene_, object, "extras.touchstone", *mark);
         fields.object("settings");
         if (fields.object("outcome")) found_.outcome = mark->at("outcome");
@@ -300,8 +298,6 @@ SceneRoles RoleReader::read() {
 
 }  // namespace
 
-const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
-
 SceneRoles assignRoles(Scene& scene) {
     for (const Entity node : scene.nodes) {
         scene.registry.remove<Role>(node);
@@ -318,7 +314,7 @@ Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
         settings.stiffness = body.stiffness.value_or(settings.stiffness);
         settings.torsion = body.torsion.value_or(settings.torsion);
     }
-    const json* mark = touchstoneOf(scene.extras);
+    const json* mark = touchstoneOf(*scene.extras);
     if (!mark || !mark->contains("settings")) return settings;
     const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene.index));
     const auto fail = [&](const std::string& sentence) {
@@ -426,10 +422,10 @@ void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings
         changed[key] = number.is_number() ? number : json(value);
     }
     if (changed.empty()) return;
-    if (!scene.extras.is_null() && !scene.extras.is_object())
+    if (!scene.extras->is_null() && !scene.extras->is_object())
         engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
                        "its extras are no object: make them one to keep settings there");
-    scene.extras["touchstone"]["settings"].update(changed);
+    (*scene.extras)["touchstone"]["settings"].update(changed);
 }
 
 double GoalRegion::angle(const Pose& X_WO) const {
@@ -451,7 +447,7 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     engine::GltfUpdate update;
     scene.registry.each<MarkEdited, engine::NodeMarking>(
         [&](Entity node, const MarkEdited&, const engine::NodeMarking& marking) {
-            update.nodes[nodeIndex(scene, node)] = marking.extras;
+            update.nodes[nodeIndex(scene, node)] = *marking.extras;
         });
     scene.registry.each<PlaceEdited, engine::LocalTransform>(
         [&](Entity node, const PlaceEdited&, const engine::LocalTransform& local) {
@@ -463,7 +459,7 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
         update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
     });
-    update.scenes[scene.index] = scene.extras;
+    update.scenes[scene.index] = *scene.extras;
     engine::updateGltf(scene.file, out, update);
 }
 

@@ -1,38 +1,16 @@
 #pragma once
 // What the nodes of a scene are to the hand: read from the file, chosen in the window, saved back.
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "haptics/builder/tree_builder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/math/rigid.hpp"
 #include "haptics/sandbox/scene/gauge.hpp"
+#include "haptics/sandbox/scene/role.hpp"
 
 namespace touchstone::sandbox {
-
-/// Component of nodes that have a role. Everything below such a node belongs to it, up to nodes with a role of their
-/// own.
-enum class Role : std::uint8_t {
-    Tool,      ///< moves with the hand; exactly one
-    Obstacle,  ///< fixed
-    Goal,      ///< where the tool is to come to rest
-    Visual,    ///< drawn only
-    Gauge,     ///< reads how deep the tool reaches
-};
-const char* name(Role role);
-
-/// What a scene may ask of a sphere tree: least leaves, and the range of its protrusion in mm.
-inline constexpr int kMinLeaves = 8;
-inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
-
-/// Component of the tool and of obstacles.
-struct BodyMarking {
-    TreeOptions tree;
-    std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
-};
 
 /// Component of nodes that came from another file.
 struct AddedPart {};
@@ -57,7 +35,7 @@ struct SceneRoles {
     std::vector<engine::Entity> obstacles;  ///< in file order
     std::optional<GoalRegion> goal;
     std::optional<Gauge> gauge;
-    nlohmann::json outcome;             ///< expected outcome as it stands in the file; null without one
+    engine::JsonValue outcome;          ///< expected outcome as it stands in the file; null without one
     std::vector<std::string> taken;     ///< node, role and why
     std::vector<std::string> warnings;  ///< unknown keys, candidates passed over, what is not supported
 };

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "haptics/builder/triangle_mesh.hpp"
 #include "haptics/device/motion.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
@@ -36,16 +35,6 @@ struct SceneOptions {
 
 /// $TOUCHSTONE_CACHE, else $XDG_CACHE_HOME/touchstone, else ~/.cache/touchstone; empty when none of them is set.
 std::filesystem::path treeCacheFolder();
-
-/// All meshes that belong to a role node as one mesh in the node's rigid frame, mm, scale and mirroring baked in. Where
-/// there are colliders below the node, their geometry is taken instead of what is drawn.
-TriangleMesh bakedTriangles(const engine::Scene& scene, engine::Entity roleNode);
-
-/// The whole scene as one mesh in the scene's frame, mm.
-TriangleMesh bakedTriangles(const engine::Scene& scene);
-
-/// A mesh whose unit is `mmPerUnit` long, in mm.
-TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit);
 
 struct SceneWorld {
     std::shared_ptr<const World> world;

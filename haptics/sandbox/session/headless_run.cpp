@@ -14,6 +14,7 @@
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/threads/rt_thread.hpp"
 

@@ -8,7 +8,7 @@ namespace touchstone::sandbox {
 ReplayPass::ReplayPass(const HapticScene& scene, const std::filesystem::path& folder,
                        std::function<Settings(const Settings&)> adjust)
     : recording_(folder), adjust_(std::move(adjust)), settings_(adjusted(recording_.settings())) {
-    check_.differences = recording_.otherProgram();
+    check_.differences = recording_.programDifferences();
     enterScene(scene.scene.file, scene.world);
 }
 

@@ -16,6 +16,7 @@
 #include "haptics/device/control.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/device_facts.hpp"
 #include "haptics/sandbox/session/scene_opening.hpp"

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <stdexcept>
 
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
-#include "haptics/sandbox/session/presets.hpp"
 #include "engine/scene/text.hpp"
 #include "haptics/math/numbers.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::sandbox {
 namespace {

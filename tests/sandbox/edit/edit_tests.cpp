@@ -2,12 +2,14 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "engine/edit/undo.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/ui/user_files.hpp"
 #include "haptics/sandbox/edit/pick.hpp"
 #include "haptics/sandbox/edit/scene_edit.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/program/program.hpp"

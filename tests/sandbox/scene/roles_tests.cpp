@@ -1,7 +1,9 @@
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "tests/support/scene_maker.hpp"
@@ -114,7 +116,7 @@ TEST_CASE("roles: what the physics extension has and this program has not is nam
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
                {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
-    scene.extensions["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
+    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
     for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
         CHECK(anyContains(roles.warnings, word));
@@ -123,7 +125,7 @@ TEST_CASE("roles: what the physics extension has and this program has not is nam
 
 TEST_CASE("roles: unknown keys are named as warnings", "[system]") {
     Scene scene;
-    scene.extras = {{"touchstone", {{"setings", json::object()}}}};
+    *scene.extras = {{"touchstone", {{"setings", json::object()}}}};
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"colour", "red"}, {"goal", {{"tolerance_mm", 1}}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
     for (const char* key : {"extras.touchstone.setings", "extras.touchstone.colour", "goal.tolerance_mm"})
@@ -186,7 +188,7 @@ TEST_CASE("roles: settings of the scene are those of the command line, and wrong
     scene.file = "tight.glb";
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"stiffness_N_per_m", 500}});
     const auto with = [&](const json& settings) {
-        scene.extras = {{"touchstone", {{"settings", settings}}}};
+        *scene.extras = {{"touchstone", {{"settings", settings}}}};
         return sandbox::sceneSettings(scene, sandbox::assignRoles(scene));
     };
     const Settings settings = with({{"margin", 0.375},
@@ -255,7 +257,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(roles.obstacles.empty());
     CHECK(again.registry.get<sandbox::BodyMarking>(again.nodes[2]).tree.leaves == 50);
     // What else stood in the marks is still there.
-    CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
+    CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras->at("touchstone").contains("outcome"));
     CHECK_THROWS_AS(sandbox::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/math/statistics.hpp"
 #include "tests/support/scene_maker.hpp"
 
 using namespace touchstone;
