@@ -127,7 +127,7 @@ TEST_CASE("program: validate says what was taken for what, and warns", "[system]
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
                                Contains("demonstration: 0.80 s") && Contains("valid"));
-    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("out by at most") &&
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("protrusion at most") &&
                                Contains("surface proven covered, closed"));
     engine::Scene lone;
     addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
@@ -256,7 +256,7 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out,
-               Contains("is the tool (at most 0.5 mm out, best, solid)") && Contains("surface proven covered, closed"));
+               Contains("is the tool (protrusion at most 0.5 mm, best, solid)") && Contains("surface proven covered, closed"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));

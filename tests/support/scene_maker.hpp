@@ -2,6 +2,7 @@
 // Small scenes made by hand, in memory and on disk.
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/scene/scene.hpp"

@@ -128,7 +128,7 @@ struct Timing {
 
   private:
     static void addPercentiles(std::vector<double>& values, std::array<std::vector<double>, 3>& to) {
-        const Percentiles got = percentiles(values);
+        const Percentiles got = touchstone::percentiles(values);
         for (const auto& [at, value] : {std::pair{0, got.p50}, std::pair{1, got.p99}, std::pair{2, got.p999}})
             to[static_cast<std::size_t>(at)].push_back(*value);
     }

@@ -135,13 +135,13 @@ bool tellReplay(const sandbox::ReplayCheck& check) {
     if (check.notCompared > 0)
         spdlog::warn("replay: the recording lacks ticks; the {} after them cannot be repeated", check.notCompared);
     const std::uint64_t compared = check.ticks - check.notCompared;
-    if (!check.other) {
+    if (!check.different) {
         std::printf("  replay: all of %llu ticks have the recorded bits\n", static_cast<unsigned long long>(compared));
         return true;
     }
     std::printf("  replay: %llu of %llu ticks have the recorded bits, row %llu is the first that has not\n",
                 static_cast<unsigned long long>(check.same), static_cast<unsigned long long>(compared),
-                static_cast<unsigned long long>(*check.other));
+                static_cast<unsigned long long>(*check.different));
     return !check.differences.empty();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/statistics.hpp"

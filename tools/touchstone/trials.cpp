@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "engine/ui/user_files.hpp"
 #include "haptics/device/emergency_stop.hpp"

@@ -26,9 +26,9 @@ std::string nameOf(const Scene& scene, Entity node) {
     return given.empty() ? nodeLabel(scene, node) : engine::printable(given);
 }
 
-/// Which roles are still to be given.
+/// One sentence on the roles that are missing; empty if the scene is complete.
 std::string missingRoles(const SceneRoles& roles) {
-    const std::string how = ": set extras.touchstone.role of a node, or choose it in the window";
+    const std::string how = ": set extras.touchstone.role of a node, or choose the role in the window";
     if (!roles.tool) return "no node is the tool" + how;
     if (roles.obstacles.empty()) return "no node is an obstacle" + how;
     return {};
@@ -39,22 +39,22 @@ Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
 }
 
 const char* const kTooFar =
-    " more than 1 km from the scene's origin, where nothing is felt: check the unit it was made in, since glTF is in "
+    " more than 1 km from the scene's origin, where contacts are not rendered: check its unit, since glTF is in "
     "metres, or move everything to the origin";
 
-/// Refuses what the tick would hold the tool for.
+/// Refuses poses that are too far away: the tick would hold the tool.
 void requireValid(const Scene& scene, Entity node, const Pose& X, const char* where) {
     if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
 }
 
-/// Builds trees one after the other; bodies of the same shape share theirs.
+/// Builds trees one after the other; bodies of the same shape share one tree.
 class TreeBuilderCache {
   public:
     TreeBuilderCache(const Scene& scene, const SceneOptions& options, std::size_t parts,
                      std::vector<std::string>& warnings)
         : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
 
-    /// Null when no trees are asked for.
+    /// Null if trees were not requested.
     std::shared_ptr<const SphereTree> make(Entity node) {
         const TriangleMesh surface = bakedTriangles(scene_, node);
         const std::string label = nodeLabel(scene_, node);
@@ -102,16 +102,16 @@ class TreeBuilderCache {
         Eigen::AlignedBox3d box;
         for (const Vec3& vertex : surface.vertices) {
             if (!(vertex.array().abs() <= kLargestCoordinate).all())
-                engine::failIn(scene_.file, label,
-                               "its mesh reaches more than 1 km from the node: check the unit it was made in, since "
-                               "glTF is in metres");
+                engine::failIn(
+                    scene_.file, label,
+                    "its mesh reaches more than 1 km from the node: check its unit, since glTF is in metres");
             box.extend(vertex);
         }
         const double size = box.diagonal().norm();
         if (size >= kSmallest && size <= kLargest) return;
         std::ostringstream text;
         text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
-             << " m: check the unit it was made in, since glTF is in metres";
+             << " m: check its unit, since glTF is in metres";
         warnings_.push_back(text.str());
     }
 
@@ -131,17 +131,17 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     if (roles.obstacles.size() > kMaxObstacles)
         engine::failIn(scene.file, "",
                        std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
-                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
+                           std::to_string(kMaxObstacles) + " that are supported: join some of them into one node");
     SceneWorld made;
     made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
-    TreeBuilderCache shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
-    world->tool = shop.make(roles.tool);
+    TreeBuilderCache trees(scene, options, 1 + roles.obstacles.size(), made.warnings);
+    world->tool = trees.make(roles.tool);
     for (const Entity obstacle : roles.obstacles) {
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
-                                    .tree = shop.make(obstacle),
+                                    .tree = trees.make(obstacle),
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
-        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it stands");
+        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     requireValid(scene, roles.tool, world->X_WT_start, "it starts");
@@ -172,7 +172,7 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     updateWorldTransforms(scene.scene);
     scene.roles = assignRoles(scene.scene);
     if (!scene.world) return nullptr;
-    std::vector<std::string> known;  // said when the scene was opened
+    std::vector<std::string> known;  // these warnings were given when the scene was opened
     scene.motions = findMotions(scene.scene, scene.roles.tool, scene.roles.obstacles, known);
     scene.demonstration = scene.motions.empty() ? nullptr : scene.motions.front().motion;
     auto world = std::make_shared<World>(*scene.world);
@@ -215,7 +215,8 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
 
 HapticScene openScene(Scene scene, const SceneOptions& options) {
     HapticScene opened = assembled(std::move(scene), options);
-    for (std::string& warning : opened.warnings) warning = engine::escaped(warning);  // they may quote the file
+    for (std::string& warning : opened.warnings)
+        warning = engine::escaped(warning);  // warnings may quote text of the file
     return opened;
 }
 

@@ -160,7 +160,7 @@ TEST_CASE("recording: a run through changes, restarts, pauses, bad input and ano
     const sandbox::HeadlessRun run = replay(folder.path() / "run", again);
     CHECK(run.replay->ticks == rows);
     CHECK(run.replay->same == rows);
-    CHECK_FALSE(run.replay->other);
+    CHECK_FALSE(run.replay->different);
     CHECK(run.replay->differences.empty());
 
     // What was recorded of the replay is the same recording.
@@ -199,8 +199,8 @@ TEST_CASE("recording: another input, other settings, another scene and a gap are
         bytes[header + 400 * sandbox::tickRowBytes() + 8 + 3] ^= 1;  // of input_y_mm in contact
         writeBytes(recording / "ticks.npy", bytes);
         const sandbox::ReplayCheck check = *replay(recording).replay;
-        REQUIRE(check.other);
-        CHECK(*check.other == 400);
+        REQUIRE(check.different);
+        CHECK(*check.different == 400);
         CHECK(check.differences.empty());
     }
     SECTION("other settings") {
@@ -251,7 +251,7 @@ TEST_CASE("recording: another input, other settings, another scene and a gap are
         CHECK(check.ticks == 791);
         CHECK(check.same == 400);
         CHECK(check.notCompared == 391);
-        CHECK_FALSE(check.other);
+        CHECK_FALSE(check.different);
     }
 }
 

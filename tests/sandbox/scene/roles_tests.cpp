@@ -50,8 +50,8 @@ TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", 
     CHECK(settings.stiffness == 0.5);
     CHECK(settings.torsion == Approx(300));
     CHECK(roles.warnings.empty());
-    REQUIRE(roles.taken.size() == 3);
-    CHECK_THAT(roles.taken[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
+    REQUIRE(roles.interpreted.size() == 3);
+    CHECK_THAT(roles.interpreted[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
 TEST_CASE("roles: of two tools the first in the file is taken, and the other is named", "[system]") {
@@ -87,7 +87,7 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 50, 0)));
     CHECK(roles.goal->tolerance == Approx(10));  // half of the 20 mm that it measures
-    CHECK(anyContains(roles.taken, "gives it a motion"));
+    CHECK(anyContains(roles.interpreted, "gives it a motion"));
 }
 
 TEST_CASE("roles: a hidden node collides like any other", "[system]") {
@@ -233,7 +233,7 @@ TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool i
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 100, 0)));
     CHECK(roles.goal->X_WT.q.isApprox(Quat(0, 0, 0, 1)));
-    CHECK(anyContains(roles.warnings, "\"seat\" is a goal too"));
+    CHECK(anyContains(roles.warnings, "\"seat\" is also a goal"));
 }
 
 TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]") {

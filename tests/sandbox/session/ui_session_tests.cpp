@@ -1,6 +1,7 @@
 // Sessions without a window: scenes and devices come and go while the loop runs, and what fails is told.
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
