@@ -9,11 +9,11 @@ namespace touchstone::app {
 
 class TickTable {
   public:
-    /// Throws std::runtime_error when the file cannot be written.
+    /// Throws std::runtime_error if the file cannot be written.
     explicit TickTable(const std::filesystem::path& file);
     /// `penetration`: of the true gaps, mm; `rate`: Hz.
     void add(const TickRecord& record, double penetration, double rate);
-    /// Moves the complete file to its place. Throws std::runtime_error when something could not be written.
+    /// Moves the complete file to its place. Throws std::runtime_error if something could not be written.
     void close() { out_.close(); }
 
   private:

@@ -10,7 +10,7 @@ namespace touchstone::sandbox {
 namespace {
 
 constexpr int kRows = 1 << 15;
-constexpr int kMany = 1 << 13;         // rows above which the margin shrinks: so many take a millisecond or two
+constexpr int kMany = 1 << 13;         // rows above which the margin shrinks: solving for more takes over a millisecond
 constexpr double kCellsPerReach = 30;  // contacts within a cell of this size look like one
 
 }  // namespace

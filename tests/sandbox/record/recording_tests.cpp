@@ -395,6 +395,9 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     std::set<std::string> names;
     for (const sandbox::TickField& field : sandbox::tickFields()) names.insert(field.name);
     CHECK(names.size() == sandbox::tickFields().size());
+    for (const sandbox::DerivedField& field : sandbox::derivedFields()) names.insert(field.name);
+    CHECK(names.size() == sandbox::tickFields().size() + sandbox::derivedFields().size());
+    CHECK_THROWS_WITH(sandbox::NumericField("froce_N"), Contains("'froce_N'"));
     // This does not compile when a field comes or goes: it needs a row in haptics/sandbox/record/tick_fields.cpp.
     [[maybe_unused]] const auto& [tick, device, tool, wrenchC, wrenchO, wrenchOut, flags, trips, status, pairs, rows,
                                   truncated, screened, inexact, iterations, linearisations, margin, projection, hover,
