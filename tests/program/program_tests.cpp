@@ -8,7 +8,8 @@
 #include "engine/scene/gltf_write.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::program_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -436,3 +437,5 @@ TEST_CASE("program: folders and pipes in place of files are named for what they 
         CHECK_THAT(touchstone("run " + pressFile(touchstone) + " --headless --device replay:" + motion).err,
                    Contains("is no regular file"));
 }
+
+}  // namespace touchstone::program_tests

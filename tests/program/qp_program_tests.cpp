@@ -6,7 +6,8 @@
 #include "engine/scene/gltf_write.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_program_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -265,3 +266,5 @@ TEST_CASE("bench qp: a table of every solver against rows, and the exact ones wi
     }
     CHECK(count == 6 * 9 + 2 * 7);  // the paper's form ends at 1,024 rows
 }
+
+}  // namespace touchstone::qp_program_tests

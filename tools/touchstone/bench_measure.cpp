@@ -22,7 +22,7 @@ constexpr const char* kStageNames[] = {"step", "collision", "solve", "helper", "
 constexpr std::size_t kStages = std::size(kStageNames);
 constexpr double kSlowUs = 70;  // that no more than one tick of a thousand is to take on the bunnies
 
-/// Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
+/// engine::Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
 class Judge {
   public:
     Judge(const Settings& settings, double tolerance)

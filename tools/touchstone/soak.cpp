@@ -186,7 +186,7 @@ class Soak {
                 const engine::Entity obstacle = scene.roles.obstacles.front();
                 const auto node = std::find(scene.scene.nodes.begin(), scene.scene.nodes.end(), obstacle);
                 const auto& local = scene.scene.registry.get<engine::LocalTransform>(obstacle);
-                sandbox::PlaceNode place{static_cast<int>(node - scene.scene.nodes.begin()), local, local};
+                engine::PlaceNode place{static_cast<int>(node - scene.scene.nodes.begin()), local, local};
                 place.to.translation.y -= random(0, 1e-5);
                 session_.setEdits({place});
             }

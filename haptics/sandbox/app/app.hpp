@@ -20,7 +20,7 @@ namespace touchstone::sandbox {
 
 /// All that undo goes back to.
 struct UserState {
-    std::vector<SceneEdit> edits;
+    std::vector<engine::SceneEdit> edits;
     Settings settings;  ///< never paused: pausing is no change
     friend bool operator==(const UserState&, const UserState&) = default;
 };

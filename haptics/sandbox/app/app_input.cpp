@@ -38,7 +38,7 @@ void App::handleMouse(const engine::Area& picture) {
     const ImGuiIO& io = ImGui::GetIO();
     const auto down = [](int key) { return ImGui::IsKeyDown(key); };
     const auto between = [&](int less, int more) { return float(down(more)) - float(down(less)); };
-    MouseFrame mouse;
+    engine::MouseFrame mouse;
     mouse.cursor = {io.MousePos.x - picture.position.x, io.MousePos.y - picture.position.y};
     mouse.viewport = {picture.size.x, picture.size.y};
     mouse.left = io.MouseDown[0];

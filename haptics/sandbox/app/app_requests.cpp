@@ -76,6 +76,7 @@ void App::carryOut() {
     if (requests.reload) session_.reload();
     if (requests.cancelOpening) session_.cancelOpening();
     if (!requests.edits.empty()) session_.edit(requests.edits);
+    if (!requests.markings.empty()) session_.mark(requests.markings);
     if (requests.save && session_.save(*requests.save, requests.saveSettings)) {
         viewedFile_ = session_.request().file;
         recent_.add(viewedFile_);

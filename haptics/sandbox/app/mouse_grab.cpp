@@ -63,7 +63,7 @@ void MouseGrab::reset() {
     wanted_.reset();
 }
 
-void MouseGrab::begin(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GrabTool* tool) {
+void MouseGrab::begin(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera, const GrabTool* tool) {
     hovering_ = false;
     if (mouse.elsewhere) return;
     std::optional<Vec3> hit;
@@ -81,7 +81,7 @@ void MouseGrab::begin(const MouseFrame& mouse, const engine::OrbitCamera& camera
     }
 }
 
-void MouseGrab::move(const MouseFrame& mouse, const engine::OrbitCamera& camera) {
+void MouseGrab::move(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera) {
     const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
     Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
     const double step = static_cast<double>((mouse.wheel + mouse.depthKeys) * kDepthPerWheelStep);
@@ -97,7 +97,7 @@ void MouseGrab::turn(const Vec3& w, const Vec3& p_TC) {
     wanted_->q = (dq * wanted_->q).normalized();
 }
 
-void MouseGrab::update(const MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool) {
+void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool) {
     const bool anyButton = mouse.left || mouse.middle || mouse.right;
     if (pressed_ && glm::length(mouse.cursor - *pressed_) > kClickPixels) pressed_.reset();
     clicked_ = pressed_ && !anyButton;

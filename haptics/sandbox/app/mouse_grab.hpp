@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "engine/view/camera.hpp"
+#include "engine/view/mouse_frame.hpp"
 #include "haptics/collision/sphere_tree.hpp"
 #include "haptics/math/rigid.hpp"
 
@@ -11,17 +12,6 @@ namespace touchstone::sandbox {
 
 /// First point, scene frame in mm, where a ray (metres) meets a leaf of the tree at X_WT; nothing if it misses all.
 std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray);
-
-/// State of the mouse in one frame. Pixels count from the upper-left corner of the viewport.
-struct MouseFrame {
-    glm::vec2 cursor{0}, viewport{1};
-    bool left = false, middle = false, right = false;  ///< held down
-    bool turnKey = false;                              ///< Shift: left turns the tool, or pans the camera
-    float wheel = 0;                                   ///< steps since the last frame, positive away from the user
-    float depthKeys = 0;                               ///< wheel steps by keys, for a held tool alone
-    glm::vec3 turnKeys{0};                             ///< radians by keys about the view's right, up and forward
-    bool elsewhere = false;                            ///< over a panel: no drag begins and the wheel is not ours
-};
 
 /// The tool as it is shown now.
 struct GrabTool {
@@ -36,7 +26,7 @@ struct GrabTool {
 class MouseGrab {
   public:
     /// Moves `camera`, or the wanted pose of the tool. `tool` null: there is none to grab.
-    void update(const MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool);
+    void update(const engine::MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool);
 
     /// The left button was let go where it was pressed, in the picture.
     bool clicked() const { return clicked_; }
@@ -55,8 +45,8 @@ class MouseGrab {
   private:
     enum class Drag { None, Move, Turn, Orbit, Pan };
 
-    void begin(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GrabTool* tool);
-    void move(const MouseFrame& mouse, const engine::OrbitCamera& camera);
+    void begin(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera, const GrabTool* tool);
+    void move(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera);
     void turn(const Vec3& w, const Vec3& p_TC);
 
     Drag drag_ = Drag::None;

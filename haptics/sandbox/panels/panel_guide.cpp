@@ -30,13 +30,13 @@ void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests&
     const Role role = wantsTool ? Role::Tool : Role::Obstacle;
     const auto rows = static_cast<float>(std::min<std::size_t>(nodes.size(), 8));
     ImGui::BeginChild("candidates", {0, (rows + 0.6f) * ImGui::GetTextLineHeightWithSpacing()}, true);
-    std::vector<SceneEdit> all;
+    std::vector<Marking> all;
     for (const engine::Entity node : nodes) {
         if (node == scene.roles.tool) continue;
         const int index = engine::nodeIndex(whole, node);
         const std::string text = nodeText(whole, node);
         ImGui::PushID(index);
-        if (ImGui::Selectable(text.c_str(), node == selected)) requests.edits = {GiveRole{index, role}};
+        if (ImGui::Selectable(text.c_str(), node == selected)) requests.markings = {GiveRole{index, role}};
         ImGui::PopID();
         engine::noteItem(items, "guide " + text);
         all.emplace_back(GiveRole{index, Role::Obstacle});
@@ -44,11 +44,12 @@ void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests&
     ImGui::EndChild();
     if (selected && selected != scene.roles.tool) {
         const std::string text = (wantsTool ? "Hold " : "Touch ") + nodeText(whole, selected);
-        if (ImGui::Button(text.c_str(), {-1, 0})) requests.edits = {GiveRole{engine::nodeIndex(whole, selected), role}};
+        if (ImGui::Button(text.c_str(), {-1, 0}))
+            requests.markings = {GiveRole{engine::nodeIndex(whole, selected), role}};
         engine::noteItem(items, "guide selected");
     }
     if (!wantsTool) {
-        if (ImGui::Button("Everything else is an obstacle", {-1, 0})) requests.edits = all;
+        if (ImGui::Button("Everything else is an obstacle", {-1, 0})) requests.markings = all;
         engine::noteItem(items, "guide all");
     }
 }

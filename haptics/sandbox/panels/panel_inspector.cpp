@@ -15,7 +15,6 @@ namespace touchstone::sandbox {
 namespace {
 
 constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Gauge, Role::Visual};
-const ImVec4 kAttention{1.00f, 0.78f, 0.35f, 1};
 
 float labelWidth() { return 6.5f * ImGui::GetFontSize(); }
 
@@ -54,10 +53,10 @@ void drawRole(const HapticScene& scene, engine::Entity node, int index, PanelReq
     if (ImGui::BeginCombo("##role", role ? name(*role) : "no role")) {
         for (const Role choice : kRoles) {
             if (ImGui::Selectable(name(choice), role && *role == choice) && !(role && *role == choice))
-                requests.edits = {GiveRole{index, choice}};
+                requests.markings = {GiveRole{index, choice}};
             engine::noteItem(items, std::string("role ") + name(choice));
         }
-        if (ImGui::Selectable("no role", !role) && role) requests.edits = {GiveRole{index, std::nullopt}};
+        if (ImGui::Selectable("no role", !role) && role) requests.markings = {GiveRole{index, std::nullopt}};
         ImGui::EndCombo();
     }
     engine::noteItem(items, "role");
@@ -101,7 +100,7 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
         to.translation = state.position / kMmPerMetre;
         const glm::dvec3 a = glm::radians(state.angles);
         to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
-        if (to != local) requests.edits = {PlaceNode{index, local, to}};
+        if (to != local) requests.edits = {engine::PlaceNode{index, local, to}};
     }
     if (node == scene.roles.tool && scene.demonstration) ImGui::TextDisabled("The demonstration starts elsewhere.");
 }
@@ -155,7 +154,7 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     state.choosing = !(state.tree == body->tree);
     ImGui::BeginDisabled(!state.choosing);
     if (ImGui::Button("Build the tree", {-1, 0})) {
-        requests.edits = {ChooseTree{index, state.tree}};
+        requests.markings = {ChooseTree{index, state.tree}};
         state.choosing = false;
     }
     engine::noteItem(items, "build tree");
@@ -164,7 +163,7 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     if (const SphereTree* tree = treeOf(scene, node)) {
         const bool attention = needsAttention(tree->certificate);
         ImGui::PushTextWrapPos(0);
-        ImGui::PushStyleColor(ImGuiCol_Text, attention ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        ImGui::PushStyleColor(ImGuiCol_Text, attention ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
         ImGui::Text("%d leaves, out by at most %s; %s", tree->leafCount(), protrusionWords(tree->certificate).c_str(),
                     surfaceWords(tree->certificate).c_str());
         ImGui::PopStyleColor();
@@ -186,8 +185,8 @@ void drawMaterial(const engine::Material& material, int index, PanelRequests& re
         engine::noteItem(items, std::string(what) + " " + std::to_string(index));
         engine::tooltip(help);
     };
-    const Looks now = looksOf(material);
-    Looks looks = now;
+    const engine::Looks now = engine::looksOf(material);
+    engine::Looks looks = now;
     ImGui::PushID(index);
     glm::vec3 color{toScreen(now.baseColor.r), toScreen(now.baseColor.g), toScreen(now.baseColor.b)};
     if (ImGui::ColorEdit3("##color", &color.x, ImGuiColorEditFlags_NoInputs))
@@ -209,7 +208,7 @@ void drawMaterial(const engine::Material& material, int index, PanelRequests& re
                "0: plastic, wood, stone. 1: metal, which colours what it mirrors.");
     drawFactor("Roughness", "roughness", looks.roughness, "0: a mirror. 1: chalk.");
     ImGui::PopID();
-    if (!(looks == now)) requests.edits = {PaintMaterial{index, now, looks}};
+    if (!(looks == now)) requests.edits = {engine::PaintMaterial{index, now, looks}};
 }
 
 void drawLooks(const HapticScene& scene, engine::Entity node, PanelRequests& requests, engine::ItemRects* items) {
@@ -232,7 +231,7 @@ void drawName(const HapticScene& scene, engine::Entity node, int index, Inspecto
     ImGui::InputTextWithHint("##name", nodeText(scene.scene, node).c_str(), state.name.data(), state.name.size());
     state.naming = ImGui::IsItemActive();
     if (ImGui::IsItemDeactivatedAfterEdit() && now != state.name.data())
-        requests.edits = {RenameNode{index, now, state.name.data()}};
+        requests.edits = {engine::RenameNode{index, now, state.name.data()}};
     engine::noteItem(items, "name");
     engine::tooltip("How this node is called.");
 }

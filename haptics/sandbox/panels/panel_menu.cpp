@@ -102,7 +102,7 @@ void drawAddDialog(MenuState& state, PanelRequests& requests, engine::ItemRects*
         engine::noteItem(items, std::string("add ") + name(role));
     }
     if (drawPathInput("##add path", state.addPath, "Add", items))
-        requests.edits = {AddPart{state.addPath.data(), state.addRole}};
+        requests.markings = {AddBody{state.addPath.data(), state.addRole}};
     ImGui::EndPopup();
 }
 

@@ -11,7 +11,7 @@ namespace touchstone::sandbox {
 namespace {
 
 const ImVec4 kToolColor{1.00f, 0.78f, 0.35f, 1}, kObstacleColor{0.55f, 0.80f, 1.00f, 1},
-    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kGaugeText{0.80f, 0.70f, 1.00f, 1}, kAttention{1.00f, 0.78f, 0.35f, 1};
+    kGoalColor{0.50f, 0.90f, 0.55f, 1}, kGaugeText{0.80f, 0.70f, 1.00f, 1};
 
 ImVec4 roleColor(Role role) {
     switch (role) {
@@ -33,7 +33,7 @@ ImVec4 roleColor(Role role) {
 void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects* items) {
     const TreeCertificate& certificate = tree.certificate;
     ImGui::PushStyleColor(ImGuiCol_Text,
-                          needsAttention(certificate) ? kAttention : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+                          needsAttention(certificate) ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     ImGui::Indent(ImGui::GetFontSize());
     ImGui::BeginGroup();
     ImGui::Text("%d leaves, %.2g mm out", tree.leafCount(), certificate.protrusion);

@@ -1,6 +1,8 @@
 #pragma once
 // The panels. Each is a function that draws into the current ImGui window what `view` says and changes what it is
 // given; what it cannot do itself it asks for in PanelRequests. ItemRects may be null everywhere.
+#include <imgui.h>
+
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -9,6 +11,7 @@
 
 #include "engine/ui/widgets.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/session/session.hpp"
 
 namespace touchstone::sandbox {
@@ -19,7 +22,8 @@ struct PanelRequests {
     std::optional<std::string> device;  ///< NAME or NAME:FILE
     std::optional<Workspace> workspace;
     bool reconnect = false, alignWithView = false;
-    std::vector<SceneEdit> edits;  ///< of the scene that is shown
+    std::vector<engine::SceneEdit> edits;  ///< of the scene that is shown
+    std::vector<Marking> markings;         ///< likewise: roles and trees
     std::optional<std::filesystem::path> save;
     bool saveSettings = false;                 ///< along with it
     std::optional<engine::StandardView> view;  ///< the camera is to look from there
@@ -33,6 +37,9 @@ struct PanelRequests {
     /// The scene that is shown gives way to its file, to another one, or to nothing.
     bool leaves() const { return open || reload || quit; }
 };
+
+/// Of text that says what is not as it should be.
+inline const ImVec4 kAttentionColor{1.00f, 0.78f, 0.35f, 1};
 
 using PathInput = std::array<char, 1024>;
 

@@ -9,7 +9,7 @@
 #include <map>
 
 #include "engine/view/gl_context.hpp"
-#include "haptics/sandbox/edit/pick.hpp"
+#include "haptics/sandbox/scene/placement.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {

@@ -9,7 +9,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-std::string hashOf(const SphereTree& tree) {
+std::string treeHash(const SphereTree& tree) {
     const TreeLevel& leaves = tree.levels.front();
     Hash hash;
     for (const auto* values : {&leaves.x, &leaves.y, &leaves.z, &leaves.r})
@@ -31,9 +31,9 @@ RecordedScene recordedScene(const std::filesystem::path& file, const World& worl
     RecordedScene scene;
     scene.file = file.empty() ? file : std::filesystem::absolute(file, error).lexically_normal();
     scene.hash = hashOf(file);
-    scene.tool = {"tool", hashOf(*world.tool), world.X_WT_start};
+    scene.tool = {"tool", treeHash(*world.tool), world.X_WT_start};
     for (const Obstacle& obstacle : world.obstacles)
-        scene.obstacles.push_back({obstacle.name, hashOf(*obstacle.tree), obstacle.X_WO});
+        scene.obstacles.push_back({obstacle.name, treeHash(*obstacle.tree), obstacle.X_WO});
     return scene;
 }
 
@@ -41,13 +41,13 @@ std::shared_ptr<const World> recordedWorld(const RecordedScene& scene, const std
                                            std::string& why) {
     const auto differs = [&](const std::string& body) { return "the sphere tree of " + body + " differs"; };
     World world = *now;
-    if (hashOf(*world.tool) != scene.tool.tree)
+    if (treeHash(*world.tool) != scene.tool.tree)
         why = differs("the tool");
     else if (world.obstacles.size() != scene.obstacles.size())
         why = "it had " + std::to_string(scene.obstacles.size()) + " obstacles and has " +
               std::to_string(world.obstacles.size());
     for (std::size_t i = 0; why.empty() && i < world.obstacles.size(); ++i) {
-        if (hashOf(*world.obstacles[i].tree) != scene.obstacles[i].tree) why = differs(world.obstacles[i].name);
+        if (treeHash(*world.obstacles[i].tree) != scene.obstacles[i].tree) why = differs(world.obstacles[i].name);
         world.obstacles[i].X_WO = scene.obstacles[i].X_WB;
     }
     if (!why.empty()) return nullptr;

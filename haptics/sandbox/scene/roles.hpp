@@ -12,9 +12,6 @@
 
 namespace touchstone::sandbox {
 
-/// Component of nodes that came from another file.
-struct AddedPart {};
-
 /// Where the tool node should come to rest, scene frame. The defaults accept any orientation.
 struct GoalRegion {
     Pose X_WT;
@@ -54,35 +51,7 @@ Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
 /// The node itself or its nearest ancestor that has a role; null if there is none.
 engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 
-/// Sets the role of a node in extras.touchstone, or removes it; call assignRoles() afterwards. If there is a tool
-/// already and another node becomes the tool, the old one becomes visual. Throws engine::SceneError if the role comes
-/// from KHR_physics_rigid_bodies.
-void setRole(engine::Scene& scene, engine::Entity node, std::optional<Role> role);
-
-/// Sets the requested sphere tree in extras.touchstone of a node; call assignRoles() afterwards.
-void setTree(engine::Scene& scene, engine::Entity node, const TreeOptions& tree);
-
-/// Puts a node elsewhere in its parent's frame. Call engine::updateWorldTransforms() afterwards.
-void setPlace(engine::Scene& scene, engine::Entity node, const engine::LocalTransform& local);
-
-/// Base colour (linear), metalness and roughness of a material, which textures multiply.
-struct Looks {
-    glm::vec4 baseColor{1};
-    float metallic = 0, roughness = 0;
-    friend bool operator==(const Looks&, const Looks&) = default;
-};
-Looks looksOf(const engine::Material& material);
-
-/// Changes a material by its index, and the name of a node.
-void setLooks(engine::Scene& scene, int material, const Looks& looks);
-void setName(engine::Scene& scene, engine::Entity node, const std::string& name);
-
 /// Writes those settings into extras.touchstone of the scene that differ from what it sets already, except a pause.
 void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);
-
-/// Writes what the functions above changed into a copy of the scene's file, all else as it stands; `out` may be that
-/// file. A scene with an AddedPart is written anew. Throws engine::SceneError when the scene has no file or `out`
-/// cannot be written.
-void saveScene(const engine::Scene& scene, const std::filesystem::path& out);
 
 }  // namespace touchstone::sandbox

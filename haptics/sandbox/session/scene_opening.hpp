@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/sandbox/edit/scene_edit.hpp"
+#include "engine/edit/scene_edit.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::sandbox {
@@ -16,7 +16,7 @@ namespace touchstone::sandbox {
 /// A scene file, the edits made in the window, and the settings of the run (nothing: the scene's).
 struct SceneRequest {
     std::filesystem::path file;
-    std::vector<SceneEdit> edits = {};
+    std::vector<engine::SceneEdit> edits = {};
     std::optional<Settings> settings = {};
 };
 

@@ -18,6 +18,7 @@
 #include "haptics/loop/haptic_loop.hpp"
 #include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/session/device_facts.hpp"
 #include "haptics/sandbox/session/scene_opening.hpp"
 #include "haptics/sandbox/session/tick_history.hpp"
@@ -61,11 +62,13 @@ class LiveSession {
     /// Opens the present scene's file again, as it stands there.
     void reload();
     /// Further changes of the present scene.
-    void edit(std::vector<SceneEdit> more);
+    void edit(std::vector<engine::SceneEdit> more);
+    /// Roles and trees chosen by hand; one that cannot be given is a message, and none of them is then.
+    void mark(const std::vector<Marking>& markings);
     /// The present scene with these changes in place of those it has, and with the settings it runs with. Obstacles
     /// that only stand elsewhere are moved while the loop runs, as those that are dragged in scene() are; a tool that
     /// starts elsewhere starts anew; looks and names change at once; all else is opened anew.
-    void setEdits(std::vector<SceneEdit> edits);
+    void setEdits(std::vector<engine::SceneEdit> edits);
     /// Writes the scene as it stands, on wish with the settings, into a copy of its file, or into it; the written file
     /// is the scene's from then on. False when that failed, which is told.
     bool save(const std::filesystem::path& file, bool withSettings);
@@ -145,7 +148,7 @@ class LiveSession {
     };
 
     void takeOpened();
-    void change(SceneRequest request, const std::vector<SceneEdit>& changes);
+    void change(SceneRequest request, const std::vector<engine::SceneEdit>& changes);
     void moveObstacles();
     void tellHeld();
     void show(Shown next);

@@ -27,9 +27,21 @@ void LiveSession::reload() {
     if (shown_.scene) open({.file = shown_.request.file});
 }
 
-void LiveSession::edit(std::vector<SceneEdit> more) {
-    std::vector<SceneEdit> edits = newest().edits;
-    for (SceneEdit& edit : more) append(edits, std::move(edit));
+void LiveSession::edit(std::vector<engine::SceneEdit> more) {
+    std::vector<engine::SceneEdit> edits = newest().edits;
+    for (engine::SceneEdit& edit : more) append(edits, std::move(edit));
+    setEdits(std::move(edits));
+}
+
+void LiveSession::mark(const std::vector<Marking>& markings) {
+    if (!shown_.scene) return;
+    std::vector<engine::SceneEdit> edits = newest().edits;
+    try {
+        for (const Marking& marking : markings) appendMarking(edits, shown_.scene->scene, marking);
+    } catch (const engine::SceneError& e) {
+        say(Message::Kind::Error, e.what());
+        return;
+    }
     setEdits(std::move(edits));
 }
 
@@ -39,13 +51,13 @@ const SceneRequest& LiveSession::newest() const {
                                                                 : openings_.back()->request;
 }
 
-void LiveSession::setEdits(std::vector<SceneEdit> edits) {
+void LiveSession::setEdits(std::vector<engine::SceneEdit> edits) {
     if (!shown_.scene) return;
-    const auto changes = opening() ? std::nullopt : reversibleChange(newest().edits, edits);
+    const auto changes = opening() ? std::nullopt : engine::reversibleChange(newest().edits, edits);
     SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
     const engine::Scene& scene = shown_.scene->scene;
-    const auto keepsShapes = [&](const SceneEdit& edit) {
-        const auto* place = std::get_if<PlaceNode>(&edit);
+    const auto keepsShapes = [&](const engine::SceneEdit& edit) {
+        const auto* place = std::get_if<engine::PlaceNode>(&edit);
         return !place || movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]);
     };
     if (changes && std::all_of(changes->begin(), changes->end(), keepsShapes))
@@ -55,11 +67,12 @@ void LiveSession::setEdits(std::vector<SceneEdit> edits) {
 }
 
 /// Where that makes the tool start elsewhere, it does: in a world of the same trees.
-void LiveSession::change(SceneRequest request, const std::vector<SceneEdit>& changes) {
+void LiveSession::change(SceneRequest request, const std::vector<engine::SceneEdit>& changes) {
     HapticScene& scene = *shown_.scene;
-    applyEdits(scene.scene, changes);
-    const bool moved = std::any_of(changes.begin(), changes.end(),
-                                   [](const SceneEdit& edit) { return std::holds_alternative<PlaceNode>(edit); });
+    engine::applyEdits(scene.scene, changes);
+    const bool moved = std::any_of(changes.begin(), changes.end(), [](const engine::SceneEdit& edit) {
+        return std::holds_alternative<engine::PlaceNode>(edit);
+    });
     Shown next{std::move(request), shown_.scene, moved ? worldAsPlaced(scene) : nullptr};
     if (!next.world || !loop_ || next.world->X_WT_start == scene.world->X_WT_start) {
         (next_ ? next_->request : shown_.request) = std::move(next.request);
@@ -81,7 +94,7 @@ bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
     HapticScene& scene = *shown_.scene;
     try {
         if (withSettings) sandbox::setSettings(scene.scene, scene.roles, settings_);
-        saveScene(scene.scene, file);
+        engine::saveScene(scene.scene, file);
     } catch (const std::exception& e) {
         say(Message::Kind::Error, e.what());
         return false;

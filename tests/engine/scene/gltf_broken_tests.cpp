@@ -7,6 +7,8 @@
 
 #include "tests/engine/scene/gltf_fixture.hpp"
 
+namespace touchstone::gltf_broken_tests {
+
 using namespace touchstone::engine;
 using namespace touchstone::engine::test;
 using nlohmann::json;
@@ -526,3 +528,5 @@ TEST_CASE("glTF: the models of assimp load or give a sentence", "[gltf]") {
     CHECK(scenes > 0);
     CHECK(sentences > 0);
 }
+
+}  // namespace touchstone::gltf_broken_tests

@@ -9,6 +9,8 @@
 #include "engine/scene/transforms.hpp"
 #include "tests/engine/scene/gltf_fixture.hpp"
 
+namespace touchstone::gltf_foreign_tests {
+
 using namespace touchstone::engine;
 using namespace touchstone::engine::test;
 using nlohmann::json;
@@ -434,3 +436,5 @@ TEST_CASE("foreign glTF: four hundred thousand empty objects are read in linear 
     CHECK(scene.registry.size() == kCount / 4 + 1);
     CHECK(cornersOf(scene).size() == 12);
 }
+
+}  // namespace touchstone::gltf_foreign_tests

@@ -6,6 +6,8 @@
 #include "engine/scene/transforms.hpp"
 #include "tests/engine/scene/gltf_fixture.hpp"
 
+namespace touchstone::gltf_tests {
+
 using namespace touchstone::engine;
 using namespace touchstone::engine::test;
 using Json = nlohmann::json;
@@ -471,3 +473,5 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
         CHECK(readBytes(file) == draft.glb());
     }
 }
+
+}  // namespace touchstone::gltf_tests

@@ -6,6 +6,8 @@
 
 #include "tests/engine/scene/gltf_fixture.hpp"
 
+namespace touchstone::mesh_file_tests {
+
 using namespace touchstone::engine;
 using namespace touchstone::engine::test;
 
@@ -196,3 +198,5 @@ TEST_CASE("mesh file: mutated parts give a mesh or a sentence, nothing else", "[
     CHECK(read > 0);
     CHECK(read < 600);
 }
+
+}  // namespace touchstone::mesh_file_tests

@@ -9,6 +9,8 @@
 #include "engine/scene/mesh_file.hpp"
 #include "tests/engine/scene/gltf_fixture.hpp"
 
+namespace touchstone::mesh_format_tests {
+
 using namespace touchstone::engine;
 using namespace touchstone::engine::test;
 using Catch::Contains;
@@ -390,3 +392,5 @@ TEST_CASE("mesh file: the locale does not change numbers", "[mesh]") {
     std::setlocale(LC_NUMERIC, "C");
     CHECK(read.mesh.positions[0] == glm::vec3(0.5f, 0, 0));
 }
+
+}  // namespace touchstone::mesh_format_tests

@@ -9,6 +9,8 @@
 #include "engine/view/gl_context.hpp"
 #include "engine/view/gl_objects.hpp"
 
+namespace touchstone::shader_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -76,3 +78,5 @@ TEST_CASE("shader: the environment may name another folder", "[view]") {
     CHECK(std::filesystem::exists(shaderDirectory() / "mesh.frag"));
     if (before) setenv("TOUCHSTONE_SHADERS", before->c_str(), 1);
 }
+
+}  // namespace touchstone::shader_tests

@@ -7,7 +7,8 @@
 #include "haptics/device/phantom_link.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 
-using namespace touchstone;
+namespace touchstone::phantom_tests {
+
 using namespace touchstone::test;
 using Catch::Contains;
 using State = DeviceStatus::State;
@@ -36,7 +37,7 @@ struct Ticked {
     /// As until(), where a machine that cannot keep up is a fault that passes: who wants force engages again.
     bool untilEngaged(const std::function<bool()>& done) {
         return until([&] {
-            if (status().state == State::Fault) device->engage(reading.X_WT);
+            if (status().state == State::Fault) device->engage(reading.X_WT_device);
             return status().state == State::Running && done();
         });
     }
@@ -136,7 +137,7 @@ TEST_CASE("phantom: pose and buttons come in, wrench goes out, limits and temper
         const Vec3 p(10, 24, 30);
         const Quat q = expRotation(Vec3(0, 0, 0.5 + 20 / 1012.5));
         CHECK(phantom.untilEngaged([&] {
-            const Pose& X = phantom.reading.X_WT;
+            const Pose& X = phantom.reading.X_WT_device;
             return phantom.reading.valid && (X.p - p).norm() < 0.01 && X.q.angularDistance(q) < 1e-4 &&
                    fake.force() == kPush.force && fake.torque() == kPush.torque;
         }));
@@ -197,7 +198,7 @@ TEST_CASE("phantom: faults are named, zero the force until engaged, and let it c
     REQUIRE(phantom.until([&] { return !phantom.reading.fault; }));
     for (int i = 0; i < 50; ++i) phantom.until([] { return true; });
     CHECK(fake.force().isZero());
-    phantom.device->engage(phantom.reading.X_WT);
+    phantom.device->engage(phantom.reading.X_WT_device);
     CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
     CHECK(phantom.status().state == State::Running);
     CHECK_THAT(phantom.status().details, Contains(words));
@@ -217,18 +218,19 @@ TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes bac
     CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
     CHECK(phantom.status().state == State::Lost);
     CHECK_THAT(phantom.status().text, Contains("connection to the device is lost") && Contains("0x0302"));
-    phantom.device->engage(phantom.reading.X_WT);  // nobody can
+    phantom.device->engage(phantom.reading.X_WT_device);  // nobody can
     for (int i = 0; i < 20; ++i) phantom.until([] { return true; });
     CHECK(fake.force().isZero());
     CHECK_THAT(refusal(",stale=500"), Contains("lost") && Contains("reconnect"));
 
     SECTION("plugged in again") {
-        const Pose before = phantom.reading.X_WT;
+        const Pose before = phantom.reading.X_WT_device;
         phantom.device->control()->reconnect();
         REQUIRE(phantom.until([&] { return phantom.reading.valid && !phantom.reading.fault; }));
-        CHECK((phantom.reading.X_WT.p - before.p).norm() < 0.5);  // its stylus is at its origin again, the tool is not
+        CHECK((phantom.reading.X_WT_device.p - before.p).norm() <
+              0.5);  // its stylus is at its origin again, the tool is not
         CHECK(fake.force().isZero());
-        phantom.device->engage(phantom.reading.X_WT);
+        phantom.device->engage(phantom.reading.X_WT_device);
         CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
         CHECK(phantom.until([&] { return phantom.status().state == State::Running; }));
         CHECK(fake.state().handles == 1);
@@ -280,7 +282,7 @@ TEST_CASE("phantom: a transform that is not a number, or far away, is no pose", 
     Ticked phantom;
     fake.fault(GENERATE("nan", "far"));
     CHECK(phantom.until([&] { return !phantom.reading.valid; }));
-    CHECK(phantom.reading.X_WT.isValid());
+    CHECK(phantom.reading.X_WT_device.isValid());
 }
 
 TEST_CASE("phantom: where CURRENT_TORQUE is refused there is force alone, or torque on the gimbal if asked",
@@ -331,3 +333,5 @@ TEST_CASE("phantom: a decimal comma of the user's locale does not reach the libr
     std::setlocale(LC_NUMERIC, "C");
     unsetenv("LOCPATH");
 }
+
+}  // namespace touchstone::phantom_tests

@@ -14,7 +14,8 @@
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_user.hpp"
 
-using namespace touchstone;
+namespace touchstone::window_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -29,7 +30,7 @@ void lower(LiveSession& session) {
     const auto place = session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[1]);
     auto lowered = place;
     lowered.translation.y = -0.004;
-    session.edit({PlaceNode{1, place, lowered}});
+    session.edit({engine::PlaceNode{1, place, lowered}});
 }
 
 }  // namespace
@@ -191,7 +192,8 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
     };
     const auto onHandle = [&](WindowFrame& frame) -> std::optional<glm::vec2> {
         if (!frame.selection.handles()) return std::nullopt;
-        const auto at = Gizmo::grip(GizmoHandle::MoveY, frame.camera, viewport(frame), *frame.selection.handles());
+        const auto at =
+            engine::Gizmo::grip(engine::GizmoHandle::MoveY, frame.camera, viewport(frame), *frame.selection.handles());
         return at ? std::optional(*at + corner(frame)) : std::nullopt;
     };
     double start = 0, dragged = 0, toolStart = 0;
@@ -437,3 +439,5 @@ TEST_CASE("window: a recording is begun and ended in the menu, and its folder is
     CHECK_THAT(told, Catch::Matchers::Contains(made[0].string()));
     CHECK(TickFileReader(made[0] / "ticks.npy").rows() > 50);
 }
+
+}  // namespace touchstone::window_tests

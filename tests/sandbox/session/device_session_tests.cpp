@@ -6,7 +6,8 @@
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::device_session_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 using Catch::Contains;
@@ -158,3 +159,5 @@ TEST_CASE("doctor: says of each device what works, what was tried and what to in
     const FakeHd fake;
     CHECK_THAT(touchstone("doctor").out, Contains("Fake Premium 6DOF runs"));
 }
+
+}  // namespace touchstone::device_session_tests

@@ -12,7 +12,8 @@
 #include "haptics/sandbox/record/tick_fields.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::tick_history_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -113,3 +114,5 @@ TEST_CASE("tick history: the table has the ticks shown, with every channel", "[p
     CHECK_FALSE(std::getline(in, line));
     CHECK_THROWS(writeTicks(history, {4, 0}, folder.path() / "missing" / "ticks.csv"));
 }
+
+}  // namespace touchstone::tick_history_tests

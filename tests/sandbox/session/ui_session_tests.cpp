@@ -9,7 +9,8 @@
 #include "haptics/sandbox/session/session.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::ui_session_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -154,12 +155,12 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     CHECK_FALSE(session.scene()->missing.empty());
     CHECK(session.record() == nullptr);
 
-    session.edit({GiveRole{0, Role::Tool}});
+    session.mark({GiveRole{0, Role::Tool}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
-    session.edit({GiveRole{1, Role::Obstacle}});
+    session.mark({GiveRole{1, Role::Obstacle}});
     REQUIRE(waitUntilRunning(session));
 
     const auto saved = folder.path() / "marked.glb";
@@ -260,7 +261,7 @@ TEST_CASE("session: an obstacle that is moved by hand goes there while the loop 
     Settings settings = session.settings();
     settings.stiffness = 1.5;
     session.setSettings(settings);
-    session.edit({PlaceNode{1, from, to}});
+    session.edit({engine::PlaceNode{1, from, to}});
     const Vec3 target = before->obstacles[0].X_WO.p - Vec3(0, 20, 0);
     bool onItsWay = false;
     REQUIRE(patiently([&] {
@@ -312,7 +313,7 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
             session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[node]);
         engine::LocalTransform to = from;
         to.translation.y = y;
-        session.edit({PlaceNode{node, from, to}});
+        session.edit({engine::PlaceNode{node, from, to}});
     };
     const auto lid = [&] { return session.scene()->world->obstacles[1].X_WO.p.y(); };
     REQUIRE(patiently([&] {
@@ -345,14 +346,14 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     session.setSettings(settings);
     const int leaves = session.scene()->world->tool->leafCount();
 
-    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    session.mark({ChooseTree{0, {.leaves = 1000}}});
     CHECK(session.opening());
     CHECK(session.running());
     session.cancelOpening();
     CHECK_FALSE(session.opening());
     CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
 
-    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    session.mark({ChooseTree{0, {.leaves = 1000}}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
@@ -361,7 +362,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.settings() == settings);
 
     // A part that cannot be read changes nothing.
-    session.edit({AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    session.mark({AddBody{folder.path() / "missing.glb", Role::Obstacle}});
     REQUIRE(patiently([&] {
         session.update();
         return !session.opening();
@@ -381,7 +382,7 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     engine::LocalTransform to = from;
     to.translation.x += 0.005;
     to.rotation = glm::normalize(glm::dquat(glm::dvec3(0, 0.4, 0)));
-    session.edit({PlaceNode{1, from, to}});
+    session.edit({engine::PlaceNode{1, from, to}});
     Settings settings = session.settings();
     settings.stiffness = 1.75;
     session.setSettings(settings);
@@ -428,7 +429,7 @@ TEST_CASE(
             const auto from = scene.registry.get<engine::LocalTransform>(scene.nodes[1]);
             engine::LocalTransform to = from;
             to.translation.y = y;
-            session.edit({PlaceNode{1, from, to}});
+            session.edit({engine::PlaceNode{1, from, to}});
         };
         lift(0.0007);
         REQUIRE(ticksMore(session, 50));  // from here on it is not where the scene's file has it
@@ -485,3 +486,5 @@ TEST_CASE(
     }));
     CHECK(errors(session).empty());
 }
+
+}  // namespace touchstone::ui_session_tests

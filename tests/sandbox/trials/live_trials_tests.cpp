@@ -10,7 +10,8 @@
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::live_trials_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 using Catch::Contains;
@@ -153,12 +154,12 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
         session.open({study.folder.path() / "hold.glb"});
     }
-    SECTION("the goal is taken away") { session.edit({GiveRole{2, std::nullopt}}); }
+    SECTION("the goal is taken away") { session.mark({GiveRole{2, std::nullopt}}); }
     SECTION("an obstacle is moved") {
         const engine::LocalTransform from;
         engine::LocalTransform to;
         to.translation.x = 0.001;
-        session.edit({PlaceNode{1, from, to}});
+        session.edit({engine::PlaceNode{1, from, to}});
     }
     SECTION("another device takes the tool") { session.chooseDevice("demo"); }
     SECTION("a setting") {
@@ -195,7 +196,7 @@ TEST_CASE("live trials: what is changed before the start is opened anew", "[sess
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
         session.open({study.folder.path() / "hold.glb"});
     }
-    SECTION("the goal's role") { session.edit({GiveRole{2, std::nullopt}}); }
+    SECTION("the goal's role") { session.mark({GiveRole{2, std::nullopt}}); }
     SECTION("while it is opened") {
         session.reload();
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
@@ -262,3 +263,5 @@ TEST_CASE("live trials: a trial that lost ticks is done again", "[session]") {
     CHECK(study.told("The trial is to be done again: ticks of it were lost"));
     CHECK(study.rows.empty());
 }
+
+}  // namespace touchstone::live_trials_tests

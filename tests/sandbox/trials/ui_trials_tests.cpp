@@ -8,7 +8,8 @@
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_user.hpp"
 
-using namespace touchstone;
+namespace touchstone::ui_trials_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 using nlohmann::ordered_json;
@@ -111,3 +112,5 @@ TEST_CASE("window: a tool that was dragged away before the start is at the start
     study.end(1);
     CHECK(study.user.use(study.window()));
 }
+
+}  // namespace touchstone::ui_trials_tests
