@@ -34,7 +34,7 @@ ordered_json toJson(const RecordedScene::Body& body) {
 }
 
 RecordedScene::Body bodyOf(const json& object) {
-    return {stringOf(object, "name"), stringOf(object, "tree"), poseOf(object, "pose")};
+    return {textOf(object, "name"), textOf(object, "tree"), poseOf(object, "pose")};
 }
 
 /// Every row has them as columns.
@@ -47,7 +47,7 @@ const json& fieldOf(const json& object, const char* key) {
     return object.at(key);
 }
 
-std::string stringOf(const json& object, const char* key) {
+std::string textOf(const json& object, const char* key) {
     const json& value = fieldOf(object, key);
     if (!value.is_string()) throw std::invalid_argument(std::string(key) + " must be a text");
     return value.get<std::string>();
@@ -67,7 +67,7 @@ ordered_json toJson(const RecordedScene& scene) {
 }
 
 RecordedScene toRecordedScene(const json& value) {
-    RecordedScene scene{stringOf(value, "file"), stringOf(value, "hash"), bodyOf(fieldOf(value, "tool")), {}};
+    RecordedScene scene{textOf(value, "file"), textOf(value, "hash"), bodyOf(fieldOf(value, "tool")), {}};
     const json& obstacles = fieldOf(value, "obstacles");
     if (!obstacles.is_array()) throw std::invalid_argument("obstacles must be a list");
     for (const json& body : obstacles) scene.obstacles.push_back(bodyOf(body));
