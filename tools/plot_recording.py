@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Draws a recording:  tools/plot_recording.py DIR OUT.svg
-Force and the way between hand and tool over time. An example of what reads a recording: numpy.load and nothing else."""
+Force, distance from tool to device, and CPU time over time. An example of how to read a recording: numpy.load suffices.
+The names of the columns are listed in docs/recording.md."""
 import json
 import sys
 
 import numpy as np
 
 folder, out = sys.argv[1:]
-ticks = np.load(folder + "/ticks.npy")  # one row a tick; ticks.dtype.names are the columns
+ticks = np.load(folder + "/ticks.npy")  # one row for each tick; ticks.dtype.names are the columns
 scene = json.load(open(folder + "/recording.json"))["scene"]["file"]
 
 
@@ -16,9 +17,9 @@ def vector(name, unit):
 
 
 curves = [
-    ("force of the tick, N", np.linalg.norm(vector("force", "N"), axis=1), "#c0392b"),
-    ("tool held back, mm", np.linalg.norm(vector("tool", "mm") - vector("device", "mm"), axis=1), "#2471a3"),
-    ("time of the tick, µs", ticks["total_us"], "#7d6608"),
+    ("force, N", np.linalg.norm(vector("force", "N"), axis=1), "#c0392b"),
+    ("distance from tool to device, mm", np.linalg.norm(vector("tool", "mm") - vector("device", "mm"), axis=1), "#2471a3"),
+    ("CPU time of the tick, µs", ticks["total_us"], "#7d6608"),
 ]
 
 WIDTH, HEIGHT, LEFT, GAP = 900, 150, 60, 40
@@ -28,7 +29,7 @@ svg = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{GAP + 
 for i, (title, values, color) in enumerate(curves):
     bottom = GAP + (i + 1) * HEIGHT + i * GAP
     most = float(values.max(initial=0)) or 1.0
-    # As many pieces as there are pixels, the greatest value of each.
+    # One piece for each pixel, drawn at its greatest value, so that no peak is lost.
     pieces = np.array_split(values, min(len(values), WIDTH - LEFT - 20) or 1)
     points = " ".join(f"{LEFT + j * (WIDTH - LEFT - 20) / len(pieces):.1f},"
                       f"{bottom - HEIGHT * p.max(initial=0) / most:.1f}" for j, p in enumerate(pieces))

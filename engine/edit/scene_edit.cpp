@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
@@ -48,7 +49,7 @@ struct Applier {
     void operator()(const SetExtras& edit) const {
         const Entity node = nodeAt(scene, edit.node);
         if (!node) return;
-        setExtras(scene, node, edit.extras);
+        setExtras(scene, node, *edit.extras);
         scene.registry.add(node, ExtrasEdited{});
     }
     void operator()(const PlaceNode& edit) const {
@@ -77,7 +78,7 @@ struct Applier {
     void operator()(const AddPart& edit) const {
         const Scene part = readGltf(edit.file);
         const Entity node = appendScene(scene, part, edit.file.stem().string());
-        setExtras(scene, node, edit.extras);
+        setExtras(scene, node, *edit.extras);
         scene.registry.add(node, PartAdded{});
     }
 };
@@ -157,7 +158,7 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     }
     GltfUpdate update;
     scene.registry.each<ExtrasEdited, NodeMarking>([&](Entity node, const ExtrasEdited&, const NodeMarking& marking) {
-        update.nodes[nodeIndex(scene, node)] = marking.extras;
+        update.nodes[nodeIndex(scene, node)] = *marking.extras;
     });
     scene.registry.each<PlaceEdited, LocalTransform>([&](Entity node, const PlaceEdited&, const LocalTransform& local) {
         update.places[nodeIndex(scene, node)] = local;
@@ -167,7 +168,7 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
         update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
     });
-    update.scenes[scene.index] = scene.extras;
+    update.scenes[scene.index] = *scene.extras;
     updateGltf(scene.file, out, update);
 }
 

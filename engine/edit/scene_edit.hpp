@@ -2,7 +2,6 @@
 // What was changed in a scene by hand, as data: applied in order to the scene as it was read. The last one is undone by
 // leaving it out.
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <variant>
@@ -24,7 +23,7 @@ Looks looksOf(const Material& material);
 /// Nodes are named by their glTF index, which stays the same when a scene is read again.
 struct SetExtras {
     int node = -1;
-    nlohmann::json extras;  ///< in place of the node's extras; null removes them
+    JsonValue extras;  ///< in place of the node's extras; null removes them
     friend bool operator==(const SetExtras&, const SetExtras&) = default;
 };
 struct PlaceNode {
@@ -45,7 +44,7 @@ struct RenameNode {
 /// Another glTF file's shapes below a new node, which becomes the last one of the scene.
 struct AddPart {
     std::filesystem::path file;
-    nlohmann::json extras;  ///< of the new node
+    JsonValue extras;  ///< of the new node
     friend bool operator==(const AddPart&, const AddPart&) = default;
 };
 using SceneEdit = std::variant<SetExtras, PlaceNode, PaintMaterial, RenameNode, AddPart>;

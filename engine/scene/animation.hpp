@@ -1,7 +1,6 @@
 #pragma once
 // Keyframe animation of nodes, sampled as glTF 2.0 specifies (appendix C, "Animation Sampler Interpolation Modes").
 #include <glm/gtc/quaternion.hpp>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -26,7 +25,7 @@ struct AnimationChannel {
 struct Animation {
     std::string name;
     std::vector<AnimationChannel> channels;
-    nlohmann::json extras{};  ///< of the glTF animation object; null if it has none
+    JsonValue extras{};  ///< of the glTF animation object; null where it has none
 };
 
 /// Value of a translation or scale channel at `seconds`; clamped to the end values outside the keys.

@@ -2,10 +2,10 @@
 // Components are tiny structs. Systems are free functions over the registry.
 #include <glm/gtc/quaternion.hpp>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "engine/scene/json_value.hpp"
 #include "engine/scene/mesh_data.hpp"
 #include "engine/scene/registry.hpp"
 
@@ -51,7 +51,7 @@ struct Visibility {
 
 /// `extras` and `extensions` of the glTF node, as in the file; null if it has none.
 struct NodeMarking {
-    nlohmann::json extras, extensions;
+    JsonValue extras, extensions;
 };
 
 }  // namespace touchstone::engine

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/text.hpp"

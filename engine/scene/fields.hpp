@@ -1,7 +1,7 @@
 #pragma once
 // Checked reading of the fields of a JSON object in a scene's marking.
 #include <initializer_list>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <span>

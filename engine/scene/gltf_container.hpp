@@ -2,7 +2,7 @@
 // The two container formats of glTF: .gltf is JSON only; .glb is a header, a JSON chunk and a binary chunk.
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>

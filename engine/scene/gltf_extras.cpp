@@ -1,5 +1,6 @@
 // updateGltf() of gltf_write.hpp: saves markings, transforms, names and materials into an existing file.
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_check.hpp"
 #include "engine/scene/gltf_container.hpp"

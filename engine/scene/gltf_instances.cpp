@@ -1,5 +1,7 @@
 #include "engine/scene/gltf_instances.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/transforms.hpp"
 

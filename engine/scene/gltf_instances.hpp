@@ -2,7 +2,7 @@
 // EXT_mesh_gpu_instancing: a node that shows its mesh many times.
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -469,11 +470,11 @@ class SceneReader {
             if (!scene_.nodes[i]) continue;
             const json& node = document["nodes"][i];
             NodeMarking marking{node.value("extras", json()), extensionsOf(node, nodeName(static_cast<int>(i)))};
-            // The instances are part of the mesh now, and accessors get other indices when the scene is written.
-            if (marking.extensions.is_object() && marking.extensions.erase("EXT_mesh_gpu_instancing") > 0 &&
-                marking.extensions.empty())
-                marking.extensions = nullptr;
-            if (!marking.extras.is_null() || !marking.extensions.is_null())
+            // The instances have become part of the mesh, and accessors have other indices in a file that is written.
+            if (marking.extensions->is_object() && marking.extensions->erase("EXT_mesh_gpu_instancing") > 0 &&
+                marking.extensions->empty())
+                *marking.extensions = nullptr;
+            if (!marking.extras->is_null() || !marking.extensions->is_null())
                 scene_.registry.add(scene_.nodes[i], std::move(marking));
         }
     }
@@ -494,7 +495,7 @@ class SceneReader {
                          "its transform in the world goes beyond 1e12; correct the scales of it and its parents");
             if (const auto* mesh = scene_.registry.find<MeshInstance>(scene_.nodes[i])) add(*mesh);
             const auto* marking = scene_.registry.find<NodeMarking>(scene_.nodes[i]);
-            hasPhysics |= marking && marking->extensions.contains("KHR_physics_rigid_bodies");
+            hasPhysics |= marking && marking->extensions->contains("KHR_physics_rigid_bodies");
         }
         if (hasPhysics)
             for (const MeshInstance& mesh : scene_.meshes) add(mesh);

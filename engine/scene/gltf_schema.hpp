@@ -1,7 +1,7 @@
 #pragma once
 // Schema checks on the objects of a glTF document.
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>

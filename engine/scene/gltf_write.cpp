@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "engine/scene/gltf_container.hpp"
@@ -262,7 +263,7 @@ class SceneWriter {
         json scene = json::object();
         if (!scene_.name.empty()) scene["name"] = scene_.name;
         for (const Entity root : scene_.roots) scene["nodes"].push_back(indices_.at(root.index));
-        if (!scene_.extras.is_null()) scene["extras"] = scene_.extras;
+        if (!scene_.extras->is_null()) scene["extras"] = *scene_.extras;
         add("scenes", std::move(scene));
         document_["scene"] = 0;
     }
@@ -280,9 +281,9 @@ class SceneWriter {
         if (const Hierarchy* hierarchy = registry.find<Hierarchy>(node))
             for (const Entity child : hierarchy->children) item["children"].push_back(indices_.at(child.index));
         if (const NodeMarking* marking = registry.find<NodeMarking>(node)) {
-            if (!marking->extras.is_null()) item["extras"] = marking->extras;
-            if (!marking->extensions.is_null()) item["extensions"] = marking->extensions;
-            noteExtensions(marking->extensions);
+            if (!marking->extras->is_null()) item["extras"] = *marking->extras;
+            if (!marking->extensions->is_null()) item["extensions"] = *marking->extensions;
+            noteExtensions(*marking->extensions);
         }
         return item;
     }
@@ -312,7 +313,7 @@ class SceneWriter {
                     {{"sampler", item["samplers"].size() - 1},
                      {"target", {{"node", indices_.at(channel.target.index)}, {"path", pathName(channel.path)}}}});
             }
-            if (!animation.extras.is_null()) item["extras"] = animation.extras;
+            if (!animation.extras->is_null()) item["extras"] = *animation.extras;
             if (item.contains("channels")) add("animations", std::move(item));
         }
     }
@@ -363,8 +364,8 @@ class SceneWriter {
     }
 
     void writeExtensions() {
-        if (!scene_.extensions.is_null()) document_["extensions"] = scene_.extensions;
-        noteExtensions(scene_.extensions);
+        if (!scene_.extensions->is_null()) document_["extensions"] = *scene_.extensions;
+        noteExtensions(*scene_.extensions);
         for (const std::string& name : extensionsUsed_) document_["extensionsUsed"].push_back(name);
         for (const std::string& name : scene_.extensionsRequired)
             if (extensionsUsed_.contains(name)) document_["extensionsRequired"].push_back(name);

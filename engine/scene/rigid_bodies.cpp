@@ -1,6 +1,7 @@
 #include "engine/scene/rigid_bodies.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/fields.hpp"
 
@@ -32,9 +33,9 @@ ColliderGeometry readGeometry(const Scene& scene, Entity node, Fields body, std:
 
 std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std::vector<std::string>& warnings) {
     const NodeMarking* marking = scene.registry.find<NodeMarking>(node);
-    if (!marking || !marking->extensions.is_object() || !marking->extensions.contains(kExtension)) return {};
+    if (!marking || !marking->extensions->is_object() || !marking->extensions->contains(kExtension)) return {};
     Fields fields(scene, nodeLabel(scene, node), std::string("extensions.") + kExtension,
-                  marking->extensions.at(kExtension));
+                  marking->extensions->at(kExtension));
     RigidBodyMark mark;
     mark.motion = fields.object("motion").has_value();
     if (const auto collider = fields.object("collider")) mark.collider = readGeometry(scene, node, *collider, warnings);
@@ -48,8 +49,8 @@ std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std:
 }
 
 std::string frictionWarning(const Scene& scene) {
-    if (!scene.extensions.is_object() || !scene.extensions.contains(kExtension)) return {};
-    const nlohmann::json& extension = scene.extensions.at(kExtension);
+    if (!scene.extensions->is_object() || !scene.extensions->contains(kExtension)) return {};
+    const nlohmann::json& extension = scene.extensions->at(kExtension);
     if (!extension.is_object() || !extension.contains("physicsMaterials")) return {};
     const nlohmann::json& materials = extension.at("physicsMaterials");
     const bool rough = std::any_of(materials.begin(), materials.end(), [](const nlohmann::json& material) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <nlohmann/json.hpp>
 
 namespace touchstone::engine {
 
@@ -43,7 +44,7 @@ void setExtras(Scene& scene, Entity node, nlohmann::json extras) {
     if (NodeMarking* marking = scene.registry.find<NodeMarking>(node))
         marking->extras = std::move(extras);
     else
-        scene.registry.add(node, NodeMarking{std::move(extras), nullptr});
+        scene.registry.add(node, NodeMarking{std::move(extras), {}});
 }
 
 int nodeIndex(const Scene& scene, Entity node) {

@@ -11,6 +11,7 @@
 
 #include "haptics/builder/leaf_union.hpp"
 #include "haptics/collision/tree_walk.hpp"
+#include "haptics/math/statistics.hpp"
 
 namespace touchstone {
 namespace {
@@ -252,8 +253,7 @@ double walkMicroseconds(TreeWalk& walk, const std::vector<Pose>& poses, double m
         while (spent(repeats) < kBatchSeconds) repeats *= 2;
         std::array<double, kBatches> batches{};
         for (double& batch : batches) batch = spent(repeats) / repeats;
-        std::nth_element(batches.begin(), batches.begin() + kBatches / 2, batches.end());
-        sum += batches[kBatches / 2];
+        sum += upperMedian(batches);
     }
     return 1e6 * sum / static_cast<double>(poses.size());
 }

@@ -8,6 +8,7 @@
 #include "haptics/builder/cover_plan.hpp"
 #include "haptics/builder/hollow.hpp"
 #include "haptics/math/single.hpp"
+#include "haptics/math/statistics.hpp"
 
 namespace touchstone {
 namespace {
@@ -127,9 +128,7 @@ void certify(SphereTree& tree, const CoverTask& task, double growth, double roun
     out.protrusion = (protrusion + task.mesh.weld + rounding) / scale;
     out.covered = task.certificate.gaps(stored, -rounding, proofResolution(growth), 1, task.workers).empty();
     out.closed = task.mesh.closed();
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(count / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    out.note = noteFor(task.mesh, out, *middle, tree.leafCount());
+    out.note = noteFor(task.mesh, out, upperMedian(depths), tree.leafCount());
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #pragma once
 // FNV-1a over 64-bit words where there are eight bytes at a time: checksums and keys, not secrets.
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <string>
 
 namespace touchstone {
 
@@ -31,5 +33,12 @@ class Hash {
 
     std::uint64_t value_ = 0xcbf29ce484222325u;
 };
+
+/// Sixteen digits, as hashes are written in files.
+inline std::string hexadecimal(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+    return text;
+}
 
 }  // namespace touchstone

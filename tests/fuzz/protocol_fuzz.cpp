@@ -1,4 +1,5 @@
 // Any bytes as the protocol of a study.
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "haptics/sandbox/trials/protocol.hpp"

@@ -1,5 +1,6 @@
 // Any bytes as a recording: four bytes tell how many of the next are recording.json, the rest is ticks.npy. It is read,
 // handed to step(), made a motion, recovered and exported.
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "haptics/sandbox/record/recording.hpp"
@@ -36,7 +37,7 @@ const sandbox::HapticScene& scene() {
     static const sandbox::HapticScene opened = [] {
         engine::Scene small = test::pressScene();  // trees take their time under the sanitizers
         for (const engine::Entity node : small.nodes) {
-            auto extras = small.registry.get<engine::NodeMarking>(node).extras;
+            nlohmann::json extras = *small.registry.get<engine::NodeMarking>(node).extras;
             extras["touchstone"]["leaves"] = 16;
             setExtras(small, node, extras);
         }

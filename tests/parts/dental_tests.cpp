@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "tests/parts/mesh_checks.hpp"
 #include "tools/parts/dental.hpp"
@@ -94,7 +95,7 @@ TEST_CASE("dental: goal and gauge stand at the pocket, and the hand goes as far 
     options.pocket.stiffness = 300;
     const engine::Scene scene = makeDental(options);
     const auto marking = [&](std::size_t node) {
-        return scene.registry.get<engine::NodeMarking>(scene.nodes.at(node)).extras.at("touchstone");
+        return scene.registry.get<engine::NodeMarking>(scene.nodes.at(node)).extras->at("touchstone");
     };
     const auto height = [&](std::size_t node) {
         return 1000 * scene.registry.get<engine::LocalTransform>(scene.nodes.at(node)).translation.y;

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tools/parts/scene_kit.hpp"
@@ -16,7 +17,7 @@ const SceneInfo& sceneNamed(std::string_view name) {
 }
 
 nlohmann::json marking(const engine::Scene& scene, std::size_t node) {
-    return scene.registry.get<engine::NodeMarking>(scene.nodes.at(node)).extras.at("touchstone");
+    return scene.registry.get<engine::NodeMarking>(scene.nodes.at(node)).extras->at("touchstone");
 }
 
 glm::dvec3 toolAt(const engine::Scene& scene, double seconds) {
@@ -74,7 +75,7 @@ TEST_CASE("scenes: spline carries settings, goal and outcome after its measures"
     options.fit.clearance = 0.2;
     options.leaves = 12000;
     const engine::Scene scene = sceneNamed("spline").make(options);
-    const auto& settings = scene.extras.at("touchstone").at("settings");
+    const auto& settings = scene.extras->at("touchstone").at("settings");
     CHECK(settings.at("margin").get<double>() == Approx(0.08));
     CHECK(settings.at("trust").get<double>() == Approx(0.08));
     CHECK(marking(scene, 0).at("leaves") == 12000);

@@ -24,7 +24,7 @@ std::set<std::string> keysOf(const json& results) {
 /// The press scene, with settings of its own if any are given.
 std::string pressFile(const Program& touchstone, const json& settings = nullptr) {
     engine::Scene scene = pressScene();
-    if (!settings.is_null()) scene.extras["touchstone"]["settings"] = settings;
+    if (!settings.is_null()) (*scene.extras)["touchstone"]["settings"] = settings;
     engine::writeGltf(scene, touchstone.file("press.glb"));
     return touchstone.file("press.glb");
 }

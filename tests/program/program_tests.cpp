@@ -20,7 +20,7 @@ namespace {
 std::string pressFile(const Program& program, const json& outcome = nullptr) {
     engine::Scene made = pressScene();
     if (!outcome.is_null()) {
-        json extras = made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
+        json extras = *made.registry.get<engine::NodeMarking>(made.nodes[0]).extras;
         extras["touchstone"]["outcome"] = outcome;
         setExtras(made, made.nodes[0], extras);
     }
@@ -94,7 +94,7 @@ TEST_CASE("program: the command line wins over the scene, --set over all, and th
           "[system]") {
     const Program touchstone;
     engine::Scene made = pressScene();
-    made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
+    *made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
     engine::writeGltf(made, touchstone.file("set.glb"));
     const auto settingsOf = [&](const std::string& args) {
         const Answer answer = touchstone("run " + touchstone.file("set.glb") + " --headless --seconds 0.02 --report " +
@@ -128,8 +128,8 @@ TEST_CASE("program: validate says what was taken for what, and warns", "[system]
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
                                Contains("demonstration: 0.80 s") && Contains("valid"));
-    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("out by at most") &&
-                               Contains("surface proven covered, closed"));
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") &&
+                               Contains("protrusion at most") && Contains("surface proven covered, closed"));
     engine::Scene lone;
     addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
     engine::writeGltf(lone, touchstone.file("lone.glb"));
@@ -256,8 +256,8 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
     answer = touchstone("validate " + touchstone.file("ab.gltf"));
     INFO(answer.err);
     CHECK(answer.code == 0);
-    CHECK_THAT(answer.out,
-               Contains("is the tool (at most 0.5 mm out, best, solid)") && Contains("surface proven covered, closed"));
+    CHECK_THAT(answer.out, Contains("is the tool (protrusion at most 0.5 mm, best, solid)") &&
+                               Contains("surface proven covered, closed"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));

@@ -1,5 +1,6 @@
 // `touchstone tree` and `touchstone tree check`: meshes and scenes in; trees, .sph files and figures out.
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "engine/view/image_file.hpp"
 #include "haptics/builder/tree_file.hpp"

@@ -1,17 +1,19 @@
-"""What numpy.load makes of a recording:  read.py DIR FIELDS CSV"""
+"""Checks what numpy.load reads from a recording:  read.py DIR FIELDS CSV"""
 import sys
 
 import numpy as np
 
-folder, fields, csv = sys.argv[1:]
+folder, fields_file, csv = sys.argv[1:]
 ticks = np.load(folder + "/ticks.npy")
-told = [[cell.strip(" `") for cell in line.split("|")[1:3]]
-        for line in open(fields, encoding="utf-8").read().splitlines()[2:]]
+stored, derived = (table.splitlines()[2:] for table in open(fields_file, encoding="utf-8").read().split("\n\n"))
+schema = [[cell.strip(" `") for cell in line.split("|")[1:3]] for line in stored]
+derived_names = {line.split("`")[1] for line in derived}
 assert ticks.shape == (2401,), ticks.shape
-assert [[name, ticks.dtype[name].str[1:]] for name in ticks.dtype.names] == told, ticks.dtype
+assert [[name, ticks.dtype[name].str[1:]] for name in ticks.dtype.names] == schema, ticks.dtype
+assert not derived_names & set(ticks.dtype.names)
 assert ticks.dtype.names[0] == "input_x_mm" and ticks.dtype["input_x_mm"] == np.dtype("<f8")
 assert (ticks["tick"] == np.arange(2401)).all()
-# A demonstration's poses are of unit length, so the tick takes them as they are, to rounding.
+# The quaternions of a demonstration have unit length, so the tick uses its poses unchanged, up to rounding.
 for axis in "xyz":
     assert np.allclose(ticks[f"input_{axis}_mm"], ticks[f"device_{axis}_mm"], rtol=0, atol=1e-9)
 force = np.linalg.norm(np.stack([ticks[f"force_{axis}_N"] for axis in "xyz"]), axis=0)

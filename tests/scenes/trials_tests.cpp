@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/session/session.hpp"
 #include "haptics/sandbox/trials/trial.hpp"

@@ -2,6 +2,7 @@
 // Small scenes made by hand, in memory and on disk.
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/scene/scene.hpp"
@@ -34,7 +35,7 @@ inline engine::Entity addBox(engine::Scene& scene, const std::string& name, cons
 inline void addPhysics(engine::Scene& scene, engine::Entity node, const nlohmann::json& body) {
     engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
     if (!marking) marking = &scene.registry.add(node, engine::NodeMarking{});
-    marking->extensions["KHR_physics_rigid_bodies"] = body;
+    (*marking->extensions)["KHR_physics_rigid_bodies"] = body;
 }
 
 inline engine::Animation translation(engine::Entity node, std::vector<double> times, std::vector<glm::dvec4> values) {

@@ -1,6 +1,7 @@
 #include "tools/parts/demonstration.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace touchstone::app {
 
@@ -26,7 +27,7 @@ engine::Animation Demonstration::animation(engine::Entity tool, std::string name
         rotation.values.emplace_back(q.x, q.y, q.z, q.w);
     }
     engine::Animation animation{std::move(name), {std::move(translation), std::move(rotation)}};
-    if (!outcome.is_null()) animation.extras = {{"touchstone", {{"outcome", std::move(outcome)}}}};
+    if (!outcome.is_null()) *animation.extras = {{"touchstone", {{"outcome", std::move(outcome)}}}};
     return animation;
 }
 

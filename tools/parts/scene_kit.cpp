@@ -1,6 +1,7 @@
 #include "tools/parts/scene_kit.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/mesh_file.hpp"
 #include "haptics/builder/tree_builder.hpp"

@@ -1,12 +1,13 @@
 #include "tools/parts/scenes.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "tools/parts/angles.hpp"
 #include "tools/parts/assembly.hpp"
 #include "tools/parts/hard_cases.hpp"
 #include "tools/parts/paper_motions.hpp"
-#include "tools/parts/angles.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
@@ -16,7 +17,6 @@ using engine::Entity;
 using engine::MeshData;
 using engine::Scene;
 using nlohmann::json;
-
 
 /// One bunny nudges another from behind: touch, slide, press deep, rotate, leave.
 Scene makeBunnies(const SceneOptions& options) {

@@ -1,7 +1,7 @@
 #pragma once
 // The benchmark's parts: what is to be measured, measuring it, and showing it. A result is a flat JSON object, which is
 // a line of the CSV tables too.
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>

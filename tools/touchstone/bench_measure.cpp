@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/measure/error_split.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/threads/rt_thread.hpp"
@@ -99,10 +101,8 @@ class Judge {
     std::vector<double> forces_;
 };
 
-double median(std::vector<double> values) { return sandbox::percentile(values, 50).value_or(0); }
-
 nlohmann::ordered_json medianOrNull(std::vector<double> values) {
-    const std::optional<double> value = sandbox::percentile(values, 50);
+    const std::optional<double> value = percentile(values, 50);
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
@@ -128,7 +128,7 @@ struct Timing {
 
   private:
     static void addPercentiles(std::vector<double>& values, std::array<std::vector<double>, 3>& to) {
-        const sandbox::Percentiles got = sandbox::percentiles(values);
+        const Percentiles got = touchstone::percentiles(values);
         for (const auto& [at, value] : {std::pair{0, got.p50}, std::pair{1, got.p99}, std::pair{2, got.p999}})
             to[static_cast<std::size_t>(at)].push_back(*value);
     }
@@ -233,7 +233,7 @@ class Measuring {
             }
         } while (times[0].size() < (case_.helper ? effort.paced : effort.ticks) &&
                  threadCpuMicroseconds() - start < 1e6 * effort.seconds);
-        std::vector<double> equal = timeConstant(times[0].size(), median(times[0]));
+        std::vector<double> equal = timeConstant(times[0].size(), percentiles(times[0]).p50.value_or(0));
         timing_.add(times, equal);
     }
 
@@ -262,7 +262,7 @@ class Measuring {
         row["rows_p50"] = orNull(report_.rows.p50);
         row["rows_max"] = orNull(report_.rows.max);
         row["rows_screened_p50"] = medianOrNull(screened);
-        row["rows_screened_max"] = orNull(sandbox::percentile(screened, 100));
+        row["rows_screened_max"] = orNull(percentile(screened, 100));
         row["screen_inexact_ticks"] = judge_.inexact();
         row["iterations_p50"] = orNull(report_.iterations.p50);
         row["penetration_max_mm"] = orNull(report_.penetration.max);

@@ -2,11 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/qp/random_contacts.hpp"
-#include "haptics/sandbox/measure/report.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -78,10 +79,10 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
             errors[i] = wrenchError(problem, solved.x, exact->solve(problem, {}).x).force_N;
         }
     }
-    result.medianUs = *sandbox::percentile(times, 50);
-    result.p99Us = *sandbox::percentile(times, 99);
-    result.medianError = *sandbox::percentile(errors, 50);
-    result.worstError = *sandbox::percentile(errors, 100);
+    result.medianUs = *percentile(times, 50);
+    result.p99Us = *percentile(times, 99);
+    result.medianError = *percentile(errors, 50);
+    result.worstError = *percentile(errors, 100);
     return result;
 }
 

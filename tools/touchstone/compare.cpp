@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/hash.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
@@ -84,7 +87,7 @@ class Comparing {
         const auto medianOf = [&](std::size_t tick, double sandbox::TickTimes::*stage) {
             values.clear();
             for (const sandbox::TimedRun& timed : timed_) values.push_back(timed.ticks[tick].*stage);
-            return sandbox::percentile(values, 50).value_or(0);
+            return percentile(values, 50).value_or(0);
         };
         for (std::size_t i = 0; i < run.ticks.size(); ++i) {
             run.ticks[i].totalUs = medianOf(i, &sandbox::TickTimes::step);
@@ -104,11 +107,8 @@ class Comparing {
 
 ordered_json orNull(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); }
 
-ordered_json mean(const std::vector<double>& values) {
-    if (values.empty()) return nullptr;
-    double sum = 0;
-    for (const double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
+ordered_json meanOrNull(const std::vector<double>& values) {
+    return values.empty() ? ordered_json() : ordered_json(mean(values));
 }
 
 /// Lengths of the difference of two runs' forces, tick by tick.
@@ -117,12 +117,6 @@ std::vector<double> forceDifferences(const ComparedRun& a, const ComparedRun& b)
     for (std::size_t i = 0; i < std::min(a.ticks.size(), b.ticks.size()); ++i)
         lengths.push_back((a.ticks[i].wrench_C.force - b.ticks[i].wrench_C.force).norm());
     return lengths;
-}
-
-std::string hexadecimal(std::uint64_t number) {
-    char digits[17];
-    std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(number));
-    return digits;
 }
 
 ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
@@ -153,9 +147,9 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
         {"hash", hexadecimal(run.hash)}};
     for (const auto& [name, values] :
          {std::pair{"step", step}, std::pair{"collision", collision}, std::pair{"solve", solve}}) {
-        const sandbox::Percentiles p = sandbox::percentiles(values);
+        const Percentiles p = percentiles(values);
         const std::string stage = name;
-        row[stage + "_mean_us"] = mean(values);
+        row[stage + "_mean_us"] = meanOrNull(values);
         row[stage + "_p50_us"] = orNull(p.p50);
         row[stage + "_p99_us"] = orNull(p.p99);
         row[stage + "_p999_us"] = orNull(p.p999);
@@ -163,22 +157,22 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     }
     row["ticks_over_1ms"] = over;
     row["pairs_max"] = pairs;
-    row["rows_p50"] = orNull(sandbox::percentile(rows, 50));
-    row["rows_max"] = orNull(sandbox::percentile(rows, 100));
+    row["rows_p50"] = orNull(percentile(rows, 50));
+    row["rows_max"] = orNull(percentile(rows, 100));
     row["rows_truncated"] = truncated;
-    row["iterations_mean"] = mean(iterations);
-    row["iterations_max"] = orNull(sandbox::percentile(iterations, 100));
-    row["force_error_p50_N"] = orNull(sandbox::percentile(errors, 50));
-    row["force_error_max_N"] = orNull(sandbox::percentile(errors, 100));
+    row["iterations_mean"] = meanOrNull(iterations);
+    row["iterations_max"] = orNull(percentile(iterations, 100));
+    row["force_error_p50_N"] = orNull(percentile(errors, 50));
+    row["force_error_max_N"] = orNull(percentile(errors, 100));
     std::vector<double> differences = exact ? forceDifferences(run, *exact) : std::vector<double>();
-    row["force_difference_p50_N"] = orNull(sandbox::percentile(differences, 50));
-    row["force_difference_max_N"] = orNull(sandbox::percentile(differences, 100));
-    const sandbox::Percentiles depth = sandbox::percentiles(run.penetration);
+    row["force_difference_p50_N"] = orNull(percentile(differences, 50));
+    row["force_difference_max_N"] = orNull(percentile(differences, 100));
+    const Percentiles depth = percentiles(run.penetration);
     row["penetration_p50_mm"] = orNull(depth.p50);
     row["penetration_max_mm"] = orNull(depth.max);
-    row["hover_p99_mm"] = orNull(sandbox::percentile(hover, 99));
-    row["hover_max_mm"] = orNull(sandbox::percentile(hover, 100));
-    row["force_max_N"] = orNull(sandbox::percentile(force, 100));
+    row["hover_p99_mm"] = orNull(percentile(hover, 99));
+    row["hover_max_mm"] = orNull(percentile(hover, 100));
+    row["force_max_N"] = orNull(percentile(force, 100));
     for (const SolveStatus status :
          {SolveStatus::Solved, SolveStatus::Elastic, SolveStatus::IterationLimit, SolveStatus::Invalid}) {
         std::string column = std::string("ticks_") + name(status);

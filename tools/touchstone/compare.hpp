@@ -1,6 +1,6 @@
 #pragma once
 // One motion of the device, fed to one solver after another.
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

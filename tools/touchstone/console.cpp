@@ -19,13 +19,13 @@
 namespace touchstone::app {
 namespace {
 
-/// Draws over its own line; whatever is printed next begins on a clean one.
-class Bar {
+/// Overwrites its own line, and clears it at the end, so that later output begins on an empty line.
+class ProgressBar {
   public:
-    explicit Bar(std::string doing) : doing_(std::move(doing)) {}
-    ~Bar() { clear(); }
-    Bar(const Bar&) = delete;
-    Bar& operator=(const Bar&) = delete;
+    explicit ProgressBar(std::string doing) : doing_(std::move(doing)) {}
+    ~ProgressBar() { clear(); }
+    ProgressBar(const ProgressBar&) = delete;
+    ProgressBar& operator=(const ProgressBar&) = delete;
 
     void show(const sandbox::SceneStatus& status) {
         if (std::chrono::steady_clock::now() - start_ < std::chrono::milliseconds(500)) return;
@@ -63,7 +63,7 @@ class Bar {
 }  // namespace
 
 sandbox::SceneProgress progressBar(const std::string& doing) {
-    return [bar = std::make_shared<Bar>(doing)](const sandbox::SceneStatus& status) {
+    return [bar = std::make_shared<ProgressBar>(doing)](const sandbox::SceneStatus& status) {
         bar->show(status);
         return StopRequest::signal() == 0;
     };
@@ -76,13 +76,13 @@ void requireDisplay() {
     };
     if (!given("DISPLAY") && !given("WAYLAND_DISPLAY"))
         throw std::runtime_error(
-            "there is no display for a window: add --headless for a run without one, or start it on a desktop, over "
-            "'ssh -X' or under 'xvfb-run'");
+            "there is no display for a window: add --headless to run without one, or start the program on a desktop, "
+            "over 'ssh -X' or under 'xvfb-run'");
 }
 
 void requireWritable(const std::filesystem::path& file, const std::string& what) {
     std::error_code error;
-    // Opening a pipe would wait for its reader.
+    // Only regular files are opened: opening a pipe would wait for its reader.
     if (std::filesystem::is_regular_file(file, error) || std::filesystem::is_directory(file, error) ||
         !std::filesystem::exists(file, error))
         const OutputFile written(file, what);

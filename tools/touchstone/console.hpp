@@ -1,5 +1,5 @@
 #pragma once
-// What the commands say while they work, and checks before they begin.
+// Progress of the commands on the console, and checks before they start.
 #include <filesystem>
 #include <string>
 
@@ -7,18 +7,18 @@
 
 namespace touchstone::app {
 
-/// A progress bar with the time left on the error stream, one line drawn over; on anything but a terminal one line a
-/// part. What takes less than a moment shows nothing. `doing` is what happens to each part: "building the sphere tree
-/// of". While it lives the first Ctrl-C cancels, the second ends the program.
+/// A progress bar with the remaining time on the error stream: on a terminal one line that is overwritten, elsewhere
+/// one line for each part. Work of less than half a second shows nothing. `doing` is what happens to each part:
+/// "building the sphere tree of". While the bar exists, the first Ctrl-C cancels and the second ends the program.
 sandbox::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
 
-/// Throws std::runtime_error with one sentence when there is no display for a window.
+/// Throws std::runtime_error with one sentence if there is no display for a window.
 void requireDisplay();
 
-/// Throws std::runtime_error when `what` ("the report") could not be written there.
+/// Throws std::runtime_error if `what` ("the report") cannot be written there.
 void requireWritable(const std::filesystem::path& file, const std::string& what);
 
-/// Makes the folder if it is not there. Throws std::runtime_error when `what` could not be written there.
+/// Makes the folder if it does not exist. Throws std::runtime_error if `what` cannot be written there.
 void makeFolder(const std::filesystem::path& folder, const std::string& what);
 
 }  // namespace touchstone::app

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"

@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <numeric>
+#include <nlohmann/json.hpp>
 
+#include "engine/scene/text.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
 #include "haptics/sandbox/record/build_info.hpp"
@@ -18,7 +20,6 @@
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
 #include "tools/touchstone/scene_path.hpp"
-#include "engine/scene/text.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -36,9 +37,7 @@ const ComparedRun& runOf(const Runs& runs, const std::string& name) {
     return *std::find_if(runs.begin(), runs.end(), [&](const ComparedRun& run) { return run.what.name() == name; });
 }
 
-double meanOf(const Values& values) {
-    return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
+double meanOrZero(const Values& values) { return values.empty() ? 0 : mean(values); }
 double mostOf(const Values& values) { return values.empty() ? 0 : *std::max_element(values.begin(), values.end()); }
 
 /// value(tick, index) of the ticks that keep(tick, index).
@@ -72,9 +71,9 @@ ordered_json classesOf(const std::vector<const Runs*>& motions) {
             }
             const std::string name = solver;
             line["ticks"] = times.size();
-            line[name + "_p50_us"] = times.empty() ? ordered_json() : ordered_json(*sandbox::percentile(times, 50));
+            line[name + "_p50_us"] = times.empty() ? ordered_json() : ordered_json(*percentile(times, 50));
             line[name + "_max_us"] = times.empty() ? ordered_json() : ordered_json(mostOf(times));
-            line[name + "_iterations"] = times.empty() ? ordered_json() : ordered_json(meanOf(iterations));
+            line[name + "_iterations"] = times.empty() ? ordered_json() : ordered_json(meanOrZero(iterations));
         }
         classes.push_back(std::move(line));
     }
@@ -101,7 +100,7 @@ ColdTimes coldTimes(const sandbox::HapticScene& scene, const ComparedRun& run, c
     };
     sandbox::runHeadless(scene, run.settings, options);
     ColdTimes means;
-    for (std::size_t k = 0; k < solvers.size(); ++k) means[std::string(solverTable()[k].name)] = meanOf(times[k]);
+    for (std::size_t k = 0; k < solvers.size(); ++k) means[std::string(solverTable()[k].name)] = meanOrZero(times[k]);
     return means;
 }
 
@@ -149,7 +148,7 @@ void drawFigure6(const Runs& runs, const fs::path& folder) {
     for (const ComparedRun& run : runs) {
         if (run.what.mode != "paper") continue;
         const auto mean = [&](double TickRecord::*time) {
-            return meanOf(valuesOf(run, inContact, [&](const TickRecord& t, std::size_t) { return t.*time; }));
+            return meanOrZero(valuesOf(run, inContact, [&](const TickRecord& t, std::size_t) { return t.*time; }));
         };
         groups.push_back({run.what.solver,
                           {mean(&TickRecord::collisionUs), mean(&TickRecord::solveUs), mean(&TickRecord::totalUs)}});
@@ -195,8 +194,8 @@ ordered_json phaseRows(const Runs& runs, const Phases& phases) {
                  {"torque_max_mNm",
                   mostOf(of([](const TickRecord& t, std::size_t) { return t.wrench_C.torque.norm(); }))},
                  {"pairs_max", mostOf(of([](const TickRecord& t, std::size_t) { return double(t.pairs); }))},
-                 {"collision_mean_us", meanOf(of([](const TickRecord& t, std::size_t) { return t.collisionUs; }))},
-                 {"solve_mean_us", meanOf(of([](const TickRecord& t, std::size_t) { return t.solveUs; }))},
+                 {"collision_mean_us", meanOrZero(of([](const TickRecord& t, std::size_t) { return t.collisionUs; }))},
+                 {"solve_mean_us", meanOrZero(of([](const TickRecord& t, std::size_t) { return t.solveUs; }))},
                  {"step_max_us", mostOf(of(stepTime))},
                  {"penetration_max_mm",
                   mostOf(of([&](const TickRecord&, std::size_t i) { return run.penetration[i]; }))},
@@ -229,7 +228,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const ComparedRun &active = runOf(shallow, "paper active-set"), &pqp = runOf(shallow, "paper pqp"),
                       &exact = runOf(shallow, "paper dual-active-set");
     const auto mean = [](const ComparedRun& run, double TickRecord::*time) {
-        return meanOf(valuesOf(run, inContact, [&](const TickRecord& t, std::size_t) { return t.*time; }));
+        return meanOrZero(valuesOf(run, inContact, [&](const TickRecord& t, std::size_t) { return t.*time; }));
     };
     const double solve = mean(active, &TickRecord::solveUs) / mean(pqp, &TickRecord::solveUs),
                  total = mean(active, &TickRecord::totalUs) / mean(pqp, &TickRecord::totalUs);
@@ -248,7 +247,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
 
     const auto steps = [](const TickRecord& t, std::size_t) { return double(t.iterations); };
     const Values iterations = valuesOf(pqp, inContact, steps);
-    const double average = meanOf(iterations), most = mostOf(iterations);
+    const double average = meanOrZero(iterations), most = mostOf(iterations);
     add("iterations", "PQP takes six iterations on average and ten at most",
         engine::formatted("%.3g on average, %.0f at most", average, most),
         most <= 10      ? ordered_json(true)
@@ -258,8 +257,8 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const Values at200 = valuesOf(pqp, pairsFrom(150, 251), stepTime);
     const bool fast = mostOf(at200) < kBudget;
     add("budget", "with about 200 pairs the whole tick stays below 1 ms",
-        engine::formatted("with 150 to 250 pairs (%zu ticks) pqp takes %.3g µs on average and %.3g µs at most", at200.size(),
-                  meanOf(at200), mostOf(at200)),
+        engine::formatted("with 150 to 250 pairs (%zu ticks) pqp takes %.3g µs on average and %.3g µs at most",
+                          at200.size(), meanOrZero(at200), mostOf(at200)),
         at200.empty() ? ordered_json() : ordered_json(fast));
 
     const Values above = valuesOf(active, pairsFrom(101, 1 << 30), stepTime);
@@ -270,9 +269,10 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
     const auto late = std::count_if(above.begin(), above.end(), [](double us) { return us > kBudget; });
     add("active-set", "with more than 100 pairs active set takes longer than 1 ms",
         engine::formatted("%zu of %zu such ticks take longer; %.3g µs on average, %.3g µs at most%s", std::size_t(late),
-                  above.size(), meanOf(above), mostOf(above),
-                  slowest ? engine::formatted("; the fewest pairs of a tick that takes longer: %d", slowest).c_str()
-                          : "; none does up to 1000 pairs"),
+                          above.size(), meanOrZero(above), mostOf(above),
+                          slowest
+                              ? engine::formatted("; the fewest pairs of a tick that takes longer: %d", slowest).c_str()
+                              : "; none does up to 1000 pairs"),
         late > 0 && 2 * std::size_t(late) >= above.size());
 
     const auto depthOf = [](const Runs& runs, const char* name) { return mostOf(runOf(runs, name).penetration); };
@@ -298,12 +298,13 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
         };
         constexpr std::size_t kAfter = 150;  // ticks of rest once the turn has ended
         const Values before = during(phases[1], phases[1] + 100), after = during(phases[2], phases[2] + kAfter);
-        return std::pair{meanOf(before), after.empty() ? 0 : after.back()};
+        return std::pair{meanOrZero(before), after.empty() ? 0 : after.back()};
     };
     const auto [before, after] = axial("paper pqp");
     const auto [beforeDefault, afterDefault] = axial("default dual-active-set");
     add("axial", "the axial force falls remarkably when the keys meet the keyways",
-        engine::formatted("from %.3g N to %.2g N (default mode: %.3g N to %.2g N)", before, after, beforeDefault, afterDefault),
+        engine::formatted("from %.3g N to %.2g N (default mode: %.3g N to %.2g N)", before, after, beforeDefault,
+                          afterDefault),
         before > 0 && after < 0.2 * before);
     return claims;
 }

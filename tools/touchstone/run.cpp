@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "engine/scene/user_folder.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/device/emergency_stop.hpp"
@@ -24,7 +25,6 @@
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
-#include "engine/scene/user_folder.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -135,13 +135,13 @@ bool tellReplay(const sandbox::ReplayCheck& check) {
     if (check.notCompared > 0)
         spdlog::warn("replay: the recording lacks ticks; the {} after them cannot be repeated", check.notCompared);
     const std::uint64_t compared = check.ticks - check.notCompared;
-    if (!check.other) {
+    if (!check.different) {
         std::printf("  replay: all of %llu ticks have the recorded bits\n", static_cast<unsigned long long>(compared));
         return true;
     }
     std::printf("  replay: %llu of %llu ticks have the recorded bits, row %llu is the first that has not\n",
                 static_cast<unsigned long long>(check.same), static_cast<unsigned long long>(compared),
-                static_cast<unsigned long long>(*check.other));
+                static_cast<unsigned long long>(*check.different));
     return !check.differences.empty();
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/console.hpp"
@@ -11,7 +13,7 @@
 namespace touchstone::app {
 namespace {
 
-void printPercentiles(const char* what, const sandbox::Percentiles& values, const char* unit) {
+void printPercentiles(const char* what, const Percentiles& values, const char* unit) {
     if (values.p50)
         std::printf("  %-12s %10.2f median %10.2f p99 %10.2f p99.9 %10.2f worst  %s\n", what, *values.p50, *values.p99,
                     *values.p999, *values.max, unit);
@@ -29,7 +31,7 @@ void printReport(const sandbox::Report& report) {
     if (report.helperUs.max.value_or(0) > 0) printPercentiles("helper", report.helperUs, "µs");
     if (report.shadow != "none") {
         printPercentiles("shadow", report.shadowUs, "µs");
-        if (const sandbox::Percentiles& error = report.shadowForceError; error.p50)
+        if (const Percentiles& error = report.shadowForceError; error.p50)
             std::printf("  shadow error %10.4f median %10.4f p99 %17s %10.4f worst  N\n", *error.p50, *error.p99, "",
                         *error.max);
     }
@@ -106,8 +108,8 @@ sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
     const std::string scene = session.scene() ? sandbox::sceneName(*session.scene()) : "";
     sandbox::Report report = sandbox::reportOf(scene, session.device().choice, session.settings());
     statistics_.write(report);
-    report.frameCpuMs = sandbox::percentiles(frameMs_);
-    report.drawCalls = sandbox::percentiles(drawCalls_);
+    report.frameCpuMs = percentiles(frameMs_);
+    report.drawCalls = percentiles(drawCalls_);
     if (const LoopSnapshot* snapshot = session.snapshot()) {
         report.overruns = snapshot->overruns;
         report.dropped = snapshot->dropped;
@@ -143,14 +145,14 @@ void WindowLoad::frame(const sandbox::LiveSession& session, const sandbox::Frame
 
 void WindowLoad::print() const {
     std::printf("window: %zu frames, %zu ticks\n", cpuMs_.size(), tickUs_.size());
-    printPercentiles("frame", sandbox::percentiles(cpuMs_), "ms of the window's thread");
-    printPercentiles("its drawing", sandbox::percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
-    printPercentiles("all else", sandbox::percentiles(restMs_), "ms");
-    printPercentiles("drawing", sandbox::percentiles(drawCalls_), "calls a frame");
-    printPercentiles("frame", sandbox::percentiles(frameMs_), "ms from frame to frame");
-    printPercentiles("step", sandbox::percentiles(stepUs_), "µs");
-    printPercentiles("with shadow", sandbox::percentiles(tickUs_), "µs");
-    printPercentiles("period", sandbox::percentiles(periodUs_), "µs from tick to tick");
+    printPercentiles("frame", percentiles(cpuMs_), "ms of the window's thread");
+    printPercentiles("its drawing", percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
+    printPercentiles("all else", percentiles(restMs_), "ms");
+    printPercentiles("drawing", percentiles(drawCalls_), "calls a frame");
+    printPercentiles("frame", percentiles(frameMs_), "ms from frame to frame");
+    printPercentiles("step", percentiles(stepUs_), "µs");
+    printPercentiles("with shadow", percentiles(tickUs_), "µs");
+    printPercentiles("period", percentiles(periodUs_), "µs from tick to tick");
     std::printf("  %llu ticks ended late, %llu were not recorded\n",
                 static_cast<unsigned long long>(overruns_ - overrunsBefore_),
                 static_cast<unsigned long long>(dropped_));

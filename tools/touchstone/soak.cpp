@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
 #include "tools/touchstone/commands.hpp"
@@ -61,11 +62,6 @@ double residentMegabytes() {
     double size = 0, resident = 0;
     in >> size >> resident;
     return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
-}
-
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
 }
 
 class Soak {

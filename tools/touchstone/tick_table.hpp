@@ -1,5 +1,5 @@
 #pragma once
-// Every tick of a run as a line of CSV.
+// `run --ticks`: every tick of a run as a line of CSV, with the names of record/tick_fields.
 #include <filesystem>
 
 #include "haptics/files/output_file.hpp"
@@ -9,11 +9,11 @@ namespace touchstone::app {
 
 class TickTable {
   public:
-    /// Throws std::runtime_error when the file cannot be written.
+    /// Throws std::runtime_error if the file cannot be written.
     explicit TickTable(const std::filesystem::path& file);
     /// `penetration`: of the true gaps, mm; `rate`: Hz.
     void add(const TickRecord& record, double penetration, double rate);
-    /// The file is in its place when this returns. Throws std::runtime_error when something could not be written.
+    /// Moves the complete file to its place. Throws std::runtime_error if something could not be written.
     void close() { out_.close(); }
 
   private:

@@ -9,6 +9,7 @@
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/mesh_file.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "tools/touchstone/scene_path.hpp"

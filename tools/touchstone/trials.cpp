@@ -7,12 +7,13 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "engine/ui/user_files.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
-#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/record/recorded_scene.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tools/touchstone/bench.hpp"

@@ -1,9 +1,10 @@
 // What a study amounts to: rates, means and medians of each condition with 95 % confidence intervals, and plots.
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/sandbox/trials/intervals.hpp"
+#include "haptics/math/statistics.hpp"
 #include "tools/touchstone/bench.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/gnuplot.hpp"
@@ -38,8 +39,6 @@ constexpr Measure kMeasures[] = {
     {"residual_penetration_mm", false},
 };
 
-double meanOfAll(Values values) { return sandbox::meanOf(values); }
-
 bool seated(const TrialRow& row) { return row.at("outcome") == "seated"; }
 
 Values valuesOf(const std::vector<TrialRow>& rows, const Measure& measure) {
@@ -68,7 +67,7 @@ ordered_json successOf(const std::string& condition, const std::vector<TrialRow>
     ordered_json line = lineOf(condition, "seated_rate", rows.size());
     if (rows.empty()) return line;
     const int count = static_cast<int>(std::count_if(rows.begin(), rows.end(), seated));
-    const sandbox::Interval interval = sandbox::wilson(count, static_cast<int>(rows.size()));
+    const Interval interval = wilsonInterval(count, static_cast<int>(rows.size()));
     line["mean"] = count / static_cast<double>(rows.size());
     line["mean_low"] = interval.low;
     line["mean_high"] = interval.high;
@@ -80,15 +79,15 @@ ordered_json measured(const std::string& condition, const std::vector<TrialRow>&
     ordered_json line =
         lineOf(condition, std::string(measure.column) + (measure.ofSeated ? " of seated" : ""), values.size());
     if (values.empty()) return line;
-    line["mean"] = sandbox::meanOf(values);
-    line["median"] = sandbox::medianOf(values);
+    line["mean"] = mean(values);
+    line["median"] = median(values);
     if (values.size() < 2) return line;
-    const sandbox::Interval mean = sandbox::bootstrap(values, meanOfAll),
-                            median = sandbox::bootstrap(values, sandbox::medianOf);
-    line["mean_low"] = mean.low;
-    line["mean_high"] = mean.high;
-    line["median_low"] = median.low;
-    line["median_high"] = median.high;
+    const Interval ofMean = bootstrapInterval(values, [](Values drawn) { return mean(drawn); });
+    const Interval ofMedian = bootstrapInterval(values, median);
+    line["mean_low"] = ofMean.low;
+    line["mean_high"] = ofMean.high;
+    line["median_low"] = ofMedian.low;
+    line["median_high"] = ofMedian.high;
     return line;
 }
 

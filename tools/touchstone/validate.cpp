@@ -13,7 +13,7 @@ int validate(const std::string& pathOrName) {
         sandbox::openScene(file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
 
     std::printf("%s\n", engine::escaped(file.string()).c_str());
-    for (const std::string& sentence : scene.roles.taken) std::printf("  %s\n", sentence.c_str());
+    for (const std::string& sentence : scene.roles.interpreted) std::printf("  %s\n", sentence.c_str());
     if (scene.world) {
         const auto describe = [](const std::string& name, const SphereTree& tree) {
             std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree.certificate.diagonal,

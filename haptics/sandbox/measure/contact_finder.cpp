@@ -10,8 +10,8 @@ namespace touchstone::sandbox {
 namespace {
 
 constexpr int kRows = 1 << 15;
-constexpr int kMany = 1 << 13;         // rows, which take a millisecond or two
-constexpr double kCellsPerReach = 30;  // contacts nearer than a cell of this size look like one
+constexpr int kMany = 1 << 13;         // rows above which the margin shrinks: solving for more takes over a millisecond
+constexpr double kCellsPerReach = 30;  // contacts within a cell of this size look like one
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void ContactFinder::collect(const TickRecord& record, double margin) {
         const Pose& X_WO = X_WO_[i];
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
-        if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // deeper in each other than any picture could show
+        if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // the overlap is deeper than any picture could show
         if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
             lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
@@ -49,11 +49,11 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double 
 
 std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
                                                   int most) {
-    if (record.tick != std::exchange(tick_, record.tick)) {  // else the picture is to be the same
-        if (found_ > kMany) share_ /= 2;
-        if (found_ < kMany / 4) share_ = std::min(2 * share_, 1.0);
+    if (record.tick != std::exchange(tick_, record.tick)) {  // the picture of one tick must not change
+        if (found_ > kMany) marginShare_ /= 2;
+        if (found_ < kMany / 4) marginShare_ = std::min(2 * marginShare_, 1.0);
     }
-    collect(record, share_ * margin);
+    collect(record, marginShare_ * margin);
     found_ = rows_.size();
     contacts_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
@@ -63,14 +63,14 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
         contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
     }
     if (!contacts_.empty()) {
-        // The tick's own problem where it came to rest: its multipliers are the forces in the contacts.
+        // The tick's own problem, at the pose where the tool came to rest: its multipliers are the contact forces.
         const Vec3 p_TC = world_->p_TC();
         QpProblem problem;
         problem.stiffness << Vec3::Constant(settings.stiffness), Vec3::Constant(settings.torsion);
         problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
             logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
         problem.rows = &rows_;
-        solver_->reset();  // the same for the same tick
+        solver_->reset();  // without a warm start the result depends on the tick only
         for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
     }
     thin(most);

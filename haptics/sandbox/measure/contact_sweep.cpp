@@ -6,17 +6,17 @@
 #include <stdexcept>
 
 #include "haptics/files/output_file.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
-#include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
 #include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-constexpr int kPasses = 31, kFewestPasses = 3;
-constexpr double kPassesUs = 20'000;  // by the clock: no further pass after this
-constexpr double kCoarsest = 1, kFinest = 1e-8, kPerDecade = 2;
+constexpr int kMostRepetitions = 31, kFewestRepetitions = 3;
+constexpr double kRepetitionsUs = 20'000;                        // wall time after which no further repetition begins
+constexpr double kCoarsest = 1, kFinest = 1e-8, kPerDecade = 2;  // tolerances
 
 std::vector<double> tolerancesOf(const SolverInfo& info) {
     if (info.exact) return {0};
@@ -26,10 +26,10 @@ std::vector<double> tolerancesOf(const SolverInfo& info) {
     return tolerances;
 }
 
-/// One solver on the contact, as the tick calls it.
-class Trial {
+/// One solver on the contact, called as the tick calls it.
+class SolverRun {
   public:
-    Trial(const FrozenContact& contact, int solver, const Vec6& exact)
+    SolverRun(const FrozenContact& contact, int solver, const Vec6& exact)
         : contact_(contact),
           info_(solverTable()[static_cast<std::size_t>(solver)]),
           solver_(info_.make(contact.rows.size())),
@@ -47,7 +47,7 @@ class Trial {
         const Screening screening = screens ? set.screening : Screening::None;
         std::vector<double> times;
         double spent = 0;
-        for (int pass = 0; pass < kPasses && (pass < kFewestPasses || spent < kPassesUs); ++pass) {
+        for (int k = 0; k < kMostRepetitions && (k < kFewestRepetitions || spent < kRepetitionsUs); ++k) {
             if (!goOn()) return false;
             solver_->reset();
             const auto screened = [&] { return &screen_.run(contact_.rows, screening, contact_.reach, set.trust); };
@@ -126,14 +126,14 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
     const Vec6 exact =
         reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
     for (std::size_t solver = 0; solver < table.size(); ++solver) {
-        Trial trial(contact, static_cast<int>(solver), exact);
+        SolverRun run(contact, static_cast<int>(solver), exact);
         for (const double tolerance : tolerancesOf(table[solver])) {
             SweepPoint point;
-            if (!trial.run(tolerance, goOn, point)) return std::nullopt;
+            if (!run.run(tolerance, goOn, point)) return std::nullopt;
             sweep.points.push_back(point);
         }
     }
-    // What has no answer is neither fast nor right.
+    // A solver without an answer is no point of the front.
     std::vector<TimeAndError> points;
     std::vector<std::size_t> which;
     for (std::size_t i = 0; i < sweep.points.size(); ++i) {
@@ -147,7 +147,7 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
 }
 
 std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double tolerance) {
-    const SweepPoint *coarser = nullptr, *finer = nullptr;  // those next to the tolerance
+    const SweepPoint *coarser = nullptr, *finer = nullptr;  // neighbors of the tolerance
     for (const SweepPoint& point : sweep.points) {
         if (point.solver != solver) continue;
         if (!coarser || point.tolerance >= tolerance) coarser = &point;

@@ -1,18 +1,19 @@
 #include "haptics/sandbox/measure/error_split.hpp"
 
 #include "haptics/collision/neighbor_list.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-constexpr int kTicks = 2000;  // to convergence, of up to kLinearisations each
-constexpr int kLinearisations = 64;
-constexpr double kRest = 1e-6;  // mm between ticks
+constexpr int kTicks = 2000;         // at most, until convergence
+constexpr int kLinearisations = 64;  // at most, in each of these ticks
+constexpr double kRest = 1e-6;       // travel between two ticks below which the tool is at rest, mm
 
-/// Of poses of the tool node with the device at one.
+/// The error between the tool poses a and b while the device is at one pose.
 AnswerError between(const World& world, const Settings& settings, const Pose& device, const Pose& a, const Pose& b) {
     const Vec6 x = incrementBetween({a * world.p_TC(), a.q}, {b * world.p_TC(), b.q});
-    // Torque is no linear function of the tool's rotation: the two are compared themselves.
+    // Torque is not linear in the tool's rotation, so the torques themselves are compared.
     const Vec3 turn = logRotation(a.q * device.q.conjugate()) - logRotation(b.q * device.q.conjugate());
     return {.position = x.head<3>().norm(),
             .rotation = x.tail<3>().norm(),

@@ -1,5 +1,5 @@
 #pragma once
-// Speed against error: what the benchmark's plots and the window's share.
+// The Pareto front of speed against error, for the plots of the benchmark and of the window.
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -9,11 +9,11 @@ namespace touchstone::sandbox {
 
 using TimeAndError = std::pair<double, double>;  ///< µs, N
 
-/// What is less is drawn here on logarithmic axes, N: an exact answer has no error but rounding.
+/// Smaller errors are drawn here on logarithmic axes, N: the only error of an exact answer is rounding.
 inline constexpr double kLeastError = 1e-9;
 
-/// Indices of the points that no other beats: nothing else is both at least as fast and less wrong, or faster and as
-/// wrong. By rising time, so by falling error; of equal points the first.
+/// Indices of the points that no other point dominates: none is at least as fast with a smaller error, or faster with
+/// the same error. Ordered by increasing time, therefore by decreasing error; of equal points the first.
 std::vector<std::size_t> paretoFront(std::span<const TimeAndError> points);
 
 }  // namespace touchstone::sandbox

@@ -1,9 +1,9 @@
 #include "haptics/sandbox/measure/report.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cmath>
-#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "haptics/math/hash.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -12,7 +12,7 @@ using nlohmann::ordered_json;
 
 ordered_json number(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(); }
 
-/// One of the percentiles by its name in the report.
+/// One percentile under its key in the report.
 struct Column {
     const char* key;
     std::optional<double> Percentiles::*value;
@@ -37,27 +37,6 @@ ordered_json counts(const Percentiles& values) {
 
 }  // namespace
 
-std::string hexadecimal(std::uint64_t value) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-    return text;
-}
-
-std::optional<double> percentile(std::vector<double>& values, double percent) {
-    assert(percent > 0 && percent <= 100);
-    if (values.empty()) return {};
-    // 99.9 % of 1000 must be 999, not 1000 by rounding.
-    const double exact = percent * static_cast<double>(values.size()) / 100;
-    const auto rank = static_cast<std::size_t>(std::ceil(exact - 1e-9 * exact));
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::clamp<std::size_t>(rank, 1, values.size()) - 1);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
-
-Percentiles percentiles(std::vector<double> values) {
-    return {percentile(values, 50), percentile(values, 99), percentile(values, 99.9), percentile(values, 100)};
-}
-
 bool Report::met() const {
     return std::all_of(checks.begin(), checks.end(), [](const OutcomeCheck& check) { return check.met; });
 }
@@ -71,7 +50,7 @@ Report reportOf(std::string scene, std::string device, const Settings& settings)
     report.device = std::move(device);
     report.rate = settings.rate;
     for (const SettingInfo& info : settingTable())
-        report.settings[std::string(info.key)] = getSetting(settings, info.key);
+        report.settings.emplace_back(info.key, getSetting(settings, info.key));
     return report;
 }
 
@@ -81,6 +60,8 @@ ordered_json toJson(const Report& report) {
     ordered_json checks = ordered_json::array();
     for (const OutcomeCheck& check : report.checks)
         checks.push_back({{"name", check.name}, {"limit", check.limit}, {"value", check.value}, {"met", check.met}});
+    ordered_json settings = ordered_json::object();
+    for (const auto& [key, value] : report.settings) settings[key] = value;
     ordered_json json{
         {"scene", report.scene},
         {"mode", report.mode},
@@ -119,7 +100,7 @@ ordered_json toJson(const Report& report) {
         {"safety_fault", report.safetyFault},
         {"hash", hexadecimal(report.hash)},
         {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
-        {"settings", report.settings},
+        {"settings", std::move(settings)},
     };
     if (!report.gauge.empty() && report.ticks > 0)
         json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};

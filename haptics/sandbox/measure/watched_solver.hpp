@@ -1,5 +1,5 @@
 #pragma once
-// A look at the problems of a tick: put in place of a solver of StepState::renderer().
+// Observes the problems that a tick solves: it replaces a solver of StepState::renderer().
 #include <functional>
 #include <memory>
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace touchstone::sandbox {
 
-/// A solver that shows what it was given and what it answered.
+/// Passes each problem on to another solver, and shows problem and answer to a callback.
 class WatchedSolver final : public Solver {
   public:
     using Watch = std::function<void(const QpProblem&, const SolveResult&)>;

@@ -6,7 +6,7 @@
 
 #include "engine/ui/widgets.hpp"
 #include "haptics/loop/haptic_loop.hpp"
-#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/scene/gauge.hpp"
 #include "haptics/sandbox/session/device_facts.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
-// Where and by what program something was measured or recorded.
-#include <nlohmann/json.hpp>
+// The machine and the program with which something was measured or recorded.
+#include <nlohmann/json_fwd.hpp>
 
 namespace touchstone::sandbox {
 

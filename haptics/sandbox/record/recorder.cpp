@@ -1,13 +1,17 @@
+#include "haptics/sandbox/record/recorder.hpp"
+
 #include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
 
 #include "haptics/files/output_file.hpp"
-#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/math/hash.hpp"
 #include "haptics/sandbox/record/build_info.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/record/recording_json.hpp"
 
 namespace touchstone::sandbox {
@@ -15,10 +19,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// A crash may cost a quarter of a second; who adds ticks may come late himself.
-constexpr auto kLongestWait = std::chrono::milliseconds(100);
+// At most a quarter of a second may be lost in a crash; this leaves room for a caller that adds its ticks late.
+constexpr auto kFlushInterval = std::chrono::milliseconds(100);
 
-std::string dumpOf(const ordered_json& json, int indent = -1) {
+std::string dumped(const ordered_json& json, int indent = -1) {
     return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
@@ -55,13 +59,13 @@ void Recorder::announce(std::uint64_t session, RecordedScene scene, std::string 
 void Recorder::fail(const std::exception& error) {
     rows_ = ticks_ ? ticks_->rows() - ticks_->waiting() : 0;
     try {
-        // The changes written so far, as valid JSON: the end takes no more room than it had.
+        // This leaves the changes written so far as valid JSON. The end needs no more disk space than it had before.
         if (notes_) {
-            notes_->write(kNotesEnd, changesAt_);
-            notes_->cut(changesAt_ + std::string_view(kNotesEnd).size());
+            notes_->write(kNotesEnd, changesEnd_);
+            notes_->cut(changesEnd_ + std::string_view(kNotesEnd).size());
         }
     } catch (const std::exception&) {
-        // 'touchstone recover' mends it.
+        // 'touchstone recover' repairs the file.
     }
     ticks_.reset();
     notes_.reset();
@@ -83,17 +87,17 @@ void Recorder::add(const RecordedTick& tick, std::span<const Pose> X_WO) {
         fail(error);
         return;
     }
-    if (std::chrono::steady_clock::now() - flushed_ > kLongestWait) flush();
+    if (std::chrono::steady_clock::now() - flushed_ > kFlushInterval) flush();
 }
 
 void Recorder::flush() {
     if (!ticks_) return;
     try {
-        // Notes first: they may speak of ticks that never came, and no tick is without its notes.
-        if (!changes_.empty()) {
-            notes_->write(changes_ + kNotesEnd, changesAt_);
-            changesAt_ += changes_.size();
-            changes_.clear();
+        // Notes are written first: notes of a tick that is missing do no harm, a tick without its notes does.
+        if (!pendingChanges_.empty()) {
+            notes_->write(pendingChanges_ + kNotesEnd, changesEnd_);
+            changesEnd_ += pendingChanges_.size();
+            pendingChanges_.clear();
         }
         ticks_->flush();
     } catch (const std::exception& error) {
@@ -113,21 +117,21 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
                           {"device", facts.device},
                           {"settings", toJson(first.input.settings, nullptr)},
                           {"start", toJson(*first.input.start, X_WO)}};
-    std::string text = dumpOf(notes, 1);
+    std::string text = dumped(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
-    // Both files appear with the first tick, each of them complete: a process that is killed before leaves no
-    // recording.
+    // Both files appear with the first tick and are complete from then on: a process that is killed before that leaves
+    // no recording.
     ticks_ = std::make_unique<TickFileWriter>(folder_ / kTicksFile);
     writeFile(folder_ / kNotesFile, "the recording", text + kNotesEnd);
     notes_ = std::make_unique<RandomAccessFile>(folder_ / kNotesFile, true);
-    changesAt_ = text.size();
+    changesEnd_ = text.size();
 }
 
-void Recorder::change(const RecordedTick& tick, const char* kind, ordered_json what) {
+void Recorder::noteChange(const RecordedTick& tick, const char* kind, ordered_json what) {
     ordered_json entry = {{"row", ticks_->rows()}, {"tick", tick.record.tick}, {"kind", kind}};
     for (auto& [key, value] : what.items()) entry[key] = std::move(value);
-    changes_ += (anyChange_ ? ",\n  " : "\n  ") + dumpOf(entry);
+    pendingChanges_ += (anyChange_ ? ",\n  " : "\n  ") + dumped(entry);
     anyChange_ = true;
 }
 
@@ -135,18 +139,18 @@ void Recorder::noteChanges(const RecordedTick& tick, std::span<const Pose> X_WO)
     const TickInput& input = tick.input;
     if (tick.session != before_->session) {
         const SessionFacts& facts = sessions_[tick.session];
-        change(tick, "scene", {{"scene", toJson(facts.scene)}, {"device", facts.device}});
+        noteChange(tick, "scene", {{"scene", toJson(facts.scene)}, {"device", facts.device}});
     }
     const ordered_json settings = toJson(input.settings, &before_->input.settings);
-    if (!settings.empty()) change(tick, "settings", {{"settings", settings}});
+    if (!settings.empty()) noteChange(tick, "settings", {{"settings", settings}});
     if (input.start) {
-        change(tick, "start", {{"start", toJson(*input.start, X_WO)}});
+        noteChange(tick, "start", {{"start", toJson(*input.start, X_WO)}});
     } else if (tick.session != before_->session) {
-        change(tick, "gap", ordered_json::object());  // the first ticks of the session
+        noteChange(tick, "gap", ordered_json::object());  // the first ticks of the session
     } else if (tick.record.tick != before_->record.tick + 1) {
         const std::uint64_t lost = tick.record.tick - before_->record.tick - 1;
         lost_ += lost;
-        change(tick, "gap", {{"lost", lost}});
+        noteChange(tick, "gap", {{"lost", lost}});
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 
@@ -26,8 +27,9 @@ std::string readText(const fs::path& file) {
 json readNotes(const fs::path& folder) {
     json notes = json::parse(readText(folder / kNotesFile), nullptr, false);
     if (notes.is_discarded())
-        throw std::runtime_error((folder / kNotesFile).string() +
-                                 ": it is not whole JSON: 'touchstone recover' mends what a crash has left");
+        throw std::runtime_error(
+            (folder / kNotesFile).string() +
+            ": it is not valid JSON: 'touchstone recover' repairs a recording that a crash interrupted");
     return notes;
 }
 
@@ -39,20 +41,22 @@ bool isRecording(const fs::path& folder) {
 }
 
 Recording::Recording(fs::path folder)
-    : folder_(std::move(folder)), header_(readNotes(folder_)), ticks_(folder_ / kTicksFile) {
+    : folder_(std::move(folder)),
+      header_(std::make_shared<const json>(readNotes(folder_))),
+      ticks_(folder_ / kTicksFile) {
     try {
-        if (textOf(header_, "format") != kFormat)
+        if (textOf(header(), "format") != kFormat)
             throw std::invalid_argument("format must be '" + std::string(kFormat) + "'");
-        if (countOf(header_, "version") != kFormatVersion)
+        if (countOf(header(), "version") != kFormatVersion)
             throw std::invalid_argument("version must be " + std::to_string(kFormatVersion) +
                                         ": use the program that wrote it");
-        scene_ = toRecordedScene(fieldOf(header_, "scene"));
-        device_ = textOf(header_, "device");
-        applySettings(settings_, fieldOf(header_, "settings"));
-        begin(fieldOf(header_, "start"));
-        if (!fieldOf(header_, "changes").is_array()) throw std::invalid_argument("changes must be a list");
+        scene_ = toRecordedScene(fieldOf(header(), "scene"));
+        device_ = textOf(header(), "device");
+        applySettings(settings_, fieldOf(header(), "settings"));
+        begin(fieldOf(header(), "start"));
+        if (!fieldOf(header(), "changes").is_array()) throw std::invalid_argument("changes must be a list");
         std::uint64_t row = 0;
-        for (const json& change : header_["changes"]) {
+        for (const json& change : header().at("changes")) {
             if (countOf(change, "row") < row) throw std::invalid_argument("changes must be in the order of their rows");
             row = countOf(change, "row");
         }
@@ -70,7 +74,7 @@ void Recording::begin(const json& start) {
     X_WO_ = toObstacles(start);
 }
 
-/// Kinds that are not known are for readers that know more.
+/// Ignores unknown kinds: later versions of the program may write them.
 void Recording::apply(const json& change) {
     const std::string kind = textOf(change, "kind");
     if (kind == "settings") {
@@ -89,7 +93,7 @@ void Recording::apply(const json& change) {
 bool Recording::next(RecordedTick& tick) {
     const std::uint64_t row = ticks_.row();
     if (row == ticks_.rows()) return false;
-    const json& changes = header_["changes"];
+    const json& changes = header().at("changes");
     try {
         for (; nextChange_ < changes.size() && countOf(changes[nextChange_], "row") <= row; ++nextChange_)
             apply(changes[nextChange_]);
@@ -105,21 +109,21 @@ bool Recording::next(RecordedTick& tick) {
     return true;
 }
 
-std::vector<std::string> Recording::otherProgram() const {
+std::vector<std::string> Recording::programDifferences() const {
     std::vector<std::string> found;
     const json now = buildInfo();
-    const json& then = header_.contains("program") ? header_["program"] : json::object();
+    const json then = header().contains("program") ? header().at("program") : json::object();
     const auto compare = [&](const json& a, const json& b, const char* key) {
         const std::string recorded = a.is_object() ? a.value(key, "unknown") : "unknown",
                           here = b.value(key, "unknown");
         if (recorded != here)
-            found.push_back(std::string("its program's ") + key + " was " + recorded + ", here it is " + here);
+            found.push_back(std::string("the program's ") + key + " was " + recorded + ", here it is " + here);
     };
     try {
         for (const char* key : {"version", "commit", "compiler", "flags"}) compare(then, now, key);
         compare(then.is_object() ? then.value("machine", json()) : json(), now["machine"], "processor");
     } catch (const json::exception&) {
-        found.push_back("it does not tell what program wrote it");
+        found.push_back("it does not say which program wrote it");
     }
     return found;
 }
@@ -132,7 +136,7 @@ RecordedHand recordedHand(const fs::path& folder) {
     for (double t = 0; recording.next(tick) && tick.session == 0;) {
         const Settings& settings = tick.input.settings;
         if (keys.empty() && tick.input.start) {
-            // The tool begins where it was; the hand may have been elsewhere.
+            // The tool begins where it was; the device pose may have been elsewhere.
             keys.push_back({t, tick.input.start->X_WT});
             if (tick.input.start->loadedBefore)
                 t += 1000 / settings.rate;
@@ -143,21 +147,22 @@ RecordedHand recordedHand(const fs::path& folder) {
         if (tick.input.X_WT_device.isValid()) keys.push_back({t, tick.input.X_WT_device});
         t += 1000 / settings.rate;
     }
-    if (keys.empty()) throw std::runtime_error("the recording '" + folder.string() + "' has no tick to follow");
+    if (keys.empty()) throw std::runtime_error("the recording '" + folder.string() + "' has no tick to replay");
     hand.motion = std::make_shared<RecordedMotion>(std::move(keys));
     return hand;
 }
 
 std::string recoverRecording(const fs::path& folder) {
     const fs::path file = folder / kNotesFile;
-    std::string text = readText(file), said;
+    std::string text = readText(file), done;
     json notes = json::parse(text, nullptr, false);
-    // Changes stand a line each behind the rest: those that are whole are kept.
+    // Each change is one line at the end of the file; the complete ones are kept.
     const std::size_t begin = text.find(kChangesBegin);
     if (begin == std::string::npos)
-        throw std::runtime_error(file.string() +
-                                 ": nothing is left that tells scene and settings; 'touchstone export' and numpy.load "
-                                 "read the ticks without it");
+        throw std::runtime_error(
+            file.string() +
+            ": scene and settings are lost; 'touchstone export' and numpy.load read the ticks without "
+            "them");
     const std::size_t head = begin + std::string_view(kChangesBegin).size();
     std::vector<std::pair<std::uint64_t, std::string>> changes;
     for (std::size_t at = text.find('\n', head); at != std::string::npos && at < text.size();) {
@@ -169,27 +174,27 @@ std::string recoverRecording(const fs::path& folder) {
         changes.emplace_back(change["row"], line);
         at = end;
     }
-    const json whole = json::parse(text.substr(0, head) + kNotesEnd, nullptr, false);
-    if (!whole.is_object()) throw std::runtime_error(file.string() + ": it is broken before its changes");
+    const json header = json::parse(text.substr(0, head) + kNotesEnd, nullptr, false);
+    if (!header.is_object()) throw std::runtime_error(file.string() + ": the part before its changes is broken");
     std::uint64_t layout = 0;
-    if (whole.contains("layout") && whole["layout"].is_string())
-        layout = std::strtoull(whole["layout"].get<std::string>().c_str(), nullptr, 16);
+    if (header.contains("layout") && header["layout"].is_string())
+        layout = std::strtoull(header["layout"].get<std::string>().c_str(), nullptr, 16);
 
     const TickFileRepair repair = repairTickFile(folder / kTicksFile, layout);
-    said += folder.string() + ": " + std::to_string(repair.rows) + " ticks are whole, the header told of " +
-            std::to_string(repair.rowsBefore) + (repair.cutBytes ? "; a torn one at the end is cut off" : "") + "\n";
+    done += folder.string() + ": " + std::to_string(repair.rows) + " ticks are complete, the header counted " +
+            std::to_string(repair.rowsBefore) + (repair.cutBytes ? "; a torn tick at the end was cut off" : "") + "\n";
     std::size_t kept = 0;
-    std::string mended = text.substr(0, head);
+    std::string repaired = text.substr(0, head);
     for (const auto& [row, line] : changes)
-        if (row < repair.rows) mended += (kept++ ? ",\n" : "\n") + line;
-    mended += kNotesEnd;
-    if (mended != text) {
+        if (row < repair.rows) repaired += (kept++ ? ",\n" : "\n") + line;
+    repaired += kNotesEnd;
+    if (repaired != text) {
         RandomAccessFile out(file, true);
-        out.write(mended, 0);
-        out.cut(mended.size());
-        said += file.string() + ": made whole, with " + std::to_string(kept) + " changes\n";
+        out.write(repaired, 0);
+        out.cut(repaired.size());
+        done += file.string() + ": repaired, with " + std::to_string(kept) + " changes\n";
     }
-    return said;
+    return done;
 }
 
 void exportCsv(const fs::path& folder, const fs::path& file) {

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "haptics/math/hash.hpp"
-#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/loop/settings.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -39,24 +37,10 @@ RecordedScene::Body bodyOf(const json& object) {
     return {textOf(object, "name"), textOf(object, "tree"), poseOf(object, "pose")};
 }
 
-std::string hashOf(const SphereTree& tree) {
-    const TreeLevel& leaves = tree.levels.front();
-    Hash hash;
-    for (const auto* values : {&leaves.x, &leaves.y, &leaves.z, &leaves.r})
-        hash.add(values->data(), sizeof(float) * static_cast<std::size_t>(leaves.count));
-    return hexadecimal(hash.value());
-}
-
-bool standsInRows(std::string_view key) { return key == "stiffness" || key == "torsion" || key == "pause"; }
+/// Every row has them as columns.
+bool isColumn(std::string_view key) { return key == "stiffness" || key == "torsion" || key == "pause"; }
 
 }  // namespace
-
-std::string hashOf(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) return {};
-    const std::string bytes(std::istreambuf_iterator<char>(in), {});
-    return hexadecimal(Hash().add(bytes.data(), bytes.size()).value());
-}
 
 const json& fieldOf(const json& object, const char* key) {
     if (!object.is_object() || !object.contains(key)) throw std::invalid_argument(std::string(key) + " is missing");
@@ -107,7 +91,7 @@ StepStart toStart(const json& value) {
 
 std::vector<Pose> toObstacles(const json& start) {
     std::vector<Pose> X_WO;
-    if (!start.contains("obstacles")) return X_WO;  // of a program that did not record their moves
+    if (!start.contains("obstacles")) return X_WO;  // written before recordings had moving obstacles
     const json& poses = start["obstacles"];
     if (!poses.is_array()) throw std::invalid_argument("obstacles must be a list");
     for (const json& pose : poses) X_WO.push_back(readPose(pose, "each of obstacles"));
@@ -118,7 +102,7 @@ ordered_json toJson(const Settings& settings, const Settings* before) {
     ordered_json object = ordered_json::object();
     for (const SettingInfo& info : settingTable()) {
         const std::string value = getSetting(settings, info.key);
-        if (!before || (!standsInRows(info.key) && value != getSetting(*before, info.key)))
+        if (!before || (!isColumn(info.key) && value != getSetting(*before, info.key)))
             object[std::string(info.key)] = value;
     }
     return object;
@@ -133,35 +117,6 @@ void applySettings(Settings& settings, const json& values) {
     }
     if (const std::string wrong = checkSettings(settings); !wrong.empty())
         throw std::invalid_argument("settings: " + wrong);
-}
-
-RecordedScene recordedScene(const std::filesystem::path& file, const World& world) {
-    std::error_code error;
-    RecordedScene scene;
-    scene.file = file.empty() ? file : std::filesystem::absolute(file, error).lexically_normal();
-    scene.hash = hashOf(file);
-    scene.tool = {"tool", hashOf(*world.tool), world.X_WT_start};
-    for (const Obstacle& obstacle : world.obstacles)
-        scene.obstacles.push_back({obstacle.name, hashOf(*obstacle.tree), obstacle.X_WO});
-    return scene;
-}
-
-std::shared_ptr<const World> recordedWorld(const RecordedScene& scene, const std::shared_ptr<const World>& now,
-                                           std::string& why) {
-    const auto other = [&](const std::string& body) { return "the sphere tree of " + body + " is another"; };
-    World world = *now;
-    if (hashOf(*world.tool) != scene.tool.tree)
-        why = other("the tool");
-    else if (world.obstacles.size() != scene.obstacles.size())
-        why = "it had " + std::to_string(scene.obstacles.size()) + " obstacles and has " +
-              std::to_string(world.obstacles.size());
-    for (std::size_t i = 0; why.empty() && i < world.obstacles.size(); ++i) {
-        if (hashOf(*world.obstacles[i].tree) != scene.obstacles[i].tree) why = other(world.obstacles[i].name);
-        world.obstacles[i].X_WO = scene.obstacles[i].X_WB;
-    }
-    if (!why.empty()) return nullptr;
-    world.X_WT_start = scene.tool.X_WB;
-    return std::make_shared<const World>(std::move(world));
 }
 
 }  // namespace touchstone::sandbox

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cstring>
 #include <iterator>
-#include <string_view>
+#include <stdexcept>
 #include <type_traits>
 
 namespace touchstone::sandbox {
@@ -16,18 +16,18 @@ static_assert(std::endian::native == std::endian::little);
 using T = RecordedTick&;
 using R = FieldRef;
 
-constexpr const char* kInputPose = "where the device wants the tool node, scene frame, as step() received it";
-constexpr const char* kObstaclePose = "where that one was to go, scene frame, as step() received it";
-constexpr const char* kDevicePose = "the same as the tick took it: the last good one, of unit length";
-constexpr const char* kToolPose = "tool node where it is (the graphic tool), scene frame";
-constexpr const char* kForce = "on the hand, by the tick, world axes";
-constexpr const char* kTorqueC = "on the hand about C, the tool's reference point, at the device's pose";
-constexpr const char* kTorqueO = "the same about the tool node's origin";
-constexpr const char* kForceOut = "what the safety stage let through to the device";
-constexpr const char* kTorqueOut = "the same about the tool node's origin";
+constexpr const char* kInputPose = "device pose of the tool node, scene frame, as step() received it";
+constexpr const char* kObstaclePose = "target pose of that obstacle, scene frame, as step() received it";
+constexpr const char* kDevicePose = "device pose that the tick used: the last valid one, its quaternion normalized";
+constexpr const char* kToolPose = "tool pose: the tool node as drawn (the graphic tool), scene frame";
+constexpr const char* kForce = "force on the hand as the tick computed it, world axes";
+constexpr const char* kTorqueC = "torque on the hand about C, the tool's reference point, at the device pose";
+constexpr const char* kTorqueO = "torque on the hand about the tool node's origin";
+constexpr const char* kForceOut = "force that the safety stage sent to the device";
+constexpr const char* kTorqueOut = "torque that the safety stage sent to the device, about the tool node's origin";
 
-// Times, what the safety stage did, and what an audit measures do not repeat; nor, in the last digits, do the errors of
-// the shadow, whose exact solver an audit leaves with another warm start.
+// Times, the output of the safety stage and what only an audit measures do not repeat. Nor do the last digits of the
+// shadow solver's errors: an audit leaves the exact solver that measures them with another warm start.
 constexpr TickField kFields[] = {
     {"input_x_mm", [](T t) -> R { return &t.input.X_WT_device.p.x(); }, true, kInputPose},
     {"input_y_mm", [](T t) -> R { return &t.input.X_WT_device.p.y(); }, true, kInputPose},
@@ -37,11 +37,12 @@ constexpr TickField kFields[] = {
     {"input_qy", [](T t) -> R { return &t.input.X_WT_device.q.y(); }, true, kInputPose},
     {"input_qz", [](T t) -> R { return &t.input.X_WT_device.q.z(); }, true, kInputPose},
     {"input_stiffness_N_per_mm", [](T t) -> R { return &t.input.settings.stiffness; }, true,
-     "where its ramp is in this tick"},
+     "translational stiffness that the ramp had reached"},
     {"input_torsion_mNm_per_rad", [](T t) -> R { return &t.input.settings.torsion; }, true,
-     "where its ramp is in this tick"},
-    {"input_pause", [](T t) -> R { return &t.input.settings.pause; }, true, "the tool was to hold"},
-    {"obstacle", [](T t) -> R { return &t.input.obstacle; }, true, "its index, whose turn it was to move; -1: none"},
+     "rotational stiffness that the ramp had reached"},
+    {"input_pause", [](T t) -> R { return &t.input.settings.pause; }, true, "1 if the tool was told to hold its pose"},
+    {"obstacle", [](T t) -> R { return &t.input.obstacle; }, true,
+     "index of the obstacle that moved in this tick; -1: none"},
     {"obstacle_to_x_mm", [](T t) -> R { return &t.input.X_WO.p.x(); }, true, kObstaclePose},
     {"obstacle_to_y_mm", [](T t) -> R { return &t.input.X_WO.p.y(); }, true, kObstaclePose},
     {"obstacle_to_z_mm", [](T t) -> R { return &t.input.X_WO.p.z(); }, true, kObstaclePose},
@@ -49,7 +50,8 @@ constexpr TickField kFields[] = {
     {"obstacle_to_qx", [](T t) -> R { return &t.input.X_WO.q.x(); }, true, kObstaclePose},
     {"obstacle_to_qy", [](T t) -> R { return &t.input.X_WO.q.y(); }, true, kObstaclePose},
     {"obstacle_to_qz", [](T t) -> R { return &t.input.X_WO.q.z(); }, true, kObstaclePose},
-    {"tick", [](T t) -> R { return &t.record.tick; }, true, "since the scene, or the last restart, began"},
+    {"tick", [](T t) -> R { return &t.record.tick; }, true,
+     "number of the tick since the scene was opened or last restarted"},
     {"device_x_mm", [](T t) -> R { return &t.record.X_WT_device.p.x(); }, true, kDevicePose},
     {"device_y_mm", [](T t) -> R { return &t.record.X_WT_device.p.y(); }, true, kDevicePose},
     {"device_z_mm", [](T t) -> R { return &t.record.X_WT_device.p.z(); }, true, kDevicePose},
@@ -83,53 +85,76 @@ constexpr TickField kFields[] = {
     {"torque_out_y_mNm", [](T t) -> R { return &t.record.wrench_out.torque.y(); }, false, kTorqueOut},
     {"torque_out_z_mNm", [](T t) -> R { return &t.record.wrench_out.torque.z(); }, false, kTorqueOut},
     {"flags", [](T t) -> R { return &t.record.flags; }, true, "bits of TickFlag in haptics/loop/step.hpp"},
-    {"status", [](T t) -> R { return &t.record.status; }, true, "of the rendering solver: its worst in the tick"},
+    {"status", [](T t) -> R { return &t.record.status; }, true, "worst status of the rendering solver in the tick"},
     {"trips", [](T t) -> R { return &t.record.trips; }, false,
-     "guards of the safety stage that acted, bits of Trip in haptics/device/safety.hpp"},
-    {"pairs", [](T t) -> R { return &t.record.pairs; }, true, "of spheres within the margin"},
-    {"rows", [](T t) -> R { return &t.record.rows; }, true, "of the problem solved"},
-    {"rows_truncated", [](T t) -> R { return &t.record.rowsTruncated; }, true, "pairs for which there was no row"},
-    {"rows_screened", [](T t) -> R { return &t.record.rowsScreened; }, true, "what screening left of rows"},
+     "safety guards that acted, bits of Trip in haptics/device/safety.hpp"},
+    {"pairs", [](T t) -> R { return &t.record.pairs; }, true, "sphere pairs within the margin"},
+    {"rows", [](T t) -> R { return &t.record.rows; }, true, "contact rows of the problem that was solved"},
+    {"rows_truncated", [](T t) -> R { return &t.record.rowsTruncated; }, true, "pairs that got no row"},
+    {"rows_screened", [](T t) -> R { return &t.record.rowsScreened; }, true, "rows that remained after screening"},
     {"screen_inexact", [](T t) -> R { return &t.record.screenInexact; }, true,
-     "answers outside the ball in which screening is exact"},
-    {"iterations", [](T t) -> R { return &t.record.iterations; }, true, "of the rendering solver"},
-    {"linearisations", [](T t) -> R { return &t.record.linearisations; }, true, "in the tick"},
-    {"margin_used_mm", [](T t) -> R { return &t.record.marginUsed; }, true, "margin of the problem solved"},
+     "linearizations whose answer left the ball in which screening is exact"},
+    {"iterations", [](T t) -> R { return &t.record.iterations; }, true, "iterations of the rendering solver"},
+    {"linearisations", [](T t) -> R { return &t.record.linearisations; }, true, "linearizations in the tick"},
+    {"margin_used_mm", [](T t) -> R { return &t.record.marginUsed; }, true, "margin of the problem that was solved"},
     {"projection_mm", [](T t) -> R { return &t.record.projection; }, true,
-     "greatest correction of an approximate answer"},
-    {"hover_mm", [](T t) -> R { return &t.record.hover; }, false, "greatest gap over loaded contacts"},
+     "greatest correction that projects an approximate answer onto the constraints"},
+    {"hover_mm", [](T t) -> R { return &t.record.hover; }, false, "greatest true gap over loaded contacts"},
     {"penetration_listed_mm", [](T t) -> R { return &t.record.penetration; }, false,
      "deepest overlap of the listed pairs"},
-    {"kkt_primal_mm", [](T t) -> R { return &t.record.kkt.primal_mm; }, true, "residual: deepest violated row"},
-    {"kkt_dual_N", [](T t) -> R { return &t.record.kkt.dual_N; }, true, "residual: most negative multiplier"},
+    {"kkt_primal_mm", [](T t) -> R { return &t.record.kkt.primal_mm; }, true,
+     "KKT residual: greatest constraint violation"},
+    {"kkt_dual_N", [](T t) -> R { return &t.record.kkt.dual_N; }, true, "KKT residual: most negative multiplier"},
     {"kkt_stationarity_N", [](T t) -> R { return &t.record.kkt.stationarity_N; }, true,
-     "residual: missing to the balance of forces"},
+     "KKT residual: stationarity, the imbalance of forces"},
     {"kkt_complementarity_mJ", [](T t) -> R { return &t.record.kkt.complementarity_mJ; }, true,
-     "residual: force times gap"},
-    {"shadow_rows", [](T t) -> R { return &t.record.shadowRows; }, true, "that the shadow took"},
-    {"shadow_rows_cut", [](T t) -> R { return &t.record.shadowRowsCut; }, true, "that it did not"},
-    {"shadow_iterations", [](T t) -> R { return &t.record.shadowIterations; }, true, "of the shadow"},
-    {"shadow_status", [](T t) -> R { return &t.record.shadowStatus; }, true, "of the shadow"},
+     "KKT residual: complementarity, force times gap"},
+    {"shadow_rows", [](T t) -> R { return &t.record.shadowRows; }, true, "rows that the shadow solver received"},
+    {"shadow_rows_cut", [](T t) -> R { return &t.record.shadowRowsCut; }, true, "rows that were withheld from it"},
+    {"shadow_iterations", [](T t) -> R { return &t.record.shadowIterations; }, true, "iterations of the shadow solver"},
+    {"shadow_status", [](T t) -> R { return &t.record.shadowStatus; }, true, "status of the shadow solver"},
     {"shadow_force_error_N", [](T t) -> R { return &t.record.shadowForceError; }, false,
-     "against the exact answer on the same rows"},
-    {"shadow_torque_error_mNm", [](T t) -> R { return &t.record.shadowTorqueError; }, false, "likewise"},
-    {"collision_us", [](T t) -> R { return &t.record.collisionUs; }, false, "processor time of the stage"},
-    {"solve_us", [](T t) -> R { return &t.record.solveUs; }, false, "processor time of the stage"},
-    {"shadow_us", [](T t) -> R { return &t.record.shadowUs; }, false, "processor time of the shadow"},
-    {"total_us", [](T t) -> R { return &t.record.totalUs; }, false, "processor time of the tick, shadow included"},
-    {"helper_us", [](T t) -> R { return &t.record.helperUs; }, false, "of the thread that finds lists ahead"},
+     "force error against the exact answer on the same rows"},
+    {"shadow_torque_error_mNm", [](T t) -> R { return &t.record.shadowTorqueError; }, false,
+     "torque error against the exact answer on the same rows"},
+    {"collision_us", [](T t) -> R { return &t.record.collisionUs; }, false, "CPU time of the collision stage"},
+    {"solve_us", [](T t) -> R { return &t.record.solveUs; }, false, "CPU time of the solver stage"},
+    {"shadow_us", [](T t) -> R { return &t.record.shadowUs; }, false, "CPU time of the shadow solver"},
+    {"total_us", [](T t) -> R { return &t.record.totalUs; }, false, "CPU time of the tick, shadow solver included"},
+    {"helper_us", [](T t) -> R { return &t.record.helperUs; }, false,
+     "CPU time of the helper thread that prepares neighbor lists"},
     {"period_us", [](T t) -> R { return &t.record.periodUs; }, false,
-     "by the clock, since the tick before began; 0 without one"},
-    {"overruns", [](T t) -> R { return &t.record.overruns; }, false, "deadlines missed before this tick"},
+     "wall time since the previous tick began; 0 where no clock paces"},
+    {"overruns", [](T t) -> R { return &t.record.overruns; }, false, "late ticks before this one"},
 };
 
-/// A field's value, not where it stands.
+constexpr DerivedField kDerived[] = {
+    {"t_ms",
+     [](const TickSample& s) { return static_cast<double>(s.tick.record.tick) * 1000 / s.tick.input.settings.rate; },
+     "simulated time: the tick's number over the rate"},
+    {"penetration_mm", [](const TickSample& s) { return s.penetration; },
+     "deepest overlap of tool and obstacles, from the true gaps at the tool pose"},
+    {"step_us", [](const TickSample& s) { return s.tick.record.totalUs - s.tick.record.shadowUs; },
+     "CPU time of the tick without the shadow solver"},
+    {"late_before", [](const TickSample& s) { return double(s.tick.record.overruns > s.before.record.overruns); },
+     "1 if the tick before was late"},
+    {"force_N", [](const TickSample& s) { return s.tick.record.wrench_C.force.norm(); },
+     "length of force_x_N, force_y_N, force_z_N"},
+    {"force_out_N", [](const TickSample& s) { return s.tick.record.wrench_out.force.norm(); },
+     "length of force_out_x_N, force_out_y_N, force_out_z_N"},
+    {"torque_mNm", [](const TickSample& s) { return s.tick.record.wrench_C.torque.norm(); },
+     "length of torque_x_mNm, torque_y_mNm, torque_z_mNm"},
+    {"separation_mm", [](const TickSample& s) { return (s.tick.record.X_WT.p - s.tick.record.X_WT_device.p).norm(); },
+     "distance from tool pose to device pose at the tool node's origin"},
+};
+
+/// Calls the visitor with the field's value.
 auto visitValue(const TickField& field, const RecordedTick& tick, auto&& visitor) {
     return std::visit([&](auto* value) { return visitor(*value); }, field.of(const_cast<RecordedTick&>(tick)));
 }
 
 FieldRef anyRef(const TickField& field) {
-    static RecordedTick tick;  // for its types
+    static RecordedTick tick;  // only the types of its members count
     return field.of(tick);
 }
 
@@ -141,6 +166,24 @@ std::span<const TickField> recordFields() {
     const auto first = std::find_if(std::begin(kFields), std::end(kFields),
                                     [](const TickField& field) { return std::string_view(field.name) == "tick"; });
     return {first, std::end(kFields)};
+}
+
+std::span<const DerivedField> derivedFields() { return kDerived; }
+
+NumericField::NumericField(std::string_view name) {
+    const auto find = [&](const auto& table) {
+        const auto found =
+            std::find_if(std::begin(table), std::end(table), [&](const auto& f) { return f.name == name; });
+        return found == std::end(table) ? nullptr : &*found;
+    };
+    stored_ = find(kFields);
+    derived_ = find(kDerived);
+    if (!stored_ && !derived_) throw std::invalid_argument("no tick field is named '" + std::string(name) + "'");
+}
+
+double NumericField::of(const TickSample& sample) const {
+    if (!stored_) return derived_->of(sample);
+    return visitValue(*stored_, sample.tick, [](const auto& value) { return static_cast<double>(value); });
 }
 
 const char* TickField::type() const {
@@ -197,9 +240,11 @@ void appendField(std::string& line, const TickField& field, const RecordedTick& 
 }
 
 std::string fieldsAsMarkdown() {
-    std::string text = "| field | type | what |\n|---|---|---|\n";
+    std::string text = "| field | type | meaning |\n|---|---|---|\n";
     for (const TickField& field : kFields)
         text += "| `" + std::string(field.name) + "` | " + (field.type() + 1) + " | " + field.help + " |\n";
+    text += "\n| derived field | meaning |\n|---|---|\n";
+    for (const DerivedField& field : kDerived) text += "| `" + std::string(field.name) + "` | " + field.help + " |\n";
     return text;
 }
 

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
 constexpr std::size_t kPreamble = kMagic.size() + 2, kCountDigits = 20, kReadRows = 1024;
 
-/// Always of the same length.
+/// The .npy header for that many rows. Its length does not depend on the number.
 std::string headerFor(std::uint64_t rows) {
     std::string text = "{'descr': [";
     for (const TickField& field : tickFields()) text += "('" + std::string(field.name) + "', '" + field.type() + "'), ";
@@ -121,7 +121,7 @@ class HeaderParser {
     void literal(std::string_view what) {
         skip();
         if (text_.substr(0, what.size()) != what)
-            throw std::invalid_argument("it is no array of rows one after another");
+            throw std::invalid_argument("it is not an array of rows stored one after another");
         text_.remove_prefix(what.size());
     }
     std::string word() {
@@ -137,7 +137,7 @@ class HeaderParser {
         skip();
         std::uint64_t rows = 0;
         const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), rows);
-        if (error != std::errc()) throw std::invalid_argument("its header tells no number of rows");
+        if (error != std::errc()) throw std::invalid_argument("its header has no number of rows");
         text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
         expect(',');
         expect(')');
@@ -183,7 +183,7 @@ std::uint64_t sizeOf(int handle) {
 
 std::string reason() { return std::generic_category().message(errno); }
 
-/// From the bytes of a column to a field. False when they are no value of its.
+/// Sets a field from the bytes of its column. False if the bytes are not a valid value of its type.
 bool setField(const TickField& field, RecordedTick& tick, const char* bytes) {
     return std::visit(
         [&](auto* value) {
@@ -247,7 +247,7 @@ void TickFileWriter::flush() {
     try {
         file_.write(buffer_, headerBytes() + written_ * tickRowBytes());
     } catch (const std::exception&) {
-        // A full disk took some of the rows: those that are whole count, and their number fits in the header's place.
+        // A full disk took only some of the rows. The complete ones count; overwriting the header needs no more space.
         buffer_.resize((file_.size() - headerBytes()) / tickRowBytes() * tickRowBytes() - written_ * tickRowBytes());
         countRows();
         file_.cut(headerBytes() + written_ * tickRowBytes());
@@ -267,33 +267,33 @@ TickFileReader::TickFileReader(fs::path file)
     if (handle_ < 0) fail(reason());
     try {
         const Header header = readHeader(handle_);
-        begin_ = header.bytes;
+        dataBegin_ = header.bytes;
         rows_ = header.rows;
         rowBytes_ = header.rowBytes;
         std::size_t offset = 0;
-        for (const Column& there : header.columns) {
+        for (const Column& column : header.columns) {
             for (const TickField& field : tickFields())
-                if (field.name == there.name) {
-                    if (field.type() != there.type)
-                        throw std::invalid_argument("a column has another type than this program's");
+                if (field.name == column.name) {
+                    if (field.type() != column.type)
+                        throw std::invalid_argument("a column has another type than in this program");
                     columns_.push_back({&field, offset});
                 }
-            offset += sizeOfType(there.type);
+            offset += sizeOfType(column.type);
         }
     } catch (const std::invalid_argument& wrong) {
         fail(wrong.what());
     }
     for (const TickField& field : tickFields()) {
-        const bool there = std::any_of(columns_.begin(), columns_.end(), [&](auto& c) { return c.field == &field; });
-        if (there)
+        const bool present = std::any_of(columns_.begin(), columns_.end(), [&](auto& c) { return c.field == &field; });
+        if (present)
             fields_.push_back(&field);
         else if (std::string_view(field.name).starts_with("input_"))
             fail("it lacks the column " + std::string(field.name));
     }
-    const std::uint64_t whole = (std::max(sizeOf(handle_), begin_) - begin_) / rowBytes_;
-    if (rows_ > whole)
-        fail("it says that it has " + std::to_string(rows_) + " rows and has " + std::to_string(whole) +
-             ": 'touchstone recover' makes it whole");
+    const std::uint64_t complete = (std::max(sizeOf(handle_), dataBegin_) - dataBegin_) / rowBytes_;
+    if (rows_ > complete)
+        fail("its header counts " + std::to_string(rows_) + " rows, but it has " + std::to_string(complete) +
+             ": 'touchstone recover' repairs it");
 }
 
 void TickFileReader::fail(const std::string& what) const {
@@ -304,14 +304,14 @@ bool TickFileReader::next(RecordedTick& tick) {
     if (row_ == rows_) return false;
     if (bufferRow_ * rowBytes_ == buffer_.size()) {
         const std::uint64_t rows = std::min<std::uint64_t>(kReadRows, rows_ - row_);
-        buffer_ = readAt(handle_, begin_ + row_ * rowBytes_, rows * rowBytes_);
+        buffer_ = readAt(handle_, dataBegin_ + row_ * rowBytes_, rows * rowBytes_);
         bufferRow_ = 0;
         if (buffer_.size() != rows * rowBytes_) fail("it ends before its last row");
     }
     const char* bytes = buffer_.data() + bufferRow_ * rowBytes_;
     for (const auto& [field, offset] : columns_)
         if (!setField(*field, tick, bytes + offset))
-            fail("row " + std::to_string(row_) + " has no value of its kind in " + field->name);
+            fail("row " + std::to_string(row_) + " has no valid value in " + field->name);
     ++bufferRow_;
     ++row_;
     return true;
@@ -333,11 +333,11 @@ TickFileRepair repairTickFile(const fs::path& file, std::uint64_t layout) {
         wrong = broken.what();
     }
     if (!wrong.empty()) {
-        if (layout != tickLayout()) throw fail(wrong + ", and its columns are not those of this program");
+        if (layout != tickLayout()) throw fail(wrong + ", and its columns differ from this program's");
         header.bytes = headerBytes();
         header.rowBytes = tickRowBytes();
     } else if (header.bytes != headerBytes() || header.rowBytes != tickRowBytes() || layout != tickLayout()) {
-        throw fail("its columns are not those of this program, so use the one that wrote it");
+        throw fail("its columns differ from this program's: use the program that wrote it");
     }
     const std::uint64_t data = std::max(size, header.bytes) - header.bytes;
     repair = {header.rows, data / header.rowBytes, data % header.rowBytes};

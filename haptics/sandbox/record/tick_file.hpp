@@ -9,7 +9,7 @@
 
 namespace touchstone::sandbox {
 
-/// A descriptor of the system that is closed with its owner, also when the owner's constructor throws.
+/// Owns a file descriptor. As a member it is closed even if the constructor of its class throws.
 class FileHandle {
   public:
     explicit FileHandle(int descriptor) : descriptor_(descriptor) {}
@@ -22,11 +22,11 @@ class FileHandle {
     int descriptor_;
 };
 
-/// A file that is written at places. What fails throws std::runtime_error with one sentence that names the file and
+/// A file that is written at given offsets. Errors throw std::runtime_error with one sentence that names the file and
 /// gives the system's reason.
 class RandomAccessFile {
   public:
-    /// Pre: the file is not there yet, or `existing`.
+    /// Pre: the file does not exist yet, or `existing` is true.
     explicit RandomAccessFile(std::filesystem::path file, bool existing = false);
     void write(const std::string& bytes, std::uint64_t at);
     void cut(std::uint64_t size);
@@ -38,15 +38,15 @@ class RandomAccessFile {
     FileHandle handle_;
 };
 
-/// Appends rows. The file is whole after each flush(), also one that throws: rows first, then their number in the
-/// header, whose length never changes.
+/// Appends rows. The file is valid after each flush(), even one that throws: rows are written first, then their number
+/// in the header, whose length never changes.
 class TickFileWriter {
   public:
     explicit TickFileWriter(const std::filesystem::path& file);
     void append(const RecordedTick& tick);
     void flush();
     std::uint64_t rows() const { return written_ + waiting(); }
-    std::uint64_t waiting() const { return buffer_.size() / tickRowBytes(); }  ///< rows not flushed
+    std::uint64_t waiting() const { return buffer_.size() / tickRowBytes(); }  ///< rows that are not flushed yet
 
   private:
     void countRows();
@@ -56,21 +56,22 @@ class TickFileWriter {
     std::uint64_t written_ = 0;
 };
 
-/// Reads rows in order, of any recording that has the columns of the input; other columns that are not there stay at
-/// their defaults. Throws std::runtime_error with one sentence naming the file when it is no such table or is cut off.
+/// Reads rows in order from any recording that has the columns of the input; other columns may be missing, and their
+/// fields keep their defaults. Throws std::runtime_error with one sentence that names the file if it is not such a
+/// table or is cut off.
 class TickFileReader {
   public:
     explicit TickFileReader(std::filesystem::path file);
 
     std::uint64_t rows() const { return rows_; }
-    std::uint64_t row() const { return row_; }  ///< index of the next
-    /// The columns that are there, in the table's order.
+    std::uint64_t row() const { return row_; }  ///< index of the next row
+    /// The columns that the file has, in the order of tickFields().
     const std::vector<const TickField*>& fields() const { return fields_; }
-    /// Changes what the row holds of `tick`; false after the last.
+    /// Sets the fields of `tick` that the row holds; false after the last row.
     bool next(RecordedTick& tick);
 
   private:
-    struct Place {
+    struct StoredField {
         const TickField* field;
         std::size_t offset;
     };
@@ -79,21 +80,21 @@ class TickFileReader {
     std::filesystem::path file_;
     FileHandle handle_;
     std::vector<const TickField*> fields_;
-    std::vector<Place> columns_;
-    std::uint64_t begin_ = 0, rows_ = 0, row_ = 0;
+    std::vector<StoredField> columns_;
+    std::uint64_t dataBegin_ = 0, rows_ = 0, row_ = 0;
     std::size_t rowBytes_ = 0, bufferRow_ = 0;
     std::string buffer_;
 };
 
 struct TickFileRepair {
-    std::uint64_t rowsBefore = 0, rows = 0;  ///< in the header before and now
-    std::uint64_t cutBytes = 0;              ///< of a row that was not whole
+    std::uint64_t rowsBefore = 0, rows = 0;  ///< number in the header, before and now
+    std::uint64_t cutBytes = 0;              ///< of an incomplete last row
 };
-/// Makes the header say how many whole rows there are, and cuts off what is left. A header that cannot be read is
-/// written anew where `layout` is that of this program. Throws std::runtime_error with one sentence.
+/// Sets the header to the number of complete rows and cuts off the rest. A header that cannot be read is rewritten if
+/// `layout` is this program's tickLayout(). Throws std::runtime_error with one sentence.
 TickFileRepair repairTickFile(const std::filesystem::path& file, std::uint64_t layout);
 
-/// Tells one table of fields from another.
+/// Hash of the names and types of tickFields(): two programs with the same value write the same columns.
 std::uint64_t tickLayout();
 
 }  // namespace touchstone::sandbox

@@ -8,17 +8,17 @@
 
 namespace touchstone::sandbox {
 
-/// A plane, and the point of the tool whose depth below it is read.
+/// Reads the depth of one point of the tool below a plane.
 struct Gauge {
-    std::string name;          ///< of the node, for reports
-    Pose X_WG;                 ///< the plane is y = 0 of this frame, and +y points out; scene frame, mm
+    std::string name;          ///< name of the node, for reports
+    Pose X_WG;                 ///< the plane is y = 0 of this frame and +y points outwards; scene frame, mm
     Vec3 p_TP = Vec3::Zero();  ///< the point, in the frame of the tool node, mm
 
     /// Depth in mm along the frame's -y; negative while the point is above the plane.
     double depth(const Pose& X_WT) const { return -(X_WG.inverse() * (X_WT * p_TP)).y(); }
 };
 
-/// What a gauge showed in a run, mm.
+/// The readings of a gauge in a run, mm.
 struct GaugeReading {
     double last = NAN, deepest = -INFINITY;
 

@@ -1,5 +1,8 @@
 #include "haptics/sandbox/scene/marking.hpp"
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/rigid_bodies.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -64,17 +67,17 @@ class Marker {
     }
     Entity nodeAt(int index) const { return scene_.nodes[static_cast<std::size_t>(index)]; }
 
-    /// What the newest edit gives the node, else what the scene has.
+    /// The extras of the node after the newest edit; without one, those in the scene.
     json extrasOf(int index) const {
         json extras;
-        if (const auto* marking = scene_.registry.find<engine::NodeMarking>(nodeAt(index))) extras = marking->extras;
+        if (const auto* marking = scene_.registry.find<engine::NodeMarking>(nodeAt(index))) extras = *marking->extras;
         for (const SceneEdit& edit : edits_)
             if (const auto* set = std::get_if<engine::SetExtras>(&edit); set && set->node == index)
-                extras = set->extras;
+                extras = *set->extras;
         if (extras.is_null()) return json::object();
         if (!extras.is_object())
             engine::failIn(scene_.file, nodeLabel(scene_, nodeAt(index)),
-                           "its extras are no object: make them one to mark the node");
+                           "its extras are not a JSON object: make them one to mark the node");
         return extras;
     }
     void checkRoleIsFree(int index) const {
@@ -101,7 +104,7 @@ class Marker {
             const auto* set = std::get_if<engine::SetExtras>(&edit);
             return set && set->node == index;
         });
-        if (!edited && (!marking || !marking->extras.is_object())) return false;
+        if (!edited && (!marking || !marking->extras->is_object())) return false;
         const json extras = extrasOf(index);
         const auto mark = extras.find("touchstone");
         return mark != extras.end() && mark->is_object() && mark->value("role", json()) == name(Role::Tool);

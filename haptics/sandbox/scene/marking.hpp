@@ -1,5 +1,5 @@
 #pragma once
-// Roles and sphere trees chosen by hand, as edits of the nodes' extras.
+// Roles and sphere trees that the user chooses, as edits of the nodes' extras.
 #include <filesystem>
 #include <optional>
 #include <variant>
@@ -13,7 +13,7 @@ namespace touchstone::sandbox {
 /// Nodes are named by their glTF index, as in engine::SceneEdit.
 struct GiveRole {
     int node = -1;
-    std::optional<Role> role;  ///< nothing removes it
+    std::optional<Role> role;  ///< nothing: removes the role
     friend bool operator==(const GiveRole&, const GiveRole&) = default;
 };
 struct ChooseTree {
@@ -21,7 +21,7 @@ struct ChooseTree {
     TreeOptions tree;
     friend bool operator==(const ChooseTree&, const ChooseTree&) = default;
 };
-/// Another glTF file's shapes as one body.
+/// Adds the shapes of another glTF file as one body.
 struct AddBody {
     std::filesystem::path file;
     Role role = Role::Obstacle;
@@ -29,15 +29,15 @@ struct AddBody {
 };
 using Marking = std::variant<GiveRole, ChooseTree, AddBody>;
 
-/// Appends the edits that make the marking. `edits` are those of `scene` that it may not show yet: extras in them
-/// count. A new tool takes the role of the old one, which becomes visual. Throws engine::SceneError where
-/// KHR_physics_rigid_bodies sets the role, and then changes nothing.
+/// Appends the edits for the marking. `edits` are those of `scene`, some of which it may not contain yet: their extras
+/// count. If another node becomes the tool, the old tool becomes visual. Throws engine::SceneError, without changing
+/// anything, if KHR_physics_rigid_bodies sets the role.
 void appendMarking(std::vector<engine::SceneEdit>& edits, const engine::Scene& scene, const Marking& marking);
 
-/// The same on the scene itself; call assignRoles() afterwards.
+/// Applies these edits to the scene itself; call assignRoles() afterwards.
 void applyMarking(engine::Scene& scene, const Marking& marking);
 
-/// The node can be moved without changing the shape of a body: it is not a part of a tool or an obstacle above it.
+/// True if moving the node does not change the shape of a body: no tool or obstacle above it contains it.
 bool movesRigidly(const engine::Registry& registry, engine::Entity node);
 
 }  // namespace touchstone::sandbox

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/scene/fields.hpp"
@@ -13,20 +14,20 @@ namespace {
 
 using Seen = OutcomeJudge::Seen;
 
-/// How a key is judged: by a limit on a value of the run, or in a way of its own (`value` is null then).
+/// How a key is checked: by a limit on a value of the run, or by code for this key alone (then `value` is null).
 struct Row {
     OutcomeKey info;
     double (*value)(const Seen&);
-    bool least = false;  ///< the limit is the least that will do; else the most
-    bool atEnd = false;  ///< judged when the demonstration has ended; else at all times
+    bool isMinimum = false;  ///< the value must reach the limit; else it must not exceed it
+    bool atEnd = false;      ///< checked at the end of the demonstration; else in every tick
 };
 
-/// Greatest distance from the mean, lately.
+/// Greatest distance of the recent wrenches from their mean.
 double noise(const Seen& seen, Vec3 Wrench::*part) {
     Vec3 mean = Vec3::Zero();
-    for (const Wrench& wrench : seen.lately) mean += wrench.*part / double(seen.lately.size());
+    for (const Wrench& wrench : seen.recent) mean += wrench.*part / double(seen.recent.size());
     double most = 0;
-    for (const Wrench& wrench : seen.lately) most = std::max(most, (wrench.*part - mean).norm());
+    for (const Wrench& wrench : seen.recent) most = std::max(most, (wrench.*part - mean).norm());
     return most;
 }
 
@@ -35,19 +36,19 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.penetration; }},
     {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"},
      [](const Seen& s) { return s.hover; }},
-    {{"max_hover_ms", "ms",
-      "longest time that a contact with force stood off by over 0.01 mm while no cap slowed the tool"},
+    {{"max_hover_ms", "ms", "longest time that a loaded contact had a gap above 0.01 mm while no cap slowed the tool"},
      [](const Seen& s) { return s.longestHoverMs; }},
-    {{"max_penetration_growth_mm", "mm", "rise of the overlap above the least that was reached before"},
+    {{"max_penetration_growth_mm", "mm", "increase of the overlap above its smallest earlier value"},
      [](const Seen& s) { return s.penetrationGrowth; }},
     {{"max_peak_force_N", "N", "greatest force"}, [](const Seen& s) { return s.force; }},
     {{"max_peak_torque_mNm", "mN·m", "greatest torque about the tool's reference point"},
      [](const Seen& s) { return s.torque; }},
-    {{"max_dforce_N_per_ms", "N/ms", "greatest change of force from tick to tick"},
+    {{"max_dforce_N_per_ms", "N/ms", "greatest change of force between consecutive ticks"},
      [](const Seen& s) { return s.forceChange; }},
     {{"max_infeasible_ticks", "", "ticks whose contacts contradicted each other"},
      [](const Seen& s) { return s.infeasible; }},
-    {{"tool_within_m", "m", "box {min, max} that the tool node's origin never leaves; the value is how far it did"},
+    {{"tool_within_m", "m",
+      "box {min, max} that the tool node's origin must not leave; the value is how far it left it"},
      nullptr},
     {{"min_peak_force_N", "N", "the greatest force reaches at least this"},
      [](const Seen& s) { return s.force; },
@@ -57,7 +58,7 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.torque; },
      true,
      true},
-    {{"min_contact_fraction", "", "share of the ticks in contact, 0 to 1, is at least this"},
+    {{"min_contact_fraction", "", "the fraction of ticks in contact, 0 to 1, is at least this"},
      [](const Seen& s) { return s.ticks > 0 ? s.contact / s.ticks : 0; },
      true,
      true},
@@ -69,7 +70,7 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return s.depth.deepest; },
      true,
      true},
-    {{"max_final_lag_mm", "mm", "distance from tool to device at the end"},
+    {{"max_final_lag_mm", "mm", "distance from tool pose to device pose at the end"},
      [](const Seen& s) { return s.finalLag; },
      false,
      true},
@@ -81,8 +82,8 @@ constexpr Row kRows[] = {
      [](const Seen& s) { return noise(s, &Wrench::torque); },
      false,
      true},
-    {{"final_position_m", "m", "where the tool node's origin is at the end, within final_tolerance_m"}, nullptr},
-    {{"final_tolerance_m", "m", "distance that final_position_m allows; 0.0001 if not given"}, nullptr},
+    {{"final_position_m", "m", "position of the tool node's origin at the end, within final_tolerance_m"}, nullptr},
+    {{"final_tolerance_m", "m", "tolerance of final_position_m; 0.0001 if not given"}, nullptr},
     {{"reached", "", "true: at some time the tool stayed in the goal region for the goal's hold_s"}, nullptr},
     {{"seated", "", "true: at the end the tool has stayed in the goal region for the goal's hold_s"}, nullptr},
 };
@@ -117,7 +118,7 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
         if (!expected.boxMin) box->fail("min", "given as three numbers");
         if (!expected.boxMax) box->fail("max", "given as three numbers");
         if ((expected.boxMin->array() > expected.boxMax->array()).any())
-            box->fail("min", "at most max on each axis: no place is within this box");
+            box->fail("min", "at most max on each axis: this box is empty");
         box->nameUnknown(warnings);
     }
     if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);
@@ -136,19 +137,19 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
 std::span<const OutcomeKey> outcomeTable() { return kKeys; }
 
 ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings) {
-    if (roles.outcome.is_null()) return {};
-    return readFrom(roles.outcome, scene, roles.tool ? nodeLabel(scene, roles.tool) : "scene", roles, warnings);
+    if (roles.outcome->is_null()) return {};
+    return readFrom(*roles.outcome, scene, roles.tool ? nodeLabel(scene, roles.tool) : "scene", roles, warnings);
 }
 
 std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size_t animation, const SceneRoles& roles,
                                            std::vector<std::string>& warnings) {
     const engine::Animation& from = scene.animations[animation];
-    if (!from.extras.is_object() || !from.extras.contains("touchstone")) return {};
+    if (!from.extras->is_object() || !from.extras->contains("touchstone")) return {};
     const std::string object = engine::objectLabel("animation", animation, from.name);
-    engine::Fields fields(scene, object, "extras.touchstone", from.extras.at("touchstone"));
+    engine::Fields fields(scene, object, "extras.touchstone", from.extras->at("touchstone"));
     std::optional<ExpectedOutcome> expected;
     if (fields.object("outcome"))
-        expected = readFrom(from.extras.at("touchstone").at("outcome"), scene, object, roles, warnings);
+        expected = readFrom(from.extras->at("touchstone").at("outcome"), scene, object, roles, warnings);
     fields.nameUnknown(warnings);
     return expected;
 }
@@ -166,11 +167,11 @@ void OutcomeJudge::add(const TickRecord& record, double penetration, double dt) 
     if (seen_.ticks > 0)
         seen_.forceChange = std::max(seen_.forceChange, (record.wrench_C.force - seen_.lastForce).norm() / dt);
     seen_.lastForce = record.wrench_C.force;
-    if (double(seen_.lately.size()) < std::max(1.0, std::floor(kHoldMs / dt + 1e-9))) {
-        seen_.lately.push_back(record.wrench_C);
+    if (double(seen_.recent.size()) < std::max(1.0, std::floor(kHoldMs / dt + 1e-9))) {
+        seen_.recent.push_back(record.wrench_C);
     } else {
-        seen_.lately[seen_.oldest] = record.wrench_C;
-        seen_.oldest = (seen_.oldest + 1) % seen_.lately.size();
+        seen_.recent[seen_.oldest] = record.wrench_C;
+        seen_.oldest = (seen_.oldest + 1) % seen_.recent.size();
     }
     seen_.infeasible += (record.flags & kInfeasible) != 0;
     seen_.badInput += (record.flags & kBadInput) != 0;
@@ -195,14 +196,14 @@ std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
     const auto atMost = [&](std::string name, double limit, double value) {
         checks.push_back({std::move(name), limit, value, value <= limit});
     };
-    // A tool that is held for want of a pose meets every limit.
+    // An invalid device pose holds the tool, and a tool that is held would meet every limit.
     if (!expected_.empty() && seen_.badInput > 0) atMost("ticks_with_invalid_pose", 0, seen_.badInput);
     for (const ExpectedOutcome::Limit& limit : expected_.limits) {
         const Row& row = kRows[limit.row];
         if (row.atEnd && !ended) continue;
         const double value = row.value(seen_);
-        checks.push_back(
-            {std::string(row.info.key), limit.value, value, row.least ? value >= limit.value : value <= limit.value});
+        checks.push_back({std::string(row.info.key), limit.value, value,
+                          row.isMinimum ? value >= limit.value : value <= limit.value});
     }
     if (expected_.boxMin) atMost("tool_within_m", 0, seen_.outside / kMmPerMetre);
     if (!ended) return checks;

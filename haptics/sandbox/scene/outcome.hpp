@@ -1,7 +1,6 @@
 #pragma once
-// What a scene says should come out of its demonstration, and whether it did.
+// The outcome that a scene expects of its demonstration, and the check whether a run meets it.
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,39 +12,39 @@
 
 namespace touchstone::sandbox {
 
-/// Above this force the tool is said to be in contact, N.
+/// The tool counts as in contact above this force, N.
 inline constexpr double kContactForce = 0.02;
 
-/// A contact that carries force stands off the surface if its gap is above this, mm.
+/// A contact that carries force counts as hovering if its gap is larger than this, mm.
 inline constexpr double kHover = 0.01;
-/// Noise is judged over this much of the end of a run, ms.
+/// Length of the period at the end of a run over which noise is judged, ms.
 inline constexpr double kHoldMs = 500;
 
 /// A key of extras.touchstone.outcome, for docs and messages.
 struct OutcomeKey {
     std::string_view key, unit;
-    std::string_view what;  ///< one sentence
+    std::string_view what;  ///< one line
 };
 std::span<const OutcomeKey> outcomeTable();
 
 struct OutcomeCheck {
-    std::string name;  ///< the key, with an ending where it makes several checks
+    std::string name;  ///< the key, with a suffix if the key makes several checks
     double limit = 0, value = 0;
     bool met = false;
 };
 
-/// The expected outcome of a scene. Limits hold at all times, or are judged when the demonstration has ended.
+/// The expected outcome of a scene. Each limit applies either in every tick or at the end of the demonstration.
 struct ExpectedOutcome {
     struct Limit {
         int row = 0;  ///< of outcomeTable()
         double value = 0;
     };
     std::vector<Limit> limits;
-    std::optional<GoalRegion> seated;    ///< the goal region that has to be held at the end
-    std::optional<GoalRegion> reached;   ///< the goal region that has to be held at some time
-    std::optional<Gauge> gauge;          ///< that the limits on depth are of
-    std::optional<Vec3> boxMin, boxMax;  ///< where the tool node's origin may be, scene frame, mm
-    std::optional<Vec3> finalPosition;   ///< of the tool node's origin, scene frame, mm
+    std::optional<GoalRegion> seated;    ///< goal region that the tool must hold at the end
+    std::optional<GoalRegion> reached;   ///< goal region that the tool must hold at some time
+    std::optional<Gauge> gauge;          ///< whose readings the depth limits apply to
+    std::optional<Vec3> boxMin, boxMax;  ///< box that the tool node's origin must not leave, scene frame, mm
+    std::optional<Vec3> finalPosition;   ///< position of the tool node's origin at the end, scene frame, mm
     double finalTolerance = 0.1;         ///< mm
 
     bool empty() const { return limits.empty() && !seated && !reached && !boxMin && !finalPosition; }
@@ -54,7 +53,8 @@ struct ExpectedOutcome {
 /// Reads roles.outcome. Unknown keys become warnings; a wrong type or a missing goal is an engine::SceneError naming
 /// file, node and key.
 ExpectedOutcome readOutcome(const engine::Scene& scene, const SceneRoles& roles, std::vector<std::string>& warnings);
-/// The same from extras.touchstone.outcome of an animation, which stands in place of roles.outcome; nothing without it.
+/// The same from extras.touchstone.outcome of an animation, which replaces roles.outcome; nothing if the animation has
+/// none.
 std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size_t animation, const SceneRoles& roles,
                                            std::vector<std::string>& warnings);
 
@@ -64,7 +64,7 @@ class OutcomeJudge {
     explicit OutcomeJudge(ExpectedOutcome expected) : expected_(std::move(expected)) {}
     /// `penetration`: of the true gaps, mm; `dt`: length of the tick, ms.
     void add(const TickRecord& record, double penetration, double dt);
-    /// `ended`: the motion ran to its end; if not, only what has to hold at all times is judged.
+    /// `ended`: the motion ran to its end; if it did not, only the limits for every tick are checked.
     std::vector<OutcomeCheck> checks(bool ended) const;
 
     /// Greatest or last values so far.
@@ -75,7 +75,7 @@ class OutcomeJudge {
         GaugeReading depth;
         double hoverMs = 0, longestHoverMs = 0;
         double leastPenetration = INFINITY, penetrationGrowth = 0;
-        std::vector<Wrench> lately;  ///< of the last kHoldMs, a ring whose oldest is `oldest`
+        std::vector<Wrench> recent;  ///< of the last kHoldMs: a ring buffer whose oldest entry is `oldest`
         std::size_t oldest = 0;
         Pose X_WT;
         Vec3 lastForce = Vec3::Zero();

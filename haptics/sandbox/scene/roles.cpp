@@ -1,8 +1,8 @@
 #include "haptics/sandbox/scene/roles.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "engine/scene/fields.hpp"
@@ -10,7 +10,7 @@
 #include "engine/scene/rigid_bodies.hpp"
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
-#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
@@ -21,8 +21,6 @@ using engine::Entity;
 using engine::Registry;
 using engine::Scene;
 using nlohmann::json;
-
-constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
 
 /// A role that a node could have, and the sentence that says why.
 struct Candidate {
@@ -39,7 +37,7 @@ const json* touchstoneOf(const json& extras) {
 
 const json* touchstoneOf(const Scene& scene, Entity node) {
     const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
-    return marking ? touchstoneOf(marking->extras) : nullptr;
+    return marking ? touchstoneOf(*marking->extras) : nullptr;
 }
 
 bool hasMotion(const Scene& scene, Entity node) {
@@ -48,7 +46,7 @@ bool hasMotion(const Scene& scene, Entity node) {
     return mark && mark->motion;
 }
 
-/// The body that the node moves with has `motion`, on this node or above it.
+/// True if this node or an ancestor has a `motion`, so that the node moves with that body.
 bool movesWithBody(const Scene& scene, Entity node) {
     while (node) {
         if (hasMotion(scene, node)) return true;
@@ -71,7 +69,7 @@ class RoleReader {
     void chooseGauge();
     GoalRegion regionOf(Entity node) const;
     void readScene();
-    void sayWhatWasTaken();
+    void describeRoles();
 
     std::string label(Entity node) const { return nodeLabel(scene_, node); }
     template <class... Text>
@@ -96,11 +94,11 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
         body.tree.quality = static_cast<TreeQuality>(*known);
     if (const auto known = fields.choice("interior", kInteriorNames))
         body.tree.interior = static_cast<Interior>(*known);
-    // N/m to N/mm, and N·m/rad to mN·m/rad; the ranges are those of the settings.
+    // The file has N/m and N·m/rad, the settings N/mm and mN·m/rad; the ranges are those of the settings.
     if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
     scene_.registry.add(node, body);
-    // Their contents are read once it is known which node is the tool and which the goal.
+    // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
     fields.nameUnknown(found_.warnings);
 }
@@ -131,14 +129,14 @@ void RoleReader::readNode(Entity node) {
         }
     }
     if (physical && marked && *physical != *marked)
-        warn(label(node), ": extras.touchstone.role says ", name(*marked), ", but ", why, ": it is taken as ",
+        warn(label(node), ": extras.touchstone.role says ", name(*marked), ", but ", why, ": its role is ",
              name(*physical));
     if (physical)
         candidates_.push_back({node, *physical, why});
     else if (marked)
         candidates_.push_back({node, *marked, "extras.touchstone.role says so"});
     else if (touchstoneOf(scene_, node))
-        warn(label(node), ": extras.touchstone gives it no role, so nothing else there has an effect");
+        warn(label(node), ": extras.touchstone sets no role, so the rest of it has no effect");
 }
 
 void RoleReader::chooseTool() {
@@ -148,18 +146,18 @@ void RoleReader::chooseTool() {
             found_.tool = candidate.node;
             continue;
         }
-        warn(label(candidate.node), " could be the tool too, but ", label(found_.tool),
-             " comes first in the file: this one is only drawn");
+        warn(label(candidate.node), " could also be the tool, but ", label(found_.tool),
+             " comes first in the file: this node is only drawn");
         candidate.role = Role::Visual;
-        candidate.why = "there is one tool already";
+        candidate.why = "there is already a tool";
     }
 }
 
-/// The goal that stands in the node's mark, else the node's own place, as large as what it shows.
+/// The goal of the node's mark; without one, the node's own pose, with the size of its meshes as tolerance.
 GoalRegion RoleReader::regionOf(Entity node) const {
     GoalRegion region;
     region.X_WT = toPose(engine::worldPose(scene_.registry, node));
-    // A role of its own tells a goal node from the tool; its meshes are the region.
+    // The meshes of a goal node are the region; those of the tool, which may have a goal too, are not.
     if (node != found_.tool) {
         const TriangleMesh shape = bakedTriangles(scene_, node);
         Eigen::AlignedBox3d box;
@@ -191,9 +189,9 @@ void RoleReader::chooseGoal() {
         if (candidate.role != Role::Goal) {
             if (candidate.node != found_.tool && hasGoal(candidate.node))
                 warn(label(candidate.node),
-                     ": a goal stands on the tool or on a node of that role: this one has no effect");
+                     ": a goal belongs to the tool or to a node with the role goal: this one has no effect");
         } else if (chosen) {
-            warn(label(candidate.node), " is a goal too, but ", label(chosen), " comes first: this one has no effect");
+            warn(label(candidate.node), " is also a goal, but ", label(chosen), " comes first: this one has no effect");
         } else {
             chosen = candidate.node;
         }
@@ -213,11 +211,12 @@ void RoleReader::chooseGauge() {
         const json* mark = touchstoneOf(scene_, candidate.node);
         const bool marked = mark && mark->contains("gauge");
         if (candidate.role != Role::Gauge) {
-            if (marked) warn(label(candidate.node), ": a gauge stands on a node of that role: this one has no effect");
+            if (marked)
+                warn(label(candidate.node), ": a gauge belongs to a node with the role gauge: this one has no effect");
             continue;
         }
         if (found_.gauge) {
-            warn(label(candidate.node), " is a gauge too, but ", found_.gauge->name,
+            warn(label(candidate.node), " is also a gauge, but ", found_.gauge->name,
                  " comes first: this one has no effect");
             continue;
         }
@@ -231,10 +230,10 @@ void RoleReader::chooseGauge() {
     }
 }
 
-/// What stands with the glTF scene itself.
+/// Reads the mark of the glTF scene itself.
 void RoleReader::readScene() {
     const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene_.index));
-    if (const json* mark = touchstoneOf(scene_.extras)) {
+    if (const json* mark = touchstoneOf(*scene_.extras)) {
         engine::Fields fields(scene_, object, "extras.touchstone", *mark);
         fields.object("settings");
         if (fields.object("outcome")) found_.outcome = mark->at("outcome");
@@ -244,15 +243,15 @@ void RoleReader::readScene() {
     if (mark && mark->contains("outcome")) found_.outcome = mark->at("outcome");
 }
 
-void RoleReader::sayWhatWasTaken() {
+void RoleReader::describeRoles() {
     for (const Candidate& candidate : candidates_) {
         const BodyMarking* body = scene_.registry.find<BodyMarking>(candidate.node);
         std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
         if (candidate.role == Role::Goal || candidate.role == Role::Gauge) article = "a ";
-        found_.taken.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
-                               (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
+        found_.interpreted.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
+                                     (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
         if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
-            warn(label(candidate.node), ": stiffness is the tool's alone: the obstacle's has no effect");
+            warn(label(candidate.node), ": only the tool has a stiffness: that of an obstacle has no effect");
     }
 }
 
@@ -271,18 +270,16 @@ SceneRoles RoleReader::read() {
     for (const Entity obstacle : found_.obstacles)
         if (found_.tool &&
             roleOwner(scene_.registry, scene_.registry.get<engine::Hierarchy>(obstacle).parent) == found_.tool)
-            warn(label(obstacle), " hangs below the tool: obstacles do not move, so it stays where it is");
+            warn(label(obstacle), " is below the tool: obstacles do not move with it, so it stays where it is");
     chooseGoal();
     chooseGauge();
     readScene();
-    sayWhatWasTaken();
+    describeRoles();
     if (const std::string friction = engine::frictionWarning(scene_); !friction.empty()) warn(friction);
     return std::move(found_);
 }
 
 }  // namespace
-
-const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
 
 SceneRoles assignRoles(Scene& scene) {
     for (const Entity node : scene.nodes) {
@@ -300,7 +297,7 @@ Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
         settings.stiffness = body.stiffness.value_or(settings.stiffness);
         settings.torsion = body.torsion.value_or(settings.torsion);
     }
-    const json* mark = touchstoneOf(scene.extras);
+    const json* mark = touchstoneOf(*scene.extras);
     if (!mark || !mark->contains("settings")) return settings;
     const std::string object = engine::objectLabel("scene", static_cast<std::size_t>(scene.index));
     const auto fail = [&](const std::string& sentence) {
@@ -333,15 +330,15 @@ void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings
         changed[key] = number.is_number() ? number : json(value);
     }
     if (changed.empty()) return;
-    if (!scene.extras.is_null() && !scene.extras.is_object())
+    if (!scene.extras->is_null() && !scene.extras->is_object())
         engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
-                       "its extras are no object: make them one to keep settings there");
-    scene.extras["touchstone"]["settings"].update(changed);
+                       "its extras are not a JSON object: make them one to store settings there");
+    (*scene.extras)["touchstone"]["settings"].update(changed);
 }
 
 double GoalRegion::angle(const Pose& X_WO) const {
     const Quat q = X_WT.q.conjugate() * X_WO.q;
-    // The twist about the way out is taken back by whole steps.
+    // The twist about the axis that points out counts only up to multiples of the step.
     const double step = 2 * std::numbers::pi / fold, twist = 2 * std::atan2(q.y(), q.w());
     return logRotation(q * expRotation({0, -step * std::round(twist / step), 0})).norm();
 }

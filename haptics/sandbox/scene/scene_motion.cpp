@@ -25,7 +25,7 @@ bool isAncestor(const engine::Registry& registry, Entity ancestor, Entity node) 
     return false;
 }
 
-/// How far the shape of the node changes over the motion: a rotation below a stretched ancestor shears.
+/// False if the motion changes the shape of the node: a rotation below an unevenly scaled ancestor shears it.
 bool staysRigid(const engine::Scene& scene, const engine::Animation& animation, Entity node) {
     const engine::Hierarchy& hierarchy = scene.registry.get<engine::Hierarchy>(node);
     const glm::dmat4 parent = engine::worldMatrix(scene.registry, hierarchy.parent);
@@ -53,7 +53,7 @@ SceneMotion::SceneMotion(const engine::Scene& scene, const engine::Animation& an
     for (const AnimationChannel& channel : animation.channels)
         if (channel.target == node && moves(channel)) channels_.channels.push_back(channel);
     assert(!channels_.channels.empty());
-    // Files keep seconds in single precision: 0.8 is 0.80000001 there and would cost a tick more.
+    // Files store seconds in single precision: 0.8 becomes 0.80000001, which would add a tick.
     duration_ = std::round(1e5 * engine::endTime(channels_)) / 100;
 }
 
@@ -68,11 +68,11 @@ bool movesTool(const engine::Animation& animation, Entity tool) {
 
 std::vector<NamedMotion> findMotions(const engine::Scene& scene, Entity tool, const std::vector<Entity>& obstacles,
                                      std::vector<std::string>& warnings) {
-    // A node once, whatever number of its properties is animated.
-    std::vector<Entity> named;
+    // One warning for each node, however many of its properties are animated.
+    std::vector<Entity> warned;
     const auto warn = [&](Entity node, const std::string& what) {
-        if (std::find(named.begin(), named.end(), node) != named.end()) return;
-        named.push_back(node);
+        if (std::find(warned.begin(), warned.end(), node) != warned.end()) return;
+        warned.push_back(node);
         warnings.push_back(nodeLabel(scene, node) + " is animated, but " + what);
     };
     for (const engine::Animation& animation : scene.animations)
@@ -81,11 +81,11 @@ std::vector<NamedMotion> findMotions(const engine::Scene& scene, Entity tool, co
             if (node == tool) {
                 if (!moves(channel))
                     warnings.push_back(nodeLabel(scene, tool) +
-                                       " has an animated scale: the tool is rigid, so it is left as it stands");
+                                       " has an animated scale: the tool is rigid, so its scale does not change");
                 continue;
             }
             if (isAncestor(scene.registry, node, tool)) {
-                warn(node, "ancestors of the tool stand still: animate the tool node itself");
+                warn(node, "ancestors of the tool do not move: animate the tool node itself");
                 continue;
             }
             const Entity owner = roleOwner(scene.registry, node);
@@ -93,9 +93,9 @@ std::vector<NamedMotion> findMotions(const engine::Scene& scene, Entity tool, co
                 return owner == obstacle || isAncestor(scene.registry, node, obstacle);
             });
             if (fixed)
-                warn(node, "moving obstacles are not supported: it stands still");
+                warn(node, "animated obstacles are not supported: it does not move");
             else if (owner && owner == tool)
-                warn(node, "the tool is one rigid body: its parts stand still");
+                warn(node, "the tool is one rigid body: its parts do not move");
         }
     std::vector<NamedMotion> motions;
     bool rigid = true;
@@ -106,7 +106,7 @@ std::vector<NamedMotion> findMotions(const engine::Scene& scene, Entity tool, co
     }
     if (!rigid)
         warnings.push_back(nodeLabel(scene, tool) +
-                           " turns below an ancestor of uneven scale: its shape is kept as it stands at the start");
+                           " turns below an ancestor of uneven scale: it keeps the shape that it has at the start");
     return motions;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The scene's demonstration: a glTF animation of the tool node as a motion.
+// The motions of a scene: its glTF animations of the tool node. The first one is the demonstration.
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace touchstone::sandbox {
 
-/// Pose of an animated node in the scene frame under ancestors that stand still. Translation and rotation channels
+/// Pose of an animated node in the scene frame, with its ancestors at rest. Uses translation and rotation channels
 /// only.
 class SceneMotion final : public Motion {
   public:
@@ -20,18 +20,18 @@ class SceneMotion final : public Motion {
     double duration() const noexcept override { return duration_; }
 
   private:
-    engine::Animation channels_;  // those of the node
+    engine::Animation channels_;  // of the node only
     engine::Entity node_;
     engine::LocalTransform rest_;
     glm::dmat4 parent_{1};
     double duration_ = 0;
 };
 
-/// Whether the animation moves the tool, and so is one of the scene's motions.
+/// True if the animation moves the tool, which makes it one of the scene's motions.
 bool movesTool(const engine::Animation& animation, engine::Entity tool);
 
 /// The animations with a translation or rotation channel on the tool, in file order; the first is the demonstration.
-/// What is left out (scale of the tool, animated ancestors, parts and obstacles) is named in `warnings`.
+/// `warnings` name what is ignored: scale of the tool, and animated ancestors, parts and obstacles.
 std::vector<NamedMotion> findMotions(const engine::Scene& scene, engine::Entity tool,
                                      const std::vector<engine::Entity>& obstacles, std::vector<std::string>& warnings);
 

@@ -9,6 +9,7 @@
 #include "engine/scene/transforms.hpp"
 #include "engine/scene/user_folder.hpp"
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
@@ -20,51 +21,14 @@ using engine::Scene;
 
 constexpr double kSmallest = 1, kLargest = 1000;  // mm
 
-void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, TriangleMesh& surface) {
-    const auto base = static_cast<std::uint32_t>(surface.vertices.size());
-    for (const glm::vec3& position : mesh.positions)
-        surface.vertices.push_back(toMm(glm::dvec3(matrix * glm::dvec4(position, 1))));
-    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
-    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
-        const std::uint32_t a = base + mesh.indices[i], b = base + mesh.indices[i + 1], c = base + mesh.indices[i + 2];
-        // A mirrored triangle turns over, to stay counter-clockwise seen from outside.
-        surface.triangles.push_back({a, mirrored ? c : b, mirrored ? b : c});
-    }
-}
-
-void appendInstance(const engine::MeshInstance& instance, const glm::dmat4& matrix, TriangleMesh& surface) {
-    for (const engine::Primitive& primitive : instance.primitives) appendMesh(*primitive.mesh, matrix, surface);
-}
-
-/// Calls f(node, matrix) for `root` and what hangs below it up to nodes with a role of their own; `matrix` of the root
-/// is given.
-template <class F>
-void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) {
-    struct Visit {
-        Entity node;
-        glm::dmat4 matrix;
-    };
-    std::vector<Visit> open{{root, matrix}};
-    while (!open.empty()) {
-        const Visit visit = open.back();
-        open.pop_back();
-        f(visit.node, visit.matrix);
-        const auto& children = scene.registry.get<engine::Hierarchy>(visit.node).children;
-        for (auto child = children.rbegin(); child != children.rend(); ++child)  // first child on top
-            if (!scene.registry.has<Role>(*child))
-                open.push_back(
-                    {*child, visit.matrix * localMatrix(scene.registry.get<engine::LocalTransform>(*child))});
-    }
-}
-
 std::string nameOf(const Scene& scene, Entity node) {
     const std::string& given = scene.registry.get<engine::Name>(node).value;
     return given.empty() ? nodeLabel(scene, node) : engine::printable(given);
 }
 
-/// Which roles are still to be given.
+/// One sentence on the roles that are missing; empty if the scene is complete.
 std::string missingRoles(const SceneRoles& roles) {
-    const std::string how = ": set extras.touchstone.role of a node, or choose it in the window";
+    const std::string how = ": set extras.touchstone.role of a node, or choose the role in the window";
     if (!roles.tool) return "no node is the tool" + how;
     if (roles.obstacles.empty()) return "no node is an obstacle" + how;
     return {};
@@ -75,22 +39,22 @@ Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
 }
 
 const char* const kTooFar =
-    " more than 1 km from the scene's origin, where nothing is felt: check the unit it was made in, since glTF is in "
+    " more than 1 km from the scene's origin, where contacts are not rendered: check its unit, since glTF is in "
     "metres, or move everything to the origin";
 
-/// Refuses what the tick would hold the tool for.
+/// Refuses poses that are too far away: the tick would hold the tool.
 void requireValid(const Scene& scene, Entity node, const Pose& X, const char* where) {
     if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
 }
 
-/// Builds trees one after the other; bodies of the same shape share theirs.
+/// Builds trees one after the other; bodies of the same shape share one tree.
 class TreeBuilderCache {
   public:
     TreeBuilderCache(const Scene& scene, const SceneOptions& options, std::size_t parts,
                      std::vector<std::string>& warnings)
         : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
 
-    /// Null when no trees are asked for.
+    /// Null if trees were not requested.
     std::shared_ptr<const SphereTree> make(Entity node) {
         const TriangleMesh surface = bakedTriangles(scene_, node);
         const std::string label = nodeLabel(scene_, node);
@@ -138,16 +102,16 @@ class TreeBuilderCache {
         Eigen::AlignedBox3d box;
         for (const Vec3& vertex : surface.vertices) {
             if (!(vertex.array().abs() <= kLargestCoordinate).all())
-                engine::failIn(scene_.file, label,
-                               "its mesh reaches more than 1 km from the node: check the unit it was made in, since "
-                               "glTF is in metres");
+                engine::failIn(
+                    scene_.file, label,
+                    "its mesh reaches more than 1 km from the node: check its unit, since glTF is in metres");
             box.extend(vertex);
         }
         const double size = box.diagonal().norm();
         if (size >= kSmallest && size <= kLargest) return;
         std::ostringstream text;
         text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
-             << " m: check the unit it was made in, since glTF is in metres";
+             << " m: check its unit, since glTF is in metres";
         warnings_.push_back(text.str());
     }
 
@@ -162,63 +126,22 @@ class TreeBuilderCache {
 
 std::filesystem::path treeCacheFolder() { return engine::userFolder("TOUCHSTONE_CACHE", "XDG_CACHE_HOME", ".cache"); }
 
-TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
-    const glm::dmat4 world = worldMatrix(scene.registry, roleNode);
-    const glm::dmat4 frame = glm::inverse(engine::rigidMatrix(engine::rigidPart(world)));
-    TriangleMesh drawn, collided;
-    bool colliders = false;
-    eachPart(scene, roleNode, frame * world, [&](Entity node, const glm::dmat4& matrix) {
-        if (const auto* instance = scene.registry.find<engine::MeshInstance>(node))
-            appendInstance(*instance, matrix, drawn);
-        const engine::ColliderGeometry* geometry = scene.registry.find<engine::ColliderGeometry>(node);
-        if (!geometry) return;
-        colliders = true;
-        if (geometry->mesh >= 0) {
-            appendInstance(scene.meshes[geometry->mesh], matrix, collided);
-            return;
-        }
-        // The meshes of another node, placed as if they hung here: its own transform does not count.
-        const Entity source = geometry->node >= 0 ? scene.nodes[geometry->node] : node;
-        eachPart(scene, source, matrix, [&](Entity part, const glm::dmat4& partMatrix) {
-            if (const auto* instance = scene.registry.find<engine::MeshInstance>(part))
-                appendInstance(*instance, partMatrix, collided);
-        });
-    });
-    return colliders ? collided : drawn;
-}
-
-TriangleMesh bakedTriangles(const Scene& scene) {
-    TriangleMesh all;
-    for (const Entity node : scene.nodes)
-        if (const auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr)
-            appendInstance(*instance, worldMatrix(scene.registry, node), all);
-    return all;
-}
-
-TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit) {
-    TriangleMesh surface;
-    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(mmPerUnit * Vec3(p.x, p.y, p.z));
-    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
-        surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
-    return surface;
-}
-
 SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
     if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
     if (roles.obstacles.size() > kMaxObstacles)
         engine::failIn(scene.file, "",
                        std::to_string(roles.obstacles.size()) + " obstacles are more than the " +
-                           std::to_string(kMaxObstacles) + " that fit: join some into one node");
+                           std::to_string(kMaxObstacles) + " that are supported: join some of them into one node");
     SceneWorld made;
     made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
-    TreeBuilderCache shop(scene, options, 1 + roles.obstacles.size(), made.warnings);
-    world->tool = shop.make(roles.tool);
+    TreeBuilderCache trees(scene, options, 1 + roles.obstacles.size(), made.warnings);
+    world->tool = trees.make(roles.tool);
     for (const Entity obstacle : roles.obstacles) {
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
-                                    .tree = shop.make(obstacle),
+                                    .tree = trees.make(obstacle),
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
-        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it stands");
+        requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     requireValid(scene, roles.tool, world->X_WT_start, "it starts");
@@ -262,7 +185,7 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     updateWorldTransforms(scene.scene);
     scene.roles = assignRoles(scene.scene);
     if (!scene.world) return nullptr;
-    std::vector<std::string> known;  // said when the scene was opened
+    std::vector<std::string> known;  // these warnings were given when the scene was opened
     scene.motions = findMotions(scene.scene, scene.roles.tool, scene.roles.obstacles, known);
     scene.demonstration = scene.motions.empty() ? nullptr : scene.motions.front().motion;
     auto world = std::make_shared<World>(*scene.world);
@@ -305,7 +228,8 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
 
 HapticScene openScene(Scene scene, const SceneOptions& options) {
     HapticScene opened = assembled(std::move(scene), options);
-    for (std::string& warning : opened.warnings) warning = engine::escaped(warning);  // they may quote the file
+    for (std::string& warning : opened.warnings)
+        warning = engine::escaped(warning);  // warnings may quote text of the file
     return opened;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// From a scene with roles to what the tick steps against.
+// From a scene with roles to the world that the tick runs in.
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "haptics/builder/triangle_mesh.hpp"
 #include "haptics/device/motion.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
@@ -16,61 +15,51 @@
 
 namespace touchstone::sandbox {
 
-/// How far the trees of a scene are.
+/// Progress of building the sphere trees of a scene.
 struct SceneStatus {
-    std::string part;                ///< name of the part whose tree is being built
-    std::size_t number = 1, of = 1;  ///< it is this one of so many
+    std::string part;                ///< part whose tree is being built
+    std::size_t number = 1, of = 1;  ///< the part's number, and the number of parts
     double fraction = 0;             ///< of all parts, 0 to 1
-    double secondsLeft = -1;         ///< for this part, an estimate; negative while there is none
+    double secondsLeft = -1;         ///< estimate for this part; negative while there is none
 };
 
-/// Called while trees are built; false cancels, and BuildCancelled comes out.
+/// Called while trees are built; returning false cancels, which throws BuildCancelled.
 using SceneProgress = std::function<bool(const SceneStatus&)>;
 
 struct SceneOptions {
-    std::filesystem::path treeCache;  ///< folder for sphere trees; empty for none
+    std::filesystem::path treeCache;  ///< folder that keeps sphere trees; empty: no cache
     SceneProgress progress;
-    int leaves = 0;          ///< of every part, in place of what the scene asks; 0: as it asks
-    bool buildTrees = true;  ///< false: all but the trees, and the world stays null
+    int leaves = 0;          ///< maximum leaf count of every part, in place of the scene's; 0: the scene's
+    bool buildTrees = true;  ///< false: everything except the trees; the world stays null
 };
 
 /// $TOUCHSTONE_CACHE, else $XDG_CACHE_HOME/touchstone, else ~/.cache/touchstone; empty when none of them is set.
 std::filesystem::path treeCacheFolder();
 
-/// All meshes that belong to a role node as one mesh in the node's rigid frame, mm, scale and mirroring baked in. Where
-/// there are colliders below the node, their geometry is taken instead of what is drawn.
-TriangleMesh bakedTriangles(const engine::Scene& scene, engine::Entity roleNode);
-
-/// The whole scene as one mesh in the scene's frame, mm.
-TriangleMesh bakedTriangles(const engine::Scene& scene);
-
-/// A mesh whose unit is `mmPerUnit` long, in mm.
-TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit);
-
 struct SceneWorld {
     std::shared_ptr<const World> world;
-    std::vector<NamedMotion> motions;   ///< in file order; the first is the demonstration
-    std::vector<std::string> warnings;  ///< odd sizes, holes in a surface, animations left out
+    std::vector<NamedMotion> motions;   ///< in file order; the first one is the demonstration
+    std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
-/// Builds the trees (through the cache) and finds the motions. The tool starts at the first pose of the
-/// demonstration, else where its node stands. world->obstacles has the order of roles.obstacles. Throws
-/// engine::SceneError with one sentence when the tool or every obstacle is missing or a part has no triangles.
+/// Builds the trees, or reads them from the cache, and finds the motions. The tool starts at the first pose of the
+/// demonstration; without one, at its node. world->obstacles has the order of roles.obstacles. Throws
+/// engine::SceneError with one sentence if there is no tool, no obstacle, or a part without triangles.
 SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const SceneOptions& options = {});
 
-/// A scene ready to be drawn, and to be run when it has a world.
+/// A scene that is ready to be drawn and, if it has a world, to be run.
 struct HapticScene {
     engine::Scene scene;
     SceneRoles roles;
-    Settings settings;                            ///< the defaults with what the scene sets
-    std::shared_ptr<const World> world;           ///< null when not asked for, or when `missing` says what it lacks
-    std::vector<Pose> X_WO;                       ///< where the obstacles are now; empty: where `world` starts them
-    std::vector<NamedMotion> motions;             ///< in file order
-    std::shared_ptr<const Motion> demonstration;  ///< the first of them; null if the scene has none
-    ExpectedOutcome outcome;                      ///< of the demonstration
-    std::vector<ExpectedOutcome> outcomes;        ///< of each of the motions
-    std::string missing;                ///< one sentence: which roles are still to be given; empty when complete
-    std::vector<std::string> warnings;  ///< all of them: file, roles, world
+    Settings settings;                   ///< the defaults, changed by the scene
+    std::shared_ptr<const World> world;  ///< null if it was not requested or the scene is incomplete, see `missing`
+    std::vector<Pose> X_WO;              ///< where the obstacles are now; empty: where `world` starts them
+    std::vector<NamedMotion> motions;    ///< in file order
+    std::shared_ptr<const Motion> demonstration;  ///< the first motion; null if the scene has none
+    ExpectedOutcome outcome;                      ///< expected of the demonstration
+    std::vector<ExpectedOutcome> outcomes;        ///< expected of each motion
+    std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
+    std::vector<std::string> warnings;  ///< from the file, the roles and the world
 };
 
 /// Where an obstacle of the world is now. Pre: there is a world.
@@ -78,24 +67,26 @@ const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle);
 /// The world that starts the obstacles where they are now: scene.world itself while none has moved.
 std::shared_ptr<const World> worldNow(const HapticScene& scene);
 
-/// What a run with this device is to show: the outcome of the motion that demo or demo:NAME follows; null for others.
+/// The expected outcome of a run with this device: that of the motion which demo or demo:NAME follows; null for other
+/// devices.
 const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice);
 
-/// Where the tool begins: the first pose of the demonstration, else where its node stands. Pre: there is a tool.
+/// Initial tool pose: the first pose of the demonstration; without one, the pose of the tool node. Pre: there is a
+/// tool.
 Pose startPose(const HapticScene& scene);
 
-/// The tree of the tool or of an obstacle; null for other nodes and without a world.
+/// The sphere tree of the tool or of an obstacle; null for other nodes and without a world.
 const SphereTree* treeOf(const HapticScene& scene, engine::Entity node);
 
-/// Name of the scene for reports: its file's without folder and extension, else that of the glTF scene.
+/// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);
 
-/// After nodes were moved that movesRigidly(): goal and motions of the scene anew, and a world with the same trees
-/// where they now stand; null if there was none. scene.world stays the old one.
+/// Call this after nodes were moved that movesRigidly(). Updates roles and motions of the scene, and returns a world
+/// with the same trees at their new poses; null if the scene has no world. Does not change scene.world.
 std::shared_ptr<const World> worldAsPlaced(HapticScene& scene);
 
-/// Reads a file and does all of the above; safe on a thread of its own, since the result is complete and shares
-/// nothing. Throws engine::SceneError; BuildCancelled on cancel.
+/// Reads a file and does all of the above. Any thread may call it, since the result is complete and shares nothing.
+/// Throws engine::SceneError; BuildCancelled if it is cancelled.
 HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options = {});
 /// The same for a scene in memory, e.g. after setRole().
 HapticScene openScene(engine::Scene scene, const SceneOptions& options = {});

@@ -9,7 +9,7 @@ namespace touchstone::sandbox {
 
 using engine::formatted;
 std::string words(const TreeOptions& options) {
-    std::string text = options.maxError > 0 ? formatted("at most %g mm out", options.maxError)
+    std::string text = options.maxError > 0 ? formatted("protrusion at most %g mm", options.maxError)
                                             : formatted("%d leaves", options.leaves);
     return text + ", " + name(options.quality) + ", " + name(options.interior);
 }
@@ -31,7 +31,7 @@ bool needsAttention(const TreeCertificate& certificate) {
 }
 
 std::string words(const SphereTree& tree) {
-    return formatted("%d leaves (%d spheres, %d levels), out by at most ", tree.leafCount(), tree.nodeCount(),
+    return formatted("%d leaves (%d spheres, %d levels), protrusion at most ", tree.leafCount(), tree.nodeCount(),
                      static_cast<int>(tree.levels.size())) +
            protrusionWords(tree.certificate) + ", " + surfaceWords(tree.certificate);
 }

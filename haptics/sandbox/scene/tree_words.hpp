@@ -1,5 +1,5 @@
 #pragma once
-// Sphere trees in words: the same in scene files, on the console and in the window.
+// How sphere trees are described: the same words in scene files, on the console and in the window.
 #include <array>
 #include <string>
 
@@ -12,22 +12,22 @@ inline constexpr std::array kInteriorNames{"shell", "solid"};
 inline const char* name(TreeQuality quality) { return kQualityNames[static_cast<std::size_t>(quality)]; }
 inline const char* name(Interior interior) { return kInteriorNames[static_cast<std::size_t>(interior)]; }
 
-/// What is asked for: "4096 leaves, fast, shell", or "at most 0.02 mm out, best, solid".
+/// The options: "4096 leaves, fast, shell", or "protrusion at most 0.02 mm, best, solid".
 std::string words(const TreeOptions& options);
 
-/// "0.123 mm (0.149 %)": how far the leaves may reach out of the surface; the share is of the mesh's diagonal.
+/// "0.123 mm (0.149 %)": how far the leaves may reach out of the surface; the percentage is of the mesh's diagonal.
 std::string protrusionWords(const TreeCertificate& certificate);
 
-/// What is proven of the surface: "covered", or what is not, and the hollow inside if it was measured.
+/// What is proven about the surface: covered or not, closed or open, and the hollow inside if it was measured.
 std::string surfaceWords(const TreeCertificate& certificate);
 
-/// Something of the certificate does not hold, or the builder has a note for the user.
+/// True if the certificate is incomplete or the builder has a note for the user.
 bool needsAttention(const TreeCertificate& certificate);
 
-/// All of it in one line, but for the note: leaves, spheres, protrusion, surface.
+/// One line with leaves, spheres, protrusion and surface; without the builder's note.
 std::string words(const SphereTree& tree);
 
-/// "12 s left", rounded as an estimate deserves; empty when `seconds` is negative.
+/// "12 s left", rounded, since it is an estimate; empty if `seconds` is negative or not finite.
 std::string timeLeft(double seconds);
 
 }  // namespace touchstone::sandbox

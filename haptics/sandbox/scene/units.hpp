@@ -1,5 +1,5 @@
 #pragma once
-// Between the engine (glm, metres) and the haptics core (Eigen, mm). Nothing else converts.
+// Conversion between the engine (glm, metres) and the haptics core (Eigen, mm). No other file converts.
 #include "engine/scene/transforms.hpp"
 #include "haptics/math/rigid.hpp"
 
@@ -16,7 +16,7 @@ inline glm::dvec3 toGlm(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline glm::dquat toGlm(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 inline Quat toEigen(const glm::dquat& q) { return Quat(q.w, q.x, q.y, q.z).normalized(); }
 
-/// The rigid part of a node's frame; what is left (scale, shear, mirroring) is baked into vertices.
+/// The rigid part of a node's frame; scale, shear and mirroring are baked into the vertices.
 inline Pose toPose(const engine::RigidPart& part) { return {toMm(part.translation), toEigen(part.rotation)}; }
 inline Pose toPose(const glm::dmat4& matrix) { return toPose(engine::rigidPart(matrix)); }
 

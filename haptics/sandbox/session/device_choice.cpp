@@ -25,7 +25,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
     if (!info) {
         std::string names;
         for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
-        throw std::runtime_error("there is no device '" + name + "': choose one of " + names);
+        throw std::runtime_error("unknown device '" + name + "': choose one of " + names);
     }
     return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
                        .goal = scene.roles.goal ? std::optional(scene.roles.goal->X_WT) : std::nullopt,

@@ -14,18 +14,19 @@
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kLongestMotionMs = 86.4e6;  // a day: a motion beyond it has no end that anybody waits for
+constexpr double kLongestMotionMs = 86.4e6;  // a day: a longer motion counts as one without an end
 
-/// The run from its start, tick by tick, until the motion, the recording or the asked time ends.
+/// One pass of the run, tick by tick, until the motion, the recording or the requested time ends.
 class Pass {
   public:
-    /// `stops`: at a signal that asks for it; else somebody else sees to that.
+    /// `stops`: this pass ends at a signal; false if another pass does.
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options, bool stops)
         : stops_(stops) {
         if (const auto folder = recordingOf(options.device)) {
@@ -36,7 +37,7 @@ class Pass {
             if (options.paced) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
             watch(session->state, settings, options);
             driver_.emplace(std::move(session));
-            driver_->engage();  // nobody else is there to do it
+            driver_->engage();  // a headless run has no user who engages the forces
         }
         const double rate = this->settings().rate;
         if (options.paced) pacer_.emplace(rate, false);
@@ -48,15 +49,16 @@ class Pass {
 
     /// False when the run is over.
     bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
-        if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return over(RunEnd::Signal);
-        if (toTheEnd_ && driver_ && driver_->finished()) return over(RunEnd::Motion);
-        if (limit_ > 0 && ticks_ == limit_) return over(toTheEnd_ ? RunEnd::Limit : RunEnd::Seconds);
+        if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return endWith(RunEnd::Signal);
+        if (toTheEnd_ && driver_ && driver_->finished()) return endWith(RunEnd::Motion);
+        if (limit_ > 0 && ticks_ == limit_) return endWith(toTheEnd_ ? RunEnd::Limit : RunEnd::Seconds);
         if (!replay_)
             record = driver_->tick(clocks, audit);
         else if (!replay_->next(record, clocks, audit))
-            return over(RunEnd::Motion);
+            return endWith(RunEnd::Motion);
         if (pacer_) pacer_->wait();
-        // The stages' clock runs on while another program has the processor; no stage takes longer than its tick.
+        // The clock of the stages also counts while another program has the processor, so a stage could seem longer
+        // than its tick.
         for (double* stage : {&record.collisionUs, &record.solveUs, &record.shadowUs})
             *stage = std::min(*stage, record.totalUs);
         ++ticks_;
@@ -67,12 +69,12 @@ class Pass {
     const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
     const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
     const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
-    /// By the clock, where one paces.
+    /// Late ticks; absent if the pass is not paced.
     std::optional<std::uint64_t> overruns() const { return pacer_ ? std::optional(pacer_->overruns()) : std::nullopt; }
     const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
     const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
-    /// The newest tick whole, `record` being what is known of it.
-    RecordedTick whole(const TickRecord& record) const {
+    /// The newest tick with its input; `record` is its record.
+    RecordedTick recordedTick(const TickRecord& record) const {
         return {state().input(), record, replay_ ? replay_->tick().session : 0};
     }
 
@@ -83,7 +85,7 @@ class Pass {
         renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
     }
 
-    bool over(RunEnd end) {
+    bool endWith(RunEnd end) {
         end_ = end;
         return false;
     }
@@ -92,13 +94,13 @@ class Pass {
     std::optional<TickDriver> driver_;
     std::optional<ReplayPass> replay_;
     long long limit_ = 0;    // ticks; 0: none
-    bool toTheEnd_ = false;  // of the device's motion
+    bool toTheEnd_ = false;  // runs until the device's motion ends
     long long ticks_ = 0;
     RunEnd end_ = RunEnd::Motion;
     std::optional<Pacer> pacer_;
 };
 
-/// The run without audit and shadow, whose work inside the tick would be measured too.
+/// The run without audit and shadow, which would otherwise be measured too.
 class TimedPass {
   public:
     TimedPass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options)
@@ -133,13 +135,13 @@ class TimedPass {
     std::uint64_t hash_ = 0;
 };
 
-/// The timed pass, never far ahead of who takes its times: what is recorded with them is then never far behind. It runs
-/// in stretches, so that the pass between them finds its memory cold in few ticks; one that a clock paces has a thread
-/// of its own.
+/// Runs the timed pass slightly ahead of the pass that consumes its times, so that a recording with these times is
+/// never far behind. The two passes alternate in stretches, so that only few ticks find cold caches; a paced pass has
+/// its own thread.
 class TimesAhead {
   public:
-    /// `follow`: the times of a paced pass may be taken while it runs; else they are withheld until its end, so that
-    /// nothing runs beside it.
+    /// `follow`: the times of a paced pass are available while it runs; else only after its end, so that nothing runs
+    /// at the same time.
     TimesAhead(TimedPass& pass, bool paced, bool follow) : pass_(pass), follow_(follow) {
         if (paced)
             thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -154,7 +156,7 @@ class TimesAhead {
             });
     }
 
-    /// Of the next tick; nothing after the last.
+    /// Times of the next tick; nothing after the last.
     std::optional<TickTimes> next() {
         if (thread_.joinable()) {
             std::unique_lock lock(mutex_);
@@ -184,18 +186,18 @@ class TimesAhead {
 
     TimedPass& pass_;
     const bool follow_;
-    std::mutex mutex_;  // on the two below, where there is a thread
+    std::mutex mutex_;  // guards the next two members if there is a thread
     std::deque<TickTimes> ready_;
     bool ended_ = false;
     std::condition_variable changed_;
-    std::jthread thread_;  // last: it uses the others
+    std::jthread thread_;  // last member: it uses the others
 };
 
-// mm past its goal from which on a tool without contact fell through; an inserting hand turns back 15 mm below it.
+// A tool without contact that is further than this past its goal fell through, mm. An inserting hand turns back at 15.
 constexpr double kFellThrough = 10;
 
-/// mm that the tool is past the goal along the way in without touching anything; 0 before or beside it.
-double fallen(const GoalRegion& goal, const TickRecord& tick) {
+/// mm that the tool is past the goal along the insertion axis without contact; 0 before or beside the goal.
+double fallenPast(const GoalRegion& goal, const TickRecord& tick) {
     if (tick.wrench_C.force.norm() > kContactForce) return 0;
     const Vec3 p = (goal.X_WT.inverse() * tick.X_WT).p;
     return std::hypot(p.x(), p.z()) < -p.y() ? -p.y() : 0;
@@ -238,7 +240,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     }
 
     RunStatistics statistics(scene.roles.gauge);
-    // Limits that hold at all times are judged for any device; what the end shows only for the motion they are of.
+    // Limits for every tick are checked with any device; limits at the end only with the motion that they belong to.
     const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
     OutcomeJudge judge(outcome ? *outcome : scene.outcome);
     TickClocks clocks;
@@ -249,14 +251,14 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
     std::optional<PenetrationMeter> meter;
     for (;;) {
-        // With times the pass ahead decides where the run ends.
+        // With timing, the timed pass decides where the run ends.
         const std::optional<TickTimes> us = times ? times->next() : std::nullopt;
         if ((times && !us) || !pass.next(run.last, clocks, true)) break;
         if (run.world != pass.world()) {
             run.world = pass.world();
             meter.emplace(*run.world);
             if (recorder)
-                recorder->announce(pass.whole(run.last).session,
+                recorder->announce(pass.recordedTick(run.last).session,
                                    pass.replay() ? pass.replay()->scene() : recordedScene(scene.scene.file, *run.world),
                                    options.device);
         }
@@ -264,7 +266,8 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         const double penetration = meter->depth(run.last.X_WT, pass.state().obstacles()), dt = 1000 / run.settings.rate;
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
-        if (scene.roles.goal) run.report.pastGoal = std::max(run.report.pastGoal, fallen(*scene.roles.goal, run.last));
+        if (scene.roles.goal)
+            run.report.pastGoal = std::max(run.report.pastGoal, fallenPast(*scene.roles.goal, run.last));
         if (us) {
             run.last.collisionUs = us->collision;
             run.last.solveUs = us->solve;
@@ -272,7 +275,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             run.last.totalUs = us->step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
-        if (recorder) recorder->add(pass.whole(run.last), pass.state().obstaclesAtStart());
+        if (recorder) recorder->add(pass.recordedTick(run.last), pass.state().obstaclesAtStart());
         if (options.onTick) options.onTick(run.last, penetration);
     }
     if (recorder) {
@@ -285,9 +288,9 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     if (timed) run.report.overruns = timed->overruns();
     if (timed && timed->hash() != run.report.hash)
         throw std::runtime_error(
-            "a repeated run gave other results, which is a fault of the program: please report it");
+            "a repeated run gave different results, which is a bug in the program: please report it");
 
-    // What only the end can show is judged when the demonstration itself got there.
+    // Limits at the end are checked only if the demonstration ran to its end.
     run.report.checks = judge.checks(outcome && pass.driver() && pass.driver()->finished());
     if (pass.driver()) {
         const SafetyStage& safety = pass.driver()->session().safety;

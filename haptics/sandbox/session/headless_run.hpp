@@ -1,5 +1,5 @@
 #pragma once
-// A run without thread, clock or window: as fast as it goes, and to the same bits every time.
+// A run without a window: as fast as possible, and bit-reproducible.
 #include <functional>
 #include <optional>
 #include <string>
@@ -11,59 +11,59 @@
 
 namespace touchstone::sandbox {
 
-/// How long a headless run lasts in simulated time where neither the device nor the user says that it ends within a
-/// day, s.
+/// Simulated time after which a headless run ends if neither the device nor the user ends it within a day, s.
 inline constexpr double kUnendingSeconds = 60;
 
-/// Why a run ended: its motion or recording was over, so were the seconds asked for or kUnendingSeconds, or a signal
-/// that StopRequest noted.
+/// Why a run ended: at the end of its motion or recording, after the requested seconds, after kUnendingSeconds, or at a
+/// signal that StopRequest caught.
 enum class RunEnd { Motion, Seconds, Limit, Signal };
 /// "motion", "seconds", "limit", or the name of the signal.
 const char* name(RunEnd end);
 
 struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
-    std::optional<double> seconds;  ///< simulated; else until the device's motion ends, see kUnendingSeconds
-    bool timing = true;             ///< measure CPU times, in a second pass alongside that neither audits nor shadows
-    /// Times are taken by the clock, a tick at its time, with the thread beside that finds lists ahead, as in a window.
+    std::optional<double> seconds;  ///< simulated time; by default until the device's motion ends, see kUnendingSeconds
+    bool timing = true;             ///< measure CPU times, in a second pass without audit and shadow
+    /// The pass that measures times runs in real time, with the helper thread that prepares neighbor lists, as in a
+    /// window.
     bool paced = false;
-    std::filesystem::path record = {};  ///< folder for a recording of the run; empty: none
-    /// From the settings of a recording that is replayed to those to use.
+    std::filesystem::path record = {};  ///< folder for a recording of the run; empty: no recording
+    /// Changes the settings of a recording that is replayed.
     std::function<Settings(const Settings&)> adjust = {};
-    /// Sees every tick of the run with its true penetration, mm.
+    /// Called after every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick = {};
-    /// Sees every problem that the rendering solver was given, and its answer.
+    /// Called with every problem of the rendering solver and its answer.
     std::function<void(const QpProblem&, const SolveResult&)> onSolve = {};
 };
 
 struct HeadlessRun {
     Report report;
-    TickRecord last;                     ///< the tick at the end
-    Settings settings;                   ///< of that
-    std::shared_ptr<const World> world;  ///< likewise
-    std::optional<ReplayCheck> replay;   ///< of a recording, how it compares
-    std::string recordingFailure;        ///< one sentence when the recording had to stop; else empty
+    TickRecord last;                     ///< the last tick
+    Settings settings;                   ///< of the last tick
+    std::shared_ptr<const World> world;  ///< of the last tick
+    std::optional<ReplayCheck> replay;   ///< if it replayed a recording: how the ticks compare
+    std::string recordingFailure;        ///< one sentence if an error stopped the recording; else empty
 };
 
-/// Stage times of a tick by themselves, thread CPU time in µs.
+/// The times of one tick, thread CPU time in µs.
 struct TickTimes {
     double step, collision, solve, helper;
 };
 
 struct TimedRun {
     std::vector<TickTimes> ticks;
-    std::uint64_t hash = 0;                 ///< as the report's
-    std::optional<std::uint64_t> overruns;  ///< by the clock, where one paces
+    std::uint64_t hash = 0;                 ///< as in the report
+    std::optional<std::uint64_t> overruns;  ///< late ticks; absent if the run is not paced
 };
 
-/// Runs the scene from its start; a recording from its own, with its settings, which are taken in place of `settings`.
-/// Without `timing` the report has no times. A recording is never more than 0.25 s of wall time behind the run. Pre:
-/// the scene has a world and settings that checkSettings() is content with. Throws std::runtime_error with one sentence
-/// when the device cannot start.
+/// Runs the scene from its start. A recording is replayed from its own start and with its own settings instead of
+/// `settings`. Without `timing` the report has no times. What is recorded is never more than 0.25 s of wall time behind
+/// the run. Pre: the scene has a world, and checkSettings() accepts the settings. Throws std::runtime_error with one
+/// sentence if the device cannot start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
-/// The times of the same run, without audit and shadow, whose work inside the tick would be measured too. Neither
-/// changes a result, so the hash must be that of runHeadless(). Pre and errors as there.
+/// The times of the same run without audit and shadow, which would otherwise be measured too. Neither changes a result,
+/// so the hash must equal that of runHeadless(). Preconditions and errors as there.
 TimedRun timeHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
 }  // namespace touchstone::sandbox

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/message_log.hpp"
 

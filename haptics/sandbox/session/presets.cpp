@@ -22,7 +22,7 @@ Settings withSolversSwapped(Settings settings) {
 
 std::span<const Preset> presetTable() {
     static constexpr Preset kTable[] = {
-        {"default", "What a hand should feel: as the scene asks, with the exact solver, shadowed by pqp.",
+        {"default", "The settings of the scene, with the exact solver and pqp as its shadow.",
          [](const Settings& scene) { return withMode(scene, Mode::Default); }},
         {"paper", "The method as published: pqp on the deepest pairs, tolerance 0.01 N·mm, 1 kHz, no shadow.",
          [](const Settings& scene) {
@@ -30,7 +30,7 @@ std::span<const Preset> presetTable() {
              settings.rate = 1000;
              return settings;
          }},
-        {"10 kHz", "The default at ten ticks a millisecond, without a shadow, for which there is no time.",
+        {"10 kHz", "The default at ten ticks per millisecond, which leaves no time for a shadow.",
          [](const Settings& scene) {
              Settings settings = withMode(scene, Mode::Default);
              settings.rate = 10'000;

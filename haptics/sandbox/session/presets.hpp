@@ -1,5 +1,5 @@
 #pragma once
-// Settings by name, and settings as the command that repeats them.
+// Named settings, and the command line that repeats a run with given settings.
 #include <filesystem>
 #include <span>
 #include <string>
@@ -9,26 +9,26 @@
 
 namespace touchstone::sandbox {
 
-/// Settings for a mode: paper renders with pqp at 0.01 without shadow, as published; default with the exact solver,
-/// shadowed by pqp; penalty without a solver. All else stays.
+/// Settings for a mode: paper renders with pqp at tolerance 0.01 without shadow, as published; default with the exact
+/// solver and pqp as its shadow; penalty without a solver. Other settings do not change.
 Settings withMode(Settings settings, Mode mode);
-/// Rendering and shadow solver exchanged; unchanged without a shadow.
+/// Exchanges rendering and shadow solver; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);
 
 struct Preset {
     std::string_view name, help;
-    /// From the settings that the scene asks for.
+    /// Changes the settings of the scene.
     Settings (*apply)(const Settings& scene);
 };
 std::span<const Preset> presetTable();
 
-/// The line for a shell that runs a scene's file with these settings and device, without a window: `touchstone run FILE
-/// --headless --device D --set KEY=VALUE ...`, with what differs from the scene's own settings. A pause is left out.
-/// Pre: no device that needs the window.
+/// The shell command that runs a scene file with these settings and this device, without a window: `touchstone run FILE
+/// --headless --device D --set KEY=VALUE ...`, with the settings that differ from the scene's; a pause is left out.
+/// Pre: the device does not need a window.
 std::string commandLine(const std::filesystem::path& file, const std::string& device, const Settings& scene,
                         const Settings& settings);
 
-/// A word as a POSIX shell reads it back.
+/// Quotes a word for a POSIX shell where that is necessary.
 std::string shellQuoted(const std::string& word);
 
 }  // namespace touchstone::sandbox

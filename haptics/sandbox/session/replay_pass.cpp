@@ -8,7 +8,7 @@ namespace touchstone::sandbox {
 ReplayPass::ReplayPass(const HapticScene& scene, const std::filesystem::path& folder,
                        std::function<Settings(const Settings&)> adjust)
     : recording_(folder), adjust_(std::move(adjust)), settings_(adjusted(recording_.settings())) {
-    check_.differences = recording_.otherProgram();
+    check_.differences = recording_.programDifferences();
     enterScene(scene.scene.file, scene.world);
 }
 
@@ -18,11 +18,11 @@ void ReplayPass::enterScene(const std::filesystem::path& openedFile, const std::
     const std::string name = then.file.filename().string();
     if (now.hash != then.hash)
         check_.differences.push_back("the scene file is not the recorded " + name + ": its content hash is " +
-                                     (now.hash.empty() ? "unknown" : now.hash) + ", recorded was " + then.hash);
+                                     (now.hash.empty() ? "unknown" : now.hash) + ", recorded is " + then.hash);
     std::string why;
     world_ = recordedWorld(then, opened, why);
     if (!world_) {
-        check_.differences.push_back("the scene is not what was recorded in " + name + ": " + why);
+        check_.differences.push_back("the scene differs from the recorded " + name + ": " + why);
         world_ = opened;
     }
     state_ = std::make_unique<StepState>(*world_);
@@ -43,27 +43,27 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
     }
     if (recording_.takeGap()) lost_ = true;
     settings_ = adjusted(recorded_.input.settings);
-    if (!toldSettings_ && !(settings_ == recorded_.input.settings)) {
-        toldSettings_ = true;
-        check_.differences.push_back("the settings are not those recorded, as was asked for");
+    if (!settingsNoted_ && !(settings_ == recorded_.input.settings)) {
+        settingsNoted_ = true;
+        check_.differences.push_back("the settings are not those recorded, as requested");
     }
 
     const double began = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
-    // All stay, but for the one that moved.
+    // At most one obstacle moved in a tick; the others stay.
     targets_.assign(state_->obstacles().begin(), state_->obstacles().end());
     if (const auto k = static_cast<std::size_t>(recorded_.input.obstacle); k < targets_.size())
         targets_[k] = recorded_.input.X_WO;
     record = step(*world_, settings_, {recorded_.input.X_WT_device, {}, targets_}, *state_, clocks.stage, audit);
     if (clocks.cpuMicroseconds) record.totalUs = clocks.cpuMicroseconds() - began;
-    done_ = {state_->input(), record, session_};
+    replayed_ = {state_->input(), record, session_};
 
     const std::uint64_t row = check_.ticks++;
     if (lost_)
         ++check_.notCompared;
-    else if (sameBits(done_, recorded_))
+    else if (sameBits(replayed_, recorded_))
         ++check_.same;
-    else if (!check_.other)
-        check_.other = row;
+    else if (!check_.different)
+        check_.different = row;
     return true;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A recording's ticks again, by step() alone: what it was given is handed over unchanged.
+// Replays a recording by calling step() with the recorded inputs, unchanged.
 #include <functional>
 
 #include "haptics/loop/tick_driver.hpp"
@@ -8,29 +8,30 @@
 
 namespace touchstone::sandbox {
 
-/// How a replay compares with the recording.
+/// How a replay compares with its recording.
 struct ReplayCheck {
     std::uint64_t ticks = 0;
-    std::uint64_t same = 0;                ///< all fields that repeat have the recorded bits
-    std::optional<std::uint64_t> other;    ///< row of the first tick that has not
-    std::vector<std::string> differences;  ///< sentences: what is not as it was recorded, and may be why
-    std::uint64_t notCompared = 0;         ///< ticks after ticks that were lost: nothing tells where they began
+    std::uint64_t same = 0;                  ///< ticks in which all fields that repeat have the recorded bits
+    std::optional<std::uint64_t> different;  ///< row of the first tick that has other bits
+    std::vector<std::string>
+        differences;                ///< sentences: what differs from the time of the recording and may be the cause
+    std::uint64_t notCompared = 0;  ///< ticks after lost ticks, whose initial state is unknown
 };
 
 class ReplayPass {
   public:
-    /// `adjust`: from recorded settings to those to use; null: as recorded. Pre: the scene has a world. Throws
-    /// std::runtime_error with one sentence when the recording cannot be read.
+    /// `adjust`: changes the recorded settings; null: as recorded. Pre: the scene has a world. Throws
+    /// std::runtime_error with one sentence if the recording cannot be read.
     ReplayPass(const HapticScene& scene, const std::filesystem::path& folder,
                std::function<Settings(const Settings&)> adjust);
 
-    /// False after the last tick. Throws as the constructor, and engine::SceneError when a scene that comes up in the
-    /// recording cannot be opened.
+    /// False after the last tick. Throws as the constructor, and engine::SceneError if another scene of the recording
+    /// cannot be opened.
     bool next(TickRecord& record, const TickClocks& clocks, bool audit);
 
-    /// What the newest tick was given and did, numbered by scene.
-    const RecordedTick& tick() const { return done_; }
-    /// Of the newest tick; before the first, of that.
+    /// Input and record of the newest tick; its session is the number of the scene.
+    const RecordedTick& tick() const { return replayed_; }
+    /// Of the newest tick; before next() was called, of the first one.
     const std::shared_ptr<const World>& world() const { return world_; }
     const RecordedScene& scene() const { return recording_.scene(); }
     const Settings& settings() const { return settings_; }
@@ -46,12 +47,12 @@ class ReplayPass {
     std::function<Settings(const Settings&)> adjust_;
     std::shared_ptr<const World> world_;
     std::unique_ptr<StepState> state_;
-    std::vector<Pose> targets_;  // of the obstacles
+    std::vector<Pose> targets_;  // obstacle poses that the next tick receives
     std::uint64_t session_ = 0;
     Settings settings_;
-    RecordedTick recorded_, done_;
+    RecordedTick recorded_, replayed_;
     ReplayCheck check_;
-    bool toldSettings_ = false, lost_ = false;
+    bool settingsNoted_ = false, lost_ = false;
 };
 
 }  // namespace touchstone::sandbox

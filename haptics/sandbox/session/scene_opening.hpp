@@ -1,5 +1,5 @@
 #pragma once
-// A scene being read, and its trees built, on a thread of its own.
+// Reads a scene and builds its trees on its own thread.
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -13,22 +13,22 @@
 
 namespace touchstone::sandbox {
 
-/// A scene file, what was changed in it by hand, and with which settings it is to run (nothing: as the scene asks).
+/// A scene file, the edits made in the window, and the settings of the run (nothing: the scene's).
 struct SceneRequest {
     std::filesystem::path file;
     std::vector<engine::SceneEdit> edits = {};
     std::optional<Settings> settings = {};
 };
 
-/// The scene that is being opened, until it is shown.
+/// Progress of opening a scene, until it is shown.
 struct OpeningProgress {
     std::string file;
-    std::string part;         ///< what is being built; empty while the file is read, and at the end
+    std::string part;         ///< part whose tree is being built; empty while the file is read and at the end
     double fraction = 0;      ///< of all parts, 0 to 1
-    double secondsLeft = -1;  ///< for this part, an estimate; negative while there is none
+    double secondsLeft = -1;  ///< estimate for this part; negative while there is none
 };
 
-/// Begins when it is made; its destructor cancels it and waits for the thread.
+/// Begins in its constructor; its destructor cancels it and waits for the thread.
 class SceneOpening {
   public:
     SceneOpening(SceneRequest request, const std::filesystem::path& treeCache);
@@ -39,7 +39,7 @@ class SceneOpening {
     OpeningProgress progress() const;
 
     const SceneRequest request;
-    // Once done():
+    // Valid once done() is true:
     std::shared_ptr<HapticScene> scene;  ///< null on failure or cancel
     std::string error;
 
@@ -49,7 +49,7 @@ class SceneOpening {
     mutable std::mutex mutex_;
     OpeningProgress progress_;
     bool done_ = false;
-    std::jthread thread_;  // last: joined before what it writes goes
+    std::jthread thread_;  // last member: joined before the members that it writes are destroyed
 };
 
 }  // namespace touchstone::sandbox

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Options of a device do not change how it lies in the scene.
+/// Options of a device do not change its workspace.
 std::string keyOf(const fs::path& scene, const std::string& device) {
     std::error_code error;
     const fs::path whole = fs::absolute(scene, error).lexically_normal();
@@ -29,7 +29,7 @@ json readAll(const fs::path& file) {
     std::ifstream in(file);
     if (!in) return json::object();
     const json all = json::parse(in, nullptr, false);
-    if (!all.is_object()) throw wrong(file, "is no JSON object");
+    if (!all.is_object()) throw wrong(file, "is not a JSON object");
     return all;
 }
 
@@ -98,7 +98,7 @@ void WorkspaceFile::save(const fs::path& scene, const std::string& device, const
     all[key] = toJson(workspace);
     std::error_code error;
     fs::create_directories(file_.parent_path(), error);
-    writeFile(file_, "how the device lies in the scene", all.dump(2) + "\n");
+    writeFile(file_, "the workspace of the device", all.dump(2) + "\n");
 }
 
 }  // namespace touchstone::sandbox

@@ -1,5 +1,5 @@
 #pragma once
-// How a device lies in a scene, remembered for each pair of them.
+// Stores the workspace (placement of the device in the scene) for each pair of scene and device.
 #include <filesystem>
 #include <map>
 #include <string>
@@ -8,18 +8,19 @@
 
 namespace touchstone::sandbox {
 
-/// In `FOLDER/workspaces.json`, an entry for each scene and device; an empty folder keeps them in memory only.
+/// In `FOLDER/workspaces.json`, one entry for each scene and device; with an empty folder in memory only.
 class WorkspaceFile {
   public:
     explicit WorkspaceFile(std::filesystem::path folder = {});
-    /// The default where nothing was saved. Throws std::runtime_error with one sentence naming file and field.
+    /// The default if nothing was saved. Throws std::runtime_error with one sentence that names file and field.
     Workspace load(const std::filesystem::path& scene, const std::string& device) const;
-    /// Throws std::runtime_error when the file cannot be read or written; it is kept for this run all the same.
+    /// Throws std::runtime_error if the file cannot be read or written; the workspace is still kept until the program
+    /// ends.
     void save(const std::filesystem::path& scene, const std::string& device, const Workspace& workspace);
 
   private:
     std::filesystem::path file_;
-    std::map<std::string, Workspace> changed_;  // in this run
+    std::map<std::string, Workspace> changed_;  // saved since the program started
 };
 
 }  // namespace touchstone::sandbox

@@ -1,5 +1,7 @@
 #include "haptics/sandbox/trials/live_trials.hpp"
 
+#include <nlohmann/json.hpp>
+
 namespace touchstone::sandbox {
 
 LiveTrials::LiveTrials(const Protocol& protocol, LiveTrialsOptions options)

@@ -4,13 +4,14 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/loop/tick_driver.hpp"
-#include "haptics/sandbox/measure/report.hpp"
-#include "haptics/sandbox/record/recording.hpp"
+#include "haptics/math/hash.hpp"
+#include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/threads/rt_thread.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/transforms.hpp"

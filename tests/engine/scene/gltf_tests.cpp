@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/transforms.hpp"
@@ -201,7 +202,7 @@ TEST_CASE("glTF: one of several scenes, by default the named one, else the first
     draft.json["scene"] = 1;
     Scene scene = draft.read(folder);
     CHECK(scene.index == 1);
-    CHECK(scene.extras == Json({{"k", 1}}));
+    CHECK(*scene.extras == Json({{"k", 1}}));
     REQUIRE(scene.nodes.size() == 3);
     CHECK_FALSE(scene.nodes[0]);
     CHECK(scene.registry.get<Name>(scene.nodes[2]).value == "alone");
@@ -237,9 +238,9 @@ TEST_CASE("glTF: extras and extensions are kept as they stand", "[gltf]") {
     draft.json["extensionsUsed"] = draft.json["extensionsRequired"] = {"KHR_physics_rigid_bodies"};
     const Scene scene = draft.read(folder);
     const NodeMarking& marking = scene.registry.get<NodeMarking>(scene.nodes[1]);
-    CHECK(marking.extras["touchstone"]["role"] == "tool");
-    CHECK(marking.extensions["KHR_physics_rigid_bodies"] == body);
-    CHECK(scene.extensions == draft.json["extensions"]);
+    CHECK((*marking.extras)["touchstone"]["role"] == "tool");
+    CHECK((*marking.extensions)["KHR_physics_rigid_bodies"] == body);
+    CHECK(*scene.extensions == draft.json["extensions"]);
     CHECK(scene.extensionsRequired == std::vector<std::string>{"KHR_physics_rigid_bodies"});
     CHECK_FALSE(scene.registry.has<NodeMarking>(scene.nodes[0]));
 }
@@ -294,7 +295,7 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
     const TemporaryFolder folder;
     Scene scene;
     scene.name = "round trip";
-    scene.extras = {{"touchstone", {{"settings", {{"margin", 0.5}}}}}};
+    *scene.extras = {{"touchstone", {{"settings", {{"margin", 0.5}}}}}};
     const int image = addImage(scene, {2, 1, {255, 0, 0, 255, 0, 255, 0, 128}});
     const int worn = addImage(scene, {1, 1, {0, 128, 255, 255}}), bumps = addImage(scene, {1, 1, {128, 128, 255, 255}});
     const int gold =
@@ -312,7 +313,7 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
     addMesh(scene, tool, mesh, gold);
     addMesh(scene, skew, mesh);
     setExtras(scene, tool, {{"touchstone", {{"role", "tool"}}}});
-    scene.registry.get<NodeMarking>(tool).extensions = {{"KHR_physics_rigid_bodies", {{"motion", Json::object()}}}};
+    *scene.registry.get<NodeMarking>(tool).extensions = {{"KHR_physics_rigid_bodies", {{"motion", Json::object()}}}};
     scene.extensionsRequired = {"KHR_physics_rigid_bodies"};
     const AnimationChannel spline{tool,
                                   AnimationPath::Rotation,
@@ -441,7 +442,7 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
         const GltfContainer container = readContainer(file);
         CHECK(parseJson(file, container.json) == wanted);
         CHECK(std::equal(draft.bin.begin(), draft.bin.end(), container.bin.begin()));
-        CHECK(readGltf(file).extras["k"] == 2.5);
+        CHECK((*readGltf(file).extras)["k"] == 2.5);
         CHECK_THROWS_WITH(updateGltf(file, folder / "scene.gltf", update), Catch::Contains("must be named .glb"));
     }
     SECTION("in a text file with buffers in a sub-folder, keeping order and indentation") {

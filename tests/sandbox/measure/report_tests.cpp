@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
-#include <random>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/measure/report.hpp"
 
 namespace touchstone::report_tests {
 
 using nlohmann::ordered_json;
-using sandbox::Percentiles;
 
 namespace {
 
@@ -22,44 +20,6 @@ bool hasNullOrNan(const ordered_json& json, const std::string& path, std::vector
 }
 
 }  // namespace
-
-TEST_CASE("percentile: nearest rank, on hand-made lists", "[system]") {
-    std::vector<double> none;
-    CHECK_FALSE(sandbox::percentile(none, 50));
-    std::vector<double> one{7};
-    CHECK(sandbox::percentile(one, 0.1) == 7.0);
-    CHECK(sandbox::percentile(one, 100) == 7.0);
-    std::vector<double> five{50, 15, 40, 20, 35};
-    CHECK(sandbox::percentile(five, 30) == 20.0);  // rank ceil(1.5) = 2 of 15 20 35 40 50
-    CHECK(sandbox::percentile(five, 40) == 20.0);  // rank 2 exactly
-    CHECK(sandbox::percentile(five, 50) == 35.0);
-    CHECK(sandbox::percentile(five, 100) == 50.0);
-    std::vector<double> thousand(1000);
-    std::iota(thousand.begin(), thousand.end(), 1.0);
-    CHECK(sandbox::percentile(thousand, 99) == 990.0);
-    CHECK(sandbox::percentile(thousand, 99.9) == 999.0);  // not 1000, which rounding of 99.9 would give
-    CHECK(sandbox::percentile(thousand, 100) == 1000.0);
-}
-
-TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well",
-          "[system]") {
-    const unsigned seed = 3;
-    INFO("seed " << seed);
-    std::mt19937 random(seed);
-    for (int round = 0; round < 100; ++round) {
-        std::vector<double> values(1 + random() % 300);
-        for (double& value : values) value = static_cast<double>(random() % 50);  // with ties
-        for (const double percent : {1.0, 50.0, 99.0, 99.9, 100.0}) {
-            const double found = *sandbox::percentile(values, percent);
-            const auto share = [&](auto below) {
-                return 100.0 * static_cast<double>(std::count_if(values.begin(), values.end(), below)) /
-                       static_cast<double>(values.size());
-            };
-            CHECK(share([&](double v) { return v <= found; }) >= percent - 1e-6);
-            CHECK(share([&](double v) { return v < found; }) < percent);
-        }
-    }
-}
 
 TEST_CASE("report: it has every key, and no null but the overruns of a run without a clock", "[system]") {
     Settings settings;

@@ -2,6 +2,7 @@
 #include <imgui.h>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/panels/panel_plots.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
@@ -323,7 +324,7 @@ TEST_CASE("tree words: certificate, options and time left read as sentences do",
     CHECK(needsAttention(certificate));
     CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
     CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
-          "at most 0.02 mm out, best, solid");
+          "protrusion at most 0.02 mm, best, solid");
     CHECK(timeLeft(-1).empty());
     CHECK(timeLeft(NAN).empty());
     CHECK(timeLeft(0.4) == "almost done");

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "haptics/sandbox/panels/status_bar.hpp"
@@ -97,7 +98,7 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the
     engine::Scene scene = pressScene();
     addMarked(scene, "face", {{"role", "gauge"}, {"gauge", {{"tip_m", {0, -0.005, 0}}}}},
               {.translation = {0, 0.009, 0}});  // 4 mm above the slab
-    json tool = scene.registry.get<engine::NodeMarking>(scene.nodes[0]).extras;
+    json tool = *scene.registry.get<engine::NodeMarking>(scene.nodes[0]).extras;
     tool["touchstone"]["outcome"] = {{"min_depth_mm", 2}, {"max_depth_mm", 2.1}};
     setExtras(scene, scene.nodes[0], tool);
     const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));

@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/scene/outcome.hpp"
 #include "tests/support/scene_maker.hpp"

@@ -1,7 +1,9 @@
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "tests/support/scene_maker.hpp"
@@ -49,8 +51,8 @@ TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", 
     CHECK(settings.stiffness == 0.5);
     CHECK(settings.torsion == Approx(300));
     CHECK(roles.warnings.empty());
-    REQUIRE(roles.taken.size() == 3);
-    CHECK_THAT(roles.taken[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
+    REQUIRE(roles.interpreted.size() == 3);
+    CHECK_THAT(roles.interpreted[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
 TEST_CASE("roles: of two tools the first in the file is taken, and the other is named", "[system]") {
@@ -86,7 +88,7 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 50, 0)));
     CHECK(roles.goal->tolerance == Approx(10));  // half of the 20 mm that it measures
-    CHECK(anyContains(roles.taken, "gives it a motion"));
+    CHECK(anyContains(roles.interpreted, "gives it a motion"));
 }
 
 TEST_CASE("roles: a hidden node collides like any other", "[system]") {
@@ -116,7 +118,7 @@ TEST_CASE("roles: what the physics extension has and this program has not is nam
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
                {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
-    scene.extensions["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
+    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
     for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
         CHECK(anyContains(roles.warnings, word));
@@ -125,7 +127,7 @@ TEST_CASE("roles: what the physics extension has and this program has not is nam
 
 TEST_CASE("roles: unknown keys are named as warnings", "[system]") {
     Scene scene;
-    scene.extras = {{"touchstone", {{"setings", json::object()}}}};
+    *scene.extras = {{"touchstone", {{"setings", json::object()}}}};
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"colour", "red"}, {"goal", {{"tolerance_mm", 1}}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
     for (const char* key : {"extras.touchstone.setings", "extras.touchstone.colour", "goal.tolerance_mm"})
@@ -188,7 +190,7 @@ TEST_CASE("roles: settings of the scene are those of the command line, and wrong
     scene.file = "tight.glb";
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"stiffness_N_per_m", 500}});
     const auto with = [&](const json& settings) {
-        scene.extras = {{"touchstone", {{"settings", settings}}}};
+        *scene.extras = {{"touchstone", {{"settings", settings}}}};
         return sandbox::sceneSettings(scene, sandbox::assignRoles(scene));
     };
     const Settings settings = with({{"margin", 0.375},
@@ -233,7 +235,7 @@ TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool i
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 100, 0)));
     CHECK(roles.goal->X_WT.q.isApprox(Quat(0, 0, 0, 1)));
-    CHECK(anyContains(roles.warnings, "\"seat\" is a goal too"));
+    CHECK(anyContains(roles.warnings, "\"seat\" is also a goal"));
 }
 
 TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]") {
@@ -257,7 +259,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(roles.obstacles.empty());
     CHECK(again.registry.get<sandbox::BodyMarking>(again.nodes[2]).tree.leaves == 50);
     // What else stood in the marks is still there.
-    CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
+    CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras->at("touchstone").contains("outcome"));
     CHECK_THROWS_AS(engine::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 

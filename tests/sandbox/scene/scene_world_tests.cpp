@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"

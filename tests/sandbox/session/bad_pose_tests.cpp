@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
@@ -136,8 +137,8 @@ TEST_CASE("bad poses: a recording edited to them is repeated, and tells where it
     const sandbox::HeadlessRun run = press.run("replay:" + press.recording.string(), options);
     requireSound(run);
     CHECK(flagged == row - 300);
-    REQUIRE(run.replay->other);
-    CHECK(*run.replay->other == 300);
+    REQUIRE(run.replay->different);
+    CHECK(*run.replay->different == 300);
     CHECK(run.report.force > 1);
 
     // The window follows the poses that are left.
@@ -180,7 +181,7 @@ TEST_CASE("bad poses: a scene beyond a kilometre is refused by a sentence that n
         CHECK_THROWS_WITH(sandbox::openScene(placed({0, far, 0}, {}, glm::vec3(0.01f)), options),
                           Contains("\"cube\"") && Contains("starts more than 1 km from"));
         CHECK_THROWS_WITH(sandbox::openScene(placed({}, {0, 0, far}, glm::vec3(0.01f)), options),
-                          Contains("\"slab\"") && Contains("stands more than 1 km from"));
+                          Contains("\"slab\"") && Contains("is more than 1 km from"));
     }
     CHECK_THROWS_WITH(sandbox::openScene(placed({}, {}, glm::vec3(0.01f, 2100.0f, 0.01f)), options),
                       Contains("\"cube\"") && Contains("reaches more than 1 km"));

@@ -141,7 +141,7 @@ TEST_CASE("workspace file: what is wrong in it is told with file and field", "[s
         return {};
     };
     const auto entry = [](const std::string& text) { return R"({"phantom in /a.glb": {)" + text + "}}"; };
-    CHECK_THAT(trouble("no json"), Contains(file.string() + ": is no JSON object; correct it or delete the file"));
+    CHECK_THAT(trouble("no json"), Contains(file.string() + ": is not a JSON object; correct it or delete the file"));
     CHECK_THAT(trouble(entry(R"("scale": "big")")), Contains(file.string()) && Contains(".scale must be a number"));
     CHECK_THAT(trouble(entry(R"("scale": -1)")), Contains("scale must be a number from 0.01 to 100"));
     CHECK_THAT(trouble(entry(R"("offset_mm": [1, 2])")), Contains(".offset_mm must be a list of 3 numbers"));

@@ -2,12 +2,14 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "engine/edit/pick.hpp"
 #include "engine/edit/scene_edit.hpp"
 #include "engine/edit/undo.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/ui/user_files.hpp"
+#include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/scene/placement.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -77,7 +79,7 @@ TEST_CASE("edits: changes of one thing are joined, and tell how to get from one 
     REQUIRE(back.has_value());
     REQUIRE(back->size() == 1);
     CHECK(std::get<engine::PlaceNode>(back->front()).to == at(0, 0, 0));
-    append(edits, engine::SetExtras{0, {{"touchstone", {{"role", "goal"}}}}});
+    append(edits, engine::SetExtras{0, nlohmann::json({{"touchstone", {{"role", "goal"}}}})});
     CHECK_FALSE(engine::reversibleChange(edits, none).has_value());
     std::vector<engine::SceneEdit> moved = edits;
     append(moved, engine::PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});

@@ -8,7 +8,8 @@
 #include <random>
 #include <sstream>
 
-#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/math/statistics.hpp"
+#include "haptics/sandbox/record/tick_fields.hpp"
 #include "tests/support/scene_maker.hpp"
 
 namespace touchstone::tick_history_tests {
@@ -96,6 +97,8 @@ TEST_CASE("tick history: the table has the ticks shown, with every channel", "[p
     std::string line;
     std::getline(in, line);
     CHECK(line.rfind("tick,total_us,", 0) == 0);
+    std::istringstream header(line);
+    for (std::string column; std::getline(header, column, ',');) CHECK_NOTHROW(NumericField(column));  // as recorded
     CHECK(std::size_t(std::count(line.begin(), line.end(), ',')) == kChannelCount);
     for (std::uint64_t tick = 8; tick < 12; ++tick) {  // 14 is the newest
         REQUIRE(std::getline(in, line));

@@ -1,6 +1,7 @@
 // Sessions without a window: scenes and devices come and go while the loop runs, and what fails is told.
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
@@ -362,7 +363,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.settings() == settings);
 
     // A part that cannot be read changes nothing.
-    session.edit({engine::AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    session.mark({AddBody{folder.path() / "missing.glb", Role::Obstacle}});
     REQUIRE(patiently([&] {
         session.update();
         return !session.opening();

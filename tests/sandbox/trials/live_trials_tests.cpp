@@ -1,8 +1,10 @@
 // A study in a live session, without a window: what a row tells is what was done, or there is no row.
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
-#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/math/hash.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"

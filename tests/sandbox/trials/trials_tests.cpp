@@ -1,11 +1,11 @@
 // Phases of made-up ticks, protocols, and how sure a summary is.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 
 #include "haptics/device/safety.hpp"
-#include "haptics/sandbox/trials/intervals.hpp"
 #include "haptics/sandbox/trials/phases.hpp"
 #include "haptics/sandbox/trials/protocol.hpp"
 #include "haptics/sandbox/trials/trial.hpp"
@@ -177,36 +177,6 @@ TEST_CASE("trials: a guard that acts on is one trip", "[trials]") {
         measures.add(tick, 1);
     }
     CHECK(measures.trips() == 3);
-}
-
-TEST_CASE("intervals: Wilson's are those of the tables", "[trials]") {
-    // Newcombe (1998), Two-sided confidence intervals for the single proportion, table I, method 3.
-    const auto check = [](int successes, int trials, double low, double high) {
-        const Interval interval = wilson(successes, trials);
-        CHECK(interval.low == Approx(low).margin(5e-5));
-        CHECK(interval.high == Approx(high).margin(5e-5));
-    };
-    check(81, 263, 0.2553, 0.3662);
-    check(15, 148, 0.0624, 0.1605);
-    check(0, 20, 0, 0.1611);
-    check(1, 29, 0.0061, 0.1718);
-}
-
-TEST_CASE("intervals: the bootstrap's are as wide as theory says, and nothing of nothing", "[trials]") {
-    std::vector<double> values;
-    for (int i = 0; i < 400; ++i) values.push_back(i);
-    const auto mean = [](std::vector<double> v) { return meanOf(v); };
-    const Interval interval = bootstrap(values, mean);
-    // Of 0 to 399: deviation 115.5, so 1.96 x 115.5 / 20 = 11.3 to each side; 2,000 resamples tell that to some 5 %.
-    CHECK(interval.low == Approx(199.5 - 11.3).margin(1));
-    CHECK(interval.high == Approx(199.5 + 11.3).margin(1));
-    const Interval again = bootstrap(values, mean);
-    CHECK(again.low == interval.low);
-    const Interval same = bootstrap(std::vector<double>(5, 3.0), medianOf);
-    CHECK(same.low == 3);
-    CHECK(same.high == 3);
-    CHECK(medianOf({4, 1, 3, 2}) == 2.5);
-    CHECK(medianOf({9, 1, 5}) == 5);
 }
 
 TEST_CASE("protocol: everyone does everything, in an order of his own that repeats", "[trials]") {

@@ -1,7 +1,9 @@
 // A study in the window: Start is pressed, the trial ends by itself or is aborted, and the next one is there.
 #include <catch2/catch.hpp>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_user.hpp"

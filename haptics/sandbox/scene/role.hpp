@@ -1,0 +1,34 @@
+#pragma once
+// Components that the haptic marking of a scene adds to its nodes.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "haptics/builder/tree_builder.hpp"
+
+namespace touchstone::sandbox {
+
+/// Component of nodes with a role. Everything below such a node belongs to it, except nodes that have a role themselves
+/// and what is below those.
+enum class Role : std::uint8_t {
+    Tool,      ///< moves with the hand; exactly one
+    Obstacle,  ///< fixed
+    Goal,      ///< where the tool should come to rest
+    Visual,    ///< drawn only
+    Gauge,     ///< reads how deep the tool reaches
+};
+inline constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
+inline const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(role)]; }
+
+/// What a scene may request of a sphere tree: the least number of leaves, and the range of its protrusion in mm.
+inline constexpr int kMinLeaves = 8;
+inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
+
+/// Component of the tool and of obstacles.
+struct BodyMarking {
+    TreeOptions tree;
+    std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
+};
+
+}  // namespace touchstone::sandbox
