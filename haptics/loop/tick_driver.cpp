@@ -70,7 +70,7 @@ void TickDriver::beginSwitch() {
     if (switching_) return;  // the fade that runs serves this change too
     switching_ = true;
     wanted_ = session_->settings;
-    if (loaded_)
+    if (forceOut_)
         fade_.to(0, ticksIn(kFadeOutMs));
     else
         fade_.jump(0);
@@ -191,7 +191,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     // The process is ending. A simulated hand goes on, so that what a run has measured until then stays repeatable.
     if (EmergencyStop::begun() && session.safety.motors()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
-    loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
+    forceOut_ = !record.wrench_out.isZero();
 
     // After the tick: the next reading is the first of a device that is set onto the tool.
     if (settings().deadMan > 0 && holds && !held_) engage();  // guard

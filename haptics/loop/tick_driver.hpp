@@ -115,7 +115,7 @@ class TickDriver {
     std::uint64_t ticks_ = 0;  // since then
     bool first_ = true;        // the next valid pose while not stopped is where the tool begins
     bool held_ = true;         // the dead-man button, in the tick before: a new hold engages
-    bool loaded_ = false;      // the last wrench to the device was not zero
+    bool forceOut_ = false;    // the last wrench sent to the device was not zero, so a switch has to fade it out
     bool finished_ = false;
     Pose X_WT_last_;               // last valid reading
     Pose X_WT_before_;             // of the graphic tool
