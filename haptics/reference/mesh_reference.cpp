@@ -10,9 +10,9 @@
 namespace touchstone {
 namespace {
 
-constexpr int kRows = 1 << 14;
-constexpr int kHalvings = 40;
-constexpr double kValley = 50;  // shells: how near to an edge both its faces count
+constexpr int kRows = 1 << 14;  // maximum number of contacts of a solve; with more, the margin is halved
+constexpr int kHalvings = 40;   // of a move that would bring the meshes too near; after them the iteration ends
+constexpr double kValley = 50;  // distance from a valley's edge, in shells, within which both its faces make rows
 
 TriangleBvh bvhOf(const ContactSurface& surface) {
     std::vector<Triangle> triangles;
@@ -29,7 +29,7 @@ struct Obstacle {
     Mat3 R_WO;
 };
 
-/// Pairs of features of the tool (first) and an obstacle (second) that may come near, each once.
+/// Pairs of features of the tool (first) and an obstacle (second) that may be near each other, each pair once.
 struct Pairs {
     using List = std::vector<std::pair<int, int>>;
     List faces, vertexFace, faceVertex, edgeEdge;
@@ -69,7 +69,7 @@ struct MeshReference::Impl {
 
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
-    /// Whether one body lies inside another, by one point of it: for bodies whose surfaces do not meet.
+    /// Whether one body lies inside another. One point of each is tested, so the surfaces must not touch.
     bool contains(const Pose& q) const {
         return std::any_of(obstacles.begin(), obstacles.end(), [&](const Obstacle& obstacle) {
             const Pose X_OT = obstacle.X_OW * nodePose(q);
@@ -106,14 +106,15 @@ Pairs MeshReference::Impl::pairsNear(const Obstacle& obstacle, const Pose& X_OT,
 
 namespace {
 
-/// The pairs of all obstacles near a pose, good for a while, and what they say at other poses.
+/// The feature pairs of tool and obstacles near a pose, which are kept while the tool stays near it, and their
+/// distances and contacts at other poses.
 class Near {
   public:
     Near(const MeshReference::Impl& impl, double margin) : impl_(impl), margin_(margin), placed_(impl.tool) {}
 
-    /// Least distance with the tool's C at q, at most the margin; 0 where triangles meet.
+    /// Smallest distance with the tool's C at q, at most the margin; 0 if triangles touch.
     double measure(const Pose& q) { return measure(q, nullptr); }
-    /// The same, and all pairs within the margin that are local minima of the distance, by identity.
+    /// The same; also returns all pairs within the margin that are local minima of the distance, in order of identity.
     double contacts(const Pose& q, std::vector<Contact>& found);
 
   private:
@@ -143,7 +144,7 @@ double Near::measure(const Pose& q, std::vector<Contact>* found) {
 double Near::contacts(const Pose& q, std::vector<Contact>& found) {
     found.clear();
     const double least = measure(q, &found);
-    // A nearest point on a side is found from both faces that share it.
+    // A nearest point on an edge is found twice, from both faces of the edge.
     std::sort(found.begin(), found.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
     found.erase(
         std::unique(found.begin(), found.end(), [](const Contact& a, const Contact& b) { return a.id == b.id; }),
@@ -174,8 +175,9 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         if (standsOut(placed_, toolFeature, onTool, -normal) && standsOut(other, otherFeature, onOther, normal))
             add(onTool, toolFeature, otherFeature, normal, distance);
     };
-    // Beside a valley only one of its faces is below a vertex, and a vertex that is pulled into the valley would go to
-    // and fro: both planes hold there. Beside a ridge nothing rises over the plane of a face, and it is no row.
+    // Near a valley the nearest point lies on only one of its faces, and a vertex that is pulled into the valley would
+    // move back and forth. Both planes become rows there. Near a ridge no part of the surface rises above the plane of
+    // a face, and no row is added.
     const double zone = kValley * impl_.options.shell;
     const auto valley = [&](const ContactSurface& surface, int face, const Feature& on, const Vec3& at,
                             const Vec3& vertex) {
@@ -218,7 +220,8 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
             meet(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
             continue;
         }
-        // Where edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them: a valley, too.
+        // Where the edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them; this is a
+        // valley, too.
         const double distance = (onTool - onOther).norm();
         if (!found || std::max({beyondTool, beyondOther, distance}) > zone || distance == 0) continue;
         const Vec3 normal = (onTool - onOther) / distance;
@@ -265,12 +268,13 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
     RowSet rows(kRows);
     Near near(*impl_, options.margin);
     std::vector<Contact> contacts;
-    double margin = options.margin;  // smaller where there is no room for so many contacts
+    double margin = options.margin;  // halved while there are more contacts than kRows
 
     MeshReferenceAnswer answer;
     answer.clearance = near.measure(q);
     if (answer.clearance == 0 || impl_->contains(q))
-        throw std::invalid_argument("the meshes meet at the start: begin where the tool is clear of the obstacles");
+        throw std::invalid_argument(
+            "the meshes touch at the start: choose a start where the tool is clear of the obstacles");
     for (; answer.iterations < options.iterations && !answer.converged; ++answer.iterations) {
         near.contacts(q, contacts);
         while (int(contacts.size()) > kRows) {
@@ -286,8 +290,9 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
         answer.gap = 0;
         for (const Multiplier& m : result.multipliers) answer.gap = std::max(answer.gap, contacts[m.row].distance);
 
-        // No further than the margin, so that nothing is met which is not listed; and no nearer than half the shell,
-        // which curvature and places that come to stand out only on the way can do.
+        // The move is no longer than the margin, so that the tool touches nothing that is not listed. Afterwards the
+        // meshes must be at least half a shell apart, since curvature, and features that become local minima only
+        // during the move, can bring them nearer than the rows allow.
         const double floor = std::min(answer.clearance, options.shell / 2);
         Vec6 x = result.x * std::min(1.0, 0.9 * margin / std::max(answer.residual, 1e-300));
         Pose after = moved(q, x);
