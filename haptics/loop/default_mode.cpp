@@ -80,7 +80,7 @@ class DefaultTick {
     bool isFlight(const Vec6& wanted, Step& step);
     bool collectRows(double margin);
     std::array<Vec6, 2>& lastSteps() {
-        return state_.lastSteps[std::min<std::size_t>(linearisation_, state_.lastSteps.size() - 1)];
+        return state_.lastSteps[std::min<std::size_t>(linearization_, state_.lastSteps.size() - 1)];
     }
     /// The expected answer: the shorter of the last two.
     const Vec6& expectedStep() {
@@ -107,7 +107,7 @@ class DefaultTick {
     const Pose device_;
     double travelBudget_ = INFINITY;  ///< travel that this tick may still make, mm
     double shiftBudget_ = INFINITY;   ///< translation of C that this tick may still make, mm
-    int linearisation_ = 0;
+    int linearization_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
     double allRowsTo_ = 0;      ///< every pair with a gap up to this has its row, mm
@@ -140,7 +140,7 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
 
 /// Whether the capped steps that this tick has left can reach the end of x.
 bool DefaultTick::fitsCappedSteps(const Vec6& x) const {
-    return state_.lengthOf(x) <= std::min(kCappedSteps, settings_.linearisations - linearisation_) * settings_.trust;
+    return state_.lengthOf(x) <= std::min(kCappedSteps, settings_.linearisations - linearization_) * settings_.trust;
 }
 
 bool DefaultTick::isNear(double margin) const {
@@ -456,17 +456,17 @@ bool DefaultTick::run(HandLoad& load) {
     }
     const int limit = state_.loaded ? settings_.linearisations : kFreeSteps;
     bool arrived = false, stuck = false, shortened = false;
-    for (; !arrived && !stuck && linearisation_ < (shortened && leap ? kLeapSteps : limit); ++linearisation_) {
+    for (; !arrived && !stuck && linearization_ < (shortened && leap ? kLeapSteps : limit); ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
         Step step;
-        const Found found = linearisation_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
+        const Found found = linearization_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
         if (found == Found::Failure) return false;
         if (found == Found::Blocked) break;
         if (found == Found::Flight) state_.rows.clear();
         const Pose before = state_.graphic;
         const double moved = move(step, wanted, found == Found::Contact);
         // In a tick of many steps, the last step predicts the next one better than the last tick does.
-        for (int k = 0; k < int(state_.lists.size()) && linearisation_ >= settings_.linearisations; ++k) {
+        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= settings_.linearisations; ++k) {
             const Course lastStep =
                 Course::between(state_.inObstacle(k, before), state_.inObstacle(k, state_.graphic), state_.p_TC);
             state_.lists[k].expect(lastStep.shift, lastStep.turn);
@@ -476,7 +476,7 @@ bool DefaultTick::run(HandLoad& load) {
         shortened = moved + kArrived < step.length;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;
-    tick_.record.linearisations = linearisation_;
+    tick_.record.linearisations = linearization_;
     tick_.record.hover = state_.hoverAt(state_.graphic);
 
     for (int k = 0; k < int(state_.lists.size()); ++k) {

@@ -50,7 +50,7 @@ int deepestPairs(StepState::Impl& s, const Pose& device, int maxPairs) {
 }
 
 /// Rows J Δq >= d of (12), (13), written as J x >= -g with x = Δq = q_g - q_h.
-void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
+void linearize(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     const Quat Rz = rotationZ(q_g[5]), Rzy = Rz * rotationY(q_g[4]), R = Rzy * rotationX(q_g[3]);
     const Vec3 axis[3] = {Rzy * Vec3::UnitX(), Rz * Vec3::UnitY(), Vec3::UnitZ()};
     s.rows.clear();
@@ -91,7 +91,7 @@ bool paperTick(Tick& tick, const Pose& device, HandLoad& load) {
 
     std::uint64_t start = tick.now();
     record.pairs = deepestPairs(s, device, std::min(set.paperRows, kPaperRowCapacity));
-    linearise(s, q_g, q_h);
+    linearize(s, q_g, q_h);
     tick.addTime(record.collisionUs, start);
     record.rows = s.rows.size();
     record.rowsTruncated = record.pairs - record.rows;
