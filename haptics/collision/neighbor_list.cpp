@@ -12,7 +12,8 @@ using namespace simd;
 
 namespace {
 
-// The constants of the two sets change the time of a tick and never its result: a query tests every pair exactly.
+// Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
+// every pair exactly.
 
 /// Reserve of the narrow set, as a fraction of the slack of the wide set: how much further than asked it reaches. With
 /// a larger reserve every query tests more entries; with a smaller one the set is selected again more often.
@@ -23,7 +24,7 @@ constexpr int kFewEntries = 64;
 /// every query test too many entries. A larger multiple keeps wide sets longer; a smaller one selects more often.
 constexpr double kMaxReserve = 3;
 /// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
-/// the margin. Otherwise all pairs within the margin are taken, since the longer test would save too little.
+/// the margin. Otherwise all pairs within the margin are taken, since a test along the course would save too little.
 constexpr double kUsefulFraction = 0.7;
 /// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
 /// that a search along one does not serve the next.
@@ -38,9 +39,12 @@ constexpr double kWalkTicks = 8, kNarrowTicks = 2;
 /// Bounds on the length of that look-ahead, mm. Below the lower one the tool counts as resting, and the search is made
 /// around its pose; the upper one keeps the number of entries of a fast tool bounded.
 constexpr double kMinLookAhead = 0.01, kMaxLookAhead = 2;
+
+// Constants of the rows that a step crosses.
+
 /// Fraction of the deepest crossing down to which crossed rows are taken in one pass. The deepest rows come first,
-/// since what they leave of the step crosses few of the others. A larger fraction needs more solves, a smaller one puts
-/// more rows into the next solve.
+/// since an answer that satisfies them crosses few of the others. With a larger fraction a step needs more solves; with
+/// a smaller one the next solve has more rows.
 constexpr float kDeepestFraction = 0.5f;
 /// Bound on the rounding error of a predicted gap in float, as a fraction of the step's length. It must not be smaller
 /// than the true error, or a crossed row is missed.

@@ -78,7 +78,8 @@ constexpr Row kRows[] = {
       1000},
      &Settings::travelBudget},
     {{"linearisations", "",
-      "maximum solves in a tick while in contact; more of them follow a fast hand better, and each costs time", 1, 64},
+      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time",
+      1, 64},
      &Settings::linearisations},
     {{"adaptive_margin", "",
       "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "

@@ -75,7 +75,7 @@ std::string refusal(const RealTimeOptions& options, const RealTimeStatus& status
     }
     std::string message;
     if (!what.empty())
-        message = "The haptic thread runs without " + what + ", so ticks may come late: allow your user " + remedy +
+        message = "The haptic thread runs without " + what + ", so ticks may be late: allow your user " + remedy +
                   " in /etc/security/limits.conf and log in again";
     if (options.cpu >= 0 && !status.pinned) {
         const std::string cpu = "processor " + std::to_string(options.cpu) + " cannot be used";
