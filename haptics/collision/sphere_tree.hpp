@@ -45,6 +45,7 @@ struct TreeLevel {
 /// the leaves, levels[1] their buckets of eight, and levels.back() one block, the root. The sphere of a block contains
 /// all its leaf spheres, with radii rounded up, so a walk that prunes by it misses no pair.
 struct SphereTree {
+    /// Children of a block: the number of SIMD lanes, so that one instruction tests all of them.
     static constexpr int kBranching = 8;
     std::vector<TreeLevel> levels;
     TreeCertificate certificate;

@@ -26,7 +26,8 @@ float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose&
         const Sphere root = tree.block(int(tree.levels.size()) - 1, 0);
         return tree.center().norm() + root.r;
     };
-    // A coordinate is rounded about eight times, each time by up to 2^-24 of the largest intermediate value.
+    // A coordinate is rounded about eight times, each time by up to 2^-24 of the largest intermediate value. The 1e-6
+    // mm covers trees so small that this bound itself would be lost in rounding.
     return float(8 * 0x1p-24 * (extent(tool) + extent(obstacle) + X_OT.p.norm()) + 1e-6);
 }
 
