@@ -100,10 +100,10 @@ TEST_CASE("settings: sentences say what is accepted", "[loop]") {
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");
     CHECK(setSetting(settings, "mode", "papery") == "mode must be default, paper or penalty, not 'papery'");
-    CHECK(setSetting(settings, "solver", "none") ==
-          "solver must be one of dual-active-set, pqp, active-set, not 'none'");
-    CHECK(setSetting(settings, "shadow", "simplex") ==
-          "shadow must be one of dual-active-set, pqp, active-set, none, not 'simplex'");
+    std::string solvers;
+    for (const SolverInfo& info : solverTable()) solvers += std::string(info.name) + ", ";
+    CHECK(setSetting(settings, "solver", "none") == "solver must be one of " + solvers + "not 'none'");
+    CHECK(setSetting(settings, "shadow", "simplex") == "shadow must be one of " + solvers + "none, not 'simplex'");
     CHECK(setSetting(settings, "shadow", "none") == "");
     CHECK(settings.shadow == -1);
     CHECK(getSetting(settings, "shadow") == "none");

@@ -8,6 +8,7 @@
 
 #include "haptics/loop/neighbor_list_worker.hpp"
 #include "tests/support/alloc_count.hpp"
+#include "tests/support/solvers.hpp"
 #include "tests/support/sphere_models.hpp"
 
 namespace touchstone::step_tests {
@@ -289,11 +290,14 @@ TEST_CASE("step: results depend neither on the shadow, the timer, the audit nor 
     REQUIRE(hashOf(plain, {}, false) == hashOf(plain, {}, false));
     REQUIRE(hashOf(plain, {}, false) == hashOf(shadowed, clock, true));
     REQUIRE(hashOf(plain, {}, false) == hashOf(fresh, {}, false));
-    // An approximate solver has an exact one beside it when it is audited.
-    Settings approximate = plain;
-    approximate.solver = findSolver("pqp");
-    approximate.tolerance = 0.1;
-    REQUIRE(hashOf(approximate, {}, false) == hashOf(approximate, clock, true));
+    // An audit runs an exact solver beside an approximate one.
+    for (const int solver : approximateSolvers()) {
+        Settings approximate = plain;
+        approximate.solver = solver;
+        approximate.tolerance = 0.1;
+        CAPTURE(solverTable()[solver].name);
+        REQUIRE(hashOf(approximate, {}, false) == hashOf(approximate, clock, true));
+    }
 }
 
 TEST_CASE("step: entries found elsewhere change no result, wherever and however wide they are", "[step]") {
@@ -364,7 +368,7 @@ TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[
             Settings settings;
             settings.mode = mode;
             settings.solver = solver;
-            settings.shadow = solver == kExactSolver ? 1 : kExactSolver;
+            settings.shadow = solver == kExactSolver ? Settings().shadow : kExactSolver;
             AllocationCounter counter;
             for (int tick = 0; tick < 400; ++tick)
                 step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
@@ -422,27 +426,27 @@ TEST_CASE("step: pause holds the tool and gives no force", "[step]") {
     REQUIRE(r.wrench_C.force.isZero(0));
 }
 
-TEST_CASE("step: an approximate solver's answer enters nothing, at any tolerance", "[step]") {
+TEST_CASE("step: no solver's answer lets the tool penetrate, at any tolerance", "[step]") {
     const double tolerance = GENERATE(1.0, 0.1, 1e-3);
-    const std::string_view name = GENERATE(as<std::string_view>(), "pqp", "active-set");
-    CAPTURE(tolerance, std::string(name));
+    const int solver = GENERATE(from_range(allSolvers()));
+    CAPTURE(tolerance, solverTable()[solver].name);
     const World world = worldOf(blob(300, 20, 11), blob(300, 20, 12), at(0, 45, 0));
     Settings settings = exactAlone();
-    settings.solver = findSolver(name);
+    settings.solver = solver;
     settings.tolerance = tolerance;
-    REQUIRE(settings.solver >= 0);
     drive(
         world, settings, 500,
         [](int tick) { return at(3 * std::sin(0.02 * tick), std::max(30.0, 45 - 0.06 * tick), 0); },
         [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
 }
 
-TEST_CASE("step: an approximate solver takes the rows that screening left, and enters nothing", "[step]") {
+TEST_CASE("step: an approximate solver gets only the rows that screening keeps, and the tool does not penetrate", "[step]") {
     const World world = worldOf(blob(3000, 20, 11), blob(3000, 20, 12), at(0, 45, 0));
     const auto screening = GENERATE(Screening::None, Screening::Screen, Screening::Cluster);
-    CAPTURE(int(screening));
+    const int solver = GENERATE(from_range(approximateSolvers()));
+    CAPTURE(int(screening), solverTable()[solver].name);
     Settings settings = exactAlone();
-    settings.solver = findSolver("pqp");
+    settings.solver = solver;
     settings.tolerance = 1e-4;
     settings.iterationCap = 100'000;
     settings.adaptiveMargin = false;
@@ -480,7 +484,7 @@ TEST_CASE("step: an approximate solver takes the rows that screening left, and e
 TEST_CASE("step: the shadow is judged on the rows that screening left it", "[step]") {
     const World world = worldOf(blob(3000, 20, 13), blob(3000, 20, 14), at(0, 45, 0));
     Settings settings;
-    settings.shadow = findSolver("pqp");
+    settings.shadow = GENERATE(from_range(approximateSolvers()));
     settings.tolerance = 1e-5;
     settings.iterationCap = 1'000'000;
     settings.adaptiveMargin = false;
@@ -498,9 +502,10 @@ TEST_CASE("step: the shadow is judged on the rows that screening left it", "[ste
 
 TEST_CASE("step: the shadow's error is against the exact answer to the same rows", "[step]") {
     const World world = worldOf(blob(300, 20, 13), blob(300, 20, 14), at(0, 45, 0));
+    const int shadow = GENERATE(from_range(approximateSolvers()));
     const auto worst = [&](double tolerance) {
         Settings settings;
-        settings.shadow = findSolver("pqp");
+        settings.shadow = shadow;
         settings.tolerance = tolerance;
         settings.iterationCap = 1'000'000;
         double error = 0;

@@ -22,11 +22,14 @@ SolverSettings settingsFor(const SolverInfo& info) {
 }
 double allowedMm(const SolverInfo& info) { return info.exact ? 1e-9 : 1e-4; }
 
-/// Contradicting rows have no dual optimum for pqp to reach: it says that it did not.
-SolveStatus expectedStatus(const SolverInfo& info, const KnownProblem& known) {
-    const bool unreachable = known.status == SolveStatus::Elastic && known.name.find("slot") != std::string::npos;
-    return unreachable && !info.exact ? SolveStatus::IterationLimit : known.status;
+/// Contradicting rows have no dual optimum that an iteration on the dual, such as pqp, could reach: it may report the
+/// limit instead.
+bool mayReachLimit(const SolverInfo& info, const KnownProblem& known) {
+    return !info.exact && known.status == SolveStatus::Elastic && known.name.find("slot") != std::string::npos;
 }
+
+/// The solver that renders by default promises more than the other exact ones.
+bool isRenderer(const SolverInfo& info) { return info.name == solverTable()[kExactSolver].name; }
 
 void requireFilled(const QpProblem& problem, const SolveResult& result, double scale) {
     const Residuals own = residualsOf(problem, result);
@@ -40,7 +43,6 @@ void requireFilled(const QpProblem& problem, const SolveResult& result, double s
 
 TEST_CASE("solver table: the exact solver leads, names are unique and found", "[qp]") {
     const auto table = solverTable();
-    REQUIRE(table.size() == 3);
     REQUIRE(table[kExactSolver].exact);
     std::set<std::string_view> names;
     for (std::size_t i = 0; i < table.size(); ++i) {
@@ -48,9 +50,6 @@ TEST_CASE("solver table: the exact solver leads, names are unique and found", "[
         REQUIRE(findSolver(table[i].name) == int(i));
         REQUIRE_FALSE(table[i].summary.empty());
     }
-    REQUIRE(findSolver("dual-active-set") == 0);
-    REQUIRE(findSolver("pqp") == 1);
-    REQUIRE(findSolver("active-set") == 2);
     REQUIRE(findSolver("") == -1);
     REQUIRE(findSolver("simplex") == -1);
 }
@@ -61,17 +60,16 @@ TEST_CASE("every solver: reaches the optimum of each known problem, cold, again 
         for (const SolverInfo& info : solverTable()) {
             CAPTURE(known.name, info.name);
             const auto solver = info.make(4096);
-            const SolveStatus status = expectedStatus(info, known);
             SolverSettings settings = settingsFor(info);
             settings.tolerance /= known.rowLength;  // a multiplier's unit is N per unit of length of its row
             for (int again = 0; again < 2; ++again) {
                 const SolveResult result = solver->solve(problem, settings);
-                REQUIRE(result.status == status);
-                if (status == SolveStatus::IterationLimit) continue;
+                if (mayReachLimit(info, known) && result.status == SolveStatus::IterationLimit) continue;
+                REQUIRE(result.status == known.status);
                 CAPTURE(result.x.transpose(), known.x.transpose());
                 REQUIRE(distanceMm(problem, result.x, known.x) <= allowedMm(info));
                 requireFilled(problem, result, 1 + known.contacts.wanted.norm());
-                if (status == SolveStatus::Solved && info.exact) {
+                if (known.status == SolveStatus::Solved && info.exact) {
                     const Residuals own = residualsOf(problem, result);
                     // Rows may be up to a thousand times longer than unit length.
                     REQUIRE(own.primal <= 1e-8);
@@ -221,7 +219,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
     // to that; elsewhere x is off by about v times the forces, and by 1e-10 of rounding. A wrong active set is off by
     // micrometres.
     const auto allowed = [](const SolverInfo& info, ContactKind kind, const Reference& reference) {
-        const double v = info.name == "dual-active-set" ? 1e-11 : 1e-9;  // 1e-12 and 1e-10, times 1 + depth
+        const double v = isRenderer(info) ? 1e-11 : 1e-9;  // 1e-12 and 1e-10, times 1 + depth
         return 1e-9 + (kind == ContactKind::Degenerate ? std::sqrt(2 * v * reference.force) : 1e-10 * reference.force);
     };
     constexpr double kLargest = 1e6;  // N: beyond it the last bits of the walls decide
@@ -288,7 +286,7 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
         CAPTURE(info.name, solved, elastic, limited, skipped);
         REQUIRE(solved > 2200);
         REQUIRE(elastic > 400);
-        REQUIRE(limited <= (info.name == "dual-active-set" ? 0 : 50));  // the textbook method may give up, never lie
+        REQUIRE(limited <= (isRenderer(info) ? 0 : 50));  // other methods may give up, but their answers must be right
         REQUIRE(skipped < 120);
     }
 }

@@ -9,6 +9,7 @@
 
 #include "haptics/sandbox/measure/pareto.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/support/solvers.hpp"
 #include "tests/support/ui_scene.hpp"
 
 namespace touchstone::contact_sweep_tests {
@@ -142,13 +143,12 @@ TEST_CASE("sweep: every solver at every tolerance, with the error that the solve
                 CHECK_FALSE((other.us < point.us &&
                              std::max(other.forceError, kLeastError) < std::max(point.forceError, kLeastError)));
     }
-    CHECK(perSolver[kExactSolver] == 1);
-    CHECK(perSolver[static_cast<std::size_t>(findSolver("pqp"))] == 17);
+    // An exact solver has one point, an approximate one a point for each of 17 tolerances.
+    for (std::size_t i = 0; i < perSolver.size(); ++i) CHECK(perSolver[i] == (solverTable()[i].exact ? 1 : 17));
     CHECK(std::any_of(sweep->points.begin(), sweep->points.end(), [](const SweepPoint& p) { return p.onFront; }));
-    if (!warm) {
-        const int pqp = findSolver("pqp");
-        CHECK(pointAt(*sweep, pqp, 1)->forceError > pointAt(*sweep, pqp, 1e-6)->forceError);
-    }
+    if (warm) return;
+    for (const int solver : approximateSolvers())
+        CHECK(pointAt(*sweep, solver, 1)->forceError > pointAt(*sweep, solver, 1e-6)->forceError);
 }
 
 TEST_CASE("sweep: between tolerances the marker lies between their points", "[sweep]") {
