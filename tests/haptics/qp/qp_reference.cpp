@@ -10,9 +10,9 @@ namespace {
 
 __extension__ using Quad = __float128;
 
-constexpr int kMost = 7;  // rows that can be active at once, the slack's dimension included
+constexpr int kMost = 7;  // rows that can be active at once, including the dimension of the slack
 constexpr int kMaxPivots = 5000;
-/// Answers are doubles: their last bits are no fault.
+/// Answers are doubles, so errors in their last bits are accepted.
 constexpr double kLastBits = 4 * std::numeric_limits<double>::epsilon();
 
 Quad squareRoot(Quad a) {
@@ -64,7 +64,7 @@ bool solveDense(int n, std::array<Point, kMost> A, Point b, Point& x) {
 struct Plane {
     Point n{};
     Quad d = 0;
-    Quad length = 1;  ///< of the row before it was made one
+    Quad length = 1;  ///< of the row before normalization
     int row = 0;
 };
 
@@ -89,8 +89,8 @@ struct Nearest {
     }
 };
 
-/// The nearest point on the planes of `start`, less those that would have to pull: the certificate where no plane is
-/// violated there, and a start where one is.
+/// The nearest point on the planes of `start` without those that would have to pull. It is the certificate if no plane
+/// is violated there, and a starting point otherwise.
 Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) {
     Nearest state;
     for (const int plane : start) {
@@ -115,7 +115,7 @@ Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) 
     return state;
 }
 
-/// The point nearest to the origin with n·z + d >= 0 for every plane, from any planes that all push.
+/// The point nearest to the origin with n·z + d >= 0 for every plane, starting from any set of planes that all push.
 Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
     for (int pivot = 0; pivot < kMaxPivots; ++pivot) {
         int worst = -1;
@@ -149,8 +149,8 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
                 if (blocking < 0 || step < partial) partial = step, blocking = i;
             }
             if (dependent && blocking < 0) {
-                // Farkas: with all weights <= 0 a feasible z' has 0 <= d - weight·d_active + across·z'. None within a
-                // kilometre, or too close to call.
+                // Farkas: with all weights <= 0 a feasible z' has 0 <= d - weight·d_active + across·z'. No such point
+                // lies within a kilometer, or rounding decides.
                 Quad reach = entering.d;
                 for (int i = 0; i < k; ++i) reach -= weight[i] * planes[state.active[i]].d;
                 const bool contradiction = reach < -1e6 * squareRoot(across2) - 1e-20;
@@ -178,7 +178,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
     return state;
 }
 
-/// The multipliers are >= 0, z = N u, no plane is violated and none that pushes is left.
+/// The multipliers are >= 0, z = N u, no plane is violated, and z lies on every plane that pushes.
 bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& force) {
     Point rest = nearest.z;
     bool holds = nearest.feasible && !nearest.failed;
@@ -195,8 +195,8 @@ bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& f
     return holds;
 }
 
-/// Of the normals N of the planes that push, at most seven times the ratio of their greatest to their least singular
-/// value: √(trace(N'N) trace((N'N)⁻¹)).
+/// √(trace(N'N) trace((N'N)⁻¹)) of the normals N of the planes that push: at most seven times the ratio of their
+/// largest to their smallest singular value.
 double conditionOf(const std::vector<Plane>& planes, Nearest nearest) {
     for (int i = nearest.count - 1; i >= 0; --i) {
         if (nearest.force[i] <= 0) nearest.drop(i);
@@ -212,7 +212,7 @@ double conditionOf(const std::vector<Plane>& planes, Nearest nearest) {
     return std::sqrt(double(trace * nearest.count));
 }
 
-/// Every row with a direction, of unit length in the metric of G.
+/// Every row with a nonzero normal, scaled to unit length in the metric of G.
 std::vector<Plane> planesOf(const QpProblem& problem, bool& hopeless) {
     const RowSet& rows = *problem.rows;
     Point inverseRoot{};

@@ -1,4 +1,4 @@
-// What holds for every solver of the table.
+// Checks that hold for every solver of the table.
 #include <catch2/catch.hpp>
 #include <limits>
 #include <set>
@@ -12,8 +12,8 @@ using namespace touchstone::test;
 
 namespace {
 
-/// pqp ends by tolerance: at 1e-6 N a wall's force, and so the increment at 1 N/mm, is right to about that; 1e-4 leaves
-/// room for vertices where rows are nearly parallel. The exact ones are left 1e-9 mm for rounding.
+/// Approximate solvers stop by tolerance: at 1e-6 N a wall's force, and so the increment at 1 N/mm, is accurate to
+/// about that; 1e-4 leaves room for vertices where rows are nearly parallel. Exact solvers get 1e-9 mm for rounding.
 SolverSettings settingsFor(const SolverInfo& info) {
     SolverSettings settings;
     settings.tolerance = 1e-6;
@@ -41,7 +41,7 @@ void requireFilled(const QpProblem& problem, const SolveResult& result, double s
 
 }  // namespace
 
-TEST_CASE("solver table: the exact solver leads, names are unique and found", "[qp]") {
+TEST_CASE("solver table: the first solver is exact, and names are unique and found", "[qp]") {
     const auto table = solverTable();
     REQUIRE(table[kExactSolver].exact);
     std::set<std::string_view> names;
@@ -54,7 +54,7 @@ TEST_CASE("solver table: the exact solver leads, names are unique and found", "[
     REQUIRE(findSolver("simplex") == -1);
 }
 
-TEST_CASE("every solver: reaches the optimum of each known problem, cold, again and warm", "[qp]") {
+TEST_CASE("every solver: reaches the optimum of each known problem, cold and warm", "[qp]") {
     for (const KnownProblem& known : knownProblems()) {
         const QpProblem problem = known.contacts.problem();
         for (const SolverInfo& info : solverTable()) {
@@ -83,9 +83,9 @@ TEST_CASE("every solver: reaches the optimum of each known problem, cold, again 
     }
 }
 
-TEST_CASE("every solver: with h free the increment is h to the last bit and no row pushes", "[qp]") {
+TEST_CASE("every exact solver: with h free the increment is h to the last bit and no row pushes", "[qp]") {
     for (const SolverInfo& info : solverTable()) {
-        if (!info.exact) continue;  // pqp keeps every force above zero
+        if (!info.exact) continue;  // an approximate solver may keep every force above zero, as pqp does
         for (const KnownProblem& known : knownProblems()) {
             if (known.name != "h inside" && known.name != "no rows") continue;
             const auto solver = info.make(4096);
@@ -96,7 +96,7 @@ TEST_CASE("every solver: with h free the increment is h to the last bit and no r
     }
 }
 
-TEST_CASE("every solver: tells by the status when the work limit comes first", "[qp]") {
+TEST_CASE("every solver: the status says when the work limit was reached", "[qp]") {
     std::mt19937_64 random(11);
     const Contacts contacts = randomContacts(random, ContactKind::Wedge, 200);
     const QpProblem problem = contacts.problem();
@@ -107,7 +107,7 @@ TEST_CASE("every solver: tells by the status when the work limit comes first", "
         settings.maxIterations = 1;
         SolveResult result = solver->solve(problem, settings);
         REQUIRE(result.status == SolveStatus::IterationLimit);
-        REQUIRE(result.iterations <= 7);  // a dual pivot may lose up to six rows on its way
+        REQUIRE(result.iterations <= 7);  // a dual pivot may drop up to six rows before it ends
         REQUIRE(result.x.allFinite());
         requireFilled(problem, result, 10);
 
@@ -161,7 +161,7 @@ TEST_CASE("every solver: NaN, infinity, bad stiffness or too many rows anywhere 
                     contacts.stiffness[4] = bad;
                     requireInvalid(contacts);
                 }
-                // Bad input leaves nothing behind.
+                // Bad input has no effect on the next solve.
                 settings.paperForm = false;
                 const SolveResult result = solver->solve(good.problem(), settings);
                 REQUIRE(result.status == SolveStatus::Solved);
@@ -173,7 +173,7 @@ TEST_CASE("every solver: NaN, infinity, bad stiffness or too many rows anywhere 
     }
 }
 
-TEST_CASE("every solver: solving and forgetting allocate nothing", "[qp]") {
+TEST_CASE("every solver: solve() and reset() allocate nothing", "[qp]") {
     std::mt19937_64 random(5);
     std::vector<Contacts> problems;
     for (const ContactKind kind : kContactKinds) {
@@ -214,15 +214,15 @@ TEST_CASE("every solver: the same calls give the same bits", "[qp]") {
 }
 
 TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold and warm", "[qp]") {
-    // Rows violated by at most v, with x and forces balanced, leave |x - x*|² <= 2 v (sum of forces) in the metric of
-    // G: add L(x*, y) <= f* and L(x, y*) <= f(x), both strongly convex in x. Where planes differ by 1e-9 it comes near
-    // to that; elsewhere x is off by about v times the forces, and by 1e-10 of rounding. A wrong active set is off by
-    // micrometres.
+    // If rows are violated by at most v, and x and forces balance, then |x - x*|² <= 2 v (sum of forces) in the metric
+    // of G: add L(x*, y) <= f* and L(x, y*) <= f(x), both strongly convex in x. Where planes differ by 1e-9 the error
+    // comes close to that bound; elsewhere it is about v times the forces, plus 1e-10 of rounding. A wrong active set
+    // causes an error of micrometers.
     const auto allowed = [](const SolverInfo& info, ContactKind kind, const Reference& reference) {
         const double v = isRenderer(info) ? 1e-11 : 1e-9;  // 1e-12 and 1e-10, times 1 + depth
         return 1e-9 + (kind == ContactKind::Degenerate ? std::sqrt(2 * v * reference.force) : 1e-10 * reference.force);
     };
-    constexpr double kLargest = 1e6;  // N: beyond it the last bits of the walls decide
+    constexpr double kLargest = 1e6;  // N: beyond it the last bits of the walls decide the answer
     for (const SolverInfo& info : solverTable()) {
         if (!info.exact) continue;
         int solved = 0, elastic = 0, limited = 0, skipped = 0;
@@ -265,9 +265,9 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
                     REQUIRE(distanceMm(problem, result.x, reference.x) <= allowed(info, kind, reference));
                     REQUIRE(result.slack == Approx(reference.slack).margin(1e-9));
 
-                    // The result's own word against the definition.
+                    // Compare the residuals that the result reports with their definition.
                     const Residuals own = residualsOf(problem, result);
-                    // Planes 1e-9 apart share a force between them only to 1e-16 / 1e-9.
+                    // Between planes 1e-9 apart, the split of a force is accurate only to 1e-16 / 1e-9.
                     const double scale = (kind == ContactKind::Degenerate ? 1e5 : 1) * (10 + reference.force);
                     REQUIRE(own.dual == 0);
                     REQUIRE(own.stationarity <= 1e-11 * scale);
