@@ -1,5 +1,5 @@
-// Sweeps of a contact: the rows of the tick itself, errors that a solver by itself confirms, and a front without
-// rivals.
+// Sweeps of a contact: the rows equal those of the tick, a separate solve confirms the errors, and no point dominates
+// a point of the Pareto front.
 #include "haptics/sandbox/measure/contact_sweep.hpp"
 
 #include <catch2/catch.hpp>
@@ -19,7 +19,7 @@ using namespace touchstone::test;
 
 namespace {
 
-/// Two ticks in a row of the cube that is pressed into the slab, and the largest problem of the second.
+/// Two consecutive ticks of the cube pressed into the slab, and the largest problem of the second tick.
 struct Pressed {
     HapticScene scene = openScene(holdScene());
     Settings settings = scene.settings;
@@ -52,7 +52,7 @@ struct Pressed {
 
 }  // namespace
 
-TEST_CASE("Pareto front: what is on it has no rival, and what is not has one", "[sweep]") {
+TEST_CASE("Pareto front: no point dominates a point on it, and some point dominates every other", "[sweep]") {
     const std::uint32_t seed = 5;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -87,7 +87,8 @@ TEST_CASE("sweep: the frozen rows are those that the loop's tick had", "[sweep]"
     CHECK(contact->tick == pressed.now.tick);
     for (int i = 0; i < contact->rows.size(); ++i) {
         REQUIRE(contact->rows.id(i) == pressed.rows->id(i));
-        // To rounding: poses travel through the record. Paper rows are gradients of squared distances, mm.
+        // Equal up to rounding, because poses pass through the record. Paper rows are gradients of squared distances,
+        // mm.
         const double scale = pressed.rows->row(i).norm();
         CHECK((contact->rows.row(i) - pressed.rows->row(i)).norm() <= 1e-9 * scale);
         CHECK(contact->rows.gap()[i] == Approx(pressed.rows->gap()[i]).margin(1e-9 * scale));
@@ -102,13 +103,13 @@ TEST_CASE("sweep: the frozen rows are those that the loop's tick had", "[sweep]"
     }
 }
 
-TEST_CASE("sweep: where nothing is near there is nothing to freeze", "[sweep]") {
+TEST_CASE("sweep: without a near pair there is no contact to freeze", "[sweep]") {
     const Pressed pressed(0.02);
     REQUIRE_FALSE(pressed.rows);
     CHECK_FALSE(freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {}));
 }
 
-TEST_CASE("sweep: every solver at every tolerance, with the error that the solver by itself has", "[sweep]") {
+TEST_CASE("sweep: every solver at every tolerance has the error of a separate solve", "[sweep]") {
     const bool warm = GENERATE(false, true);
     const Pressed pressed(0.15);
     const auto contact = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now,
@@ -151,7 +152,7 @@ TEST_CASE("sweep: every solver at every tolerance, with the error that the solve
         CHECK(pointAt(*sweep, solver, 1)->forceError > pointAt(*sweep, solver, 1e-6)->forceError);
 }
 
-TEST_CASE("sweep: between tolerances the marker lies between their points", "[sweep]") {
+TEST_CASE("sweep: the marker between two tolerances lies between their points", "[sweep]") {
     const int pqp = findSolver("pqp");
     Sweep sweep;
     sweep.points = {{.solver = kExactSolver, .us = 1},
@@ -167,7 +168,7 @@ TEST_CASE("sweep: between tolerances the marker lies between their points", "[sw
     CHECK_FALSE(pointAt(sweep, findSolver("active-set"), 0.01));
 }
 
-TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why there is none", "[sweep][thread]") {
+TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why it has no result", "[sweep][thread]") {
     const Pressed pressed(0.15), free(0.02);
     SweepRun run;
     const auto ended = [&] {

@@ -23,7 +23,7 @@ bool hasNullOrNan(const ordered_json& json, const std::string& path, std::vector
 
 }  // namespace
 
-TEST_CASE("percentile: nearest rank, on hand-made lists", "[system]") {
+TEST_CASE("percentile: nearest rank, on lists with known answers", "[system]") {
     std::vector<double> none;
     CHECK_FALSE(sandbox::percentile(none, 50));
     std::vector<double> one{7};
@@ -41,8 +41,7 @@ TEST_CASE("percentile: nearest rank, on hand-made lists", "[system]") {
     CHECK(sandbox::percentile(thousand, 100) == 1000.0);
 }
 
-TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well",
-          "[system]") {
+TEST_CASE("percentile: the smallest value that at least this share of the values does not exceed", "[system]") {
     const unsigned seed = 3;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -61,7 +60,7 @@ TEST_CASE("percentile: at least that share of the values does not exceed it, and
     }
 }
 
-TEST_CASE("report: it has every key, and no null but the overruns of a run without a clock", "[system]") {
+TEST_CASE("report: has every key; only the late ticks of a run without a clock are null", "[system]") {
     Settings settings;
     sandbox::Report report = sandbox::reportOf("scene", "demo", settings);
     sandbox::RunStatistics statistics;
@@ -128,7 +127,7 @@ TEST_CASE("report: it has every key, and no null but the overruns of a run witho
     CHECK(json.at("hash").get<std::string>().size() == 16);
 }
 
-TEST_CASE("report: the shadow's error counts where the force can be felt and the rows agree", "[system]") {
+TEST_CASE("report: the shadow's error counts only with a noticeable force and the same rows", "[system]") {
     sandbox::RunStatistics statistics;
     const auto add = [&](double force, std::uint32_t flags, int shadowRows, double error) {
         TickRecord record;
@@ -160,7 +159,7 @@ TEST_CASE("report: an unmet check makes the outcome unmet", "[system]") {
     CHECK_FALSE(report.met());
 }
 
-TEST_CASE("report: the hash chains ticks in their order", "[system]") {
+TEST_CASE("report: the hash depends on the order of the ticks", "[system]") {
     TickRecord a, b;
     a.tick = 1;
     b.tick = 2;
