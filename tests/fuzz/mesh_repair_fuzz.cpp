@@ -1,5 +1,5 @@
-// Any bytes as a mesh, repaired and, if the first byte asks for it, covered by a tree.
-//   1 byte   kind of coordinates (low 2 bits), a tree too if the next 3 are set, leaves - 1 (high 3 bits)
+// Arbitrary bytes as a mesh that is repaired and, if the first byte says so, covered by a tree.
+//   1 byte   kind of coordinates (low 2 bits), with a tree if the next 3 are set, leaves - 1 (high 3 bits)
 //   1 byte   count of vertices - 1 (low 6 bits)
 //   the vertices: three bytes each, or three floats
 //   the triangles: three bytes each
@@ -16,7 +16,7 @@ using fuzz::require;
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 80, kMostUnderTree = 24;  // trees of more take too long
+constexpr std::size_t kMostTriangles = 80, kMostUnderTree = 24;  // trees of more triangles take too long
 
 struct Input {
     TriangleMesh mesh;
@@ -33,7 +33,8 @@ Input decode(fuzz::Bytes bytes) {
     for (int i = 0; i < vertices; ++i) {
         Vec3 v;
         for (int k = 0; k < 3; ++k) {
-            // Small whole numbers meet in points, lines and planes; a few thousandths off they nearly do.
+            // Small whole numbers coincide in points, lines and planes; shifted by a few thousandths they nearly
+            // coincide.
             const auto whole = [&] { return static_cast<double>(bytes.take<std::int8_t>()); };
             switch (kind & 3) {
                 case 0:
@@ -93,7 +94,7 @@ void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
     for (const auto& t : mesh.triangles) {
         const Vec3 &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]], &r = mesh.vertices[t[2]];
         const Vec3 n = (q - p).cross(r - p);
-        // Triangles without an area need no cover; rounding may call it either way.
+        // Zero-area triangles need no cover; rounding decides whether the area is zero.
         if (!(n.norm() > 1e-9 * std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()})))
             continue;
         for (const Vec3& x : {p, q, r, Vec3((p + q + r) / 3)}) {

@@ -1,5 +1,5 @@
-// Any bytes as a recording: four bytes tell how many of the next are recording.json, the rest is ticks.npy. It is read,
-// handed to step(), made a motion, recovered and exported.
+// Arbitrary bytes as a recording: four bytes give the length of recording.json, the rest is ticks.npy. The recording is
+// read, given to step(), converted to a motion, recovered and exported.
 #include <stdexcept>
 
 #include "haptics/sandbox/record/recording.hpp"
@@ -20,7 +20,7 @@ void write(const fs::path& file, const std::uint8_t* data, std::size_t size) {
         .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
 }
 
-/// What it throws is one sentence.
+/// Requires that its exception is one sentence.
 template <class Work>
 bool spoken(Work&& work) {
     try {
@@ -34,7 +34,7 @@ bool spoken(Work&& work) {
 
 const sandbox::HapticScene& scene() {
     static const sandbox::HapticScene opened = [] {
-        engine::Scene small = test::pressScene();  // trees take their time under the sanitizers
+        engine::Scene small = test::pressScene();  // small, because trees are slow under the sanitizers
         for (const engine::Entity node : small.nodes) {
             auto extras = small.registry.get<engine::NodeMarking>(node).extras;
             extras["touchstone"]["leaves"] = 16;
@@ -64,7 +64,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         while (whole.next(tick)) ++rows;
         require(rows == whole.rows(), "as many rows as it says");
     });
-    if (readable && rows < 200)  // scenes of other files are not for a fuzzer to open
+    if (readable && rows < 200)  // a fuzzer must not open scenes of other files
         spoken([&] {
             sandbox::ReplayPass pass(scene(), recording, {});
             TickRecord record;
@@ -77,7 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     spoken([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
     if (spoken([&] { sandbox::recoverRecording(recording); })) {
         spoken([&] { sandbox::Recording{recording}; });
-        // What is whole needs no more mending.
+        // A recovered recording needs no further repair.
         const std::string once = sandbox::recoverRecording(recording);
         require(once.find("torn") == std::string::npos, "recovered once is recovered");
     }

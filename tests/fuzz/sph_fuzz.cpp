@@ -1,4 +1,5 @@
-// Any bytes as a sphere tree in the text form of the common toolkit; what is read is written and read again.
+// Arbitrary bytes as a sphere tree in the text form of the common toolkit; a tree that is read is written and read
+// again.
 #include <stdexcept>
 
 #include "haptics/builder/sphere_hierarchy.hpp"

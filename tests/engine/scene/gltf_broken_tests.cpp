@@ -328,7 +328,7 @@ const std::vector<BrokenCase> kBrokenCases = {
 
 }  // namespace
 
-TEST_CASE("broken glTF: every damage gives one sentence that names file, object and remedy", "[gltf]") {
+TEST_CASE("broken glTF: every kind of damage gives one sentence with file, object and remedy", "[gltf]") {
     const TemporaryFolder folder;
     for (const BrokenCase& broken : kBrokenCases) {
         DYNAMIC_SECTION(broken.name) {
@@ -439,7 +439,7 @@ TEST_CASE("broken glTF: one accessor read a million times does not fill the memo
                   "mesh 0 \"square\": brings the scene above 67 million vertices, corners and keys");
 }
 
-TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else", "[gltf][fuzz]") {
+TEST_CASE("broken glTF: mutated files give a scene or one sentence", "[gltf][fuzz]") {
     const unsigned seed = 20240612;
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -455,7 +455,7 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     draft.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
     const Bytes whole = draft.glb();
     const std::string text = draft.json.dump();
-    // Numbers and words that stand at borders of some check.
+    // Numbers and words at the borders of some check.
     const std::vector<std::string> words = {"-1",         "0",
                                             "1",          "2",
                                             "3",          "6",
@@ -473,11 +473,11 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     for (int i = 0; i < 4000; ++i) {
         CAPTURE(i);
         Bytes bytes = whole;
-        if (i % 2 == 0) {  // bytes anywhere
+        if (i % 2 == 0) {  // replace random bytes
             for (unsigned k = 0; k <= random() % 4; ++k)
                 bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
             if (random() % 8 == 0) bytes.resize(random() % bytes.size());
-        } else {  // one JSON value by another
+        } else {  // replace one JSON value by another
             std::string mutated = text;
             for (unsigned k = 0; k <= random() % 2; ++k) {
                 std::size_t colon = mutated.find_first_of(":[,", random() % mutated.size());
@@ -507,7 +507,7 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     CHECK(sentences > 100);
 }
 
-TEST_CASE("glTF: the models of assimp load or give a sentence", "[gltf]") {
+TEST_CASE("glTF: the models of assimp load or give one sentence", "[gltf]") {
     const std::filesystem::path models = "/usr/share/assimp/models";
     if (!std::filesystem::exists(models)) return;  // an optional package
     int scenes = 0, sentences = 0;
