@@ -87,7 +87,7 @@ void checkRepair(const RepairedMesh& body, std::size_t triangles) {
 
 void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
     const TreeCertificate& c = tree.certificate;
-    require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "no more leaves than asked");
+    require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "at most the maximum leaf count");
     require(c.covered || !c.note.empty(), "covered, or says why not");
     require(std::isfinite(c.protrusion) && c.protrusion >= 0 && c.protrusion <= 20 * c.diagonal, "a sane protrusion");
     if (!c.covered) return;

@@ -268,7 +268,7 @@ const std::vector<BrokenCase> kBrokenCases = {
          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
      },
      "\"pbrMetallicRoughness.baseColorTexture.index\" is 0 but the file has 0 textures"},
-    {"image that is none",
+    {"invalid image",
      [](json& j, Bytes&) {
          j["images"] = {{{"name", "wood"}, {"bufferView", 0}}};
          j["textures"] = {{{"source", 0}}};
@@ -301,9 +301,9 @@ const std::vector<BrokenCase> kBrokenCases = {
      "animation 0 \"demo\": refers to sampler 2 of 2"},
     {"channel node out of range", [](json& j, Bytes&) { j["animations"][0]["channels"][0]["target"]["node"] = 2; },
      "animation 0 \"demo\", channel 0: \"target.node\" is 2"},
-    {"times fall", [](json&, Bytes& b) { poke(b, 144, 0.25f); },
+    {"decreasing times", [](json&, Bytes& b) { poke(b, 144, 0.25f); },
      "animation 0 \"demo\", translation of node 1 \"tool\": key 1 is not later"},
-    {"times stand", [](json&, Bytes& b) { poke(b, 144, 0.5f); }, "key 1 is not later"},
+    {"constant times", [](json&, Bytes& b) { poke(b, 144, 0.5f); }, "key 1 is not later"},
     {"negative time", [](json&, Bytes& b) { poke(b, 140, -1.0f); }, "starts before time 0"},
     {"NaN time", [](json&, Bytes& b) { poke(b, 140, std::numeric_limits<float>::quiet_NaN()); },
      "accessor 4: holds a non-finite number"},

@@ -140,11 +140,11 @@ TEST_CASE("obstacles: a held obstacle does not stop another", "[step][obstacle]"
 
 TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[step][obstacle]") {
     const World world = worldOf(blob(300, 20, 4), blob(300, 20, 5), at(0, 45, 0));
-    const auto hash = [&](bool told) {
+    const auto hash = [&](bool targetsGiven) {
         StepState state(world);
         std::vector<Pose> targets;
         for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
-        if (!told) targets.clear();
+        if (!targetsGiven) targets.clear();
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 300; ++tick)
             sum = hashTick(step(world, {}, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state),

@@ -69,10 +69,10 @@ std::vector<KnownProblem> knownProblems() {
     add(
         "a slot too narrow, pushed hard", at(1, 0, 200.1), at(1, 0, 0.1),
         [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); }, SolveStatus::Elastic);
-    add("zero rows that ask for nothing", at(0, 0, -1), zero,
+    add("zero rows without a demand", at(0, 0, -1), zero,
         [&](Contacts& c) { c.row(zero, 0).wall(Z, 0).row(zero, 3).row(zero, 0); });
     add(
-        "a zero row that nothing can meet", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
+        "a zero row that nothing can satisfy", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
         SolveStatus::Elastic);
     // All planes touch the unit ball. h is beyond one of them, which touches the ball at the answer.
     add("four thousand planes around a ball", at(0, 0, -3), at(0, 0, -1), [&](Contacts& c) {

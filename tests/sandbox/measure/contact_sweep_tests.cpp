@@ -115,10 +115,10 @@ TEST_CASE("sweep: every solver at every tolerance has the error of a separate so
     const auto contact = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now,
                                        {.allRows = true, .warm = warm});
     REQUIRE(contact);
-    double told = -1;
+    double last = -1;
     const auto sweep = sweepContact(*contact, [&](double fraction) {
-        CHECK(fraction >= told);
-        told = fraction;
+        CHECK(fraction >= last);
+        last = fraction;
         return true;
     });
     REQUIRE(sweep);
