@@ -78,7 +78,8 @@ TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if it is i
     }
 }
 
-TEST_CASE("mesh repair: overlapping boxes make one body; no face that protrudes from the other is dropped", "[tree]") {
+TEST_CASE("mesh repair: overlapping boxes make one body, and no face that protrudes from the other is dropped",
+          "[tree]") {
     const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(5, 5, 5)));
     const RepairedMesh body = repairMesh(mesh);
     CHECK(body.closed());
@@ -147,7 +148,8 @@ TEST_CASE("mesh repair: T-junctions are closed, and no face moves further than r
     CHECK(repairMesh(cube).holes == 1);
 }
 
-TEST_CASE("mesh repair: a wall between two chambers is an inner sheet; a protruding wall opens the body", "[tree]") {
+TEST_CASE("mesh repair: a wall between two chambers is an inner sheet, and a protruding wall opens the body",
+          "[tree]") {
     TriangleMesh right = test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0));
     right.triangles.erase(right.triangles.begin() + 8, right.triangles.begin() + 10);  // the side x = 10
     TriangleMesh chambers = test::joined(kBox, right);

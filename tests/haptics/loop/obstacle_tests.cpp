@@ -158,17 +158,17 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
     const World world = worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0));
     const auto drive = [&](bool helped, bool audit) {
         StepState state(world);
-        std::unique_ptr<NeighborListWorker> keeper;
-        if (helped) keeper = std::make_unique<NeighborListWorker>(world);
+        std::unique_ptr<NeighborListWorker> worker;
+        if (helped) worker = std::make_unique<NeighborListWorker>(world);
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 400; ++tick) {
             const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
             StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
-            if (keeper) input.entries = keeper->newest();
+            if (worker) input.entries = worker->newest();
             const TickRecord r = step(world, {}, input, state, {}, audit);
             sum = hashTick(r, sum);
-            if (!keeper) continue;
-            keeper->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
+            if (!worker) continue;
+            worker->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
             std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
         return sum;

@@ -60,7 +60,7 @@ TEST_CASE("percentile: the smallest value that at least this share of the values
     }
 }
 
-TEST_CASE("report: has every key; only the late ticks of a run without a clock are null", "[system]") {
+TEST_CASE("report: has every key, and only the late ticks of a run without a clock are null", "[system]") {
     Settings settings;
     sandbox::Report report = sandbox::reportOf("scene", "demo", settings);
     sandbox::RunStatistics statistics;

@@ -72,7 +72,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     CHECK(session.settings().trust <= session.settings().margin);
 }
 
-TEST_CASE("session: a device without motors runs at once; stop removes the force, engage restores it", "[session]") {
+TEST_CASE("session: a device without motors runs at once, stop removes the force, engage restores it", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     CHECK_FALSE(session.engaged());
@@ -169,7 +169,7 @@ TEST_CASE("session: a scene without roles waits for the user's choice, runs with
     CHECK(waitUntilRunning(another));
 }
 
-TEST_CASE("session: the device changes while it runs; a device that cannot start changes nothing", "[session]") {
+TEST_CASE("session: the device changes while it runs, and a device that cannot start changes nothing", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
