@@ -16,7 +16,7 @@ using fuzz::require;
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 80, kMostUnderTree = 24;  // trees of more triangles take too long
+constexpr std::size_t kMaxTriangles = 80, kMaxTreeTriangles = 24;  // trees of more triangles take too long
 
 struct Input {
     TriangleMesh mesh;
@@ -52,7 +52,7 @@ Input decode(fuzz::Bytes bytes) {
         }
         in.mesh.vertices.push_back(v);
     }
-    const std::size_t most = in.tree ? kMostUnderTree : kMostTriangles;
+    const std::size_t most = in.tree ? kMaxTreeTriangles : kMaxTriangles;
     while (bytes.left() > 0 && in.mesh.triangles.size() < most) {
         const auto corner = [&] { return static_cast<std::uint32_t>(bytes.take<std::uint8_t>() % vertices); };
         const std::uint32_t a = corner(), b = corner(), c = corner();

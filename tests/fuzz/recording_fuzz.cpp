@@ -22,7 +22,7 @@ void write(const fs::path& file, const std::uint8_t* data, std::size_t size) {
 
 /// Requires that its exception is one sentence.
 template <class Work>
-bool spoken(Work&& work) {
+bool succeedsOrExplains(Work&& work) {
     try {
         work();
         return true;
@@ -58,14 +58,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     write(recording / "ticks.npy", rest + notes, static_cast<std::size_t>(data + size - rest) - notes);
 
     std::uint64_t rows = 0;
-    const bool readable = spoken([&] {
+    const bool readable = succeedsOrExplains([&] {
         sandbox::Recording whole(recording);
         RecordedTick tick;
         while (whole.next(tick)) ++rows;
         require(rows == whole.rows(), "as many rows as it says");
     });
     if (readable && rows < 200)  // a fuzzer must not open scenes of other files
-        spoken([&] {
+        succeedsOrExplains([&] {
             sandbox::ReplayPass pass(scene(), recording, {});
             TickRecord record;
             for (std::uint64_t row = 0; row < rows && pass.next(record, {}, true); ++row) {
@@ -73,10 +73,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 require(!(record.penetration > 1e7), "no more penetration than there is space");
             }
         });
-    spoken([&] { sandbox::recordedHand(recording); });
-    spoken([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
-    if (spoken([&] { sandbox::recoverRecording(recording); })) {
-        spoken([&] { sandbox::Recording{recording}; });
+    succeedsOrExplains([&] { sandbox::recordedHand(recording); });
+    succeedsOrExplains([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
+    if (succeedsOrExplains([&] { sandbox::recoverRecording(recording); })) {
+        succeedsOrExplains([&] { sandbox::Recording{recording}; });
         // A recovered recording needs no further repair.
         const std::string once = sandbox::recoverRecording(recording);
         require(once.find("torn") == std::string::npos, "recovered once is recovered");

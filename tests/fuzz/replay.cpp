@@ -14,7 +14,7 @@ namespace {
 
 using Input = std::vector<std::uint8_t>;
 
-constexpr unsigned kHangs =
+constexpr unsigned kTimeLimitS =
     60;  // s, many times the time of any input: longer is a hang, whose input is kept like that of a crash
 
 Input current;  // the present input of the target
@@ -67,7 +67,7 @@ Input mutated(const std::vector<Input>& corpus, std::mt19937& random) {
 
 void run(const Input& input) {
     current = input;
-    ::alarm(kHangs);
+    ::alarm(kTimeLimitS);
     LLVMFuzzerTestOneInput(current.data(), current.size());
 }
 

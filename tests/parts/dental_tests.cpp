@@ -18,7 +18,7 @@ PocketFit pocket(double depth) {
 }
 
 /// Some triangle reaches from below to above this height.
-bool spans(const engine::MeshData& mesh, double y) {
+bool crossesHeight(const engine::MeshData& mesh, double y) {
     for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
         double low = 1e300, high = -1e300;
         for (std::size_t i = t; i < t + 3; ++i) {
@@ -81,9 +81,9 @@ TEST_CASE("dental: the probe is closed, with black marks at each mm and three bl
     for (int mm = 0; mm < 16; ++mm) {
         const bool band = mm == 4 || mm == 9 || mm == 14;
         INFO(mm << " mm");
-        CHECK(spans(black, mm) == (mm > 0));
-        CHECK(spans(black, mm + 0.5) == band);
-        CHECK(spans(metal, mm + 0.5) == !band);
+        CHECK(crossesHeight(black, mm) == (mm > 0));
+        CHECK(crossesHeight(black, mm + 0.5) == band);
+        CHECK(crossesHeight(metal, mm + 0.5) == !band);
     }
 }
 

@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 
 // Mean difference, of 255, and share of pixels (see image_difference.hpp). Drivers differ less than pictures with and
 // without multisampling, which differ by up to 0.8 and by 0.002, except for spheres, whose edges consist of samples.
-constexpr double kMostMean = 1, kMostShare = 0.003;
+constexpr double kMaxMean = 1, kMaxShare = 0.003;
 
-bool alike(const ImageDifference& d) { return d.mean <= kMostMean && d.share <= kMostShare; }
+bool similar(const ImageDifference& d) { return d.mean <= kMaxMean && d.share <= kMaxShare; }
 
 struct PictureCase {
     const char *name, *scene;
@@ -79,13 +79,13 @@ TEST_CASE("pictures: scenes look unchanged, within the differences between drive
         const ImageDifference d = difference(image, engine::readPng(reference));
         INFO("mean difference " << d.mean << ", share of pixels " << d.share << "; compare " << written << " with "
                                 << reference);
-        CHECK(alike(d));
+        CHECK(similar(d));
 
         REQUIRE(applyShowList(picture.display, which.change) == "");
         const ImageDifference changed =
             difference(renderScene(scene, last, scene.settings, picture), engine::readPng(reference));
         INFO(which.change << ": mean difference " << changed.mean << ", share of pixels " << changed.share);
-        CHECK_FALSE(alike(changed));
+        CHECK_FALSE(similar(changed));
     }
 }
 

@@ -39,7 +39,7 @@ std::vector<ordered_json> run(const HapticScene& scene, const Protocol& protocol
 }
 
 /// The scene with a second shaft in the hole, its upper end at this depth below the mouth, mm, and turned, rad.
-HapticScene plugged(const std::string& name, double depth, double turned) {
+HapticScene blockedScene(const std::string& name, double depth, double turned) {
     HapticScene scene = open(name);
     World world = *scene.world;
     const GoalRegion& goal = *scene.roles.goal;
@@ -69,7 +69,7 @@ TEST_CASE("trials: hands of many seeds insert the splined shaft by feel", "[scen
 TEST_CASE("trials: no hand is seated in a blocked hole", "[scenes]") {
     // Blocked at the mouth, by keys in place of keyways, and 6 mm below the mouth.
     const auto [depth, turned] = GENERATE(std::pair(0.0, 0.3927), std::pair(6.0, 0.0));
-    const HapticScene scene = plugged("spline-05", depth, turned);
+    const HapticScene scene = blockedScene("spline-05", depth, turned);
     for (const ordered_json& row : run(scene, study("spline-05", 3, 12))) {
         INFO(depth << " " << row);
         CHECK(row.at("outcome") != "seated");

@@ -285,15 +285,15 @@ TEST_CASE("tree check: the walls of a hollow do not count as outside", "[tree]")
 
 TEST_CASE("tree check: the distance to the outside includes the creases between leaves", "[tree]") {
     // Two unit balls, 0.8 from a tiny part at the origin: their circle of intersection has radius 0.6.
-    constexpr double kCrumb = 0.01;
-    const TriangleMesh crumb = test::boxMesh(Vec3::Constant(kCrumb), Vec3::Constant(-0.5 * kCrumb));
+    constexpr double kPartSize = 0.01;
+    const TriangleMesh crumb = test::boxMesh(Vec3::Constant(kPartSize), Vec3::Constant(-0.5 * kPartSize));
     const TreeMetrics m = measureTree(flat({{-0.8f, 0, 0, 1}, {0.8f, 0, 0, 1}}), crumb, kQuick);
     CHECK(m.coverageProven);
     // The centers of the sides normal to the axis are furthest from the circle. The search comes within 2 %.
-    CHECK(m.hausdorffToTree >= std::hypot(0.6, 0.5 * kCrumb) - 1e-5);
+    CHECK(m.hausdorffToTree >= std::hypot(0.6, 0.5 * kPartSize) - 1e-5);
     CHECK(m.hausdorffToTree < 0.612);
-    CHECK(m.hausdorffToSurface == Approx(1.8).margin(kCrumb));
-    CHECK(m.protrusionMax == Approx(1.8).margin(kCrumb));
+    CHECK(m.hausdorffToSurface == Approx(1.8).margin(kPartSize));
+    CHECK(m.protrusionMax == Approx(1.8).margin(kPartSize));
 }
 
 TEST_CASE("tree check: progress rises to one, and its callback can cancel the check", "[tree]") {

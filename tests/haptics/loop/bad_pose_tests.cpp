@@ -41,7 +41,7 @@ std::vector<Pose> badPoses() {
 }
 
 /// Requires that every number of a record is finite and that no pose in it is far away.
-void requireSound(const TickRecord& r) {
+void requireFinite(const TickRecord& r) {
     REQUIRE((r.X_WT.p.array().abs() <= 1.001 * kLargestCoordinate).all());
     REQUIRE((r.X_WT_device.p.array().abs() <= 1.001 * kLargestCoordinate).all());
     REQUIRE(r.X_WT.q.coeffs().allFinite());
@@ -87,13 +87,13 @@ struct Run {
         : driver(std::make_unique<Session>(test::groundBelow(), Settings{}, std::move(device))) {}
     TickRecord ticks(int n) {
         TickRecord last;
-        for (int i = 0; i < n; ++i) requireSound(last = driver.tick());
+        for (int i = 0; i < n; ++i) requireFinite(last = driver.tick());
         return last;
     }
     const SafetyStage& safety() const { return driver.session().safety; }
 };
 
-std::vector<MotionKey> comesAndGoes(const Pose& bad) {
+std::vector<MotionKey> motionThrough(const Pose& bad) {
     return {{0, at(0, 8, 0)}, {100, at(0, 3, 0)}, {200, bad}, {201, bad}, {202, at(0, 3, 0)}, {300, at(0, 3, 0)}};
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("step: an invalid pose holds the tool without force until a valid one 
         REQUIRE(before.wrench_C.force.y() > 1);
         for (int again = 0; again < 3; ++again) {
             const TickRecord r = step(world, settings, {bad}, state, {}, true);
-            requireSound(r);
+            requireFinite(r);
             REQUIRE(r.flags == kBadInput);
             REQUIRE(isZero(r.wrench_C));
             REQUIRE(isZero(r.wrench_o));
@@ -144,12 +144,12 @@ TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
     StepState state(world);
     const Pose end = at(1e6, -1e6, 1e6);
     TickRecord r;
-    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {end}, state));
+    for (int tick = 0; tick < 20; ++tick) requireFinite(r = step(world, settings, {end}, state));
     CHECK(r.flags == 0);
     CHECK((r.X_WT.p - end.p).norm() < 1e-9);
     CHECK(isZero(r.wrench_C));
     CHECK(step(world, settings, {at(kBeyond, 0, 0)}, state).flags == kBadInput);
-    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {at(0, 25, 0)}, state));
+    for (int tick = 0; tick < 20; ++tick) requireFinite(r = step(world, settings, {at(0, 25, 0)}, state));
     CHECK(r.flags == 0);
     CHECK((r.X_WT.p - Vec3(0, 25, 0)).norm() < 1e-9);
 }
@@ -183,7 +183,7 @@ TEST_CASE("step: a state that begins with an invalid pose is held until it resta
         StepState state(world);
         const auto held = [&](StepState& its) {
             const TickRecord r = step(world, settings, {at(0, 24, 0)}, its);
-            requireSound(r);
+            requireFinite(r);
             return r.flags == kBadInput && isZero(r.wrench_C);
         };
         state.reset(bad);
@@ -225,7 +225,7 @@ TEST_CASE("step: arbitrary numbers as poses give finite records, and only valid 
         if (any.next() % 5 == 0) input.X_WO = std::span(&target, 1);
         const bool bad = !input.X_WT_device.isValid() || (!input.X_WO.empty() && !target.isValid());
         const TickRecord r = step(world, settings, input, state, {}, true);
-        requireSound(r);
+        requireFinite(r);
         REQUIRE(((r.flags & kBadInput) != 0) == bad);
         if (bad) REQUIRE(isZero(r.wrench_C));
         const double depth = meter.depth(r.X_WT, state.obstacles());
@@ -274,7 +274,7 @@ TEST_CASE("devices: a motion through invalid poses is bad input meanwhile, playe
     const auto file = std::filesystem::temp_directory_path() / ("touchstone-far-" + std::to_string(getpid()) + ".csv");
     for (const double far : {1.1e6, -1e30, 1e150, -1e308}) {
         DeviceContext context;
-        const std::vector<MotionKey> keys = comesAndGoes(at(0, far, 0));
+        const std::vector<MotionKey> keys = motionThrough(at(0, far, 0));
         context.demonstration = std::make_shared<RecordedMotion>(keys);
         writeMotion(file, keys);
         for (const auto& [name, after] :

@@ -15,7 +15,7 @@ using namespace touchstone::test;
 
 namespace {
 
-constexpr double kEntered = 1e-3;  // mm: overlap that moving obstacles may cause; the tick itself allows half of it
+constexpr double kMaxOverlap = 1e-3;  // mm: overlap that moving obstacles may cause; the tick itself allows half of it
 
 Settings exactAlone() {
     Settings settings;
@@ -59,7 +59,7 @@ TEST_CASE("obstacles: a floor that rises under a resting tool lifts it without p
     int ticks = 0;
     const TickRecord last =
         push(world, settings, at(0, 14, 0), risen, 400, [&](const TickRecord& r, std::span<const Pose> X) {
-            REQUIRE(overlap(world, r, X) <= kEntered);
+            REQUIRE(overlap(world, r, X) <= kMaxOverlap);
             REQUIRE((r.flags & kListOverflow) == 0);
             ticks += !(X[0] == risen[0]);
         });
@@ -88,7 +88,7 @@ TEST_CASE("obstacles: a turning obstacle from any side pushes the tool in free s
         const TickRecord r = step(world, settings, {at(0, 60, 0), {}, std::span(&way[leg], 1)}, state, {}, true);
         const Pose now = state.obstacles()[0];
         REQUIRE(farthestLeaf(tree, before, now) <= most + 1e-9);
-        REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+        REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
         pushed |= r.wrench_C.force.norm() > 1;
         held += (r.flags & kObstacleHeld) != 0;
         before = now;
@@ -110,7 +110,7 @@ TEST_CASE("obstacles: a press stops at a tool that lies on another obstacle, and
         int held = 0;
         for (int tick = 0; tick < ticks; ++tick) {
             const TickRecord r = step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state, {}, true);
-            REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+            REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
             held += (r.flags & kObstacleHeld) != 0;
         }
         return held;

@@ -22,7 +22,7 @@ struct Tally {
 };
 
 /// Requires that the result satisfies what its status claims. `start`: the proof may begin with the result's rows.
-void requireRight(const HardProblem& hard, const SolveResult& result, bool start, Tally& tally) {
+void requireCorrect(const HardProblem& hard, const SolveResult& result, bool start, Tally& tally) {
     const QpProblem problem = hard.contacts.problem();
     if (hard.hardness & kNotFinite) {
         ++tally.invalid;
@@ -65,7 +65,7 @@ void requireRight(const HardProblem& hard, const SolveResult& result, bool start
 }  // namespace
 
 TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp]") {
-    constexpr int kProblems = 100'000, kFromNothing = 2000;
+    constexpr int kProblems = 100'000, kColdStarts = 2000;
     std::mt19937_64 random(2025);
     const auto solver = solverTable()[kExactSolver].make(512);
     Tally tally;
@@ -76,7 +76,7 @@ TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp]") {
         solver->reset();
         const SolveResult result = solver->solve(hard.contacts.problem(), {});
         capped += result.iterations >= 400;
-        requireRight(hard, result, i >= kFromNothing, tally);
+        requireCorrect(hard, result, i >= kColdStarts, tally);
     }
     CAPTURE(tally.solved, tally.elastic, tally.invalid, tally.uncertain, tally.unneeded, capped);
     REQUIRE(tally.solved > 60'000);

@@ -10,7 +10,7 @@ namespace {
 
 __extension__ using Quad = __float128;
 
-constexpr int kMost = 7;  // rows that can be active at once, including the dimension of the slack
+constexpr int kMaxActive = 7;  // rows that can be active at once, including the dimension of the slack
 constexpr int kMaxPivots = 5000;
 /// Answers are doubles, so errors in their last bits are accepted.
 constexpr double kLastBits = 4 * std::numeric_limits<double>::epsilon();
@@ -23,17 +23,17 @@ Quad squareRoot(Quad a) {
 }
 Quad size(Quad a) { return a < 0 ? -a : a; }
 
-using Point = std::array<Quad, kMost>;
+using Point = std::array<Quad, kMaxActive>;
 Quad dot(const Point& a, const Point& b) {
     Quad sum = 0;
-    for (int k = 0; k < kMost; ++k) sum += a[k] * b[k];
+    for (int k = 0; k < kMaxActive; ++k) sum += a[k] * b[k];
     return sum;
 }
 
 /// Solves A x = b of size n by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the
 /// largest is 1).
-bool solveDense(int n, std::array<Point, kMost> A, Point b, Point& x) {
-    int order[kMost];
+bool solveDense(int n, std::array<Point, kMaxActive> A, Point b, Point& x) {
+    int order[kMaxActive];
     for (int i = 0; i < n; ++i) order[i] = i;
     for (int k = 0; k < n; ++k) {
         int row = k, column = k;
@@ -73,16 +73,16 @@ struct Nearest {
     bool failed = false;  ///< too badly conditioned even for 113 bits
     Point z{};
     int count = 0;
-    int active[kMost + 1];
-    Quad force[kMost + 1];
+    int active[kMaxActive + 1];
+    Quad force[kMaxActive + 1];
 
     void drop(int i) {
         --count;
         std::copy(active + i + 1, active + count + 1, active + i);
         std::copy(force + i + 1, force + count + 1, force + i);
     }
-    std::array<Point, kMost> gram(const std::vector<Plane>& planes) const {
-        std::array<Point, kMost> products{};
+    std::array<Point, kMaxActive> gram(const std::vector<Plane>& planes) const {
+        std::array<Point, kMaxActive> products{};
         for (int i = 0; i < count; ++i)
             for (int j = 0; j < count; ++j) products[i][j] = dot(planes[active[i]].n, planes[active[j]].n);
         return products;
@@ -94,7 +94,7 @@ struct Nearest {
 Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) {
     Nearest state;
     for (const int plane : start) {
-        if (state.count == kMost) break;
+        if (state.count == kMaxActive) break;
         state.active[state.count++] = plane;
     }
     while (state.count > 0) {
@@ -108,7 +108,7 @@ Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) 
         }
         for (int i = 0; i < state.count; ++i) {
             state.force[i] = force[i];
-            for (int c = 0; c < kMost; ++c) state.z[c] += force[i] * planes[state.active[i]].n[c];
+            for (int c = 0; c < kMaxActive; ++c) state.z[c] += force[i] * planes[state.active[i]].n[c];
         }
         break;
     }
@@ -137,7 +137,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
             }
             Point across = entering.n;
             for (int i = 0; i < k; ++i) {
-                for (int c = 0; c < kMost; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
+                for (int c = 0; c < kMaxActive; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
             }
             const Quad across2 = dot(across, across);
             const bool dependent = across2 < 1e-44;
@@ -162,7 +162,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
             entered = !dependent && (blocking < 0 || full <= partial);
             const Quad step = entered ? full : partial;
             if (!dependent) {
-                for (int c = 0; c < kMost; ++c) state.z[c] += step * across[c];
+                for (int c = 0; c < kMaxActive; ++c) state.z[c] += step * across[c];
             }
             for (int i = 0; i < k; ++i) state.force[i] -= step * weight[i];
             force += step;
@@ -186,7 +186,7 @@ bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& f
         const Plane& plane = planes[nearest.active[i]];
         holds &= nearest.force[i] >= -1e-20;
         force += nearest.force[i];
-        for (int c = 0; c < kMost; ++c) rest[c] -= nearest.force[i] * plane.n[c];
+        for (int c = 0; c < kMaxActive; ++c) rest[c] -= nearest.force[i] * plane.n[c];
         holds &= size((dot(plane.n, nearest.z) + plane.d) * nearest.force[i]) < 1e-20 * (1 + nearest.force[i]);
     }
     const Quad scale = 1 + force;

@@ -58,17 +58,17 @@ struct Press {
 };
 
 /// Requires that every number of a report is finite and within the size of the scene.
-void requireSound(const nlohmann::ordered_json& json, const std::string& path = "") {
+void requireFinite(const nlohmann::ordered_json& json, const std::string& path = "") {
     CAPTURE(path);
     if (json.is_number()) {
         REQUIRE(std::isfinite(json.get<double>()));
         REQUIRE(std::abs(json.get<double>()) < 1e6);
     }
     if (json.is_structured())
-        for (const auto& [key, value] : json.items()) requireSound(value, path + "/" + key);
+        for (const auto& [key, value] : json.items()) requireFinite(value, path + "/" + key);
 }
-void requireSound(const sandbox::HeadlessRun& run) {
-    requireSound(sandbox::toJson(run.report));
+void requireFinite(const sandbox::HeadlessRun& run) {
+    requireFinite(sandbox::toJson(run.report));
     REQUIRE(run.report.penetration.max.value() <= 0.001);
     REQUIRE(run.last.X_WT.isValid());
 }
@@ -96,7 +96,7 @@ TEST_CASE("invalid poses: a motion that leaves the range is flagged, and its rep
             before = record.X_WT;
         };
         const sandbox::HeadlessRun run = press.run(device, options);
-        requireSound(run);
+        requireFinite(run);
         CHECK(flagged >= 9);  // 400 to 408 ms, and the poses between a far key and a near one
         CHECK(flagged <= 11);
         CHECK(run.report.ticks == 801);
@@ -114,7 +114,7 @@ TEST_CASE("invalid poses: a recording of them replays with the same bits", "[sys
     }),
               options);
     const sandbox::HeadlessRun again = press.run("replay:" + press.recording.string());
-    requireSound(again);
+    requireFinite(again);
     CHECK(again.replay->ticks == 801);
     CHECK(again.replay->same == 801);
 }
@@ -134,7 +134,7 @@ TEST_CASE("invalid poses: an edited recording with them replays and reports wher
         CHECK(penetration <= 0.001);
     };
     const sandbox::HeadlessRun run = press.run("replay:" + press.recording.string(), options);
-    requireSound(run);
+    requireFinite(run);
     CHECK(flagged == row - 300);
     REQUIRE(run.replay->other);
     CHECK(*run.replay->other == 300);
