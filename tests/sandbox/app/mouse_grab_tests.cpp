@@ -14,7 +14,7 @@ namespace {
 
 constexpr glm::vec2 kViewport{800, 600};
 
-/// engine::Looks along -z at the origin from 400 mm.
+/// Looks along -z at the origin from 400 mm.
 engine::OrbitCamera front() {
     engine::OrbitCamera camera;
     camera.distance = 0.4f;
