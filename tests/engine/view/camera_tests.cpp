@@ -22,7 +22,7 @@ void requireNear(glm::vec3 actual, glm::vec3 expected, float tolerance = kTolera
     REQUIRE(glm::distance(actual, expected) <= tolerance);
 }
 
-/// engine::Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
+/// Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
 OrbitCamera plainCamera() {
     OrbitCamera camera;
     camera.distance = 2;
