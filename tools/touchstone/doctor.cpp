@@ -1,3 +1,4 @@
+// touchstone doctor: what works on this machine, what does not, and what to do about it.
 #include <unistd.h>
 
 #include <cstdio>
@@ -10,7 +11,7 @@
 #include "haptics/device/device.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -18,12 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPassive = 1.1;  // times the least damping: where a simulated hand gains nothing (hard case 14)
+struct DoctorCommand {
+    std::optional<double> stiffness, rate;  ///< N/mm, Hz, of a contact that should feel passive; none: the defaults
+};
+
+constexpr double kPassive = 1.1;  // times the least damping: a simulated hand then gains no energy (hard case 14)
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 
 enum class State { Works, Limited, Fails };
 
-/// Prints lines of the examination and remembers how it went.
+/// Prints one line per finding and remembers whether anything failed.
 class Examination {
   public:
     void say(const char* what, State state, const std::string& text) {
@@ -146,8 +151,6 @@ void examineData(Examination& examination) {
                 ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
 }
 
-}  // namespace
-
 int doctor(const DoctorCommand& command) {
     Examination examination;
     examineProcessor(examination);
@@ -157,6 +160,23 @@ int doctor(const DoctorCommand& command) {
     explainPassivity(examination, command);
     examineData(examination);
     return examination.failed() ? kFailed : kOk;
+}
+
+constexpr const char* kDoctorFooter =
+    "Examples:\n"
+    "  touchstone doctor\n"
+    "  touchstone doctor --stiffness 2 --rate 4000\n";
+
+}  // namespace
+
+void addDoctor(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<DoctorCommand>();
+    CLI::App* command = addCommand(
+        program, "doctor", "Report what works on this machine, what does not, and what to do about it", kDoctorFooter);
+    command->add_option("--stiffness", options->stiffness, "stiffness of the contact that should feel passive, N/mm")
+        ->check(within(1e-3, 1e6, "N/mm"));
+    command->add_option("--rate", options->rate, "tick rate of that contact, Hz")->check(within(1, 1e6, "Hz"));
+    command->callback([options, &action] { action = [options] { return doctor(*options); }; });
 }
 
 }  // namespace touchstone::app

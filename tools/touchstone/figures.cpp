@@ -1,0 +1,92 @@
+#include "tools/touchstone/figures.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <stdexcept>
+
+#include "haptics/sandbox/session/presets.hpp"
+#include "tools/touchstone/scene_path.hpp"
+
+namespace touchstone::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kNoMatplotlib = 3;  // exit code of the script
+
+/// tools/plot: beside an installed program or in its share folder, else in the source tree that built the program.
+fs::path plotScript() {
+    const fs::path program = programFolder();
+    std::error_code error;
+    for (const fs::path& installed : {program / "plot", program.parent_path() / "share/touchstone/plot"})
+        if (fs::is_regular_file(installed, error)) return installed;
+    return TOUCHSTONE_PLOT_SCRIPT;
+}
+
+/// Every python3 on PATH: an interpreter without matplotlib may hide the system's, whose packages apt installs.
+std::vector<fs::path> interpreters() {
+    std::vector<fs::path> found;
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        const fs::path python = fs::path(folder) / "python3";
+        if (python.is_absolute() && access(python.c_str(), X_OK) == 0) found.push_back(python);
+    }
+    return found;
+}
+
+struct ScriptRun {
+    int code = -1;
+    std::string output;
+};
+
+ScriptRun runScript(const fs::path& python, const fs::path& script, const std::string& kind, const fs::path& folder) {
+    using sandbox::shellQuoted;
+    const std::string line = shellQuoted(python.string()) + " " + shellQuoted(script.string()) + " " + kind + " " +
+                             shellQuoted(folder.string());
+    FILE* pipe = popen(line.c_str(), "r");
+    if (!pipe) return {};
+    ScriptRun run;
+    char buffer[4096];
+    for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) run.output.append(buffer, n);
+    const int status = pclose(pipe);
+    run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return run;
+}
+
+/// Lines of "name<tab>caption".
+std::vector<Figure> figuresOf(const std::string& output) {
+    std::vector<Figure> figures;
+    std::istringstream lines(output);
+    for (std::string line; std::getline(lines, line);)
+        if (const auto tab = line.find('\t'); tab != std::string::npos)
+            figures.push_back({line.substr(0, tab), line.substr(tab + 1)});
+    return figures;
+}
+
+}  // namespace
+
+std::vector<Figure> drawFigures(const std::string& kind, const fs::path& folder) {
+    const fs::path script = plotScript();
+    std::fflush(stdout);
+    for (const fs::path& python : interpreters()) {
+        const ScriptRun run = runScript(python, script, kind, folder);
+        if (run.code == 0) return figuresOf(run.output);
+        if (run.code != kNoMatplotlib)
+            throw std::runtime_error("the figures in '" + folder.string() +
+                                     "' could not be drawn: see the message above, and check the folder and the free "
+                                     "space");
+    }
+    spdlog::warn(
+        "the tables in '{0}' are complete, but no figures were drawn, because no python3 on PATH has matplotlib: "
+        "install it (apt-get install python3-matplotlib) and draw them with '{1} {2} {0}'",
+        folder.string(), script.string(), kind);
+    return {};
+}
+
+}  // namespace touchstone::app
