@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/parts/scene_kit.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/scene_kit.hpp"
 #include "tools/parts/scenes.hpp"
 
 namespace touchstone::app {
@@ -13,7 +13,6 @@ namespace {
 using engine::Entity;
 using engine::Scene;
 using nlohmann::json;
-
 
 /// Above the y axis or `x` beside it, turned about it.
 ToolPose upright(double y, double angle, double x = 0) {

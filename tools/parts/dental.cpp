@@ -5,10 +5,10 @@
 #include <span>
 #include <stdexcept>
 
-#include "tools/parts/scene_kit.hpp"
-#include "tools/parts/scenes.hpp"
 #include "tools/parts/angles.hpp"
 #include "tools/parts/planar.hpp"
+#include "tools/parts/scene_kit.hpp"
+#include "tools/parts/scenes.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
@@ -154,15 +154,16 @@ double leaning(const PocketFit& fit) {
 
 void check(const PocketFit& fit) {
     require(fit.sulcus > 0.5 && fit.depth >= fit.sulcus && fit.depth <= 8,
-          "the sulcus must be over 0.5 mm deep, and the pocket as deep or deeper, up to 8 mm");
-    require(fit.bottomWidth > 2 * kTipRadius && fit.width >= fit.bottomWidth && fit.width <= 2,
-          "the pocket must be wider than the probe's tip, 0.5 mm, no narrower at the margin than at its bottom, and at "
-          "most 2 mm wide");
+            "the sulcus must be over 0.5 mm deep, and the pocket as deep or deeper, up to 8 mm");
+    require(
+        fit.bottomWidth > 2 * kTipRadius && fit.width >= fit.bottomWidth && fit.width <= 2,
+        "the pocket must be wider than the probe's tip, 0.5 mm, no narrower at the margin than at its bottom, and at "
+        "most 2 mm wide");
     const double lean = std::tan(leaning(fit));
     for (double up = 0; up < fit.depth; up += 0.1) {
         const double away = atBottom(fit) + lean * up - toothRadius(up - fit.depth);
         require(away + probeRadius(up) < glm::mix(fit.bottomWidth, fit.width, up / fit.depth),
-              "the probe cannot pass the crown to the bottom of this pocket: make it wider or less deep");
+                "the probe cannot pass the crown to the bottom of this pocket: make it wider or less deep");
     }
     require(fit.stiffness > 0, "the stiffness must be positive");
 }

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/parts/shapes.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/shapes.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
 namespace {
-
 
 /// Straight up from low to high, around a hole (may be empty), with a chamfer at the upper end.
 engine::MeshData prism(const Outline& outer, const Outline& hole, double low, double high, double chamfer,

@@ -7,13 +7,12 @@
 #include "haptics/collision/leaf_gaps.hpp"
 #include "haptics/collision/tree_walk.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "tools/parts/demonstration.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/demonstration.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
 namespace {
-
 
 /// How many pairs of leaves intersect, the obstacle at the origin.
 class PairCounter {

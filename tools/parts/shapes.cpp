@@ -13,7 +13,7 @@ namespace {
 
 void check(const SplineFit& fit) {
     require(fit.diameter > 0 && fit.length > 0 && fit.depth > 0 && fit.wall > 0 && fit.spacing > 0,
-          "diameter, length, depth, wall and spacing of a spline must be positive");
+            "diameter, length, depth, wall and spacing of a spline must be positive");
     require(fit.clearance >= 0 && fit.chamfer >= 0, "clearance and chamfer of a spline must not be negative");
     require(fit.chamfer < std::min(fit.length, fit.depth), "the chamfer must be smaller than the length of the spline");
     require(fit.chamfer < fit.wall, "the chamfer must be smaller than the wall around the hole");

@@ -5,8 +5,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "tools/parts/shapes.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/shapes.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {

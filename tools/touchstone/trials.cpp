@@ -104,7 +104,7 @@ void finish(const fs::path& study, const Protocol& protocol, const Trial& trial,
     writeTable(study, readRows({study}, protocol));
 }
 
-void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+void runTrialsHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
     Scenes scenes;
     for (const Trial& trial : queue) {
         const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
@@ -114,7 +114,7 @@ void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const
     }
 }
 
-void runInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
     sandbox::LiveTrials live(
         protocol, {.queue = queue,
                    .sceneFile = findScene,
@@ -199,7 +199,7 @@ int trials(const TrialsCommand& command) {
     for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
         if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
     const StopRequest stop;
-    if (!queue.empty()) (command.headless ? runHeadless : runInWindow)(protocol, queue, command.out);
+    if (!queue.empty()) (command.headless ? runTrialsHeadless : runTrialsInWindow)(protocol, queue, command.out);
 
     const std::vector<TrialRow> rows = readRows({command.out}, protocol, scenes);
     writeTable(command.out, rows);
