@@ -1,4 +1,4 @@
-// The commands run, validate, new and doctor; `tree` has a file of its own.
+// The commands run, validate, new and doctor; `tree` has its own file.
 #include <sys/stat.h>
 
 #include <cmath>
@@ -43,7 +43,7 @@ TEST_CASE("program: a headless run writes a whole report, and the same hash agai
     const json report = json::parse(textOf(touchstone.file("report.json")));
     CHECK(report.at("scene") == "press");
     CHECK(report.at("mode") == "default");
-    CHECK(report.at("solver") == "dual-active-set");
+    CHECK(report.at("solver") == kExactName);
     CHECK(report.at("ticks") == 801);
     CHECK(report.at("overruns").is_null());
     CHECK(report.at("outcome").at("met") == true);
@@ -74,8 +74,9 @@ TEST_CASE("program: a sweep of the last tick is a table of every solver", "[syst
     INFO(answer.err);
     REQUIRE((answer.code == 0 || answer.code == 3));
     const std::string table = textOf(touchstone.file("sweep.csv"));
-    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N") &&
-                          Contains("dual-active-set") && Contains("active-set") && Contains("pqp,0.01,"));
+    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N"));
+    for (const std::string& exact : solverNames(true)) CHECK_THAT(table, Contains("," + exact + ","));
+    for (const std::string& approximate : solverNames(false)) CHECK_THAT(table, Contains("," + approximate + ",0.01,"));
 
     CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // one tick has none before it
     CHECK(touchstone(run).code == 2);
@@ -113,14 +114,14 @@ TEST_CASE("program: the command line wins over the scene, --set over all, and th
     CHECK(settings.at("solver") == "pqp");
     CHECK(settings.at("shadow") == "none");
     CHECK(settings.at("tolerance") == "0.01");
-    settings = settingsOf("--mode paper --solver dual-active-set --tolerance 0.5 --shadow pqp");
+    settings = settingsOf("--mode paper --solver " + kExactName + " --tolerance 0.5 --shadow pqp");
     CHECK(settings.at("mode") == "paper");
-    CHECK(settings.at("solver") == "dual-active-set");
+    CHECK(settings.at("solver") == kExactName);
     CHECK(settings.at("shadow") == "pqp");
     CHECK(settings.at("tolerance") == "0.5");
 }
 
-TEST_CASE("program: validate says what was taken for what, and warns", "[system]") {
+TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[system]") {
     const Program touchstone;
     Answer answer = touchstone("validate " + pressFile(touchstone));
     INFO(answer.err);
@@ -200,9 +201,30 @@ TEST_CASE("program: help and version need no scene", "[system]") {
     for (const char* word : {"run", "validate", "doctor", "new", "Examples"}) CHECK_THAT(help.out, Contains(word));
     const Answer settings = touchstone("run --help-settings");
     CHECK(settings.code == 0);
-    for (const char* key : {"margin", "travel_budget", "shadow_rows", "dual-active-set"})
-        CHECK_THAT(settings.out, Contains(key));
+    for (const char* key : {"margin", "travel_budget", "shadow_rows"}) CHECK_THAT(settings.out, Contains(key));
+    for (const SolverInfo& solver : solverTable()) CHECK_THAT(settings.out, Contains(std::string(solver.name)));
     CHECK_THAT(touchstone("run --help").out, Contains("--screenshot") && Contains("replay:hand.csv"));
+    // Every command has its own examples, not those of the program.
+    std::size_t commands = 0;
+    for (const std::string& command : std::vector<std::string>{
+             "run", "validate", "doctor", "new", "tree", "tree check", "qp", "export", "recover", "soak", "compare",
+             "paper", "trials", "trials summary", "bench", "bench qp", "bench merge"}) {
+        INFO(command);
+        const Answer answer = touchstone(command + " --help");
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.out, Contains("Example") && Contains("\n  touchstone " + command));
+        CHECK_THAT(answer.out, !Contains("Exit codes:"));
+        if (command.find(' ') == std::string::npos) {
+            ++commands;
+            CHECK_THAT(help.out, Contains("\n  " + command + " "));
+        }
+    }
+    const std::string listed =
+        help.out.substr(help.out.find("Subcommands:"),
+                        help.out.find("\n\n", help.out.find("Subcommands:")) - help.out.find("Subcommands:"));
+    std::size_t rows = 0;
+    for (std::size_t at = 0; (at = listed.find("\n  ", at)) != std::string::npos; ++at) rows += listed[at + 3] != ' ';
+    CHECK(rows == commands);
 }
 
 TEST_CASE("program: doctor looks at everything", "[system]") {

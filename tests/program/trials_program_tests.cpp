@@ -1,4 +1,4 @@
-// touchstone trials from outside: a study is run, killed, resumed, split and summarised, and always the same.
+// touchstone trials from outside: a study is run, killed, resumed, split and summarized, always with the same result.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -59,6 +59,9 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     CHECK(rows[0].at("hash") != rows[1].at("hash"));  // another hand
     for (const char* file : {"summary.csv", "summary.svg", "summary.png", "phases.svg", "phases.png"})
         CHECK(textOf(whole + "/" + file).size() > 100);
+    CHECK_THAT(textOf(whole + "/summary.svg"),
+               Catch::Contains("slab, hard") && Catch::Contains("torque, mN·m (mean, 95 % interval)"));
+    CHECK_THAT(textOf(whole + "/phases.svg"), Catch::Contains("mean time in each phase, s"));
     const auto table = textOf(whole + "/trials.csv");
     CHECK(std::count(table.begin(), table.end(), '\n') == 6);
     CHECK_THAT(table, Catch::Contains("\"slab, hard\""));
@@ -98,6 +101,8 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK_FALSE(fs::exists(one + "/trial-0002"));
         REQUIRE(touchstone("trials summary " + one + " " + two + " --out " + both).code == 0);
         CHECK(textOf(both + "/summary.csv") == textOf(whole + "/summary.csv"));
+        for (const char* figure : {"/summary.svg", "/phases.svg"})  // equal tables give equal figures
+            CHECK(textOf(both + figure) == textOf(whole + figure));
         const Answer twice = touchstone("trials summary " + one + " " + whole + " --out " + both);
         CHECK(twice.code == 1);
         CHECK(isOneSentence(twice.err));
@@ -120,21 +125,21 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     };
     SECTION("a row that a crash left empty is told before the first trial") {
         std::ofstream(third + "/row.json") << "";
-        refused(again, "no row of this trial");
+        refused(again, "does not belong to this trial");
     }
     SECTION("a row of another trial is none of this study") {
         const json changed = GENERATE(json{"seed", 5}, json{"seed", "none"}, json{"participant", "bob"},
                                       json{"condition", "soft"}, json{"repetition", 2});
         INFO(changed);
         changeRow(changed[0].get<std::string>(), changed[1]);
-        refused(again, "no row of this trial");
-        refused("trials summary " + whole + " --out " + whole, "no row of this trial");
+        refused(again, "does not belong to this trial");
+        refused("trials summary " + whole + " --out " + whole, "does not belong to this trial");
     }
     SECTION("trials in another scene are not of this study") {
         changeRow("scene_hash", "0123456789abcdef");
         refused("trials summary " + whole + " --out " + whole, "the scene '" + touchstone.file("down.glb"));
         for (int i : {1, 2, 4}) fs::remove_all(whole + "/trial-000" + std::to_string(i));
-        refused(again, "was another in this trial");  // than it is now
+        refused(again, "has changed since this trial");
     }
     SECTION("its folder takes no other study") {
         const Answer other =
@@ -199,7 +204,7 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
              {study + out + " --shard 3/2", 2, "--shard"},
              {touchstone.file("none.json") + out, 1, "none.json"},
              {touchstone.file("down.glb") + out, 1, "JSON"},
-             {"summary " + touchstone.file("") + " --out " + touchstone.file("out"), 1, "holds no trials"}}) {
+             {"summary " + touchstone.file("") + " --out " + touchstone.file("out"), 1, "contains no trials"}}) {
         const Answer answer = touchstone("trials " + args);
         INFO(answer.err);
         CHECK(answer.code == code);
