@@ -2,10 +2,8 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <sstream>
 #include <stdexcept>
 
@@ -18,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kNoMatplotlib = 3;  // exit code of the script
+constexpr int kNoPython = 127;    // exit code of the shell
 
 /// tools/plot: beside an installed program or in its share folder, else in the source tree that built the program.
 fs::path plotScript() {
@@ -28,27 +27,16 @@ fs::path plotScript() {
     return TOUCHSTONE_PLOT_SCRIPT;
 }
 
-/// Every python3 on PATH: an interpreter without matplotlib may hide the system's, whose packages apt installs.
-std::vector<fs::path> interpreters() {
-    std::vector<fs::path> found;
-    const char* path = std::getenv("PATH");
-    std::istringstream folders(path ? path : "");
-    for (std::string folder; std::getline(folders, folder, ':');) {
-        const fs::path python = fs::path(folder) / "python3";
-        if (python.is_absolute() && access(python.c_str(), X_OK) == 0) found.push_back(python);
-    }
-    return found;
-}
-
 struct ScriptRun {
     int code = -1;
-    std::string output;
+    std::string output;  ///< with the error stream, so that only this program reports a failure
 };
 
-ScriptRun runScript(const fs::path& python, const fs::path& script, const std::string& kind, const fs::path& folder) {
+ScriptRun runScript(const fs::path& script, const std::string& kind, const fs::path& folder) {
     using sandbox::shellQuoted;
-    const std::string line = shellQuoted(python.string()) + " " + shellQuoted(script.string()) + " " + kind + " " +
-                             shellQuoted(folder.string());
+    const std::string line =
+        "python3 " + shellQuoted(script.string()) + " " + kind + " " + shellQuoted(folder.string()) + " 2>&1";
+    std::fflush(stdout);
     FILE* pipe = popen(line.c_str(), "r");
     if (!pipe) return {};
     ScriptRun run;
@@ -57,6 +45,15 @@ ScriptRun runScript(const fs::path& python, const fs::path& script, const std::s
     const int status = pclose(pipe);
     run.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     return run;
+}
+
+/// The last line that a script printed, which holds its error.
+std::string lastLine(const std::string& output) {
+    std::string last;
+    std::istringstream lines(output);
+    for (std::string line; std::getline(lines, line);)
+        if (!line.empty()) last = line;
+    return last;
 }
 
 /// Lines of "name<tab>caption".
@@ -73,15 +70,11 @@ std::vector<Figure> figuresOf(const std::string& output) {
 
 std::vector<Figure> drawFigures(const std::string& kind, const fs::path& folder) {
     const fs::path script = plotScript();
-    std::fflush(stdout);
-    for (const fs::path& python : interpreters()) {
-        const ScriptRun run = runScript(python, script, kind, folder);
-        if (run.code == 0) return figuresOf(run.output);
-        if (run.code != kNoMatplotlib)
-            throw std::runtime_error("the figures in '" + folder.string() +
-                                     "' could not be drawn: see the message above, and check the folder and the free "
-                                     "space");
-    }
+    const ScriptRun run = runScript(script, kind, folder);
+    if (run.code == 0) return figuresOf(run.output);
+    if (run.code != kNoMatplotlib && run.code != kNoPython)
+        throw std::runtime_error("the figures in '" + folder.string() +
+                                 "' could not be drawn; check the folder and the free space: " + lastLine(run.output));
     spdlog::warn(
         "the tables in '{0}' are complete, but no figures were drawn, because no python3 on PATH has matplotlib: "
         "install it (apt-get install python3-matplotlib) and draw them with '{1} {2} {0}'",
