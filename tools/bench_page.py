@@ -99,7 +99,7 @@ def asked_table():
 
 def motion_table():
     out = ["| scene, motion | ticks | step µs: median / p99.9 / worst | equal constant work µs: p99.9 / worst | rows: median / max |"
-           " force error N: all / geometry / linearisation / solver | pose mm / rad | torque mN·m | outcome |",
+           " force error N: total / geometry / linearization / solver | pose mm / rad | torque mN·m | outcome |",
            "|---|---|---|---|---|---|---|---|---|"]
 
     def number(value):

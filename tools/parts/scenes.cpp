@@ -107,13 +107,13 @@ Scene makeSpline(const SceneOptions& options) {
 /// A ball is driven at a thin plate, faster each time, and must never come out below.
 Scene makePlate(const SceneOptions& options) {
     const int leaves = options.leaves ? options.leaves : 4096;
-    const int ballLeaves = options.leaves ? options.leaves : 256;  // few balls make a ball
+    const int ballLeaves = options.leaves ? options.leaves : 256;  // few leaf spheres suffice for a ball
     const double radius = 12, thickness = 1;
     const double above = thickness / 2 + radius + 20, past = thickness / 2 + radius + 60;  // of the ball's center
     Demonstration motion({{0, above, 0}});
     motion.hold(0.2);
-    for (const double metresPerSecond : {0.2, 1.0, 3.0, 10.0}) {
-        motion.moveTo({{0, -past, 0}}, (above + past) / 1000 / metresPerSecond);
+    for (const double metersPerSecond : {0.2, 1.0, 3.0, 10.0}) {
+        motion.moveTo({{0, -past, 0}}, (above + past) / 1000 / metersPerSecond);
         motion.hold(0.2);
         motion.moveTo({{0, above, 0}}, 0.3);
         motion.hold(0.2);
