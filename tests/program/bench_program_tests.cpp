@@ -37,7 +37,7 @@ json measured(const Program& touchstone, const std::string& args, const std::str
 
 }  // namespace
 
-TEST_CASE("bench: a quick sweep is a table, JSON, plots and a page that needs nothing else", "[system]") {
+TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contained page", "[system]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     const json results = measured(touchstone, press, "all");
@@ -135,7 +135,7 @@ TEST_CASE("bench: a quick sweep is a table, JSON, plots and a page that needs no
     }
 }
 
-TEST_CASE("bench: a row whose answers do not hold is listed without a time", "[system]") {
+TEST_CASE("bench: a row with wrong answers is listed without a time", "[system]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone, {{"iteration_cap", 1}});
     const json results = measured(touchstone, press + " --suite hard", "hard");

@@ -58,7 +58,7 @@ TEST_CASE("compare: every solver is given the same motion, and is in the table, 
     CHECK(cases == expected);
     CHECK(table.size() == cases.size());
     CHECK(devices.size() == 1);
-    // The tool of springs sinks in, the one behind rows does not.
+    // Penalty mode penetrates, the constrained modes do not.
     const auto& penalty = table.back();
     REQUIRE(penalty.at("mode") == "penalty");
     CHECK(std::stod(penalty.at("penetration_max_mm")) > 1e-3);
@@ -102,7 +102,7 @@ TEST_CASE("compare: without matplotlib one sentence says so, and the tables are 
     CHECK(tableOf(out + "/compare.csv").size() == 1);
 }
 
-TEST_CASE("compare: a recording and a motion from a file are fed as they are", "[system]") {
+TEST_CASE("compare: a recording and a motion from a file are used unchanged", "[system]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
@@ -122,8 +122,8 @@ TEST_CASE("compare: a recording and a motion from a file are fed as they are", "
         touchstone, press + " --solvers " + approximate + " --device replay:" + touchstone.file("down.csv"), "moved");
     REQUIRE(moved.size() == 1);
     CHECK(moved[0].at("device_hash") != demo[0].at("device_hash"));
-    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and what leaves stand out
-    CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not asked for
+    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and the protrusion of the leaves
+    CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not selected
 }
 
 TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
@@ -146,7 +146,7 @@ TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
         const Answer answer = touchstone("compare " + args);
         INFO(answer.err);
         CHECK(answer.code == code);
-        const auto last = answer.err.find("touchstone: ");  // after what is being run
+        const auto last = answer.err.find("touchstone: ");  // after the lines that name the running cases
         REQUIRE(last != std::string::npos);
         CHECK(isOneSentence(answer.err.substr(last)));
         CHECK_THAT(answer.err, Catch::Contains(why));

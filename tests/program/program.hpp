@@ -1,5 +1,5 @@
 #pragma once
-// The program from outside, as a user calls it.
+// Runs the program from outside, as a user does.
 #include <sys/wait.h>
 
 #include <algorithm>

@@ -29,11 +29,11 @@ std::string pressFile(const Program& program, const json& outcome = nullptr) {
 
 }  // namespace
 
-TEST_CASE("program: a headless run writes a whole report, and the same hash again", "[system]") {
+TEST_CASE("program: a headless run writes a complete report, and reproduces its hash", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
-    // Late ticks are counted where a clock paces them.
+    // Late ticks are counted in runs that are paced by the clock.
     CHECK(touchstone(run + " --seconds 0.05 --paced").out.find("ticks ended late") != std::string::npos);
     CHECK(touchstone(run + " --seconds 0.05").out.find("ticks ended late") == std::string::npos);
     Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
@@ -78,7 +78,7 @@ TEST_CASE("program: a sweep of the last tick is a table of every solver", "[syst
     for (const std::string& exact : solverNames(true)) CHECK_THAT(table, Contains("," + exact + ","));
     for (const std::string& approximate : solverNames(false)) CHECK_THAT(table, Contains("," + approximate + ",0.01,"));
 
-    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // one tick has none before it
+    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // the only tick has no predecessor
     CHECK(touchstone(run).code == 2);
     CHECK(touchstone("run --plots everything").code == 2);
 }
@@ -90,7 +90,7 @@ TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[sy
     CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
 }
 
-TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver",
+TEST_CASE("program: the command line overrides the scene, --set overrides all, and paper mode sets its solver",
           "[system]") {
     const Program touchstone;
     engine::Scene made = pressScene();
@@ -173,7 +173,7 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
     }
 }
 
-TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[system]") {
+TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 1", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
@@ -193,7 +193,7 @@ TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[syste
     CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
 }
 
-TEST_CASE("program: help and version need no scene", "[system]") {
+TEST_CASE("program: help and version need no scene, and every command has its own examples", "[system]") {
     const Program touchstone;
     CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));
     const Answer help = touchstone("--help");
@@ -227,7 +227,7 @@ TEST_CASE("program: help and version need no scene", "[system]") {
     CHECK(rows == commands);
 }
 
-TEST_CASE("program: doctor looks at everything", "[system]") {
+TEST_CASE("program: doctor examines every part", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone("doctor");
     // 1.1 k T (0.5 + d), in N·s/m.
@@ -238,7 +238,7 @@ TEST_CASE("program: doctor looks at everything", "[system]") {
     CHECK(answer.err.empty());
 }
 
-TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system]") {
+TEST_CASE("program: new makes a scene from two parts in millimeters", "[system]") {
     const Program touchstone;
     // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.
     const auto write = [&](const std::string& name, int edge) {
@@ -315,7 +315,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
               "run " + scene + " --headless --rate", "run " + scene + " --headless --set stiffness=1 --tolerance",
               "tree " + scene + " --max-error"}) {
             INFO(command << ' ' << value);
-            if (*value == '\'' && command.ends_with("max-error")) continue;  // no error is asked for then
+            if (*value == '\'' && command.ends_with("max-error")) continue;  // an empty --max-error means none
             const Answer answer = touchstone(command + " " + value);
             CHECK(answer.code == 2);
             CHECK(isOneSentence(answer.err));
@@ -329,7 +329,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
     }
 }
 
-TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
+TEST_CASE("program: an empty box in an outcome is refused", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone(
         "run " + pressFile(touchstone, {{"tool_within_m", {{"min", {0, 0, 1}}, {"max", {1, 1, 0}}}}}) + " --headless");
@@ -338,18 +338,19 @@ TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
     CHECK(isOneSentence(answer.err));
 }
 
-TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothing is left half written", "[system]") {
+TEST_CASE("program: an output that cannot be written ends with 1 and the reason, and no file is incomplete",
+          "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --seconds 0.3";
-    REQUIRE(touchstone(run).code == 0);  // its trees are in the cache now
+    REQUIRE(touchstone(run).code == 0);  // the trees are now in the cache
     for (const char* option : {"--report", "--ticks", "--screenshot", "--dump-qp", "--sweep"}) {
         INFO(option);
         const Answer answer = touchstone(run + " " + option + " /dev/full");
         CHECK(answer.code == 1);
         CHECK_THAT(answer.err, Contains("'/dev/full'") || Contains("/dev/full:"));
         CHECK_THAT(answer.err, Contains("No space left on device"));
-        // Files may not grow beyond 2 blocks: as on a disk that fills up.
+        // Files cannot grow beyond 2 blocks, as on a full disk.
         const std::string file = touchstone.file("output");
         std::ofstream(file) << "earlier";
         const Answer limited =
@@ -366,11 +367,11 @@ TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothi
         CHECK(entry.path().extension() != ".part");
 }
 
-TEST_CASE("program: a hand whose tool falls through the hole ends, and that is said", "[system]") {
+TEST_CASE("program: a hand whose tool falls through the hole ends, and the report says so", "[system]") {
     const Program touchstone;
     engine::Scene scene;
     addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
-    // A square hole of 14 mm right through a plate of 10 mm: nothing holds the peg at the goal.
+    // A square hole of 14 mm through a plate of 10 mm: nothing stops the peg at the goal.
     const engine::Entity plate = addNode(scene, "plate", {}, {});
     setExtras(scene, plate, {{"touchstone", {{"role", "obstacle"}, {"leaves", 512}}}});
     for (const double side : {-1.0, 1.0}) {
@@ -394,7 +395,7 @@ TEST_CASE("program: a hand whose tool falls through the hole ends, and that is s
     }
 }
 
-TEST_CASE("program: a headless run says what ended it, and none is without an end", "[system]") {
+TEST_CASE("program: a headless run always ends, and reports the reason", "[system]") {
     const Program touchstone;
     const std::string run = "run " + pressFile(touchstone) + " --headless --report " + touchstone.file("report.json");
     const auto ended = [&](const std::string& options, int ticks, const std::string& variables = "") {
@@ -412,7 +413,7 @@ TEST_CASE("program: a headless run says what ended it, and none is without an en
                 "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so") == "limit");
 }
 
-TEST_CASE("program: an output that fails takes no other with it, and none replaces another", "[system]") {
+TEST_CASE("program: a failing output does not affect others, and no output replaces another", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone), report = touchstone.file("report.json"),
                       picture = touchstone.file("picture.png");
@@ -434,7 +435,7 @@ TEST_CASE("program: an output that fails takes no other with it, and none replac
     CHECK(touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/null --report /dev/null").code == 0);
 }
 
-TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[system]") {
+TEST_CASE("program: a tool that is held because of invalid poses meets no outcome", "[system]") {
     const Program touchstone;
     std::ofstream(touchstone.file("far.csv"))
         << "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,15,0,1,0,0,0\n100,1e30,15,0,1,0,0,0\n";
@@ -447,7 +448,7 @@ TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[
     CHECK(touchstone(run).code == 0);
 }
 
-TEST_CASE("program: folders and pipes in place of files are named for what they are", "[system]") {
+TEST_CASE("program: folders and pipes instead of files are reported as such", "[system]") {
     const Program touchstone;
     const std::string folder = touchstone.file("folder.gltf"), pipe = touchstone.file("pipe.csv");
     fs::create_directory(folder);

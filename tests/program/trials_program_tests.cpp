@@ -26,7 +26,7 @@ std::string studyFile(const Program& touchstone, const json& changed = json::obj
     return touchstone.file("study.json");
 }
 
-/// The rows without what was measured by the clock.
+/// The rows without measured times.
 std::vector<nlohmann::ordered_json> whatRepeats(const std::string& folder, int trials) {
     std::vector<nlohmann::ordered_json> rows;
     for (int i = 1; i <= trials; ++i) {
@@ -65,7 +65,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     const auto table = textOf(whole + "/trials.csv");
     CHECK(std::count(table.begin(), table.end(), '\n') == 6);
     CHECK_THAT(table, Catch::Contains("\"slab, hard\""));
-    // Every recording repeats.
+    // Every recording can be replayed.
     const Answer replayed =
         touchstone("run " + touchstone.file("down.glb") + " --headless --device replay:" + whole + "/trial-0002");
     INFO(replayed.err);
@@ -81,7 +81,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
             << "while kill -0 $! && [ ! -e '" << broken << "/trial-0003/ticks.npy' ]; do sleep 0.005; done\n"
             << "kill -9 $!; wait $!; true\n";
         REQUIRE(std::system(("bash '" + touchstone.file("kill.sh") + "' 2>/dev/null").c_str()) == 0);
-        // However far it came, the third and the fifth are made to have ended in the midst of it.
+        // However far the study got, the third and the fifth trial are made to look interrupted.
         fs::create_directories(broken + "/trial-0003");
         fs::create_directories(broken + "/trial-0005");
         fs::remove(broken + "/trial-0003/row.json");
@@ -123,11 +123,11 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         row[column] = value;
         std::ofstream(third + "/row.json") << row;
     };
-    SECTION("a row that a crash left empty is told before the first trial") {
+    SECTION("a row that a crash left empty is reported before the first trial") {
         std::ofstream(third + "/row.json") << "";
         refused(again, "does not belong to this trial");
     }
-    SECTION("a row of another trial is none of this study") {
+    SECTION("a row of another trial is refused") {
         const json changed = GENERATE(json{"seed", 5}, json{"seed", "none"}, json{"participant", "bob"},
                                       json{"condition", "soft"}, json{"repetition", 2});
         INFO(changed);
@@ -135,13 +135,13 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         refused(again, "does not belong to this trial");
         refused("trials summary " + whole + " --out " + whole, "does not belong to this trial");
     }
-    SECTION("trials in another scene are not of this study") {
+    SECTION("trials in another version of the scene are refused") {
         changeRow("scene_hash", "0123456789abcdef");
         refused("trials summary " + whole + " --out " + whole, "the scene '" + touchstone.file("down.glb"));
         for (int i : {1, 2, 4}) fs::remove_all(whole + "/trial-000" + std::to_string(i));
         refused(again, "has changed since this trial");
     }
-    SECTION("its folder takes no other study") {
+    SECTION("its folder accepts no other study") {
         const Answer other =
             touchstone("trials " + studyFile(touchstone, {{"seed", 9}}) + " --headless --out " + whole);
         CHECK(other.code == 1);
@@ -150,7 +150,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     }
 }
 
-TEST_CASE("trials: a study with the mouse needs a window, and goes on there", "[system]") {
+TEST_CASE("trials: a study with the mouse needs a window, and continues there", "[system]") {
     const Program touchstone;
     const auto study = [&](const std::string& device) {
         return studyFile(touchstone, {{"participants", 1},
@@ -162,13 +162,13 @@ TEST_CASE("trials: a study with the mouse needs a window, and goes on there", "[
     std::ofstream(out + "/protocol.json") << textOf(study("mouse"));
     const std::string again = "trials " + study("mouse") + " --out " + out;
     CHECK(touchstone(again + " --headless").code == 1);
-    const Answer answer = touchstone(again, "DISPLAY=:none");  // all is done, so no window is opened
+    const Answer answer = touchstone(again, "DISPLAY=:none");  // all trials are complete, so no window is opened
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Catch::Contains("1 of 1 trials"));
 }
 
-TEST_CASE("trials: the hand waits as long as the goal asks", "[system]") {
+TEST_CASE("trials: the hand waits as long as the goal requires", "[system]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone, {{"participants", 1}}), out = touchstone.file("out");
     engine::writeGltf(downScene(2.5), touchstone.file("down.glb"));
@@ -195,7 +195,7 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
         CHECK(answer.code == 1);
         CHECK(isOneSentence(answer.err));
         CHECK_THAT(answer.err, Catch::Contains(why));
-        CHECK_FALSE(fs::exists(touchstone.file("out")));  // nothing was begun
+        CHECK_FALSE(fs::exists(touchstone.file("out")));  // nothing was started
     }
     for (const auto& [args, code, why] : std::vector<std::tuple<std::string, int, std::string>>{
              {"", 2, "PROTOCOL"},

@@ -57,7 +57,7 @@ void examineProcessor(Examination& examination) {
         examination.say("cores", State::Works, std::to_string(cores) + ": one for the loop, the others for the window");
     else
         examination.say("cores", State::Limited,
-                        "one alone: loop and window share it, so expect late ticks in a window");
+                        "only one: loop and window share it, so expect late ticks in a window");
 #if defined(__AVX512F__)
     const char* built = "AVX-512";
 #elif defined(__AVX2__)
@@ -116,12 +116,13 @@ void examineDevices(Examination& examination) {
 void explainPassivity(Examination& examination, const DoctorCommand& command) {
     const double k = command.stiffness.value_or(Settings{}.stiffness), rate = command.rate.value_or(Settings{}.rate);
     const auto least = [&](double delay) { return kPassive * leastDamping(k, rate, delay); };
-    char text[320];
-    std::snprintf(text, sizeof text,
-                  "k = %g N/mm sampled every T = %g ms gives a hand no energy where device and hand damp at least "
-                  "1.1 k T (0.5 + d): %.3g N·s/m without delay, %.3g with d = 1 tick, as a driver of its own adds "
-                  "(--stiffness, --rate)",
-                  k, 1000 / rate, least(0), least(1));
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "k = %g N/mm sampled every T = %g ms feeds no energy to the hand if device and hand provide a damping of at "
+        "least 1.1 k T (0.5 + d): %.3g N·s/m without delay, %.3g with d = 1 tick, the delay of a driver with "
+        "its own thread (--stiffness, --rate)",
+        k, 1000 / rate, least(0), least(1));
     examination.say("passivity", State::Works, text);
 }
 
@@ -130,7 +131,7 @@ void examineData(Examination& examination) {
         examination.say("bunny", State::Works, kBunny);
     else
         examination.say("bunny", State::Limited,
-                        std::string(kBunny) + " is missing, from which scenes are made: apt install glmark2-data");
+                        std::string(kBunny) + " is missing; scenes are made from it: apt install glmark2-data");
     std::string names;
     for (const fs::path& scene : listScenes()) names += (names.empty() ? "" : ", ") + scene.stem().string();
     if (names.empty())
@@ -143,12 +144,12 @@ void examineData(Examination& examination) {
     std::error_code error;
     if (!cache.empty()) fs::create_directories(cache, error);
     if (!cache.empty() && access(cache.c_str(), W_OK) == 0)
-        examination.say("cache", State::Works, "sphere trees are kept in " + cache.string());
+        examination.say("cache", State::Works, "sphere trees are stored in " + cache.string());
     else
         examination.say(
             "cache", State::Limited,
             (cache.empty() ? std::string("no folder for sphere trees") : cache.string() + " is not writable") +
-                ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
+                ", so they are built again each time: set TOUCHSTONE_CACHE to a writable folder");
 }
 
 int doctor(const DoctorCommand& command) {

@@ -229,7 +229,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     const sandbox::HapticScene scene = checkedScene(file, options, options.device, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
-    sandbox::LiveSession* session = nullptr;  // known from the first frame on
+    sandbox::LiveSession* session = nullptr;  // set in the first frame
 
     sandbox::WindowRunOptions window;
     window.scene = file;
