@@ -15,12 +15,27 @@ separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
 add_library(touchstone_numeric INTERFACE)
 target_compile_options(touchstone_numeric INTERFACE ${numeric})
 
-# Most of a compilation is reading headers, so several sources are compiled as one. The numeric core is not: its files are
-# optimised one by one. Every file still includes what it uses: the sanitizers' builds compile each by itself.
+# Most of a compilation is reading headers, so the sources of a room are compiled as one, or ten at a time where a target is
+# one folder. The numeric core is not: its files are optimised one by one. Every file still includes what it uses: the
+# sanitizers' builds compile each by itself.
 function(touchstone_unity target)
-  if(TOUCHSTONE_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)   # GCC takes the second file of a unit for a header
+  if(NOT TOUCHSTONE_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
+  target_compile_options(${target} PRIVATE -Wno-subobject-linkage)   # GCC takes the second file of a unit for a header
+  get_target_property(sources ${target} SOURCES)
+  set(rooms)
+  foreach(source ${sources})
+    cmake_path(GET source PARENT_PATH folder)
+    cmake_path(GET folder FILENAME room)
+    list(APPEND rooms ${room})
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${room}")
+  endforeach()
+  list(REMOVE_DUPLICATES rooms)
+  list(LENGTH rooms count)
+  if(count GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
   endif()
 endfunction()
 

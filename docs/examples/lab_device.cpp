@@ -36,7 +36,7 @@ class LabDevice final : public Device {
             X_DS_ = {{m[0], m[1], m[2]}, Quat(m[3], m[4], m[5], m[6]).normalized()};
             age_ = 0;
         }
-        return {.X_WT = X_DS_, .valid = age_ < kStaleMs && X_DS_.isFinite()};
+        return {.X_WT_device = X_DS_, .valid = age_ < kStaleMs && X_DS_.isFinite()};
     }
     void write(const Wrench& wrench) noexcept override {
         std::array<double, 6> m;  // N and mN·m about the stylus's origin

@@ -17,7 +17,7 @@ constexpr double kTouching = 1e-10;  // rows this near may be held from the star
 constexpr double kMet = 1e-12;       // the same after a perturbation, whose working set may be another vertex's
 constexpr double kIndependent2 = 1e-12;      // squared sine of a row's angle to the held rows' span, for a start
 constexpr double kDependent2 = 1e-26;        // the same where it is rounding
-constexpr int kPatience = 10;                // steps without progress before the rows are perturbed
+constexpr int kStalledIterations = 10;       // steps without progress before the rows are perturbed
 constexpr double kPerturbation = 1e-9;       // how far each row then gives way, times 1 to 2: no two planes stay tied
 constexpr double kPenalties[] = {1e3, 1e6};  // M of phase 1, N: more than the forces' sum in any contact
 
@@ -154,7 +154,7 @@ void ActiveSet::perturb(double sign) {
 /// Algorithm 16.3 from z_, which must be feasible. False when the limit came first.
 bool ActiveSet::walk() {
     for (int stalled = 0; steps_ < limit_; ++steps_) {
-        if (stalled > kPatience && !perturbed_) {
+        if (stalled > kStalledIterations && !perturbed_) {
             perturb(1);
             held_.clear();
         }

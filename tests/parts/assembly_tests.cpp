@@ -10,7 +10,7 @@
 #include "tools/parts/shapes.hpp"
 #include "tools/parts/wire.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::assembly_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -185,4 +185,4 @@ TEST_CASE("lock: impossible measures are refused in a sentence", "[parts]") {
     CHECK_THROWS_WITH(lock(fit), Catch::Contains("2.5"));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::assembly_tests

@@ -5,7 +5,7 @@
 #include "tools/parts/dental.hpp"
 #include "tools/parts/scenes.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::dental_tests {
 namespace {
 
 constexpr double kStored = 1e-5;  // mm: positions are stored as float, in metres
@@ -124,4 +124,4 @@ TEST_CASE("dental: measures without a pocket for the probe are refused in a sent
     CHECK_THROWS_WITH(gum(fit), Catch::Contains("stiffness"));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::dental_tests

@@ -5,7 +5,7 @@
 
 #include "tools/parts/planar.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::planar_tests {
 namespace {
 
 const Outline kSquare{{0, 0}, {10, 0}, {10, 10}, {0, 10}};
@@ -86,4 +86,4 @@ TEST_CASE("triangulation: an outline too coarse for a narrow place is refused", 
     CHECK_NOTHROW(triangulate(subdivided(kSquare, 0.1), subdivided(hole, 0.1), 0.5));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::planar_tests

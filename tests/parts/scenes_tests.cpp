@@ -5,7 +5,7 @@
 #include "tools/parts/scene_kit.hpp"
 #include "tools/parts/scenes.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::scenes_tests {
 namespace {
 
 const SceneInfo& sceneNamed(std::string_view name) {
@@ -93,4 +93,4 @@ TEST_CASE("scenes: a missing bunny is named with the package that brings it", "[
     CHECK_THROWS_WITH(sceneNamed("wedge").make(options), Catch::Contains("glmark2-data"));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::scenes_tests

@@ -6,7 +6,7 @@
 #include "tests/parts/mesh_checks.hpp"
 #include "tools/parts/shapes.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::shapes_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -161,4 +161,4 @@ TEST_CASE("spline fit: impossible measures are refused in a sentence", "[parts]"
     CHECK_THROWS_WITH(splinedHole(fit), Catch::Contains("chamfer"));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::shapes_tests

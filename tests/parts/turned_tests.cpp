@@ -6,7 +6,7 @@
 #include "tools/parts/shapes.hpp"
 #include "tools/parts/turned.hpp"
 
-namespace touchstone::app {
+namespace touchstone::app::turned_tests {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -68,4 +68,4 @@ TEST_CASE("turned: flanks that cannot be are refused in a sentence", "[parts]") 
     CHECK_THROWS_WITH(wide.mesh(1), Catch::Contains("off the axis"));
 }
 
-}  // namespace touchstone::app
+}  // namespace touchstone::app::turned_tests

@@ -7,7 +7,8 @@
 #include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::bench_program_tests {
+
 using namespace touchstone::test;
 using nlohmann::json;
 
@@ -177,3 +178,5 @@ TEST_CASE("bench: wrong usage is one sentence", "[system]") {
         CHECK(isOneSentence(answer.err));
     }
 }
+
+}  // namespace touchstone::bench_program_tests

@@ -9,7 +9,8 @@
 #include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::compare_program_tests {
+
 using namespace touchstone::test;
 using nlohmann::json;
 
@@ -183,3 +184,5 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
         for (int k = 1; k <= 4; ++k)
             CHECK(fs::exists(touchstone.file("paper/" + std::string(steps) + "-step-" + std::to_string(k) + ".png")));
 }
+
+}  // namespace touchstone::compare_program_tests

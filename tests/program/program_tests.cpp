@@ -8,7 +8,8 @@
 #include "engine/scene/gltf_write.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::program_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -457,5 +458,7 @@ TEST_CASE("program: folders and pipes instead of files are reported as such", "[
     CHECK_THAT(touchstone("validate " + pipe).err, Contains("is a pipe"));
     for (const std::string& motion : {pipe, std::string("/dev/zero")})
         CHECK_THAT(touchstone("run " + pressFile(touchstone) + " --headless --device replay:" + motion).err,
-                   Contains("is no regular file"));
+                   Contains("is not a regular file"));
 }
+
+}  // namespace touchstone::program_tests

@@ -6,7 +6,8 @@
 #include "engine/scene/gltf_write.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_program_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -270,3 +271,5 @@ TEST_CASE("bench qp: a table of every solver against rows, and the exact ones wi
     const std::size_t exact = solverNames(true).size() + 1, approximate = solverNames(false).size();
     CHECK(count == 8 * (exact + 4 * approximate) + 6 * 2 * approximate);
 }
+
+}  // namespace touchstone::qp_program_tests

@@ -5,7 +5,8 @@
 #include "haptics/builder/tree_file.hpp"
 #include "tests/program/tree_program.hpp"
 
-using namespace touchstone;
+namespace touchstone::tree_program_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -326,3 +327,5 @@ TEST_CASE("program: a picture of a tree shows leaves, and the uncovered surface 
     CHECK(bare.gold > 20000);
     CHECK(bare.violet > 20000);
 }
+
+}  // namespace touchstone::tree_program_tests

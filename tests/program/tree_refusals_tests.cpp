@@ -9,7 +9,8 @@
 
 #include "tests/program/tree_program.hpp"
 
-using namespace touchstone;
+namespace touchstone::tree_refusals_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 
@@ -65,7 +66,7 @@ TEST_CASE("program: wrong usage of tree is one sentence and exit code 2, and wri
 TEST_CASE("program: a missing or unsuitable input of tree is one sentence and exit code 1", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), scene = partsScene(touchstone);
-    std::vector<Corners> broken = ::egg(4, 4);
+    std::vector<Corners> broken = test::egg(4, 4);
     broken[5][1].y = std::nanf("");
     engine::Scene nothing;
     addNode(nothing, "nothing");
@@ -77,7 +78,7 @@ TEST_CASE("program: a missing or unsuitable input of tree is one sentence and ex
         {"/no/such.obj", "/no/such.obj"},
         {"nosuchscene", "nosuchscene"},
         {touchstone.with("mesh.step", "ISO-10303-21;\n"), ".obj, .ply, .stl, .glb or .gltf"},
-        {touchstone.with("nan.stl", binaryStlOf(broken)), "not finite"},
+        {touchstone.with("nan.stl", binaryStlOf(broken)), "non-finite"},
         {touchstone.with("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "nan.obj"},
         {touchstone.with("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), "range.obj"},
         {touchstone.with("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), "line"},
@@ -174,3 +175,5 @@ TEST_CASE("program: Ctrl-C ends tree with 130 while its bar shows the time left,
     for (const auto& entry : fs::directory_iterator(touchstone.file(""))) CHECK(entry.path().extension() != ".part");
     CHECK((!fs::exists(cache) || fs::is_empty(cache)));
 }
+
+}  // namespace touchstone::tree_refusals_tests

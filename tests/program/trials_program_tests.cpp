@@ -7,7 +7,8 @@
 #include "haptics/sandbox/trials/trial.hpp"
 #include "tests/program/program.hpp"
 
-using namespace touchstone;
+namespace touchstone::trials_program_tests {
+
 using namespace touchstone::test;
 using nlohmann::json;
 
@@ -212,3 +213,5 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
         CHECK_THAT(answer.err, Catch::Contains(why));
     }
 }
+
+}  // namespace touchstone::trials_program_tests

@@ -6,7 +6,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
 
-using namespace touchstone;
+namespace touchstone::assembly_tests {
 
 TEST_CASE("assembly: left out, the step that matters is missed", "[scenes]") {
     struct Case {
@@ -41,3 +41,5 @@ TEST_CASE("assembly: left out, the step that matters is missed", "[scenes]") {
     CHECK(unseated == 1);
     CHECK(missed);
 }
+
+}  // namespace touchstone::assembly_tests

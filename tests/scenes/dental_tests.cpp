@@ -5,7 +5,7 @@
 
 #include "haptics/sandbox/session/headless_run.hpp"
 
-using namespace touchstone;
+namespace touchstone::dental_tests {
 
 TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
     struct Pocket {
@@ -32,3 +32,5 @@ TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
         CHECK(report.depth.deepest >= pocket.depth - out - 0.25 * (1 - std::cos(8 * 3.14159 / 180)));
     }
 }
+
+}  // namespace touchstone::dental_tests

@@ -5,7 +5,7 @@
 
 #include "haptics/sandbox/session/headless_run.hpp"
 
-using namespace touchstone;
+namespace touchstone::error_split_tests {
 
 namespace {
 
@@ -73,3 +73,5 @@ TEST_CASE("error split: a coarse solver's error is its own share", "[reference]"
     CHECK(split.solver.force > 1e-4);
     CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
 }
+
+}  // namespace touchstone::error_split_tests

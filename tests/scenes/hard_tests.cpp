@@ -11,7 +11,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
-using namespace touchstone;
+namespace touchstone::hard_tests {
 
 namespace {
 
@@ -185,3 +185,5 @@ TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", 
     CHECK(result.work <= double(settings.paperWork));
     // Reported as it is: no penetration, hover or force is asked of this mode.
 }
+
+}  // namespace touchstone::hard_tests

@@ -4,7 +4,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
-using namespace touchstone;
+namespace touchstone::paper_tests {
 
 namespace {
 
@@ -51,3 +51,5 @@ TEST_CASE("paper: the shaft of figure 7 rests on the face, turns until it falls 
     CHECK(std::abs(axial(2550)) < 0.05);
     CHECK(ticks.back().X_WT.p.y() == Approx(20 - 35).margin(0.01));  // its middle, 35 mm in
 }
+
+}  // namespace touchstone::paper_tests

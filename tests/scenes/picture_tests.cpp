@@ -9,7 +9,8 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/image_difference.hpp"
 
-using namespace touchstone;
+namespace touchstone::picture_tests {
+
 using test::difference;
 using test::ImageDifference;
 
@@ -87,3 +88,5 @@ TEST_CASE("pictures: scenes look as they did, within what drivers may differ by"
         CHECK_FALSE(alike(changed));
     }
 }
+
+}  // namespace touchstone::picture_tests

@@ -7,7 +7,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
-using namespace touchstone;
+namespace touchstone::scenes_tests {
 
 namespace {
 
@@ -95,3 +95,5 @@ TEST_CASE("scenes: the paper's mode runs each within its row cap", "[scenes][slo
         CHECK(finite);
     }
 }
+
+}  // namespace touchstone::scenes_tests

@@ -6,7 +6,8 @@
 #include "haptics/sandbox/session/session.hpp"
 #include "haptics/sandbox/trials/trial.hpp"
 
-using namespace touchstone;
+namespace touchstone::trials_tests {
+
 using namespace touchstone::sandbox;
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
@@ -76,3 +77,5 @@ TEST_CASE("trials: a hole that is blocked seats nobody", "[scenes]") {
         CHECK((row.at("insert_s").get<double>() > 0) == (depth > 0));
     }
 }
+
+}  // namespace touchstone::trials_tests

@@ -2,12 +2,13 @@
 
 #include <imgui.h>
 
+#include "haptics/sandbox/scene/placement.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-/// The handles move the hand that holds a running tool, and the node itself where it is anything else.
+/// The handles of a running tool move the hand that holds it. All other handles move the node itself.
 bool isHeld(const HapticScene& scene, engine::Entity node, const ToolPoses& tool) {
     return tool.running && node == scene.roles.tool;
 }
@@ -21,7 +22,9 @@ void Selection::select(engine::Entity node) {
 }
 
 void Selection::click(const HapticScene& scene, const ToolPoses& tool, const engine::Ray& ray) {
-    const engine::Entity hit = pickNode(scene, tool.running ? &tool.X_WT : nullptr, ray);
+    const engine::Entity hit = engine::pickNode(
+        scene.scene.registry,
+        [&](engine::Entity node) { return placeOf(scene, node, tool.running ? &tool.X_WT : nullptr); }, ray);
     const engine::Entity owner = hit ? roleOwner(scene.scene.registry, hit) : engine::Entity{};
     select(owner ? owner : hit);
 }
@@ -33,38 +36,42 @@ void Selection::moveTo(const engine::Scene& before, const engine::Scene& after) 
         node_ = after.nodes[static_cast<std::size_t>(index)];
 }
 
-Selection::Wish Selection::update(const MouseFrame& mouse, const engine::OrbitCamera& camera, HapticScene& scene,
-                                  const ToolPoses& tool, bool ownAxes, float size, bool snap) {
+Selection::Result Selection::update(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera,
+                                    HapticScene& scene, const ToolPoses& tool, bool ownAxes, float size, bool snap) {
     place_.reset();
     if (!node_) return {};
     engine::Registry& registry = scene.scene.registry;
-    if (!box_) box_ = boxOf(registry, node_);
+    if (!box_) box_ = engine::boxOf(registry, node_);
     const bool held = isHeld(scene, node_, tool);
     if (!held && tool.running && scene.roles.tool && engine::isBelow(registry, node_, scene.roles.tool)) {
-        gizmo_.reset();  // a part of the tool goes where the tool goes
+        gizmo_.reset();  // a part of the running tool moves with the tool only
         return {};
     }
-    GizmoPlace place{
-        .X_WB = held ? tool.X_WT_device : toPose(engine::worldPose(registry, node_)), .ownAxes = ownAxes, .size = size};
-    const Pose X_WN = held ? tool.X_WT : place.X_WB;
+    engine::GizmoPlace place{.body = held ? toRigidPart(tool.X_WT_device) : engine::worldPose(registry, node_),
+                             .pivot = {},
+                             .ownAxes = ownAxes,
+                             .size = size};
+    const engine::RigidPart shown = held ? toRigidPart(tool.X_WT) : place.body;
     const glm::dmat4 drawn =
         held ? placeOf(scene, node_, &tool.X_WT) : registry.get<engine::WorldTransform>(node_).matrix;
-    place.p_BP = X_WN.inverse() * toMm(glm::dvec3(drawn * glm::dvec4(box_->center(), 1)));
+    place.pivot =
+        glm::inverse(shown.rotation) * (glm::dvec3(drawn * glm::dvec4(box_->center(), 1)) - shown.translation);
 
     const bool wasDragging = gizmo_.dragging();
-    const std::optional<Pose> wanted = gizmo_.update(mouse, camera, place, snap);
-    if (wanted) place.X_WB = *wanted;
+    const std::optional<engine::RigidPart> wanted = gizmo_.update(mouse, camera, place, snap);
+    if (wanted) place.body = *wanted;
     place_ = place;
-    if (held) return {.edit = {}, .hand = wanted};
+    if (held) return {.edit = {}, .hand = wanted ? std::optional(toPose(*wanted)) : std::nullopt};
     if (wanted) {
         auto& local = registry.get<engine::LocalTransform>(node_);
         if (!before_) before_ = local;
-        local = placedAt(registry, node_, *wanted);
+        local = engine::placedAt(registry, node_, *wanted);
         updateWorldTransforms(scene.scene);
         return {};
     }
     if (!wasDragging || !before_) return {};
-    const PlaceNode moved{engine::nodeIndex(scene.scene, node_), *before_, registry.get<engine::LocalTransform>(node_)};
+    const engine::PlaceNode moved{engine::nodeIndex(scene.scene, node_), *before_,
+                                  registry.get<engine::LocalTransform>(node_)};
     before_.reset();
     if (moved.from == moved.to) return {};
     return {.edit = moved, .hand = {}};
@@ -80,7 +87,7 @@ void Selection::cancel(HapticScene& scene) {
 
 std::vector<glm::vec3> Selection::corners(const HapticScene& scene, const ToolPoses& tool) const {
     if (!node_) return {};
-    const NodeBox box = box_ ? *box_ : boxOf(scene.scene.registry, node_);
+    const engine::NodeBox box = box_ ? *box_ : engine::boxOf(scene.scene.registry, node_);
     return box.corners(placeOf(scene, node_, tool.running ? &tool.X_WT : nullptr));
 }
 

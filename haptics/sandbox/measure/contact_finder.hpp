@@ -29,8 +29,9 @@ class ContactFinder {
   public:
     explicit ContactFinder(std::shared_ptr<const World> world);
 
-    /// The same trees, elsewhere.
-    void place(std::shared_ptr<const World> world) { world_ = std::move(world); }
+    /// Where the obstacles are from now on, X_WO by obstacle; at first where the world starts them.
+    void place(std::span<const Pose> X_WO) { X_WO_.assign(X_WO.begin(), X_WO.end()); }
+    const Pose& obstacle(std::size_t i) const { return X_WO_[i]; }
 
     /// Pairs with gap <= margin mm at the graphic tool's pose of the record. Of those that lie close together only the
     /// nearest is returned, and all that carry load; by falling load, then rising gap, at most `most`. Valid until the
@@ -46,6 +47,7 @@ class ContactFinder {
     void thin(int most);
 
     std::shared_ptr<const World> world_;
+    std::vector<Pose> X_WO_;
     double reach_;
     std::vector<NeighborList> lists_;
     RowSet rows_;

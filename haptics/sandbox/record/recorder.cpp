@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 // A crash may cost a quarter of a second; who adds ticks may come late himself.
 constexpr auto kLongestWait = std::chrono::milliseconds(100);
 
-std::string textOf(const ordered_json& json, int indent = -1) {
+std::string dumpOf(const ordered_json& json, int indent = -1) {
     return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
@@ -113,7 +113,7 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
                           {"device", facts.device},
                           {"settings", toJson(first.input.settings, nullptr)},
                           {"start", toJson(*first.input.start, X_WO)}};
-    std::string text = textOf(notes, 1);
+    std::string text = dumpOf(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
     // Both files appear with the first tick, each of them complete: a process that is killed before leaves no
@@ -127,7 +127,7 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
 void Recorder::change(const RecordedTick& tick, const char* kind, ordered_json what) {
     ordered_json entry = {{"row", ticks_->rows()}, {"tick", tick.record.tick}, {"kind", kind}};
     for (auto& [key, value] : what.items()) entry[key] = std::move(value);
-    changes_ += (anyChange_ ? ",\n  " : "\n  ") + textOf(entry);
+    changes_ += (anyChange_ ? ",\n  " : "\n  ") + dumpOf(entry);
     anyChange_ = true;
 }
 

@@ -7,13 +7,12 @@
 
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
-#include "engine/scene/gltf_write.hpp"
 #include "engine/scene/rigid_bodies.hpp"
+#include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -24,14 +23,6 @@ using engine::Scene;
 using nlohmann::json;
 
 constexpr std::array kRoleNames{"tool", "obstacle", "goal", "visual", "gauge"};
-
-/// Components: the node's extras were changed, it was put elsewhere.
-struct MarkEdited {};
-struct PlaceEdited {};
-struct NameEdited {};
-struct LooksEdited {  // on an entity of its own
-    int material;
-};
 
 /// A role that a node could have, and the sentence that says why.
 struct Candidate {
@@ -49,15 +40,6 @@ const json* touchstoneOf(const json& extras) {
 const json* touchstoneOf(const Scene& scene, Entity node) {
     const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
     return marking ? touchstoneOf(marking->extras) : nullptr;
-}
-
-/// Extras of a node that is to be marked.
-json checkedExtras(const Scene& scene, Entity node) {
-    const engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);
-    if (!marking || marking->extras.is_null()) return json::object();
-    if (!marking->extras.is_object())
-        engine::failIn(scene.file, nodeLabel(scene, node), "its extras are no object: make them one to mark the node");
-    return marking->extras;
 }
 
 bool hasMotion(const Scene& scene, Entity node) {
@@ -341,81 +323,6 @@ Entity roleOwner(const Registry& registry, Entity node) {
     return node;
 }
 
-void setRole(Scene& scene, Entity node, std::optional<Role> role) {
-    const auto marked = [&](Entity which) {
-        const json* mark = touchstoneOf(scene, which);
-        return mark && mark->is_object() && mark->value("role", json()) == kRoleNames[0];
-    };
-    std::vector<Entity> others;  // that are or could be the tool
-    if (role == Role::Tool)
-        for (const Entity other : scene.nodes) {
-            const Role* has = scene.registry.find<Role>(other);
-            if (other && other != node && ((has && *has == Role::Tool) || marked(other))) others.push_back(other);
-        }
-
-    // All is checked before anything is changed.
-    std::vector<std::string> unused;
-    const auto check = [&](Entity which) {
-        const auto body = engine::readRigidBody(scene, which, unused);
-        if (body && (body->motion || body->collider || body->trigger))
-            engine::failIn(scene.file, nodeLabel(scene, which),
-                           "its role comes from KHR_physics_rigid_bodies: change it there");
-        checkedExtras(scene, which);
-    };
-    check(node);
-    for (const Entity other : others) check(other);
-
-    const auto mark = [&](Entity which, std::optional<Role> as) {
-        json extras = checkedExtras(scene, which);
-        if (as) {
-            extras["touchstone"]["role"] = name(*as);
-        } else if (extras.contains("touchstone")) {
-            extras["touchstone"].erase("role");
-            if (extras["touchstone"].empty()) extras.erase("touchstone");
-        }
-        setExtras(scene, which, extras.empty() ? json() : std::move(extras));
-        scene.registry.add(which, MarkEdited{});
-    };
-    for (const Entity other : others) mark(other, Role::Visual);
-    mark(node, role);
-}
-
-void setTree(Scene& scene, Entity node, const TreeOptions& tree) {
-    json extras = checkedExtras(scene, node);
-    json& mark = extras["touchstone"];
-    for (const char* key : {"leaves", "max_error_mm", "quality", "interior"}) mark.erase(key);
-    if (tree.maxError > 0)
-        mark["max_error_mm"] = tree.maxError;
-    else
-        mark["leaves"] = tree.leaves;
-    if (tree.quality != TreeQuality::Fast) mark["quality"] = name(tree.quality);
-    if (tree.interior != Interior::Shell) mark["interior"] = name(tree.interior);
-    setExtras(scene, node, std::move(extras));
-    scene.registry.add(node, MarkEdited{});
-}
-
-void setPlace(Scene& scene, Entity node, const engine::LocalTransform& local) {
-    scene.registry.add(node, local);
-    scene.registry.add(node, PlaceEdited{});
-}
-
-Looks looksOf(const engine::Material& material) { return {material.baseColor, material.metallic, material.roughness}; }
-
-void setLooks(Scene& scene, int material, const Looks& looks) {
-    engine::Material& changed = scene.materials[static_cast<std::size_t>(material)];
-    changed.baseColor = looks.baseColor;
-    changed.metallic = looks.metallic;
-    changed.roughness = looks.roughness;
-    bool known = false;
-    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) { known |= edited.material == material; });
-    if (!known) scene.registry.add(scene.registry.create(), LooksEdited{material});
-}
-
-void setName(Scene& scene, Entity node, const std::string& name) {
-    scene.registry.get<engine::Name>(node).value = name;
-    scene.registry.add(node, NameEdited{});
-}
-
 void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings) {
     const Settings now = sceneSettings(scene, roles);
     json changed = json::object();
@@ -437,34 +344,6 @@ double GoalRegion::angle(const Pose& X_WO) const {
     // The twist about the way out is taken back by whole steps.
     const double step = 2 * std::numbers::pi / fold, twist = 2 * std::atan2(q.y(), q.w());
     return logRotation(q * expRotation({0, -step * std::round(twist / step), 0})).norm();
-}
-
-void saveScene(const Scene& scene, const std::filesystem::path& out) {
-    if (scene.file.empty())
-        throw engine::SceneError("the scene was not read from a file: write it with writeGltf() first");
-    bool hasParts = false;
-    scene.registry.each<AddedPart>([&](Entity, const AddedPart&) { hasParts = true; });
-    if (hasParts) {
-        writeGltf(scene, out);
-        return;
-    }
-    engine::GltfUpdate update;
-    scene.registry.each<MarkEdited, engine::NodeMarking>(
-        [&](Entity node, const MarkEdited&, const engine::NodeMarking& marking) {
-            update.nodes[nodeIndex(scene, node)] = marking.extras;
-        });
-    scene.registry.each<PlaceEdited, engine::LocalTransform>(
-        [&](Entity node, const PlaceEdited&, const engine::LocalTransform& local) {
-            update.places[nodeIndex(scene, node)] = local;
-        });
-    scene.registry.each<NameEdited, engine::Name>([&](Entity node, const NameEdited&, const engine::Name& name) {
-        update.names[nodeIndex(scene, node)] = name.value;
-    });
-    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
-        update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
-    });
-    update.scenes[scene.index] = scene.extras;
-    engine::updateGltf(scene.file, out, update);
 }
 
 }  // namespace touchstone::sandbox

@@ -34,9 +34,6 @@ struct BodyMarking {
     std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
 };
 
-/// Component of nodes that came from another file.
-struct AddedPart {};
-
 /// Where the tool node is to come to rest, scene frame. The defaults accept any orientation.
 struct GoalRegion {
     Pose X_WT;
@@ -75,34 +72,7 @@ Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
 /// The node itself or its nearest ancestor with a role; null without one.
 engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 
-/// Marks a node in extras.touchstone, or removes the mark; call assignRoles() afterwards. A new tool takes the role of
-/// the old one, which becomes visual. Throws engine::SceneError where KHR_physics_rigid_bodies fixes the role.
-void setRole(engine::Scene& scene, engine::Entity node, std::optional<Role> role);
-
-/// Asks for a sphere tree in extras.touchstone of a node; likewise.
-void setTree(engine::Scene& scene, engine::Entity node, const TreeOptions& tree);
-
-/// Puts a node elsewhere in its parent's frame. Call engine::updateWorldTransforms() afterwards.
-void setPlace(engine::Scene& scene, engine::Entity node, const engine::LocalTransform& local);
-
-/// Base colour (linear), metalness and roughness of a material, which textures multiply.
-struct Looks {
-    glm::vec4 baseColor{1};
-    float metallic = 0, roughness = 0;
-    friend bool operator==(const Looks&, const Looks&) = default;
-};
-Looks looksOf(const engine::Material& material);
-
-/// Changes a material by its index, and the name of a node.
-void setLooks(engine::Scene& scene, int material, const Looks& looks);
-void setName(engine::Scene& scene, engine::Entity node, const std::string& name);
-
 /// Asks in extras.touchstone of the scene for those settings that are not already as given; not for a pause.
 void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);
-
-/// Writes what the functions above changed into a copy of the scene's file, all else as it stands; `out` may be that
-/// file. A scene with an AddedPart is written anew. Throws engine::SceneError when the scene has no file or `out`
-/// cannot be written.
-void saveScene(const engine::Scene& scene, const std::filesystem::path& out);
 
 }  // namespace touchstone::sandbox

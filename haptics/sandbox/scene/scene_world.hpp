@@ -64,6 +64,7 @@ struct HapticScene {
     SceneRoles roles;
     Settings settings;                            ///< the defaults with what the scene sets
     std::shared_ptr<const World> world;           ///< null when not asked for, or when `missing` says what it lacks
+    std::vector<Pose> X_WO;                       ///< where the obstacles are now; empty: where `world` starts them
     std::vector<NamedMotion> motions;             ///< in file order
     std::shared_ptr<const Motion> demonstration;  ///< the first of them; null if the scene has none
     ExpectedOutcome outcome;                      ///< of the demonstration
@@ -71,6 +72,11 @@ struct HapticScene {
     std::string missing;                ///< one sentence: which roles are still to be given; empty when complete
     std::vector<std::string> warnings;  ///< all of them: file, roles, world
 };
+
+/// Where an obstacle of the world is now. Pre: there is a world.
+const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle);
+/// The world that starts the obstacles where they are now: scene.world itself while none has moved.
+std::shared_ptr<const World> worldNow(const HapticScene& scene);
 
 /// What a run with this device is to show: the outcome of the motion that demo or demo:NAME follows; null for others.
 const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& deviceChoice);

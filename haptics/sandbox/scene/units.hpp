@@ -20,9 +20,8 @@ inline Quat toEigen(const glm::dquat& q) { return Quat(q.w, q.x, q.y, q.z).norma
 inline Pose toPose(const engine::RigidPart& part) { return {toMm(part.translation), toEigen(part.rotation)}; }
 inline Pose toPose(const glm::dmat4& matrix) { return toPose(engine::rigidPart(matrix)); }
 
-/// Rigid matrix in metres.
-inline glm::dmat4 toMatrix(const Pose& pose) {
-    return engine::rigidMatrix({.translation = toMetres(pose.p), .rotation = toGlm(pose.q)});
-}
+/// The same back, in metres.
+inline engine::RigidPart toRigidPart(const Pose& pose) { return {toMetres(pose.p), toGlm(pose.q)}; }
+inline glm::dmat4 toMatrix(const Pose& pose) { return engine::rigidMatrix(toRigidPart(pose)); }
 
 }  // namespace touchstone::sandbox

@@ -32,7 +32,7 @@ void SceneOpening::run(const std::stop_token& stop, const std::filesystem::path&
                                }};
     try {
         engine::Scene read = engine::readGltf(request.file);
-        applyEdits(read, request.edits);
+        engine::applyEdits(read, request.edits);
         scene = std::make_shared<HapticScene>(openScene(std::move(read), options));
     } catch (const BuildCancelled&) {
     } catch (const std::exception& e) {

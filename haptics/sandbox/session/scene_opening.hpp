@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "haptics/sandbox/edit/scene_edit.hpp"
+#include "engine/edit/scene_edit.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 
 namespace touchstone::sandbox {
@@ -16,7 +16,7 @@ namespace touchstone::sandbox {
 /// A scene file, what was changed in it by hand, and with which settings it is to run (nothing: as the scene asks).
 struct SceneRequest {
     std::filesystem::path file;
-    std::vector<SceneEdit> edits = {};
+    std::vector<engine::SceneEdit> edits = {};
     std::optional<Settings> settings = {};
 };
 

@@ -9,7 +9,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kZ = 1.959963984540054;  // of the normal distribution, 97.5 %
+constexpr double kZ = 1.959963984540054;  // 97.5 % quantile of the normal distribution
 constexpr int kResamples = 2000;
 
 }  // namespace
@@ -17,9 +17,9 @@ constexpr int kResamples = 2000;
 Interval wilson(int successes, int trials) {
     assert(trials > 0 && successes >= 0 && successes <= trials);
     const double n = trials, p = successes / n, z2 = kZ * kZ;
-    const double centre = (p + z2 / (2 * n)) / (1 + z2 / n);
+    const double center = (p + z2 / (2 * n)) / (1 + z2 / n);
     const double half = kZ / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
-    return {std::max(0.0, centre - half), std::min(1.0, centre + half)};
+    return {std::max(0.0, center - half), std::min(1.0, center + half)};
 }
 
 double meanOf(std::span<const double> values) {

@@ -1,5 +1,5 @@
 #pragma once
-// How sure a mean, a median or a rate of success is.
+// Confidence intervals of means, medians and success rates.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,10 +15,10 @@ struct Interval {
 Interval wilson(int successes, int trials);
 
 double meanOf(std::span<const double> values);
-double medianOf(std::vector<double> values);  ///< of an even count the mean of the middle two
+double medianOf(std::vector<double> values);  ///< for an even count, the mean of the two middle values
 
-/// 95 % confidence interval of a statistic by percentile bootstrap: 2,000 resamples, always the same ones. O(n) each.
-/// Pre: at least two values. Source: Efron (1979), Bootstrap methods: another look at the jackknife.
+/// 95 % confidence interval of a statistic by percentile bootstrap: 2,000 resamples from a fixed random seed. O(n)
+/// each. Pre: at least two values. Source: Efron (1979), Bootstrap methods: another look at the jackknife.
 Interval bootstrap(std::span<const double> values, double (*statistic)(std::vector<double>));
 
 }  // namespace touchstone::sandbox

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+namespace touchstone::animation_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -126,3 +128,5 @@ TEST_CASE("animation: a node keeps what is not animated", "[animation]") {
     CHECK(registry.get<LocalTransform>(moved).translation == glm::dvec3(2, 0, 0));
     CHECK(registry.get<LocalTransform>(still).translation == glm::dvec3(0));
 }
+
+}  // namespace touchstone::animation_tests

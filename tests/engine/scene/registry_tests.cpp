@@ -5,6 +5,8 @@
 #include <random>
 #include <string>
 
+namespace touchstone::registry_tests {
+
 using touchstone::engine::Entity;
 using touchstone::engine::Registry;
 
@@ -155,3 +157,5 @@ TEST_CASE("registry: random use agrees with a model of maps", "[registry]") {
     registry.each<Tag, Mass>([&](Entity, Tag&, Mass&) { --both; });
     CHECK(both == 0);
 }
+
+}  // namespace touchstone::registry_tests

@@ -4,6 +4,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+namespace touchstone::transforms_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -150,3 +152,5 @@ TEST_CASE("mesh: smooth normals weigh triangles by area", "[transforms]") {
     CHECK(normals[4] == glm::vec3(1, 0, 0));
     CHECK(normals[5] == glm::vec3(0, 0, 1));  // belongs to no triangle
 }
+
+}  // namespace touchstone::transforms_tests

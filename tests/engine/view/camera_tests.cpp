@@ -8,6 +8,8 @@
 
 #include "engine/view/camera.hpp"
 
+namespace touchstone::camera_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -20,7 +22,7 @@ void requireNear(glm::vec3 actual, glm::vec3 expected, float tolerance = kTolera
     REQUIRE(glm::distance(actual, expected) <= tolerance);
 }
 
-/// Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
+/// engine::Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
 OrbitCamera plainCamera() {
     OrbitCamera camera;
     camera.distance = 2;
@@ -158,3 +160,5 @@ TEST_CASE("camera: rays meet planes in front of them only", "[camera]") {
 TEST_CASE("camera: a point behind the eye has no pixel", "[camera]") {
     REQUIRE_FALSE(plainCamera().project({0, 0, 3}, {400, 200}));
 }
+
+}  // namespace touchstone::camera_tests

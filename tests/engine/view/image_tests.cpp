@@ -5,6 +5,8 @@
 
 #include "engine/view/image_file.hpp"
 
+namespace touchstone::image_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -41,3 +43,5 @@ TEST_CASE("image file: errors name the path", "[image]") {
     REQUIRE_THROWS_WITH(writePng(folder.path / "no/such/folder.png", {1, 1, {1, 2, 3, 255}}),
                         Catch::Contains("folder.png"));
 }
+
+}  // namespace touchstone::image_tests

@@ -7,6 +7,8 @@
 
 #include "engine/view/plots.hpp"
 
+namespace touchstone::plots_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -119,3 +121,5 @@ TEST_CASE("plots: axis ticks are round numbers inside the range", "[plots]") {
     REQUIRE(niceTicks(0, std::numeric_limits<float>::infinity(), 5).empty());
     REQUIRE(niceTicks(0, 1, 0).empty());
 }
+
+}  // namespace touchstone::plots_tests

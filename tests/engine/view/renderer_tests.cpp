@@ -12,6 +12,8 @@
 #include "engine/view/gl_context.hpp"
 #include "engine/view/renderer.hpp"
 
+namespace touchstone::renderer_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -549,3 +551,5 @@ TEST_CASE("renderer: a label stands beside its point, over all, and calls are co
     REQUIRE(bottom - top < 16);
     REQUIRE(std::abs((top + bottom) / 2 - kHeight / 2) < 6);
 }
+
+}  // namespace touchstone::renderer_tests

@@ -9,6 +9,8 @@
 #include "engine/view/gl_context.hpp"
 #include "engine/view/gl_objects.hpp"
 
+namespace touchstone::shader_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -64,7 +66,7 @@ TEST_CASE("shader: missing and circular files are told, not run into", "[gl]") {
                         Catch::Contains("absent.frag") && Catch::Contains("TOUCHSTONE_SHADERS"));
     folder.write("round.frag", "#version 330 core\n#include \"round.frag\"\n");
     REQUIRE_THROWS_WITH(ShaderProgram(folder.path / "good.vert", folder.path / "round.frag"),
-                        Catch::Contains("circle"));
+                        Catch::Contains("circular include"));
 }
 
 TEST_CASE("shader: the environment may name another folder", "[view]") {
@@ -76,3 +78,5 @@ TEST_CASE("shader: the environment may name another folder", "[view]") {
     CHECK(std::filesystem::exists(shaderDirectory() / "mesh.frag"));
     if (before) setenv("TOUCHSTONE_SHADERS", before->c_str(), 1);
 }
+
+}  // namespace touchstone::shader_tests

@@ -17,6 +17,8 @@
 #include "engine/view/renderer.hpp"
 #include "engine/view/window.hpp"
 
+namespace touchstone::window_tests {
+
 using namespace touchstone::engine;
 
 namespace {
@@ -181,3 +183,5 @@ TEST_CASE("window: many follow one another in a process, among headless contexts
     context.makeCurrent();
     REQUIRE(glDescription().starts_with("OpenGL"));
 }
+
+}  // namespace touchstone::window_tests

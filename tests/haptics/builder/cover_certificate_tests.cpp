@@ -4,7 +4,7 @@
 
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::cover_certificate_tests {
 namespace {
 
 const Workers kQuiet;
@@ -80,4 +80,4 @@ TEST_CASE("cover certificate: a single ball far away still proves, with the grow
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::cover_certificate_tests

@@ -8,7 +8,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::hard_mesh_tests {
 namespace {
 
 using namespace test;
@@ -386,4 +386,4 @@ TEST_CASE("hard mesh: two million triangles", "[tree][slow]") {
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::hard_mesh_tests

@@ -7,7 +7,7 @@
 #include "haptics/builder/solid_depth.hpp"
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::mesh_repair_tests {
 namespace {
 
 int count(const RepairedMesh& m, FaceRole role) {
@@ -232,4 +232,4 @@ TEST_CASE("mesh repair: what has no area or does not fit a float is refused in o
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::mesh_repair_tests

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace touchstone {
+namespace touchstone::sphere_hierarchy_tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -265,4 +265,4 @@ TEST_CASE("sphere files: one that cannot be written leaves nothing behind", "[tr
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::sphere_hierarchy_tests

@@ -7,7 +7,7 @@
 
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::tree_builder_tests {
 namespace {
 
 using test::leavesOf;
@@ -209,4 +209,4 @@ TEST_CASE("tree builder: a mesh without area is refused", "[tree]") {
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::tree_builder_tests

@@ -10,7 +10,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::tree_cache_tests {
 namespace {
 
 namespace fs = std::filesystem;
@@ -179,4 +179,4 @@ TEST_CASE("tree cache: cancelling leaves no entry", "[tree]") {
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::tree_cache_tests

@@ -12,7 +12,7 @@
 #include "haptics/collision/tree_walk.hpp"
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::tree_check_tests {
 namespace {
 
 const CheckOptions kQuick{.samples = 20000, .poses = 4, .seed = 1};
@@ -491,4 +491,4 @@ TEST_CASE("trees of random meshes: certificates hold and walks find exactly the 
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::tree_check_tests

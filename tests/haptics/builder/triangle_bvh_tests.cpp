@@ -6,7 +6,7 @@
 
 #include "tests/support/test_meshes.hpp"
 
-namespace touchstone {
+namespace touchstone::triangle_bvh_tests {
 namespace {
 
 Vec3 randomPoint(std::mt19937& random, double reach) {
@@ -101,4 +101,4 @@ TEST_CASE("triangle tree: a box query names every triangle whose box meets it", 
 }
 
 }  // namespace
-}  // namespace touchstone
+}  // namespace touchstone::triangle_bvh_tests

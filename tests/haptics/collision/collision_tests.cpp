@@ -7,7 +7,7 @@
 #include "haptics/collision/clearance.hpp"
 #include "haptics/collision/neighbor_list.hpp"
 
-using namespace touchstone;
+namespace touchstone::collision_tests {
 
 namespace {
 
@@ -521,3 +521,5 @@ TEST_CASE("free share: what touches may slide along and part, and not enter", "[
     REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, 0) ==
             Approx(0.25));
 }
+
+}  // namespace touchstone::collision_tests

@@ -8,7 +8,8 @@
 #include "tests/support/any_number.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::far_pose_tests {
+
 using test::AnyNumber;
 using test::blob;
 
@@ -185,3 +186,5 @@ TEST_CASE("far poses: entries and rows are of leaves that are there", "[collisio
         list.offer(nullptr);
     }
 }
+
+}  // namespace touchstone::far_pose_tests

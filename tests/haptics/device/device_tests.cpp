@@ -7,7 +7,8 @@
 #include "haptics/device/motion.hpp"
 #include "haptics/device/mouse.hpp"
 
-using namespace touchstone;
+namespace touchstone::device_tests {
+
 using Catch::Matchers::Contains;
 
 TEST_CASE("device table: each device is found by name, others are not", "[devices]") {
@@ -61,7 +62,7 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
         for (int tick = 0; tick < 8; ++tick) {
             const DeviceReading reading = device->read(tick, 1);
             CHECK(reading.valid);
-            CHECK(reading.X_WT.p.x() == std::min(2.0 * tick, 8.0));
+            CHECK(reading.X_WT_device.p.x() == std::min(2.0 * tick, 8.0));
             CHECK(reading.finished == (tick >= 4));
             device->write({{1, 1, 1}, {1, 1, 1}});
         }
@@ -84,7 +85,7 @@ TEST_CASE("mouse: the hand goes where it is dragged, is held back by force, and 
         }
         CHECK(reading.valid);
         CHECK_FALSE(reading.finished);
-        return reading.X_WT.p;
+        return reading.X_WT_device.p;
     };
     // Nobody has grabbed it.
     CHECK(run(100, {}) == Vec3(100, 0, 0));
@@ -114,13 +115,13 @@ TEST_CASE("mouse: a stronger hand is held back less", "[devices]") {
         target->grab({}, strength);
         device.write(wrench);
         Pose pose;
-        for (int i = 1; i < 5000; ++i) pose = device.read(i, 1).X_WT;
+        for (int i = 1; i < 5000; ++i) pose = device.read(i, 1).X_WT_device;
         // 2 N on a spring of 0.5 N/mm times the strength.
         CHECK(pose.p.x() == Approx(2 / (0.5 * strength)).epsilon(1e-9));
     }
     target->release(1e9);  // beyond what a hand has: held to the bound, and the last target stays
     Pose pose;
-    for (int i = 5000; i < 10000; ++i) pose = device.read(i, 1).X_WT;
+    for (int i = 5000; i < 10000; ++i) pose = device.read(i, 1).X_WT_device;
     CHECK(pose.p.x() == Approx(2 / (0.5 * MouseTarget::kStrongest)).epsilon(1e-9));
 }
 
@@ -132,7 +133,7 @@ TEST_CASE("hand device: follows the motion, feels the wrench after its delay, an
     held.read(0, 1);
     for (int tick = 1; tick <= 1000; ++tick) {
         held.write({{1, 0, 0}, Vec3::Zero()});
-        const Vec3 p = held.read(tick, 1).X_WT.p;
+        const Vec3 p = held.read(tick, 1).X_WT_device.p;
         if (tick <= delay) REQUIRE(p.norm() == 0);
         if (tick == delay + 1) REQUIRE(p.x() > 0);
     }
@@ -154,3 +155,5 @@ TEST_CASE("hand device: impossible hands are refused in a sentence", "[devices]"
     CHECK_THROWS_WITH(with("0.1,500,5,0.5"), Contains("whole number"));
     CHECK_THROWS_WITH(with("0.1,500,5,2,no-such"), Contains("no motion 'no-such'"));
 }
+
+}  // namespace touchstone::device_tests

@@ -18,7 +18,7 @@
 #include "haptics/loop/haptic_loop.hpp"
 #include "tests/support/ground_world.hpp"
 
-using namespace touchstone;
+namespace touchstone::emergency_stop_tests {
 
 namespace {
 
@@ -36,7 +36,7 @@ class SharedDevice final : public Device {
     DeviceReading read(double, double) noexcept override {
         if (void (*act)() = motors_.atNextReading) act();
         if (z_ > 0) z_ -= 0.1;
-        return {.X_WT = {{0, 0, z_}, Quat::Identity()}};
+        return {.X_WT_device = {{0, 0, z_}, Quat::Identity()}};
     }
     void write(const Wrench& wrench) noexcept override {
         motors_.force = wrench.force.norm();
@@ -225,3 +225,5 @@ TEST_CASE("last act: where somebody ends cleanly, the first signal that asks for
         CHECK(WTERMSIG(status) == signal);
     }
 }
+
+}  // namespace touchstone::emergency_stop_tests

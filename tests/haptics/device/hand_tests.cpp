@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-using namespace touchstone;
+namespace touchstone::hand_tests {
 
 namespace {
 
@@ -126,3 +126,5 @@ TEST_CASE("hand: input that is not finite changes nothing", "[hand]") {
     CHECK(hand.pose().q.coeffs() == before.q.coeffs());
     CHECK(hand.velocity() == velocity);
 }
+
+}  // namespace touchstone::hand_tests

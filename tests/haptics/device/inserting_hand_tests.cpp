@@ -5,7 +5,7 @@
 
 #include "tests/support/alloc_count.hpp"
 
-using namespace touchstone;
+namespace touchstone::inserting_hand_tests {
 
 namespace {
 
@@ -29,19 +29,19 @@ struct Floor {
 
 TEST_CASE("inserting hand: a seed is a hand, and time 0 begins anew", "[hand]") {
     InsertingHand a = hand(3), b = hand(3), c = hand(4);
-    CHECK_FALSE(a.read(0, 1).X_WT == c.read(0, 1).X_WT);
+    CHECK_FALSE(a.read(0, 1).X_WT_device == c.read(0, 1).X_WT_device);
     CHECK_FALSE(a.belief() == c.belief());
     b.read(0, 1);
     for (int i = 1; i < 500; ++i) b.read(i, 1);
     b.read(0, 1);
-    for (int i = 1; i < 500; ++i) REQUIRE(a.read(i, 1).X_WT == b.read(i, 1).X_WT);
+    for (int i = 1; i < 500; ++i) REQUIRE(a.read(i, 1).X_WT_device == b.read(i, 1).X_WT_device);
 }
 
 TEST_CASE("inserting hand: it starts near the start, and knows the goal roughly", "[hand]") {
     double error = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         InsertingHand one = hand(seed);
-        CHECK((one.read(0, 1).X_WT.p - kStart.p).norm() < 10);  // 2 mm an axis: five deviations
+        CHECK((one.read(0, 1).X_WT_device.p - kStart.p).norm() < 10);  // 2 mm an axis: five deviations
         error += (one.belief().p - kGoal.p).squaredNorm() / 3 / 200;
     }
     const double deviation = InsertingParameters{}.placeError;
@@ -57,10 +57,10 @@ TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives
     const test::AllocationCounter allocations;
     for (; t < 60'000 && !reading.finished; ++t) {
         reading = one.read(t, 1);
-        floor.push(one, reading.X_WT);
-        force = std::max(force, floor.height - reading.X_WT.p.y());
+        floor.push(one, reading.X_WT_device);
+        force = std::max(force, floor.height - reading.X_WT_device.p.y());
         if (one.act() != InsertingHand::Act::Press) continue;
-        const double twist = logRotation(reading.X_WT.q).y();
+        const double twist = logRotation(reading.X_WT_device.q).y();
         least = std::min(least, twist);
         most = std::max(most, twist);
     }
@@ -70,7 +70,7 @@ TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives
     CHECK(one.act() == InsertingHand::Act::DrawBack);
     CHECK(most - least > 0.8);  // a pitch of eight keys, 0.785
     CHECK(force < 5);
-    CHECK(reading.X_WT.p.y() > 20);
+    CHECK(reading.X_WT_device.p.y() > 20);
 }
 
 TEST_CASE("inserting hand: stuck at the goal it lets go and stays", "[hand]") {
@@ -80,11 +80,11 @@ TEST_CASE("inserting hand: stuck at the goal it lets go and stays", "[hand]") {
     int t = 0;
     for (; t < 20'000 && !reading.finished; ++t) {
         reading = one.read(t, 1);
-        floor.push(one, reading.X_WT);
+        floor.push(one, reading.X_WT_device);
     }
     CHECK(reading.finished);
     CHECK(one.act() == InsertingHand::Act::LetGo);
-    CHECK(reading.X_WT.p.y() == Approx(-20).margin(0.05));  // nothing presses any more: 0.05 N
+    CHECK(reading.X_WT_device.p.y() == Approx(-20).margin(0.05));  // nothing presses any more: 0.05 N
 }
 
 TEST_CASE("inserting hand: where there is nothing it draws back", "[hand]") {
@@ -93,7 +93,7 @@ TEST_CASE("inserting hand: where there is nothing it draws back", "[hand]") {
     double low = 0;
     for (int t = 0; t < 20'000 && !reading.finished; ++t) {
         reading = one.read(t, 1);
-        low = std::min(low, reading.X_WT.p.y());
+        low = std::min(low, reading.X_WT_device.p.y());
     }
     CHECK(reading.finished);
     CHECK(low > -40);
@@ -109,9 +109,11 @@ TEST_CASE("inserting hand: it needs a goal and a seed", "[hand]") {
     context.X_WT_start = kStart;
     context.file = "12";
     const auto device = insert->make(context);
-    CHECK(device->read(0, 1).X_WT == hand(12).read(0, 1).X_WT);
+    CHECK(device->read(0, 1).X_WT_device == hand(12).read(0, 1).X_WT_device);
     for (const char* wrong : {"x", "1.5", "-2", "1 "}) {
         context.file = wrong;
         CHECK_THROWS_WITH(insert->make(context), Catch::Contains("insert:SEED"));
     }
 }
+
+}  // namespace touchstone::inserting_hand_tests

@@ -52,11 +52,11 @@ TEST_CASE("extending: the example is a device", "[device]") {
         REQUIRE(::send(lab, m.data(), sizeof m, 0) == sizeof m);
     };
     send(5);
-    CHECK(device->read(1, 1).X_WT.p == Vec3(100, 0, 0));  // taken up where the tool is
+    CHECK(device->read(1, 1).X_WT_device.p == Vec3(100, 0, 0));  // taken up where the tool is
     send(8);
     const DeviceReading reading = device->read(2, 1);
     CHECK(reading.valid);
-    CHECK(reading.X_WT.p == Vec3(103, 0, 0));
+    CHECK(reading.X_WT_device.p == Vec3(103, 0, 0));
 
     device->write({.force = {1, 2, 3}, .torque = {4, 5, 6}});
     std::array<double, 6> felt{};

@@ -9,7 +9,8 @@
 #include <random>
 #include <string>
 
-using namespace touchstone;
+namespace touchstone::motion_tests {
+
 using Catch::Matchers::Contains;
 
 namespace {
@@ -109,3 +110,5 @@ TEST_CASE("motion: what cannot be read is refused by file and line", "[motion]")
     CHECK_THROWS_WITH(writeMotion("/nowhere/motion.csv", {}),
                       Contains("cannot write the motion to '/nowhere/motion.csv': No such file or directory"));
 }
+
+}  // namespace touchstone::motion_tests

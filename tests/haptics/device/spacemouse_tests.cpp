@@ -10,7 +10,8 @@
 
 #include "haptics/device/control.hpp"
 
-using namespace touchstone;
+namespace touchstone::spacemouse_tests {
+
 using Catch::Contains;
 
 namespace {
@@ -68,12 +69,12 @@ struct Steps {
     Vec3 next() {
         before = now;
         now = device.read(t++, 1);
-        return now.X_WT.p - before.X_WT.p;
+        return now.X_WT_device.p - before.X_WT_device.p;
     }
     /// The turn of the next one, rad.
     Vec3 nextTurn() {
         next();
-        return logRotation(now.X_WT.q * before.X_WT.q.conjugate());
+        return logRotation(now.X_WT_device.q * before.X_WT_device.q.conjugate());
     }
 };
 
@@ -94,13 +95,13 @@ TEST_CASE("spacemouse: what is missing is told in a sentence", "[device]") {
     CHECK_FALSE(examineSpaceMouse().works);
     const FakeSpnav fake("none");
     CHECK(refusal() == "The SpaceMouse's daemon does not answer: start it with 'sudo systemctl start spacenavd'");
-    CHECK_THAT(refusal("fast"), Contains("'fast' is no speed"));
+    CHECK_THAT(refusal("fast"), Contains("'fast' is not a speed"));
 }
 
 TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "[device]") {
     const FakeSpnav fake;
     const auto device = open("80");
-    CHECK(device->read(0, 1).X_WT.p == Vec3(1, 2, 3));
+    CHECK(device->read(0, 1).X_WT_device.p == Vec3(1, 2, 3));
     Steps steps{*device};
     steps.next();
     FakeSpnav::send(1, 350, 0, 350);
@@ -115,7 +116,7 @@ TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "
     // Set to where the tool is, it goes on from there.
     device->engage({{9, 9, 9}, Quat::Identity()});
     steps.next();
-    CHECK(steps.now.X_WT.p == Vec3(9, 9, 9));
+    CHECK(steps.now.X_WT_device.p == Vec3(9, 9, 9));
 }
 
 TEST_CASE("spacemouse: its axes are those that the window gives it, and what holds the tool back is on the scene's",
@@ -153,7 +154,7 @@ TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", 
     const auto step = [&] {
         before = now;
         now = device->read(t++, 1);
-        return now.X_WT.p.x() - before.X_WT.p.x();
+        return now.X_WT_device.p.x() - before.X_WT_device.p.x();
     };
     FakeSpnav::send(1, 350, 0, 0);
     REQUIRE(arrives([&] { return step() == Approx(0.05); }));
@@ -174,7 +175,7 @@ TEST_CASE("spacemouse: a cap that has fallen silent is at rest, a daemon that is
     const auto step = [&] {
         before = now;
         now = device->read(t++, 1);
-        return (now.X_WT.p - before.X_WT.p).norm();
+        return (now.X_WT_device.p - before.X_WT_device.p).norm();
     };
     FakeSpnav::send(1, 350, 0, 0);
     REQUIRE(arrives([&] { return step() > 0; }));
@@ -185,3 +186,5 @@ TEST_CASE("spacemouse: a cap that has fallen silent is at rest, a daemon that is
     CHECK(device->control()->status().state == DeviceStatus::State::Lost);
     CHECK_THAT(device->control()->status().text, Contains("daemon is gone"));
 }
+
+}  // namespace touchstone::spacemouse_tests

@@ -6,7 +6,7 @@
 
 #include "haptics/device/control.hpp"
 
-using namespace touchstone;
+namespace touchstone::workspace_tests {
 
 namespace {
 
@@ -36,14 +36,14 @@ struct Mapped {
     DeviceReading reading;
 
     explicit Mapped(const Workspace& workspace = {}, const Pose& X_WT_start = {{100, 200, 300}, Quat::Identity()}) {
-        stylus.reading.X_WT = {{7, -3, 11}, expRotation(Vec3(0.3, 0.2, 0.1))};
+        stylus.reading.X_WT_device = {{7, -3, 11}, expRotation(Vec3(0.3, 0.2, 0.1))};
         device = makeMapped(std::make_unique<StylusDevice>(stylus), X_WT_start);
         device->control()->setWorkspace(workspace);
         tick();
     }
     const Pose& tick(int times = 1) {
         for (int i = 0; i < times; ++i, t += 1) reading = device->read(t, 1);
-        return reading.X_WT;
+        return reading.X_WT_device;
     }
     void set(const std::function<void(Workspace&)>& change) {
         Workspace workspace = device->control()->workspace();
@@ -54,7 +54,7 @@ struct Mapped {
         device->write(wrench);
         return stylus.felt;
     }
-    Pose& hand() { return stylus.reading.X_WT; }
+    Pose& hand() { return stylus.reading.X_WT_device; }
 };
 
 bool near(const Pose& a, const Pose& b) { return (a.p - b.p).norm() < 1e-9 && a.q.angularDistance(b.q) < 1e-9; }
@@ -70,7 +70,7 @@ Workspace turned(double scale) {
 
 TEST_CASE("workspace: where the hand is when a run begins stands for the tool's start", "[device]") {
     Mapped mapped(turned(3));
-    CHECK(near(mapped.reading.X_WT, {{100, 200, 300}, Quat::Identity()}));
+    CHECK(near(mapped.reading.X_WT_device, {{100, 200, 300}, Quat::Identity()}));
     CHECK(mapped.stylus.engaged == 1);
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("workspace: the gains are those that the hand feels, and the map makes
     Mapped mapped(turned(scale));
     const double k = 0.7, kr = torsionInScene(400, scale);
     const Vec3 lever(20, -10, 5);  // the springs act about a point beside the tool's origin
-    const Pose X0 = mapped.reading.X_WT;
+    const Pose X0 = mapped.reading.X_WT_device;
     // The scene's wrench on the hand for where the hand is: springs between tool and hand, the tool held at X0.
     const auto feel = [&](const Pose& hand) {
         mapped.hand() = hand;
@@ -153,7 +153,7 @@ TEST_CASE("workspace: while the clutch is held the hand moves alone, and no forc
     };
     mapped.stylus.reading.buttons = 2;
     go(100);
-    CHECK(near(mapped.reading.X_WT, before));
+    CHECK(near(mapped.reading.X_WT_device, before));
     CHECK(last == 0);
     mapped.stylus.reading.buttons = 1;  // another button is no clutch
     const Pose released = mapped.tick();
@@ -162,7 +162,7 @@ TEST_CASE("workspace: while the clutch is held the hand moves alone, and no forc
     go(150);
     CHECK(last == Approx(5));
     CHECK(steepest <= 5.0 / 50 + 1e-9);
-    CHECK((mapped.reading.X_WT.p - before.p - 150 * 2 * Vec3(0, 0.2, -0.1)).norm() < 1e-9);
+    CHECK((mapped.reading.X_WT_device.p - before.p - 150 * 2 * Vec3(0, 0.2, -0.1)).norm() < 1e-9);
 }
 
 TEST_CASE("workspace: other axes and a lost reading move nothing either", "[device]") {
@@ -189,7 +189,7 @@ TEST_CASE("workspace: a new offset is glided to, and a new scale waits for a new
         w.offset = {0, 10, 0};
         w.scale = 7;
     });
-    Vec3 last = mapped.reading.X_WT.p;
+    Vec3 last = mapped.reading.X_WT_device.p;
     for (int i = 0; i < 250; ++i) {
         const Vec3 p = mapped.tick().p;
         REQUIRE((p - last).norm() <= 0.05 + 1e-9);  // mm a tick
@@ -199,7 +199,7 @@ TEST_CASE("workspace: a new offset is glided to, and a new scale waits for a new
     mapped.hand().p.x() += 1;
     CHECK((mapped.tick().p - Vec3(101, 210, 300)).norm() < 1e-9);
     // The offset is from the start, not from every engagement.
-    mapped.device->engage(mapped.reading.X_WT);
+    mapped.device->engage(mapped.reading.X_WT_device);
     CHECK((mapped.tick(10).p - Vec3(101, 210, 300)).norm() < 1e-9);
 }
 
@@ -215,3 +215,5 @@ TEST_CASE("workspace: what makes no sense is refused with a sentence", "[device]
     workspace.q_WD.coeffs().setZero();
     CHECK_THAT(checkWorkspace(workspace), Catch::Contains("axes"));
 }
+
+}  // namespace touchstone::workspace_tests

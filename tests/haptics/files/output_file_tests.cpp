@@ -12,7 +12,8 @@
 
 #include "tests/support/temp_folder.hpp"
 
-using namespace touchstone;
+namespace touchstone::output_file_tests {
+
 using Catch::Matchers::Contains;
 using test::TempFolder;
 
@@ -93,3 +94,5 @@ TEST_CASE("output file: links, modes and what is no regular file", "[files]") {
     CHECK_THROWS_WITH(writeFile(folder.path() / "no" / "report", "the report", "x"),
                       Contains("No such file or directory"));
 }
+
+}  // namespace touchstone::output_file_tests

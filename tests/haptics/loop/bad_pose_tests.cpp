@@ -14,7 +14,8 @@
 #include "tests/support/ground_world.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::bad_pose_tests {
+
 using test::AnyNumber;
 using test::at;
 
@@ -249,8 +250,9 @@ TEST_CASE("tick driver: a bad pose of a device faults, counts, and the force com
     for (const Pose& bad : badPoses())
         for (const int when : {0, 250}) {
             CAPTURE(when, bad.p.transpose(), bad.q.coeffs().transpose());
-            Run run(std::make_unique<ScriptedDevice>(
-                [&](int call) { return DeviceReading{.X_WT = call == when ? bad : at(0, call == 0 ? 8 : 3, 0)}; }));
+            Run run(std::make_unique<ScriptedDevice>([&](int call) {
+                return DeviceReading{.X_WT_device = call == when ? bad : at(0, call == 0 ? 8 : 3, 0)};
+            }));
             TickRecord before;
             if (when > 0) before = run.ticks(when);
             const TickRecord r = run.ticks(1);
@@ -330,14 +332,14 @@ TEST_CASE("devices: a mouse that points past the horizon leaves the hand where i
     mouse.read(0, 1);
     for (const Pose& bad : badPoses()) {
         target->grab(bad);
-        CHECK(mouse.read(1, 1).X_WT == at(0, 8, 0));
+        CHECK(mouse.read(1, 1).X_WT_device == at(0, 8, 0));
     }
 }
 
 TEST_CASE("devices: what a workspace is given or makes beyond the range is bad input, until it is engaged",
           "[device]") {
     Pose hand;
-    auto script = [&](int) { return DeviceReading{.X_WT = hand}; };
+    auto script = [&](int) { return DeviceReading{.X_WT_device = hand}; };
     const auto mapped = [&] {
         auto device = makeMapped(std::make_unique<ScriptedDevice>(script), at(0, 8, 0));
         Workspace workspace;
@@ -366,3 +368,5 @@ TEST_CASE("devices: what a workspace is given or makes beyond the range is bad i
     CHECK(run.ticks(1).flags == 0);
     CHECK(run.ticks(1).X_WT == at(0, 8, 0));
 }
+
+}  // namespace touchstone::bad_pose_tests

@@ -8,7 +8,7 @@
 
 #include "tests/support/ground_world.hpp"
 
-using namespace touchstone;
+namespace touchstone::haptic_loop_tests {
 
 namespace {
 
@@ -33,7 +33,7 @@ class PressingDevice final : public Device {
     }
     DeviceReading read(double t, double) noexcept override {
         reader_ = std::this_thread::get_id();
-        return {.X_WT = {{0, 0, t < 1 ? 20.0 : 0.0}, Quat::Identity()}};
+        return {.X_WT_device = {{0, 0, t < 1 ? 20.0 : 0.0}, Quat::Identity()}};
     }
     void write(const Wrench& wrench) noexcept override { watch_.lastForce = wrench.force.norm(); }
     DeviceLimits limits() const noexcept override { return {.motors = watch_.motors}; }
@@ -65,7 +65,7 @@ TEST_CASE("haptic loop: a tick knows how many deadlines were missed before it", 
       public:
         DeviceReading read(double, double) noexcept override {
             if (++reads_ % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-            return {.X_WT = {{0, 0, 20}, Quat::Identity()}};
+            return {.X_WT_device = {{0, 0, 20}, Quat::Identity()}};
         }
         void write(const Wrench&) noexcept override {}
 
@@ -203,7 +203,7 @@ TEST_CASE("haptic loop: a device whose driver hangs is let go of meanwhile, whic
         DeviceReading read(double, double) noexcept override {
             while (hand_.hangs) std::this_thread::sleep_for(std::chrono::milliseconds(1));
             z_ = std::max(z_ - 0.01, 2.0);
-            return {.X_WT = {{0, 0, z_}, Quat::Identity()}};
+            return {.X_WT_device = {{0, 0, z_}, Quat::Identity()}};
         }
         void write(const Wrench& wrench) noexcept override {
             hand_.force = wrench.force.norm();
@@ -273,3 +273,5 @@ TEST_CASE("haptic loop: a start comes with where the obstacles were, tick after 
     REQUIRE(follow(1));
     CHECK(last == 3);
 }
+
+}  // namespace touchstone::haptic_loop_tests

@@ -9,7 +9,8 @@
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::obstacle_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -214,3 +215,5 @@ TEST_CASE("obstacles: a pause and a device without a pose hold them", "[step][ob
     step(world, exactAlone(), {at(0, 25, 0), {}, targets}, state);
     CHECK(state.obstacles()[0].p.y() == Approx(0.25));
 }
+
+}  // namespace touchstone::obstacle_tests

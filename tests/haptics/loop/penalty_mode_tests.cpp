@@ -5,7 +5,8 @@
 #include "haptics/loop/step.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::penalty_mode_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -112,3 +113,5 @@ TEST_CASE("penalty: the same motion gives the same bits, whatever is measured be
     CHECK(hashOf(false) == first);
     CHECK(hashOf(true) == first);
 }
+
+}  // namespace touchstone::penalty_mode_tests

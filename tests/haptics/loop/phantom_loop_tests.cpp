@@ -4,7 +4,8 @@
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ground_world.hpp"
 
-using namespace touchstone;
+namespace touchstone::phantom_loop_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -148,3 +149,5 @@ TEST_CASE("phantom loop: scenes, rates and restarts storm while the device drive
     CHECK(touching.fake.state().handles == 0);
     CHECK(touching.fake.state().misuses == 0);
 }
+
+}  // namespace touchstone::phantom_loop_tests

@@ -6,7 +6,8 @@
 #include "tests/support/sphere_models.hpp"
 #include "tests/support/test_meshes.hpp"
 
-using namespace touchstone;
+namespace touchstone::ripple_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -50,3 +51,5 @@ TEST_CASE("ripple: 4,096 leaves make a flat to 1 %", "[tree][step]") {
     CHECK(ripple <= 0.01);
     CHECK(ripple > 0);  // spheres, after all
 }
+
+}  // namespace touchstone::ripple_tests

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-using namespace touchstone;
+namespace touchstone::settings_tests {
 
 TEST_CASE("settings: the defaults are in range, go together and are written as they stand in the struct", "[loop]") {
     const Settings settings;
@@ -140,3 +140,5 @@ TEST_CASE("settings: values set past the text are checked too", "[loop]") {
     settings.shadow = -2;
     CHECK(checkSettings(settings).find("shadow must be one of") == 0);
 }
+
+}  // namespace touchstone::settings_tests

@@ -10,7 +10,8 @@
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::step_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -580,3 +581,5 @@ TEST_CASE("step: with more pairs than the list holds the tool is held and feels 
     REQUIRE(r.wrench_C.force.isZero(0));
     REQUIRE((r.X_WT.p - world.X_WT_start.p).norm() < 1e-12);
 }
+
+}  // namespace touchstone::step_tests

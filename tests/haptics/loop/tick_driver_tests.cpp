@@ -7,7 +7,7 @@
 
 #include "tests/support/ground_world.hpp"
 
-using namespace touchstone;
+namespace touchstone::tick_driver_tests {
 
 namespace {
 
@@ -43,7 +43,7 @@ class ScriptedDevice final : public Device {
     DeviceLimits limits_;
 };
 
-DeviceReading at(double z) { return {.X_WT = {{0, 0, z}, Quat::Identity()}}; }
+DeviceReading at(double z) { return {.X_WT_device = {{0, 0, z}, Quat::Identity()}}; }
 
 /// Free air for a tick, then 5 mm deep: at 1 N/mm the tool stands still and the force is 5 N but for the curved ground.
 DeviceReading pressing(int call) { return call == 0 ? at(20) : at(0); }
@@ -274,7 +274,7 @@ TEST_CASE("tick driver: another session comes at zero force and starts from its 
 TEST_CASE("tick driver: a stale reading holds the tool, zeroes the force and lets it fade in afterwards", "[loop]") {
     Fixture f([](int call) {
         DeviceReading reading = pressing(call);
-        if (call >= 200 && call < 203) reading = {.X_WT = {{0, 0, -300}, Quat::Identity()}, .valid = false};
+        if (call >= 200 && call < 203) reading = {.X_WT_device = {{0, 0, -300}, Quat::Identity()}, .valid = false};
         return reading;
     });
     const TickRecord before = f.run(200);
@@ -294,7 +294,7 @@ TEST_CASE("tick driver: a pose that is not finite gives a finite record and zero
     for (const int broken : {0, 200}) {
         Fixture f([broken](int call) {
             DeviceReading reading = pressing(call);
-            if (call == broken) reading.X_WT.p.x() = std::nan("");
+            if (call == broken) reading.X_WT_device.p.x() = std::nan("");
             return reading;
         });
         f.run(broken);
@@ -395,7 +395,7 @@ struct MappedFixture {
         : f(
               [this](int) {
                   DeviceReading reading = at(f.log.engaged.empty() ? 80 : f.log.engaged.back().p.z() - depth);
-                  if (broken) reading.X_WT.p.x() = std::nan("");
+                  if (broken) reading.X_WT_device.p.x() = std::nan("");
                   reading.fault = fault;
                   reading.buttons = buttons;
                   return reading;
@@ -577,3 +577,5 @@ TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {
     CHECK(f.log.written.back().force == Vec3::Zero());
     CHECK(f.log.destroyed);
 }
+
+}  // namespace touchstone::tick_driver_tests

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-using namespace touchstone;
+namespace touchstone::work_limits_tests {
 
 TEST_CASE("work limits: shares of the period become counts, and never raise a setting", "[loop]") {
     Settings settings;  // 1 kHz: 1e6 ns
@@ -28,3 +28,5 @@ TEST_CASE("work limits: the calibration finds a time", "[loop]") {
     CHECK(ns > 0);
     CHECK(limitWork({}, ns).shadowWork >= 1);
 }
+
+}  // namespace touchstone::work_limits_tests

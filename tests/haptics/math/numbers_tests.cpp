@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-using namespace touchstone;
+namespace touchstone::numbers_tests {
 
 TEST_CASE("numbers: only what is finite and within its range passes", "[numbers]") {
     constexpr double kMax = std::numeric_limits<double>::max(), kInfinity = std::numeric_limits<double>::infinity();
@@ -28,3 +28,5 @@ TEST_CASE("numbers: text is a number whole, in any of its forms, or not at all",
     CHECK(rangeWords(0.001, 100, "N/mm") == "a number from 0.001 to 100 N/mm");
     CHECK(rangeWords(1, 64, {}, true) == "a whole number from 1 to 64");
 }
+
+}  // namespace touchstone::numbers_tests

@@ -4,7 +4,8 @@
 #include "haptics/qp/pqp.hpp"
 #include "tests/haptics/qp/qp_problems.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_pqp_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -230,3 +231,5 @@ TEST_CASE("warm starts: rows whose identities do not ascend give the same answer
         }
     }
 }
+
+}  // namespace touchstone::qp_pqp_tests

@@ -3,7 +3,8 @@
 
 #include "tests/haptics/qp/qp_problems.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_problem_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -95,3 +96,5 @@ TEST_CASE("solve status: every status has its own name", "[qp]") {
     REQUIRE(std::string(name(SolveStatus::IterationLimit)) == "iteration-limit");
     REQUIRE(std::string(name(SolveStatus::Invalid)) == "invalid");
 }
+
+}  // namespace touchstone::qp_problem_tests

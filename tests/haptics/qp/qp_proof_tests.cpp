@@ -3,7 +3,8 @@
 
 #include "tests/haptics/qp/qp_hard_problems.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_proof_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -113,3 +114,5 @@ TEST_CASE("exact solver: planes that nearly coincide are not taken for contradic
     CAPTURE(solved, elastic);
     REQUIRE(solved > 49'900);
 }
+
+}  // namespace touchstone::qp_proof_tests

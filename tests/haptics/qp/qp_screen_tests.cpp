@@ -5,7 +5,8 @@
 #include "tests/haptics/qp/qp_problems.hpp"
 #include "tests/support/alloc_count.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_screen_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -125,3 +126,5 @@ TEST_CASE("row screen: keeps what is left when passes run out, and allocates not
     REQUIRE(left == 1000);
     REQUIRE(screen.run(Contacts(8).rows, Screening::Screen, kReach, kTrust).size() == 0);
 }
+
+}  // namespace touchstone::qp_screen_tests

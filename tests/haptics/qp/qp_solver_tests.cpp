@@ -6,7 +6,8 @@
 #include "tests/haptics/qp/qp_problems.hpp"
 #include "tests/support/alloc_count.hpp"
 
-using namespace touchstone;
+namespace touchstone::qp_solver_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -291,3 +292,5 @@ TEST_CASE("exact solvers: agree with 113-bit arithmetic on random contacts, cold
         REQUIRE(skipped < 120);
     }
 }
+
+}  // namespace touchstone::qp_solver_tests

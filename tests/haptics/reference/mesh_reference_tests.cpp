@@ -7,7 +7,7 @@
 #include "haptics/reference/contact_surface.hpp"
 #include "tests/support/test_meshes.hpp"
 
-using namespace touchstone;
+namespace touchstone::mesh_reference_tests {
 
 namespace {
 
@@ -140,3 +140,5 @@ TEST_CASE("mesh reference: bodies that meet at the start, and meshes without tri
         CHECK_THROWS_WITH(inside->solve({at(9, 1, 1), at(1, 1, 1)}), Catch::Contains("meet at the start"));
     CHECK_THROWS_WITH(MeshReference({}, Vec3::Zero(), {}), Catch::Contains("no triangle"));
 }
+
+}  // namespace touchstone::mesh_reference_tests

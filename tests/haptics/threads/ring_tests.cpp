@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <thread>
 
-using namespace touchstone;
+namespace touchstone::ring_tests {
 
 TEST_CASE("ring: values come out in the order they went in, over many wraps", "[loop]") {
     Ring<int> ring(5);
@@ -74,3 +74,5 @@ TEST_CASE("ring: between two threads every value arrives once and in order, or i
     CHECK(received + ring.dropped() >= kValues);  // the end's refusals may come on top
     CHECK(received <= kValues);
 }
+
+}  // namespace touchstone::ring_tests

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-using namespace touchstone;
+namespace touchstone::rt_thread_tests {
 
 TEST_CASE("tick schedule: ticks in time begin a period apart, whenever they end", "[loop]") {
     TickSchedule schedule(1000, 5'000'000);
@@ -83,3 +83,5 @@ TEST_CASE("real-time thread: what is refused is told in one sentence with a reme
     }).join();
     std::thread([] { CHECK(raiseThread({.raise = false}).message == ""); }).join();
 }
+
+}  // namespace touchstone::rt_thread_tests

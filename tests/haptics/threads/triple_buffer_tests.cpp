@@ -8,7 +8,7 @@
 
 #include "haptics/threads/mailbox.hpp"
 
-using namespace touchstone;
+namespace touchstone::triple_buffer_tests {
 
 TEST_CASE("triple buffer: the reader sees the initial value, then only the newest", "[loop]") {
     TripleBuffer<int> buffer(7);
@@ -109,3 +109,5 @@ TEST_CASE("mailbox: objects that pass between threads are freed once each", "[lo
     }
     CHECK(Counted::living == 0);
 }
+
+}  // namespace touchstone::triple_buffer_tests

@@ -5,7 +5,8 @@
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/support/sphere_models.hpp"
 
-using namespace touchstone;
+namespace touchstone::mouse_grab_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr glm::vec2 kViewport{800, 600};
 
-/// Looks along -z at the origin from 400 mm.
+/// engine::Looks along -z at the origin from 400 mm.
 engine::OrbitCamera front() {
     engine::OrbitCamera camera;
     camera.distance = 0.4f;
@@ -24,7 +25,7 @@ engine::OrbitCamera front() {
 struct Mouse {
     MouseGrab grab;
     engine::OrbitCamera camera = front();
-    MouseFrame frame{.cursor = 0.5f * kViewport, .viewport = kViewport};
+    engine::MouseFrame frame{.cursor = 0.5f * kViewport, .viewport = kViewport};
     GrabTool tool;
 
     void step() {
@@ -182,3 +183,5 @@ TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
     mouse.step();
     CHECK_FALSE(mouse.grab.clicked());  // it was a drag, though it came back
 }
+
+}  // namespace touchstone::mouse_grab_tests

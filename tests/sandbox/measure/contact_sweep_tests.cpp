@@ -11,7 +11,8 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::contact_sweep_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -202,3 +203,5 @@ TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why there i
     run.forget();
     CHECK(run.result() == nullptr);
 }
+
+}  // namespace touchstone::contact_sweep_tests

@@ -7,7 +7,8 @@
 
 #include "haptics/sandbox/measure/report.hpp"
 
-using namespace touchstone;
+namespace touchstone::report_tests {
+
 using nlohmann::ordered_json;
 using sandbox::Percentiles;
 
@@ -175,3 +176,5 @@ TEST_CASE("report: the hash chains ticks in their order", "[system]") {
     timed.shadowForceError = 1;
     CHECK(hashOf({timed}) == hashOf({a}));
 }
+
+}  // namespace touchstone::report_tests

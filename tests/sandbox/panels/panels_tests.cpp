@@ -9,7 +9,8 @@
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::panels_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -168,16 +169,16 @@ TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
     const auto draw = [&] { drawInspector(scene, scene.roles.obstacles[0], state, requests, &bench.items); };
     bench.click("role", draw);
     bench.click("role goal", draw);
-    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Goal}});
+    CHECK(requests.markings == std::vector<Marking>{GiveRole{1, Role::Goal}});
     requests = {};
 
     bench.click("build tree", draw);
-    CHECK(requests.edits.empty());  // nothing was chosen that it does not have
+    CHECK(requests.markings.empty());  // nothing was chosen that it does not have
     bench.click("tree by", draw);
     bench.click("tree by error", draw);
     bench.click("build tree", draw);
-    REQUIRE(requests.edits.size() == 1);
-    const auto& chosen = std::get<ChooseTree>(requests.edits[0]);
+    REQUIRE(requests.markings.size() == 1);
+    const auto& chosen = std::get<ChooseTree>(requests.markings[0]);
     CHECK(chosen.node == 1);
     CHECK(chosen.tree.maxError == Approx(scene.world->obstacles[0].tree->certificate.protrusion));
     CHECK(bench.items.count("tree words") == 1);
@@ -197,15 +198,15 @@ TEST_CASE("inspector: a place that is typed puts the node there, in mm and degre
         requests = {};
         bench.type(item, text, draw, fraction);
         REQUIRE(requests.edits.size() == 1);
-        return std::get<PlaceNode>(requests.edits[0]);
+        return std::get<engine::PlaceNode>(requests.edits[0]);
     };
-    const PlaceNode moved = type("position", 0.1f, "12.5");
+    const engine::PlaceNode moved = type("position", 0.1f, "12.5");
     CHECK(moved.node == 1);
     CHECK(moved.to.translation.x == Approx(0.0125).margin(1e-12));
     CHECK(moved.to.translation.y == moved.from.translation.y);
     CHECK(moved.to.rotation == moved.from.rotation);
 
-    const PlaceNode turned = type("rotation", 0.5f, "120");
+    const engine::PlaceNode turned = type("rotation", 0.5f, "120");
     CHECK(turned.to.translation == turned.from.translation);
     const glm::dquat wanted = glm::angleAxis(glm::radians(120.0), glm::dvec3(0, 1, 0));
     CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
@@ -219,7 +220,7 @@ TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
     bench.type("name", "table", draw, 0.9f);
     REQUIRE(requests.edits.size() == 1);
-    const RenameNode renamed = std::get<RenameNode>(requests.edits[0]);
+    const engine::RenameNode renamed = std::get<engine::RenameNode>(requests.edits[0]);
     CHECK(renamed.node == 1);
     CHECK(renamed.from == "slab");
     CHECK(renamed.to == "table");
@@ -227,9 +228,9 @@ TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
     requests = {};
     bench.click("metallic 1", draw, 0.95f);
     REQUIRE(requests.edits.size() == 1);
-    const PaintMaterial metal = std::get<PaintMaterial>(requests.edits[0]);
+    const engine::PaintMaterial metal = std::get<engine::PaintMaterial>(requests.edits[0]);
     CHECK(metal.material == 1);
-    CHECK(metal.from == looksOf(scene.scene.materials[1]));
+    CHECK(metal.from == engine::looksOf(scene.scene.materials[1]));
     CHECK(metal.to.metallic > 0.8f);
     CHECK(metal.to.roughness == metal.from.roughness);
     CHECK(metal.to.baseColor == metal.from.baseColor);  // no drift by looking at it
@@ -244,14 +245,14 @@ TEST_CASE("guide: a scene without roles asks for the tool, then for what it touc
     engine::Entity selected;
     const auto draw = [&] { drawGuide(scene, selected, requests, &bench.items); };
     bench.click("guide cube", draw);
-    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{0, Role::Tool}});
+    CHECK(requests.markings == std::vector<Marking>{GiveRole{0, Role::Tool}});
     selected = scene.scene.nodes[1];
     bench.click("guide selected", draw);
-    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Tool}});
+    CHECK(requests.markings == std::vector<Marking>{GiveRole{1, Role::Tool}});
 
     scene.roles.tool = scene.scene.nodes[0];
     bench.click("guide all", draw);
-    CHECK(requests.edits == std::vector<SceneEdit>{GiveRole{1, Role::Obstacle}});
+    CHECK(requests.markings == std::vector<Marking>{GiveRole{1, Role::Obstacle}});
 }
 
 TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panels]") {
@@ -361,7 +362,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
         ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
         bench.frame(draw);
     };
-    over("plot Its stages");
+    over("plot Stage times");
     ImGui::GetIO().MouseWheel = 1;
     bench.frame(draw);
     ImGui::GetIO().MouseWheel = 0;
@@ -374,7 +375,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     tick();
     CHECK(state.held->pushed() == 5000);  // the ticks that come in do not move what is looked at
     // Dragged to the right, the plot shows what came before.
-    over("plot Its stages");
+    over("plot Stage times");
     ImGui::GetIO().MouseDown[0] = true;
     bench.frame(draw);
     ImGui::GetIO().MousePos.x += 40;
@@ -399,8 +400,8 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     bench.click("hold plots", draw);  // closes the popup
     bench.click("tab Contact", draw);
     bench.frame(draw);
-    CHECK(bench.items.count("plot Residual") == 1);
-    bench.click("tab Speed against error", draw);
+    CHECK(bench.items.count("plot Solver residuals") == 1);
+    bench.click("tab Speed vs. error", draw);
     bench.click("sweep", draw);
     CHECK(asked.sweep);
     bench.click("all rows", draw, 0.05f);
@@ -474,15 +475,15 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     CHECK(item("Load").attention);
 
     // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
-    CHECK(item("Passive").value == "from 1.5 N·s/m");
+    CHECK(item("Passivity").value == "min 1.5 N·s/m");
     facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
-    CHECK(item("Passive").value == "+0.4 N·s/m");
-    CHECK_FALSE(item("Passive").attention);
+    CHECK(item("Passivity").value == "+0.4 N·s/m");
+    CHECK_FALSE(item("Passivity").attention);
     snapshot.settings.stiffness = 2;
-    CHECK(item("Passive").value == "-0.1 N·s/m");
-    CHECK(item("Passive").attention);
+    CHECK(item("Passivity").value == "-0.1 N·s/m");
+    CHECK(item("Passivity").attention);
     snapshot.settings.rate = 10'000;
-    CHECK_FALSE(item("Passive").attention);
+    CHECK_FALSE(item("Passivity").attention);
 
     // Each is explained on hover.
     Bench bench;
@@ -594,3 +595,5 @@ TEST_CASE("panels: the device page tells state and trouble, and asks for what wa
         if (std::string(item.name) == "Load") CHECK(item.value == "50 %");
     }
 }
+
+}  // namespace touchstone::panels_tests

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+namespace touchstone::display_options_tests {
+
 using namespace touchstone::sandbox;
 using Catch::Matchers::Contains;
 
@@ -36,3 +38,5 @@ TEST_CASE("display options: a list names levels and axes, and says what it does 
     CHECK_THAT(applyShowList(options, "grid:1"), Contains("colon"));
     CHECK(applyShowList(options, ",") != "");
 }
+
+}  // namespace touchstone::display_options_tests

@@ -7,7 +7,8 @@
 #include "tests/support/sphere_models.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::scene_view_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -205,3 +206,5 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     const Pixel leaf = pixelAt(picture(recordAt(X_WT, X_WT), leaves), pixelOf({15, 10, 0}));
     CHECK(leaf.g > tool.g + 20);  // amber instead of red
 }
+
+}  // namespace touchstone::scene_view_tests

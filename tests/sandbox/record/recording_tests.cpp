@@ -13,7 +13,8 @@
 #include "tests/program/program.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::recording_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 
@@ -38,9 +39,9 @@ class UnsteadyDevice final : public Device {
   public:
     DeviceReading read(double t, double) noexcept override {
         const int tick = tick_++;
-        DeviceReading reading{.X_WT = press().scene.demonstration->at(std::fmod(t, 800))};
-        if (tick % 97 == 50) reading.X_WT.p.x() = std::numeric_limits<double>::quiet_NaN();
-        if (tick % 89 == 40) reading.X_WT.q.coeffs() *= 1.5;
+        DeviceReading reading{.X_WT_device = press().scene.demonstration->at(std::fmod(t, 800))};
+        if (tick % 97 == 50) reading.X_WT_device.p.x() = std::numeric_limits<double>::quiet_NaN();
+        if (tick % 89 == 40) reading.X_WT_device.q.coeffs() *= 1.5;
         reading.valid = tick % 101 != 60;
         return reading;
     }
@@ -538,3 +539,5 @@ TEST_CASE("recording: files that cannot be read are closed again", "[system][rec
     }
     CHECK(open() == before);
 }
+
+}  // namespace touchstone::recording_tests

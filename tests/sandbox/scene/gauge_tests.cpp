@@ -7,7 +7,8 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::gauge_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -148,3 +149,5 @@ TEST_CASE("outcome: reached asks for the goal to be held at some time, seated at
         }(),
         Contains("reached") && Contains("role goal"));
 }
+
+}  // namespace touchstone::gauge_tests

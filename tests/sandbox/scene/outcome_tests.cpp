@@ -3,7 +3,8 @@
 #include "haptics/sandbox/scene/outcome.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::outcome_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
@@ -170,3 +171,5 @@ TEST_CASE("outcome: every key of the table is one that is read", "[system]") {
         CHECK_THROWS(f.read());
     }
 }
+
+}  // namespace touchstone::outcome_tests

@@ -2,11 +2,12 @@
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
-#include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::roles_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using engine::Entity;
@@ -106,7 +107,8 @@ TEST_CASE("roles: the physics extension comes before extras, which still give th
     CHECK(roleOf(scene, node) == Role::Obstacle);
     CHECK(scene.registry.get<sandbox::BodyMarking>(node).tree.leaves == 200);
     CHECK(anyContains(roles.warnings, "extras.touchstone.role says tool"));
-    CHECK_THROWS_WITH(sandbox::setRole(scene, node, Role::Tool), Contains("KHR_physics_rigid_bodies"));
+    CHECK_THROWS_WITH(sandbox::applyMarking(scene, sandbox::GiveRole{nodeIndex(scene, node), Role::Tool}),
+                      Contains("KHR_physics_rigid_bodies"));
 }
 
 TEST_CASE("roles: what the physics extension has and this program has not is named", "[system]") {
@@ -242,12 +244,12 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
 
     Scene scene = engine::readGltf(folder.path() / "a.glb");
     sandbox::assignRoles(scene);
-    sandbox::setRole(scene, scene.nodes[2], Role::Tool);
+    sandbox::applyMarking(scene, sandbox::GiveRole{nodeIndex(scene, scene.nodes[2]), Role::Tool});
     sandbox::SceneRoles roles = sandbox::assignRoles(scene);
     CHECK(roles.tool == scene.nodes[2]);
     CHECK(roleOf(scene, scene.nodes[0]) == Role::Visual);
-    sandbox::setRole(scene, scene.nodes[1], std::nullopt);
-    sandbox::saveScene(scene, folder.path() / "b.glb");
+    sandbox::applyMarking(scene, sandbox::GiveRole{nodeIndex(scene, scene.nodes[1]), std::nullopt});
+    engine::saveScene(scene, folder.path() / "b.glb");
 
     Scene again = engine::readGltf(folder.path() / "b.glb");
     roles = sandbox::assignRoles(again);
@@ -256,7 +258,7 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(again.registry.get<sandbox::BodyMarking>(again.nodes[2]).tree.leaves == 50);
     // What else stood in the marks is still there.
     CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras.at("touchstone").contains("outcome"));
-    CHECK_THROWS_AS(sandbox::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
+    CHECK_THROWS_AS(engine::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 
 TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing and has no world", "[system]") {
@@ -265,8 +267,10 @@ TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing a
     sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
     CHECK_THAT(opened.missing, Contains("tool"));
     CHECK(opened.world == nullptr);
-    sandbox::setRole(opened.scene, box, Role::Tool);
+    sandbox::applyMarking(opened.scene, sandbox::GiveRole{nodeIndex(opened.scene, box), Role::Tool});
     opened = sandbox::openScene(std::move(opened.scene));
     CHECK_THAT(opened.missing, Contains("obstacle"));
     CHECK_THROWS_AS(sandbox::buildWorld(opened.scene, opened.roles), engine::SceneError);
 }
+
+}  // namespace touchstone::roles_tests

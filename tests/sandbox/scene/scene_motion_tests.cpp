@@ -8,7 +8,8 @@
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::scene_motion_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using engine::AnimationPath;
@@ -147,3 +148,5 @@ TEST_CASE("scene motion: sampling allocates nothing", "[system]") {
     CHECK(counter.count() == 0);
     CHECK(std::isfinite(sum));
 }
+
+}  // namespace touchstone::scene_motion_tests

@@ -10,7 +10,8 @@
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::scene_world_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using engine::Entity;
@@ -274,8 +275,10 @@ TEST_CASE("scene world: the cache folder follows the environment", "[system]") {
 TEST_CASE("device choice: names and files are told apart, and what does not exist is named", "[system]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const auto demo = sandbox::startDevice(scene, "demo");
-    CHECK(demo->read(0, 1).X_WT.p.isApprox(Vec3(0, 15, 0), 1e-6));
+    CHECK(demo->read(0, 1).X_WT_device.p.isApprox(Vec3(0, 15, 0), 1e-6));
     CHECK_THROWS_WITH(sandbox::startDevice(scene, "joystick"),
                       Contains("'joystick'") && Contains("demo, hand, insert, mouse, phantom, replay, spacemouse"));
     CHECK_THROWS_WITH(sandbox::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }
+
+}  // namespace touchstone::scene_world_tests

@@ -5,7 +5,7 @@
 
 #include "haptics/sandbox/scene/units.hpp"
 
-using namespace touchstone;
+namespace touchstone::units_tests {
 
 TEST_CASE("units: a metre is a thousand millimetres, whichever way", "[system]") {
     CHECK(sandbox::toMm({0.001, -2, 0.5}) == Vec3(1, -2000, 500));
@@ -39,3 +39,5 @@ TEST_CASE("units: scale and mirroring do not enter a pose", "[system]") {
     CHECK((pose.p - Vec3(100, 200, 300)).norm() < 1e-12);
     CHECK((pose.q * Vec3::UnitX() - Vec3(std::cos(1.0), std::sin(1.0), 0)).norm() < 1e-12);
 }
+
+}  // namespace touchstone::units_tests

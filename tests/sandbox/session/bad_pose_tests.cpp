@@ -7,7 +7,8 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::bad_pose_tests {
+
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
@@ -187,3 +188,5 @@ TEST_CASE("bad poses: a scene beyond a kilometre is refused by a sentence that n
     animated.animations.push_back(translation(animated.nodes[0], {0, 1}, {{2000, 0, 0, 0}, {0, 0, 0, 0}}));
     CHECK_THROWS_WITH(sandbox::openScene(std::move(animated), options), Contains("starts more than 1 km from"));
 }
+
+}  // namespace touchstone::bad_pose_tests

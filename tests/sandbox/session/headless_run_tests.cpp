@@ -3,7 +3,8 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::headless_run_tests {
+
 using namespace touchstone::test;
 
 namespace {
@@ -122,3 +123,5 @@ TEST_CASE("headless run: a replayed motion is another device", "[system]") {
     CHECK(report.ticks == 201);
     CHECK(report.checks.size() == 1);  // it is not the demonstration that the outcome is about
 }
+
+}  // namespace touchstone::headless_run_tests

@@ -11,7 +11,8 @@
 #include "haptics/sandbox/measure/report.hpp"
 #include "tests/support/scene_maker.hpp"
 
-using namespace touchstone;
+namespace touchstone::tick_history_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -110,3 +111,5 @@ TEST_CASE("tick history: the table has the ticks shown, with every channel", "[p
     CHECK_FALSE(std::getline(in, line));
     CHECK_THROWS(writeTicks(history, {4, 0}, folder.path() / "missing" / "ticks.csv"));
 }
+
+}  // namespace touchstone::tick_history_tests

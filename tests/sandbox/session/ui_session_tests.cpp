@@ -8,7 +8,8 @@
 #include "haptics/sandbox/session/session.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::ui_session_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -30,7 +31,7 @@ bool waitUntilRunning(LiveSession& session) {
 
 std::string errors(const LiveSession& session) {
     std::string all;
-    for (const Message& message : session.messages())
+    for (const Message& message : session.log().messages())
         if (message.kind == Message::Kind::Error) all += message.text + "\n";
     return all;
 }
@@ -51,7 +52,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     session.open({holdFile(folder)});
     CHECK(session.opening().has_value());
     REQUIRE(waitUntilRunning(session));
-    CHECK(session.device() == "demo");
+    CHECK(session.device().choice == "demo");
     CHECK(session.sceneNumber() == 1);
     CHECK(session.settings().stiffness == 2);
 
@@ -153,12 +154,12 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     CHECK_FALSE(session.scene()->missing.empty());
     CHECK(session.record() == nullptr);
 
-    session.edit({GiveRole{0, Role::Tool}});
+    session.mark({GiveRole{0, Role::Tool}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
-    session.edit({GiveRole{1, Role::Obstacle}});
+    session.mark({GiveRole{1, Role::Obstacle}});
     REQUIRE(waitUntilRunning(session));
 
     const auto saved = folder.path() / "marked.glb";
@@ -174,21 +175,21 @@ TEST_CASE("session: devices change while it runs; one that cannot start changes 
     LiveSession session(uncached());
     session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
-    CHECK(session.mouse() == nullptr);
+    CHECK(session.device().mouse.get() == nullptr);
 
     session.chooseDevice("replay:nowhere.csv");
     CHECK(errors(session).find("nowhere.csv") != std::string::npos);
-    CHECK(session.device() == "demo");
+    CHECK(session.device().choice == "demo");
 
     session.chooseDevice("mouse");
-    REQUIRE(session.device() == "mouse");
-    REQUIRE(session.mouse());
+    REQUIRE(session.device().choice == "mouse");
+    REQUIRE(session.device().mouse.get());
     // The hand goes where the mouse wants it, in its own time.
     Pose wanted = session.scene()->world->X_WT_start;
     wanted.p.x() += 5;
     CHECK(patiently([&] {
         session.update();
-        session.mouse()->grab(wanted);
+        session.device().mouse.get()->grab(wanted);
         return session.record() && (session.record()->X_WT_device.p - wanted.p).norm() < 0.01;
     }));
     session.restart();
@@ -259,17 +260,18 @@ TEST_CASE("session: an obstacle that is moved by hand goes there while the loop 
     Settings settings = session.settings();
     settings.stiffness = 1.5;
     session.setSettings(settings);
-    session.edit({PlaceNode{1, from, to}});
+    session.edit({engine::PlaceNode{1, from, to}});
     const Vec3 target = before->obstacles[0].X_WO.p - Vec3(0, 20, 0);
     bool onItsWay = false;
     REQUIRE(patiently([&] {
         session.update();
-        const double left = (session.scene()->world->obstacles[0].X_WO.p - target).norm();
+        const double left = (obstaclePose(*session.scene(), 0).p - target).norm();
         onItsWay |= left > 0 && left < 20;
         return left < 1e-9;
     }));
     CHECK(onItsWay);
     CHECK(session.scene() == first);  // nothing was opened again
+    CHECK(first->world == before);    // and no world was copied
     CHECK(session.sceneNumber() == 1);
     CHECK(session.snapshot()->session == 0);
     CHECK(session.scene()->world->obstacles[0].tree == before->obstacles[0].tree);
@@ -284,7 +286,7 @@ TEST_CASE("session: an obstacle that is moved by hand goes there while the loop 
     session.setEdits({});
     REQUIRE(patiently([&] {
         session.update();
-        return (session.scene()->world->obstacles[0].X_WO.p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
+        return (obstaclePose(*session.scene(), 0).p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
                session.snapshot()->finished && session.record()->wrench_C.force.norm() > 1;
     }));
     CHECK(errors(session).empty());
@@ -302,7 +304,7 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
     session.open({file});
     REQUIRE(waitUntilRunning(session));
     const auto told = [&] {
-        return std::count_if(session.messages().begin(), session.messages().end(), [](const Message& m) {
+        return std::count_if(session.log().messages().begin(), session.log().messages().end(), [](const Message& m) {
             return m.kind == Message::Kind::Warning && m.text.starts_with("lid stays where it is");
         });
     };
@@ -311,9 +313,9 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
             session.scene()->scene.registry.get<engine::LocalTransform>(session.scene()->scene.nodes[node]);
         engine::LocalTransform to = from;
         to.translation.y = y;
-        session.edit({PlaceNode{node, from, to}});
+        session.edit({engine::PlaceNode{node, from, to}});
     };
-    const auto lid = [&] { return session.scene()->world->obstacles[1].X_WO.p.y(); };
+    const auto lid = [&] { return obstaclePose(*session.scene(), 1).p.y(); };
     REQUIRE(patiently([&] {
         session.update();
         return session.snapshot()->finished;
@@ -321,14 +323,14 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
     placed(2, 0.015);
     REQUIRE(patiently([&] {
         session.update();
-        CHECK(trueClearance(*session.scene()->world, session.record()->X_WT) >= -1e-3);
+        CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
         return told() == 1;
     }));
     CHECK(lid() > 20);  // where the faces would touch; leaves reach further out
     placed(1, -0.02);   // the slab gives way
     REQUIRE(patiently([&] {
         session.update();
-        CHECK(trueClearance(*session.scene()->world, session.record()->X_WT) >= -1e-3);
+        CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
         return std::abs(lid() - 15) < 1e-9;
     }));
     CHECK(told() == 1);
@@ -344,14 +346,14 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     session.setSettings(settings);
     const int leaves = session.scene()->world->tool->leafCount();
 
-    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    session.mark({ChooseTree{0, {.leaves = 1000}}});
     CHECK(session.opening());
     CHECK(session.running());
     session.cancelOpening();
     CHECK_FALSE(session.opening());
     CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
 
-    session.edit({ChooseTree{0, {.leaves = 1000}}});
+    session.mark({ChooseTree{0, {.leaves = 1000}}});
     REQUIRE(patiently([&] {
         session.update();
         return session.sceneNumber() == 2;
@@ -360,7 +362,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.settings() == settings);
 
     // A part that cannot be read changes nothing.
-    session.edit({AddPart{folder.path() / "missing.glb", Role::Obstacle}});
+    session.edit({engine::AddPart{folder.path() / "missing.glb", Role::Obstacle}});
     REQUIRE(patiently([&] {
         session.update();
         return !session.opening();
@@ -380,7 +382,7 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     engine::LocalTransform to = from;
     to.translation.x += 0.005;
     to.rotation = glm::normalize(glm::dquat(glm::dvec3(0, 0.4, 0)));
-    session.edit({PlaceNode{1, from, to}});
+    session.edit({engine::PlaceNode{1, from, to}});
     Settings settings = session.settings();
     settings.stiffness = 1.75;
     session.setSettings(settings);
@@ -396,7 +398,7 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
         return session.sceneNumber() == 2 && session.running();
     }));
     CHECK(session.settings() == settings);
-    const Pose& again = session.scene()->world->obstacles[0].X_WO;
+    const Pose& again = obstaclePose(*session.scene(), 0);
     CHECK((again.p - X_WO.p).norm() < 1e-9);
     CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }
@@ -427,13 +429,13 @@ TEST_CASE(
             const auto from = scene.registry.get<engine::LocalTransform>(scene.nodes[1]);
             engine::LocalTransform to = from;
             to.translation.y = y;
-            session.edit({PlaceNode{1, from, to}});
+            session.edit({engine::PlaceNode{1, from, to}});
         };
         lift(0.0007);
         REQUIRE(ticksMore(session, 50));  // from here on it is not where the scene's file has it
         lift(0.0005);
         session.record(recording);
-        REQUIRE(session.recorder());
+        REQUIRE(session.recording().recorder());
         REQUIRE(ticksMore(session, 50));
         const double force = session.record()->wrench_C.force.norm();
         lift(0.0012);
@@ -455,11 +457,11 @@ TEST_CASE(
             return session.sceneNumber() == 2;
         }));
         REQUIRE(ticksMore(session, 100));
-        session.stopRecording();
-        CHECK_FALSE(session.recorder());
+        session.recording().stop();
+        CHECK_FALSE(session.recording().recorder());
         CHECK(errors(session).empty());
         session.record(recording);
-        CHECK_FALSE(session.recorder());
+        CHECK_FALSE(session.recording().recorder());
         CHECK(errors(session).find("holds a recording already") != std::string::npos);
     }
     const HapticScene scene = openScene(file);
@@ -477,10 +479,12 @@ TEST_CASE(
     session.open({file});
     REQUIRE(waitUntilRunning(session));
     session.chooseDevice(options.device);
-    CHECK(session.device() == options.device);
+    CHECK(session.device().choice == options.device);
     CHECK(patiently([&] {
         session.update();
         return session.snapshot()->settings.solver == findSolver("pqp") && session.snapshot()->finished;
     }));
     CHECK(errors(session).empty());
 }
+
+}  // namespace touchstone::ui_session_tests

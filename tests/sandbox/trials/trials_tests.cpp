@@ -10,7 +10,8 @@
 #include "haptics/sandbox/trials/protocol.hpp"
 #include "haptics/sandbox/trials/trial.hpp"
 
-using namespace touchstone;
+namespace touchstone::trials_tests {
+
 using namespace touchstone::sandbox;
 using nlohmann::ordered_json;
 
@@ -322,3 +323,5 @@ TEST_CASE("protocol: what is wrong with a file is one sentence with its name and
     CHECK_THROWS_WITH(readProtocol(none, "study.json"), Catch::Contains("conditions[0].scene must be given"));
     CHECK_THROWS_WITH(readProtocol(std::filesystem::path("nowhere.json")), Catch::Contains("nowhere.json"));
 }
+
+}  // namespace touchstone::trials_tests

@@ -3,17 +3,20 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "engine/edit/pick.hpp"
+#include "engine/edit/scene_edit.hpp"
 #include "engine/edit/undo.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/ui/user_files.hpp"
-#include "haptics/sandbox/edit/pick.hpp"
-#include "haptics/sandbox/edit/scene_edit.hpp"
+#include "haptics/sandbox/scene/marking.hpp"
+#include "haptics/sandbox/scene/placement.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/ui_scene.hpp"
 
-using namespace touchstone;
+namespace touchstone::edit_tests {
+
 using namespace touchstone::sandbox;
 using namespace touchstone::test;
 
@@ -29,6 +32,11 @@ engine::LocalTransform at(double x, double y, double z) {
 
 glm::dvec3 placeIn(const engine::Scene& scene, std::size_t node) {
     return scene.registry.get<engine::LocalTransform>(scene.nodes[node]).translation;
+}
+
+engine::Entity pick(const HapticScene& scene, const Pose* X_WT, const engine::Ray& ray) {
+    return engine::pickNode(
+        scene.scene.registry, [&](engine::Entity node) { return placeOf(scene, node, X_WT); }, ray);
 }
 
 }  // namespace
@@ -57,46 +65,47 @@ TEST_CASE("undo: steps are settled states, and a new one forgets what was undone
 }
 
 TEST_CASE("edits: changes of one thing are joined, and tell how to get from one list to another", "[edit]") {
-    std::vector<SceneEdit> edits;
-    append(edits, PlaceNode{1, at(0, 0, 0), at(1, 0, 0)});
-    append(edits, PlaceNode{1, at(1, 0, 0), at(2, 0, 0)});
+    std::vector<engine::SceneEdit> edits;
+    append(edits, engine::PlaceNode{1, at(0, 0, 0), at(1, 0, 0)});
+    append(edits, engine::PlaceNode{1, at(1, 0, 0), at(2, 0, 0)});
     REQUIRE(edits.size() == 1);
-    CHECK(std::get<PlaceNode>(edits[0]).from == at(0, 0, 0));
-    CHECK(std::get<PlaceNode>(edits[0]).to == at(2, 0, 0));
+    CHECK(std::get<engine::PlaceNode>(edits[0]).from == at(0, 0, 0));
+    CHECK(std::get<engine::PlaceNode>(edits[0]).to == at(2, 0, 0));
 
-    const std::vector<SceneEdit> none;
-    const auto back = reversibleChange(edits, none);
+    const std::vector<engine::SceneEdit> none;
+    const auto back = engine::reversibleChange(edits, none);
     REQUIRE(back.has_value());
     REQUIRE(back->size() == 1);
-    CHECK(std::get<PlaceNode>(back->front()).to == at(0, 0, 0));
-    append(edits, GiveRole{0, Role::Goal});
-    CHECK_FALSE(reversibleChange(edits, none).has_value());
-    std::vector<SceneEdit> moved = edits;
-    append(moved, PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});
-    const auto on = reversibleChange(edits, moved);
+    CHECK(std::get<engine::PlaceNode>(back->front()).to == at(0, 0, 0));
+    append(edits, engine::SetExtras{0, {{"touchstone", {{"role", "goal"}}}}});
+    CHECK_FALSE(engine::reversibleChange(edits, none).has_value());
+    std::vector<engine::SceneEdit> moved = edits;
+    append(moved, engine::PlaceNode{1, at(2, 0, 0), at(9, 0, 0)});
+    const auto on = engine::reversibleChange(edits, moved);
     REQUIRE(on.has_value());
-    CHECK(std::get<PlaceNode>(on->front()).to == at(9, 0, 0));
+    CHECK(std::get<engine::PlaceNode>(on->front()).to == at(9, 0, 0));
 }
 
 TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[edit]") {
     engine::Scene scene = holdScene();
-    const Looks before = looksOf(scene.materials[0]), gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
-    std::vector<SceneEdit> edits;
-    append(edits, PaintMaterial{0, before, {{1, 1, 1, 1}, 0.5f, 0.5f}});
-    append(edits, PaintMaterial{0, {{1, 1, 1, 1}, 0.5f, 0.5f}, gold});
-    append(edits, RenameNode{1, "slab", "table"});
+    const engine::Looks before = engine::looksOf(scene.materials[0]), gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    std::vector<engine::SceneEdit> edits;
+    append(edits, engine::PaintMaterial{0, before, {{1, 1, 1, 1}, 0.5f, 0.5f}});
+    append(edits, engine::PaintMaterial{0, {{1, 1, 1, 1}, 0.5f, 0.5f}, gold});
+    append(edits, engine::RenameNode{1, "slab", "table"});
     REQUIRE(edits.size() == 2);
-    const auto there = reversibleChange({}, edits);
+    const auto there = engine::reversibleChange({}, edits);
     REQUIRE(there.has_value());
-    applyEdits(scene, *there);
-    CHECK(looksOf(scene.materials[0]) == gold);
+    engine::applyEdits(scene, *there);
+    CHECK(engine::looksOf(scene.materials[0]) == gold);
     CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "table");
-    const auto back = reversibleChange(edits, {});
+    const auto back = engine::reversibleChange(edits, {});
     REQUIRE(back.has_value());
-    applyEdits(scene, *back);
-    CHECK(looksOf(scene.materials[0]) == before);
+    engine::applyEdits(scene, *back);
+    CHECK(engine::looksOf(scene.materials[0]) == before);
     CHECK(scene.registry.get<engine::Name>(scene.nodes[1]).value == "slab");
-    applyEdits(scene, {PaintMaterial{99, before, gold}, RenameNode{99, "", "nobody"}});  // no effect
+    engine::applyEdits(scene,
+                       {engine::PaintMaterial{99, before, gold}, engine::RenameNode{99, "", "nobody"}});  // no effect
 }
 
 TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scale stays", "[edit]") {
@@ -107,7 +116,7 @@ TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scal
         addBox(scene, "box", glm::vec3(0.01f), nullptr, {.translation = {0.05, 0, 0}, .scale = {2, 1, 0.5}}, above);
     updateWorldTransforms(scene);
     const Pose wanted{{12, -7, 30}, expRotation({0.5, 0.1, -0.9})};
-    scene.registry.get<engine::LocalTransform>(node) = placedAt(scene.registry, node, wanted);
+    scene.registry.get<engine::LocalTransform>(node) = engine::placedAt(scene.registry, node, toRigidPart(wanted));
     updateWorldTransforms(scene);
     const Pose found = toPose(engine::worldPose(scene.registry, node));
     CHECK((found.p - wanted.p).norm() < 1e-9);
@@ -120,19 +129,22 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
     const auto file = holdFile(folder), saved = folder.path() / "saved.glb";
     HapticScene scene = openScene(file, kNoTrees);
     TreeOptions tree{.leaves = 99, .quality = TreeQuality::Best, .interior = Interior::Solid};
-    const Looks gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
-    applyEdits(scene.scene, {PlaceNode{1, {}, at(0.001, 0.002, 0.003)}, ChooseTree{1, tree}, GiveRole{0, Role::Tool},
-                             PaintMaterial{1, {}, gold}, RenameNode{1, "slab", "Tisch, größer"}});
+    const engine::Looks gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
+    applyMarking(scene.scene, ChooseTree{1, tree});
+    applyMarking(scene.scene, GiveRole{0, Role::Tool});
+    engine::applyEdits(scene.scene,
+                       {engine::PlaceNode{1, {}, at(0.001, 0.002, 0.003)}, engine::PaintMaterial{1, {}, gold},
+                        engine::RenameNode{1, "slab", "Tisch, größer"}});
     Settings settings = scene.settings;
     settings.stiffness = 2.5;
     settings.solver = findSolver("pqp");
     settings.pause = true;
     sandbox::setSettings(scene.scene, scene.roles, settings);
-    saveScene(scene.scene, saved);
+    engine::saveScene(scene.scene, saved);
 
     const HapticScene again = openScene(saved, kNoTrees);
-    CHECK(looksOf(again.scene.materials[1]) == gold);
-    CHECK(looksOf(again.scene.materials[0]) == looksOf(scene.scene.materials[0]));
+    CHECK(engine::looksOf(again.scene.materials[1]) == gold);
+    CHECK(engine::looksOf(again.scene.materials[0]) == engine::looksOf(scene.scene.materials[0]));
     CHECK(again.scene.registry.get<engine::Name>(again.scene.nodes[1]).value == "Tisch, größer");
     CHECK(placeIn(again.scene, 1) == glm::dvec3(0.001, 0.002, 0.003));
     CHECK(again.scene.registry.get<BodyMarking>(again.scene.nodes[1]).tree == tree);
@@ -142,8 +154,8 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
 
     // By error in place of leaves, and back into the same file.
     engine::Scene third = engine::readGltf(saved);
-    applyEdits(third, {ChooseTree{1, {.maxError = 0.125}}});
-    saveScene(third, saved);
+    applyMarking(third, ChooseTree{1, {.maxError = 0.125}});
+    engine::saveScene(third, saved);
     CHECK(openScene(saved, kNoTrees).scene.registry.get<BodyMarking>(third.nodes[1]).tree ==
           TreeOptions{.maxError = 0.125});
 }
@@ -154,10 +166,11 @@ TEST_CASE("edits: another file's shapes become an obstacle, with their looks, an
     writeGltf(holdScene(), part);
     engine::Scene scene = engine::readGltf(file);
     const std::size_t nodes = scene.nodes.size(), materials = scene.materials.size();
-    applyEdits(scene, {AddPart{part, Role::Obstacle}, PlaceNode{int(nodes), {}, at(0, -0.1, 0)}});
+    applyMarking(scene, AddBody{part, Role::Obstacle});
+    engine::applyEdits(scene, {engine::PlaceNode{int(nodes), {}, at(0, -0.1, 0)}});
     REQUIRE(scene.nodes.size() == nodes + 3);  // a root for the part, its cube and its slab
     CHECK(scene.materials.size() == 2 * materials);
-    saveScene(scene, saved);
+    engine::saveScene(scene, saved);
 
     const HapticScene again = openScene(saved, kNoTrees);
     REQUIRE(again.roles.obstacles.size() == 2);
@@ -171,24 +184,24 @@ TEST_CASE("edits: another file's shapes become an obstacle, with their looks, an
     REQUIRE(material >= int(materials));
     CHECK(again.scene.materials[std::size_t(material)].baseColor.b == Approx(0.8f));
 
-    CHECK_THROWS_AS(applyEdits(scene, {AddPart{folder.path() / "missing.glb", Role::Obstacle}}), engine::SceneError);
+    CHECK_THROWS_AS(applyMarking(scene, AddBody{folder.path() / "missing.glb", Role::Obstacle}), engine::SceneError);
 }
 
 TEST_CASE("picking: a click meets the nearest visible mesh, the tool where it is", "[edit]") {
     HapticScene scene = openScene(holdScene(), kNoTrees);
     const engine::Entity cube = scene.scene.nodes[0], slab = scene.scene.nodes[1];
     const engine::Ray down{{0, 1, 0}, {0, -1, 0}}, aside{{0.02f, 1, 0}, {0, -1, 0}};
-    CHECK(pickNode(scene, nullptr, down) == cube);
-    CHECK(pickNode(scene, nullptr, aside) == slab);
+    CHECK(pick(scene, nullptr, down) == cube);
+    CHECK(pick(scene, nullptr, aside) == slab);
     const Pose X_WT{{20, 30, 0}, Quat::Identity()};
-    CHECK(pickNode(scene, &X_WT, aside) == cube);
-    CHECK(pickNode(scene, &X_WT, down) == slab);
-    CHECK_FALSE(pickNode(scene, nullptr, {{1, 1, 0}, {0, -1, 0}}));
-    CHECK_FALSE(pickNode(scene, nullptr, {{0, 1, 0}, {0, 1, 0}}));  // behind the eye
+    CHECK(pick(scene, &X_WT, aside) == cube);
+    CHECK(pick(scene, &X_WT, down) == slab);
+    CHECK_FALSE(pick(scene, nullptr, {{1, 1, 0}, {0, -1, 0}}));
+    CHECK_FALSE(pick(scene, nullptr, {{0, 1, 0}, {0, 1, 0}}));  // behind the eye
     scene.scene.registry.get<engine::Visibility>(cube).visible = false;
-    CHECK(pickNode(scene, nullptr, down) == slab);
+    CHECK(pick(scene, nullptr, down) == slab);
 
-    const NodeBox box = boxOf(scene.scene.registry, slab);
+    const engine::NodeBox box = engine::boxOf(scene.scene.registry, slab);
     CHECK(box.high == glm::vec3(0.03f, 0.005f, 0.03f));
     CHECK(box.center() == glm::vec3(0));
 }
@@ -252,3 +265,5 @@ TEST_CASE("recent scenes: newest first, each once, kept between runs; those that
     CHECK(engine::RecentScenes(config).list() == std::vector{a});
     CHECK(engine::RecentScenes().list().empty());
 }
+
+}  // namespace touchstone::edit_tests

@@ -1,20 +1,36 @@
 // The handles around a body, without a window.
 #include <catch2/catch.hpp>
 
-#include "haptics/sandbox/edit/gizmo.hpp"
-#include "haptics/sandbox/scene/units.hpp"
+#include "engine/edit/gizmo.hpp"
 
-using namespace touchstone;
-using namespace touchstone::sandbox;
+namespace touchstone::gizmo_tests {
+
+using namespace touchstone::engine;
 
 namespace {
 
 constexpr glm::vec2 kViewport{800, 600};
 
+glm::dquat rotation(const glm::dvec3& w) { return glm::angleAxis(glm::length(w), glm::normalize(w)); }
+
+glm::dvec3 unit(int k) {
+    glm::dvec3 axis(0);
+    axis[k] = 1;
+    return axis;
+}
+
+/// Rotation vector from one orientation to another.
+glm::dvec3 turn(const glm::dquat& from, const glm::dquat& to) {
+    const glm::dquat q = to * glm::conjugate(from), near = q.w < 0 ? -q : q;
+    const glm::dvec3 v(near.x, near.y, near.z);
+    const double s = glm::length(v);
+    return s < 1e-12 ? 2. * v : 2 * std::atan2(s, near.w) / s * v;
+}
+
 /// A user who drags handles, seen from an oblique direction.
 struct Hand {
     Gizmo gizmo;
-    engine::OrbitCamera camera;
+    OrbitCamera camera;
     MouseFrame mouse{.viewport = kViewport};
     GizmoPlace place;
     bool snap = false;
@@ -23,15 +39,14 @@ struct Hand {
         camera.distance = 0.4f;
         camera.yaw = 0.5f;
         camera.pitch = 0.4f;
-        place.X_WB = {{10, -5, 20}, expRotation({0.2, 0.7, -0.3})};
-        place.p_BP = Vec3(3, 4, 5);
+        place.body = {{0.010, -0.005, 0.020}, rotation({0.2, 0.7, -0.3})};
+        place.pivot = {0.003, 0.004, 0.005};
     }
-    std::optional<Pose> step() {
+    std::optional<RigidPart> step() {
         const auto pose = gizmo.update(mouse, camera, place, snap);
-        if (pose) place.X_WB = *pose;
+        if (pose) place.body = *pose;
         return pose;
     }
-    Vec3 pivot() const { return place.X_WB * place.p_BP; }
     /// Takes hold of the handle.
     void take(GizmoHandle handle) {
         const auto at = Gizmo::grip(handle, camera, kViewport, place);
@@ -40,9 +55,9 @@ struct Hand {
         step();
         REQUIRE(gizmo.handle() == handle);
         mouse.left = true;
-        const Pose before = place.X_WB;
+        const RigidPart before = place.body;
         REQUIRE(step());
-        CHECK((place.X_WB.p - before.p).norm() < 1e-3);  // taking hold moves nothing
+        CHECK(glm::distance(place.body.translation, before.translation) < 1e-6);  // taking hold moves nothing
     }
 };
 
@@ -54,25 +69,25 @@ TEST_CASE("gizmo: an axis moves along itself alone, and the point under the curs
     CAPTURE(ownAxes, k);
     Hand hand;
     hand.place.ownAxes = ownAxes;
-    const Pose start = hand.place.X_WB;
-    const Vec3 axis = ownAxes ? Vec3(start.q * Vec3::Unit(k)) : Vec3(Vec3::Unit(k));
+    const RigidPart start = hand.place.body;
+    const glm::dvec3 axis = ownAxes ? start.rotation * unit(k) : unit(k);
     hand.take(GizmoHandle(int(GizmoHandle::MoveX) + k));
     // To where the grip is on the screen once the body is 15 mm further on.
     GizmoPlace ahead = hand.place;
-    ahead.X_WB.p += 15 * axis;
-    const engine::OrbitCamera& camera = hand.camera;
-    const glm::vec3 held(toMetres(Vec3(hand.pivot() + 20 * axis))), there(toMetres(Vec3(hand.pivot() + 35 * axis)));
+    ahead.body.translation += 0.015 * axis;
+    const OrbitCamera& camera = hand.camera;
+    const glm::vec3 held(hand.place.worldPivot() + 0.020 * axis), there(hand.place.worldPivot() + 0.035 * axis);
     hand.mouse.cursor += *camera.project(there, kViewport) - *camera.project(held, kViewport);
     REQUIRE(hand.step());
-    const Vec3 moved = hand.place.X_WB.p - start.p;
-    CHECK(moved.cross(axis).norm() < 1e-6);
-    CHECK(moved.dot(axis) > 8);
-    CHECK(moved.dot(axis) < 25);
-    CHECK(logRotation(hand.place.X_WB.q * start.q.conjugate()).norm() < 1e-9);
+    const glm::dvec3 moved = hand.place.body.translation - start.translation;
+    CHECK(glm::length(glm::cross(moved, axis)) < 1e-9);
+    CHECK(glm::dot(moved, axis) > 0.008);
+    CHECK(glm::dot(moved, axis) < 0.025);
+    CHECK(glm::length(turn(start.rotation, hand.place.body.rotation)) < 1e-9);
 
     hand.snap = true;
     hand.step();
-    const double snapped = (hand.place.X_WB.p - start.p).dot(axis);
+    const double snapped = 1000 * glm::dot(hand.place.body.translation - start.translation, axis);
     CHECK(std::abs(snapped - std::round(snapped)) < 1e-9);
     hand.mouse.left = false;
     CHECK_FALSE(hand.step());
@@ -81,10 +96,10 @@ TEST_CASE("gizmo: an axis moves along itself alone, and the point under the curs
 
 TEST_CASE("gizmo: a ring turns about its axis through the pivot, past half a turn too", "[gizmo]") {
     Hand hand;
-    const Pose start = hand.place.X_WB;
-    const Vec3 pivot = hand.pivot();
+    const RigidPart start = hand.place.body;
+    const glm::dvec3 pivot = hand.place.worldPivot();
     hand.take(GizmoHandle::TurnY);
-    const glm::vec2 middle = *hand.camera.project(glm::vec3(toMetres(pivot)), kViewport);
+    const glm::vec2 middle = *hand.camera.project(glm::vec3(pivot), kViewport);
     // Once around the pivot on the screen and half a turn more; y points down there, so this is against the clock.
     const glm::vec2 r = hand.mouse.cursor - middle;
     double turned = 0, last = 0;
@@ -93,11 +108,11 @@ TEST_CASE("gizmo: a ring turns about its axis through the pivot, past half a tur
         hand.mouse.cursor =
             middle + glm::vec2(std::cos(a) * r.x - std::sin(a) * r.y, std::sin(a) * r.x + std::cos(a) * r.y);
         REQUIRE(hand.step());
-        const Vec3 w = logRotation(hand.place.X_WB.q * start.q.conjugate());
-        CHECK(w.cross(Vec3::UnitY()).norm() < 1e-6);
-        turned += std::remainder(w.y() - last, 2 * 3.14159265358979);
-        last = w.y();
-        CHECK((hand.pivot() - pivot).norm() < 1e-6);
+        const glm::dvec3 w = turn(start.rotation, hand.place.body.rotation);
+        CHECK(glm::length(glm::cross(w, unit(1))) < 1e-6);
+        turned += std::remainder(w.y - last, 2 * 3.14159265358979);
+        last = w.y;
+        CHECK(glm::distance(hand.place.worldPivot(), pivot) < 1e-9);
     }
     // Seen from above, against the clock is +y. The ring is seen at a slant, so a turn and a half on the screen is one
     // and a half about the axis only where it began.
@@ -106,14 +121,13 @@ TEST_CASE("gizmo: a ring turns about its axis through the pivot, past half a tur
 
 TEST_CASE("gizmo: the middle moves in the view plane", "[gizmo]") {
     Hand hand;
-    const Pose start = hand.place.X_WB;
+    const RigidPart start = hand.place.body;
     hand.take(GizmoHandle::MovePlane);
     hand.mouse.cursor += glm::vec2(40, 25);
     hand.step();
-    const Vec3 moved = hand.place.X_WB.p - start.p;
-    const glm::vec3 f = hand.camera.forward(), r = hand.camera.right();
-    CHECK(std::abs(moved.dot(Vec3(f.x, f.y, f.z))) < 1e-3);
-    CHECK(moved.dot(Vec3(r.x, r.y, r.z)) > 5);
+    const glm::dvec3 moved = hand.place.body.translation - start.translation;
+    CHECK(std::abs(glm::dot(moved, glm::dvec3(hand.camera.forward()))) < 1e-6);
+    CHECK(glm::dot(moved, glm::dvec3(hand.camera.right())) > 0.005);
 }
 
 TEST_CASE("gizmo: over a panel, with another button, or far away nothing is taken", "[gizmo]") {
@@ -137,9 +151,8 @@ TEST_CASE("gizmo: over a panel, with another button, or far away nothing is take
 }
 
 TEST_CASE("camera: standard views look along the axes, and zooming keeps what is under the cursor", "[gizmo]") {
-    engine::OrbitCamera camera;
+    OrbitCamera camera;
     camera.target = {0.1f, 0.2f, 0.3f};
-    using engine::StandardView;
     const std::pair<StandardView, glm::vec3> sides[]{
         {StandardView::Front, {0, 0, -1}}, {StandardView::Back, {0, 0, 1}}, {StandardView::Right, {-1, 0, 0}},
         {StandardView::Left, {1, 0, 0}},   {StandardView::Top, {0, -1, 0}}, {StandardView::Bottom, {0, 1, 0}}};
@@ -157,3 +170,5 @@ TEST_CASE("camera: standard views look along the axes, and zooming keeps what is
     CHECK(glm::length(*after - cursor) < 0.1f);
     CHECK(camera.distance < 0.6f);
 }
+
+}  // namespace touchstone::gizmo_tests

@@ -1,15 +1,15 @@
 #pragma once
-// Handles around a body, to move and turn it with the mouse.
+// Handles around a body, to move and turn it with the mouse. Lengths in metres.
 #include <array>
 #include <optional>
 
+#include "engine/scene/transforms.hpp"
 #include "engine/view/camera.hpp"
-#include "haptics/math/rigid.hpp"
-#include "haptics/sandbox/app/mouse_grab.hpp"
+#include "engine/view/mouse_frame.hpp"
 
 struct ImDrawList;
 
-namespace touchstone::sandbox {
+namespace touchstone::engine {
 
 /// What is taken hold of: an axis, the view plane, or the ring about an axis.
 enum class GizmoHandle { None, MoveX, MoveY, MoveZ, MovePlane, TurnX, TurnY, TurnZ };
@@ -17,45 +17,47 @@ enum class GizmoHandle { None, MoveX, MoveY, MoveZ, MovePlane, TurnX, TurnY, Tur
 /// Where the handles stand: about a pivot, along the axes of the scene or of the body. They have one size on the
 /// screen.
 struct GizmoPlace {
-    Pose X_WB;                 ///< of the body, mm
-    Vec3 p_BP = Vec3::Zero();  ///< pivot in the body's frame
-    bool ownAxes = false;      ///< the body's axes in place of the scene's
-    float size = 90;           ///< length of an axis in pixels
+    RigidPart body;        ///< rigid pose of the body in the scene
+    glm::dvec3 pivot{0};   ///< in the body's frame
+    bool ownAxes = false;  ///< the body's axes in place of the scene's
+    float size = 90;       ///< length of an axis in pixels
+
+    glm::dvec3 worldPivot() const { return body.translation + body.rotation * pivot; }
 };
 
 /// Fed once a frame. Dragging an axis moves along it, the middle in the view plane, a ring turns about its axis.
 class Gizmo {
   public:
     /// The pose that the body is to take, while a handle is dragged. `snap`: in steps of 1 mm and 5°.
-    std::optional<Pose> update(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GizmoPlace& place,
-                               bool snap);
+    std::optional<RigidPart> update(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place,
+                                    bool snap);
     /// Under the cursor, or held.
     GizmoHandle handle() const { return handle_; }
     bool dragging() const { return dragging_; }
     /// Pose when the drag began.
-    const Pose& start() const { return start_.X_WB; }
+    const RigidPart& start() const { return start_.body; }
     /// Lets go.
     void reset();
 
     /// Draws the handles as they stand, and how far a drag has come; `corner`: of the viewport on the screen.
-    void draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
+    void draw(ImDrawList& list, const OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
               const GizmoPlace& place) const;
 
     /// A point on the handle in pixels of the viewport, for those who want to take hold of it; nothing if it is hidden.
-    static std::optional<glm::vec2> grip(GizmoHandle handle, const engine::OrbitCamera& camera, glm::vec2 viewport,
+    static std::optional<glm::vec2> grip(GizmoHandle handle, const OrbitCamera& camera, glm::vec2 viewport,
                                          const GizmoPlace& place);
 
   private:
-    GizmoHandle hit(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GizmoPlace& place) const;
-    /// Along the axis in mm, or about it in radians, or in the view plane; a drag is the difference of two.
-    Vec3 measure(const MouseFrame& mouse, const engine::OrbitCamera& camera) const;
+    GizmoHandle hit(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place) const;
+    /// Metres along the axis (x), radians about it (x), or a point of the view plane; a drag is the difference of two.
+    glm::dvec3 measure(const MouseFrame& mouse, const OrbitCamera& camera) const;
 
     GizmoHandle handle_ = GizmoHandle::None;
     bool dragging_ = false, buttonUp_ = true;
     GizmoPlace start_;
-    Vec3 from_ = Vec3::Zero();
+    glm::dvec3 from_{0};
     double turned_ = 0, lastAngle_ = 0;
-    Vec3 moved_ = Vec3::Zero();
+    glm::dvec3 moved_{0};
 };
 
-}  // namespace touchstone::sandbox
+}  // namespace touchstone::engine

@@ -1,17 +1,23 @@
-#include "haptics/sandbox/edit/scene_edit.hpp"
+#include "engine/edit/scene_edit.hpp"
 
 #include <algorithm>
 #include <map>
 
 #include "engine/scene/gltf_read.hpp"
+#include "engine/scene/gltf_write.hpp"
 #include "engine/scene/transforms.hpp"
-#include "haptics/sandbox/scene/units.hpp"
 
-namespace touchstone::sandbox {
+namespace touchstone::engine {
 namespace {
 
-using engine::Entity;
-using engine::Scene;
+/// Components that saveScene() collects: what was edited.
+struct ExtrasEdited {};
+struct PlaceEdited {};
+struct NameEdited {};
+struct LooksEdited {  // on an entity of its own
+    int material;
+};
+struct PartAdded {};  // of nodes that came from another file
 
 Entity nodeAt(const Scene& scene, int index) {
     return index >= 0 && static_cast<std::size_t>(index) < scene.nodes.size()
@@ -39,31 +45,46 @@ std::vector<SceneEdit> irreversible(const std::vector<SceneEdit>& edits) {
 struct Applier {
     Scene& scene;
 
-    void operator()(const GiveRole& edit) const {
-        if (const Entity node = nodeAt(scene, edit.node)) setRole(scene, node, edit.role);
-    }
-    void operator()(const ChooseTree& edit) const {
-        if (const Entity node = nodeAt(scene, edit.node)) setTree(scene, node, edit.tree);
+    void operator()(const SetExtras& edit) const {
+        const Entity node = nodeAt(scene, edit.node);
+        if (!node) return;
+        setExtras(scene, node, edit.extras);
+        scene.registry.add(node, ExtrasEdited{});
     }
     void operator()(const PlaceNode& edit) const {
-        if (const Entity node = nodeAt(scene, edit.node)) setPlace(scene, node, edit.to);
+        const Entity node = nodeAt(scene, edit.node);
+        if (!node) return;
+        scene.registry.add(node, edit.to);
+        scene.registry.add(node, PlaceEdited{});
     }
     void operator()(const PaintMaterial& edit) const {
-        if (edit.material >= 0 && static_cast<std::size_t>(edit.material) < scene.materials.size())
-            setLooks(scene, edit.material, edit.to);
+        if (edit.material < 0 || static_cast<std::size_t>(edit.material) >= scene.materials.size()) return;
+        Material& changed = scene.materials[static_cast<std::size_t>(edit.material)];
+        changed.baseColor = edit.to.baseColor;
+        changed.metallic = edit.to.metallic;
+        changed.roughness = edit.to.roughness;
+        bool known = false;
+        scene.registry.each<LooksEdited>(
+            [&](Entity, const LooksEdited& edited) { known |= edited.material == edit.material; });
+        if (!known) scene.registry.add(scene.registry.create(), LooksEdited{edit.material});
     }
     void operator()(const RenameNode& edit) const {
-        if (const Entity node = nodeAt(scene, edit.node)) setName(scene, node, edit.to);
+        const Entity node = nodeAt(scene, edit.node);
+        if (!node) return;
+        scene.registry.get<Name>(node).value = edit.to;
+        scene.registry.add(node, NameEdited{});
     }
     void operator()(const AddPart& edit) const {
-        const Scene part = engine::readGltf(edit.file);
-        const Entity node = engine::appendScene(scene, part, edit.file.stem().string());
-        scene.registry.add(node, AddedPart{});
-        setRole(scene, node, edit.role);
+        const Scene part = readGltf(edit.file);
+        const Entity node = appendScene(scene, part, edit.file.stem().string());
+        setExtras(scene, node, edit.extras);
+        scene.registry.add(node, PartAdded{});
     }
 };
 
 }  // namespace
+
+Looks looksOf(const Material& material) { return {material.baseColor, material.metallic, material.roughness}; }
 
 void append(std::vector<SceneEdit>& edits, SceneEdit edit) {
     const auto joins = [&]<class Edit>(const Edit& next) {
@@ -108,13 +129,13 @@ std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEd
     return all;
 }
 
-engine::LocalTransform placedAt(const engine::Registry& registry, Entity node, const Pose& X_WN) {
-    const Entity parent = registry.get<engine::Hierarchy>(node).parent;
+LocalTransform placedAt(const Registry& registry, Entity node, const RigidPart& wanted) {
+    const Entity parent = registry.get<Hierarchy>(node).parent;
     const glm::dmat4 X_WP = parent ? worldMatrix(registry, parent) : glm::dmat4(1);
-    const glm::dmat4 rest(engine::rigidPart(worldMatrix(registry, node)).rest);
-    engine::LocalTransform local = engine::localTransform(glm::inverse(X_WP) * toMatrix(X_WN) * rest);
+    const glm::dmat4 rest(rigidPart(worldMatrix(registry, node)).rest);
+    LocalTransform local = localTransform(glm::inverse(X_WP) * rigidMatrix(wanted) * rest);
     // Rounding is no reason to touch what was not meant.
-    const auto& old = registry.get<engine::LocalTransform>(node);
+    const auto& old = registry.get<LocalTransform>(node);
     constexpr double kRounding = 1e-9;
     const auto near = [](const auto& a, const auto& b, int count) {
         for (int k = 0; k < count; ++k)
@@ -126,11 +147,28 @@ engine::LocalTransform placedAt(const engine::Registry& registry, Entity node, c
     return local;
 }
 
-bool movesRigidly(const engine::Registry& registry, Entity node) {
-    const Entity owner = roleOwner(registry, registry.get<engine::Hierarchy>(node).parent);
-    const Role* role = owner ? registry.find<Role>(owner) : nullptr;
-    const bool body = registry.has<BodyMarking>(node);  // the tool or an obstacle itself
-    return body || !role || (*role != Role::Tool && *role != Role::Obstacle);
+void saveScene(const Scene& scene, const std::filesystem::path& out) {
+    if (scene.file.empty()) throw SceneError("the scene was not read from a file: write it with writeGltf() first");
+    bool hasParts = false;
+    scene.registry.each<PartAdded>([&](Entity, const PartAdded&) { hasParts = true; });
+    if (hasParts) {
+        writeGltf(scene, out);
+        return;
+    }
+    GltfUpdate update;
+    scene.registry.each<ExtrasEdited, NodeMarking>([&](Entity node, const ExtrasEdited&, const NodeMarking& marking) {
+        update.nodes[nodeIndex(scene, node)] = marking.extras;
+    });
+    scene.registry.each<PlaceEdited, LocalTransform>([&](Entity node, const PlaceEdited&, const LocalTransform& local) {
+        update.places[nodeIndex(scene, node)] = local;
+    });
+    scene.registry.each<NameEdited, Name>(
+        [&](Entity node, const NameEdited&, const Name& name) { update.names[nodeIndex(scene, node)] = name.value; });
+    scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
+        update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
+    });
+    update.scenes[scene.index] = scene.extras;
+    updateGltf(scene.file, out, update);
 }
 
-}  // namespace touchstone::sandbox
+}  // namespace touchstone::engine

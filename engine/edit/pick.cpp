@@ -1,14 +1,11 @@
-#include "haptics/sandbox/edit/pick.hpp"
+#include "engine/edit/pick.hpp"
 
-#include <algorithm>
 #include <limits>
 
-#include "haptics/sandbox/scene/units.hpp"
+#include "engine/scene/transforms.hpp"
 
-namespace touchstone::sandbox {
+namespace touchstone::engine {
 namespace {
-
-using engine::Entity;
 
 /// Distance along the ray to a triangle seen from either side; infinity if it misses.
 /// Source: Möller and Trumbore, Fast, Minimum Storage Ray-Triangle Intersection (1997).
@@ -25,35 +22,16 @@ float meet(const glm::vec3& origin, const glm::vec3& d, const glm::vec3& a, cons
 
 }  // namespace
 
-glm::dmat4 placeOf(const HapticScene& scene, Entity node, const Pose* X_WT) {
-    const engine::Registry& registry = scene.scene.registry;
-    const glm::dmat4& placed = registry.get<engine::WorldTransform>(node).matrix;
-    const auto along = [&](Entity body, const Pose& X_WB) {
-        return toMatrix(X_WB) * glm::inverse(engine::rigidMatrix(engine::worldPose(registry, body))) * placed;
-    };
-    const SceneRoles& roles = scene.roles;
-    if (roles.tool && engine::isBelow(registry, node, roles.tool)) return X_WT ? along(roles.tool, *X_WT) : placed;
-    if (!scene.world) return placed;
-    for (Entity body = node; body; body = registry.get<engine::Hierarchy>(body).parent) {
-        const auto found = std::find(roles.obstacles.begin(), roles.obstacles.end(), body);
-        if (found == roles.obstacles.end()) continue;
-        const Pose& X_WO = scene.world->obstacles[static_cast<std::size_t>(found - roles.obstacles.begin())].X_WO;
-        return X_WO == toPose(engine::worldPose(registry, body)) ? placed : along(body, X_WO);
-    }
-    return placed;
-}
-
-Entity pickNode(const HapticScene& scene, const Pose* X_WT, const engine::Ray& ray) {
-    const engine::Registry& registry = scene.scene.registry;
+Entity pickNode(const Registry& registry, const Placement& placement, const Ray& ray) {
     Entity nearest;
     float distance = std::numeric_limits<float>::infinity();
-    registry.each<engine::MeshInstance>([&](Entity node, const engine::MeshInstance& instance) {
-        if (!engine::isVisible(registry, node)) return;
+    registry.each<MeshInstance>([&](Entity node, const MeshInstance& instance) {
+        if (!isVisible(registry, node)) return;
         // In the mesh's frame, with the direction unscaled: distances along the ray stay those of the scene.
-        const glm::dmat4 inverse = glm::inverse(placeOf(scene, node, X_WT));
+        const glm::dmat4 inverse = glm::inverse(placement(node));
         const glm::vec3 origin(inverse * glm::dvec4(ray.origin, 1)), d(inverse * glm::dvec4(ray.direction, 0));
-        for (const engine::Primitive& primitive : instance.primitives) {
-            const engine::MeshData& mesh = *primitive.mesh;
+        for (const Primitive& primitive : instance.primitives) {
+            const MeshData& mesh = *primitive.mesh;
             for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
                 const float t = meet(origin, d, mesh.positions[mesh.indices[i]], mesh.positions[mesh.indices[i + 1]],
                                      mesh.positions[mesh.indices[i + 2]]);
@@ -75,7 +53,7 @@ std::vector<glm::vec3> NodeBox::corners(const glm::dmat4& matrix) const {
     return points;
 }
 
-NodeBox boxOf(const engine::Registry& registry, Entity root) {
+NodeBox boxOf(const Registry& registry, Entity root) {
     NodeBox box;
     struct Visit {
         Entity node;
@@ -85,18 +63,18 @@ NodeBox boxOf(const engine::Registry& registry, Entity root) {
     while (!open.empty()) {
         const Visit visit = open.back();
         open.pop_back();
-        if (const auto* instance = registry.find<engine::MeshInstance>(visit.node))
-            for (const engine::Primitive& primitive : instance->primitives)
+        if (const auto* instance = registry.find<MeshInstance>(visit.node))
+            for (const Primitive& primitive : instance->primitives)
                 for (const glm::vec3& position : primitive.mesh->positions) {
                     const glm::vec3 p(visit.matrix * glm::dvec4(position, 1));
                     box.low = box.empty ? p : glm::min(box.low, p);
                     box.high = box.empty ? p : glm::max(box.high, p);
                     box.empty = false;
                 }
-        for (const Entity child : registry.get<engine::Hierarchy>(visit.node).children)
-            open.push_back({child, visit.matrix * localMatrix(registry.get<engine::LocalTransform>(child))});
+        for (const Entity child : registry.get<Hierarchy>(visit.node).children)
+            open.push_back({child, visit.matrix * localMatrix(registry.get<LocalTransform>(child))});
     }
     return box;
 }
 
-}  // namespace touchstone::sandbox
+}  // namespace touchstone::engine

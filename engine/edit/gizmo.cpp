@@ -1,18 +1,17 @@
-#include "haptics/sandbox/edit/gizmo.hpp"
+#include "engine/edit/gizmo.hpp"
 
 #include <imgui.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/gtc/constants.hpp>
-#include <limits>
+#include <string>
 #include <vector>
 
-#include "haptics/sandbox/scene/units.hpp"
+#include "engine/scene/text.hpp"
 
-namespace touchstone::sandbox {
+namespace touchstone::engine {
 namespace {
 
 constexpr float kReach = 8;       // pixels from a handle at which it is taken
@@ -20,7 +19,7 @@ constexpr float kMiddle = 0.14f;  // radius of the middle, of an axis's length
 constexpr float kRing = 0.78f;    // radius of a ring, of an axis's length
 constexpr float kEdgeOn = 0.2f;   // a ring seen flatter than this is turned by its tangent
 constexpr float kHeadOn = 0.97f;  // an axis seen from its end cannot be dragged
-constexpr double kSnapMm = 1, kSnapRad = 5 * glm::pi<double>() / 180;
+constexpr double kSnapMetres = 1e-3, kSnapRad = 5 * glm::pi<double>() / 180;
 constexpr int kRingPoints = 48;
 
 bool moves(GizmoHandle h) { return h >= GizmoHandle::MoveX && h <= GizmoHandle::MoveZ; }
@@ -31,19 +30,25 @@ int axisOf(GizmoHandle h) {
 GizmoHandle moveAlong(int axis) { return GizmoHandle(int(GizmoHandle::MoveX) + axis); }
 GizmoHandle turnAbout(int axis) { return GizmoHandle(int(GizmoHandle::TurnX) + axis); }
 
+/// Axis k of the handles in the scene.
+glm::dvec3 axisOf(const GizmoPlace& place, int k) {
+    glm::dvec3 axis(0);
+    axis[k] = 1;
+    return place.ownAxes ? place.body.rotation * axis : axis;
+}
+
 /// The handles as the camera sees them now.
 struct Figure {
-    const engine::OrbitCamera& camera;
+    const OrbitCamera& camera;
     glm::vec2 viewport;
     glm::vec3 pivot;
     std::array<glm::vec3, 3> axes;
     float length = 0;  // of an axis, metres
 
-    Figure(const engine::OrbitCamera& camera_, glm::vec2 viewport_, const GizmoPlace& place)
-        : camera(camera_), viewport(viewport_), pivot(toMetres(Vec3(place.X_WB * place.p_BP))) {
+    Figure(const OrbitCamera& camera_, glm::vec2 viewport_, const GizmoPlace& place)
+        : camera(camera_), viewport(viewport_), pivot(place.worldPivot()) {
         for (int k = 0; k < 3; ++k) {
-            const Vec3 axis = Vec3::Unit(k);
-            axes[k] = glm::vec3(toGlm(place.ownAxes ? Vec3(place.X_WB.q * axis) : axis));
+            axes[k] = glm::vec3(axisOf(place, k));
         }
         length = place.size * std::abs(camera.metresPerPixel(pivot, viewport.y));
     }
@@ -84,7 +89,7 @@ void Gizmo::reset() {
     dragging_ = false;
 }
 
-GizmoHandle Gizmo::hit(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GizmoPlace& place) const {
+GizmoHandle Gizmo::hit(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place) const {
     const Figure figure(camera, mouse.viewport, place);
     if (!figure.visible()) return GizmoHandle::None;
     const glm::vec2 middle = figure.screen(figure.pivot);
@@ -108,32 +113,32 @@ GizmoHandle Gizmo::hit(const MouseFrame& mouse, const engine::OrbitCamera& camer
     return nearest;
 }
 
-Vec3 Gizmo::measure(const MouseFrame& mouse, const engine::OrbitCamera& camera) const {
+glm::dvec3 Gizmo::measure(const MouseFrame& mouse, const OrbitCamera& camera) const {
     const Figure figure(camera, mouse.viewport, start_);
     const int k = axisOf(handle_);
-    if (k < 0) return toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, figure.pivot));
-    const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
+    if (k < 0) return camera.onViewPlane(mouse.cursor, mouse.viewport, figure.pivot);
+    const Ray ray = camera.ray(mouse.cursor, mouse.viewport);
     const glm::vec3 axis = figure.axes[k];
     if (moves(handle_)) {
         // The point of the axis nearest to the cursor's ray.
         const glm::vec3 w = figure.pivot - ray.origin;
         const float b = glm::dot(axis, ray.direction), d = glm::dot(axis, w), e = glm::dot(ray.direction, w);
         const float s = (b * e - d) / std::max(1 - b * b, 1e-4f);
-        return Vec3(kMmPerMetre * double(s), 0, 0);
+        return {s, 0, 0};
     }
     if (!figure.edgeOn(k))
-        if (const auto p = engine::intersectPlane(ray, figure.pivot, axis)) {
+        if (const auto p = intersectPlane(ray, figure.pivot, axis)) {
             const glm::vec3 a = figure.axes[(k + 1) % 3], b = figure.axes[(k + 2) % 3], d = *p - figure.pivot;
-            return Vec3(std::atan2(double(glm::dot(d, b)), double(glm::dot(d, a))), 0, 0);
+            return {std::atan2(double(glm::dot(d, b)), double(glm::dot(d, a))), 0, 0};
         }
     // Seen from its edge: along the ring's near side.
     const glm::vec3 tangent = glm::cross(axis, -figure.sight());
     const glm::vec3 p = camera.onViewPlane(mouse.cursor, mouse.viewport, figure.pivot);
-    return Vec3(double(glm::dot(p - figure.pivot, tangent) / (kRing * figure.length)), 0, 0);
+    return {glm::dot(p - figure.pivot, tangent) / (kRing * figure.length), 0, 0};
 }
 
-std::optional<Pose> Gizmo::update(const MouseFrame& mouse, const engine::OrbitCamera& camera, const GizmoPlace& place,
-                                  bool snap) {
+std::optional<RigidPart> Gizmo::update(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place,
+                                       bool snap) {
     if (dragging_ && !mouse.left) reset();
     if (!dragging_) {
         const bool other = mouse.elsewhere || mouse.right || mouse.middle || (mouse.left && !buttonUp_);
@@ -142,37 +147,36 @@ std::optional<Pose> Gizmo::update(const MouseFrame& mouse, const engine::OrbitCa
             dragging_ = true;
             start_ = place;
             from_ = measure(mouse, camera);
-            lastAngle_ = from_.x();
+            lastAngle_ = from_.x;
             turned_ = 0;
-            moved_ = Vec3::Zero();
+            moved_ = {};
         }
     }
     buttonUp_ = !mouse.left;
     if (!dragging_) return std::nullopt;
 
-    const Vec3 now = measure(mouse, camera);
-    Pose X_WB = start_.X_WB;
+    const glm::dvec3 now = measure(mouse, camera);
+    RigidPart body = start_.body;
     const int k = axisOf(handle_);
-    const Vec3 axis = k < 0 ? Vec3(Vec3::Zero()) : Vec3(start_.ownAxes ? Vec3(X_WB.q * Vec3::Unit(k)) : Vec3::Unit(k));
     if (turns(handle_)) {
-        turned_ += std::remainder(now.x() - lastAngle_, 2 * glm::pi<double>());  // past half a turn it goes on
-        lastAngle_ = now.x();
+        turned_ += std::remainder(now.x - lastAngle_, 2 * glm::pi<double>());  // past half a turn it goes on
+        lastAngle_ = now.x;
         const double angle = snap ? kSnapRad * std::round(turned_ / kSnapRad) : turned_;
-        moved_ = Vec3(angle, 0, 0);
-        const Vec3 p_WP = X_WB * start_.p_BP;
-        const Quat dq = expRotation(angle * axis);
-        X_WB.p = p_WP + dq * (X_WB.p - p_WP);
-        X_WB.q = (dq * X_WB.q).normalized();
-        return X_WB;
+        moved_ = {angle, 0, 0};
+        const glm::dvec3 pivot = start_.worldPivot();
+        const glm::dquat turn = glm::angleAxis(angle, axisOf(start_, k));
+        body.translation = pivot + turn * (body.translation - pivot);
+        body.rotation = glm::normalize(turn * body.rotation);
+        return body;
     }
-    const Vec3 d = now - from_;
-    const auto stepped = [&](double mm) { return snap ? kSnapMm * std::round(mm / kSnapMm) : mm; };
-    moved_ = k < 0 ? Vec3(stepped(d.x()), stepped(d.y()), stepped(d.z())) : Vec3(stepped(d.x()) * axis);
-    X_WB.p += moved_;
-    return X_WB;
+    const glm::dvec3 d = now - from_;
+    const auto stepped = [&](double metres) { return snap ? kSnapMetres * std::round(metres / kSnapMetres) : metres; };
+    moved_ = k < 0 ? glm::dvec3(stepped(d.x), stepped(d.y), stepped(d.z)) : stepped(d.x) * axisOf(start_, k);
+    body.translation += moved_;
+    return body;
 }
 
-void Gizmo::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
+void Gizmo::draw(ImDrawList& list, const OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
                  const GizmoPlace& place) const {
     const Figure figure(camera, viewport, place);
     if (!figure.visible()) return;
@@ -214,19 +218,17 @@ void Gizmo::draw(ImDrawList& list, const engine::OrbitCamera& camera, glm::vec2 
         list.AddCircle(at(middle), kMiddle * place.size, held ? kHeld : IM_COL32(255, 255, 255, 220), 0, 2);
     }
     if (!dragging_) return;
-    std::array<char, 64> text{};
-    if (turns(handle_))
-        std::snprintf(text.data(), text.size(), "%+.1f° about %c", moved_.x() * 180 / glm::pi<double>(),
-                      "xyz"[axisOf(handle_)]);
-    else
-        std::snprintf(text.data(), text.size(), "%+.2f, %+.2f, %+.2f mm", moved_.x(), moved_.y(), moved_.z());
-    const ImVec2 size = ImGui::CalcTextSize(text.data());
+    const glm::dvec3 mm = 1000. * moved_;
+    const std::string text = turns(handle_)
+                                 ? formatted("%+.1f° about %c", glm::degrees(moved_.x), "xyz"[axisOf(handle_)])
+                                 : formatted("%+.2f, %+.2f, %+.2f mm", mm.x, mm.y, mm.z);
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     const ImVec2 low = at(middle + glm::vec2(-0.5f * size.x, 1.2f * place.size));
     list.AddRectFilled({low.x - 6, low.y - 3}, {low.x + size.x + 6, low.y + size.y + 3}, IM_COL32(15, 17, 20, 220), 4);
-    list.AddText(low, IM_COL32(255, 255, 255, 255), text.data());
+    list.AddText(low, IM_COL32(255, 255, 255, 255), text.c_str());
 }
 
-std::optional<glm::vec2> Gizmo::grip(GizmoHandle handle, const engine::OrbitCamera& camera, glm::vec2 viewport,
+std::optional<glm::vec2> Gizmo::grip(GizmoHandle handle, const OrbitCamera& camera, glm::vec2 viewport,
                                      const GizmoPlace& place) {
     const Figure figure(camera, viewport, place);
     if (!figure.visible() || handle == GizmoHandle::None) return std::nullopt;
@@ -246,4 +248,4 @@ std::optional<glm::vec2> Gizmo::grip(GizmoHandle handle, const engine::OrbitCame
     return std::nullopt;
 }
 
-}  // namespace touchstone::sandbox
+}  // namespace touchstone::engine
