@@ -18,11 +18,12 @@ namespace fs = std::filesystem;
 constexpr int kNoMatplotlib = 3;  // exit code of the script
 constexpr int kNoPython = 127;    // exit code of the shell
 
-/// tools/plot: beside an installed program or in its share folder, else in the source tree that built the program.
+/// tools/plot: of an installed program beside it or in the share folder of its prefix, else in the source tree.
 fs::path plotScript() {
-    const fs::path program = programFolder();
+    const fs::path program = programFolder(), share = "share/touchstone/plot";
     std::error_code error;
-    for (const fs::path& installed : {program / "plot", program.parent_path() / "share/touchstone/plot"})
+    for (const fs::path& installed :
+         {program / "plot", program.parent_path() / share, program.parent_path().parent_path() / share})
         if (fs::is_regular_file(installed, error)) return installed;
     return TOUCHSTONE_PLOT_SCRIPT;
 }
