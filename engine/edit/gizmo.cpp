@@ -50,7 +50,7 @@ struct Figure {
         for (int k = 0; k < 3; ++k) {
             axes[k] = glm::vec3(axisOf(place, k));
         }
-        length = place.size * std::abs(camera.metresPerPixel(pivot, viewport.y));
+        length = place.size * std::abs(camera.metersPerPixel(pivot, viewport.y));
     }
 
     bool visible() const { return glm::dot(pivot - camera.eye(), camera.forward()) > 0; }

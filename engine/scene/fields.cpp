@@ -109,7 +109,7 @@ std::optional<Fields> Fields::object(const std::string& key) {
     return Fields(*scene_, object_, path_ + "." + key, *value);
 }
 
-void Fields::nameUnknown(std::vector<std::string>& warnings) const {
+void Fields::warnUnknown(std::vector<std::string>& warnings) const {
     for (const auto& [key, value] : value_->items())
         if (!readKeys_.contains(key))
             warnings.push_back(object_ + ": " + path_ + "." + printable(key) + " is unknown and was ignored");

@@ -43,7 +43,7 @@ class Fields {
 
     [[noreturn]] void fail(const std::string& key, const std::string& must) const;
     /// Adds a warning for each key that was never read.
-    void nameUnknown(std::vector<std::string>& warnings) const;
+    void warnUnknown(std::vector<std::string>& warnings) const;
 
   private:
     /// `count` numbers within kLargestLength; nothing when the key is absent.

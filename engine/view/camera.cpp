@@ -19,7 +19,7 @@ void OrbitCamera::orbit(float yawRadians, float pitchRadians) {
 }
 
 void OrbitCamera::pan(glm::vec2 pixels, float viewportHeight) {
-    const float scale = metresPerPixel(target, viewportHeight);
+    const float scale = metersPerPixel(target, viewportHeight);
     target += scale * (pixels.y * up() - pixels.x * right());
 }
 
@@ -78,7 +78,7 @@ std::optional<glm::vec2> OrbitCamera::project(glm::vec3 point, glm::vec2 viewpor
     return 0.5f * viewport + scale * glm::vec2(glm::dot(d, right()), -glm::dot(d, up()));
 }
 
-float OrbitCamera::metresPerPixel(glm::vec3 point, float viewportHeight) const {
+float OrbitCamera::metersPerPixel(glm::vec3 point, float viewportHeight) const {
     return 2 * std::tan(fovY / 2) * glm::dot(point - eye(), forward()) / viewportHeight;
 }
 

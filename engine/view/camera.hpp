@@ -55,7 +55,7 @@ struct OrbitCamera {
     std::optional<glm::vec2> project(glm::vec3 point, glm::vec2 viewport) const;
 
     /// Size of a pixel in meters at the depth of a point in front of the eye.
-    float metresPerPixel(glm::vec3 point, float viewportHeight) const;
+    float metersPerPixel(glm::vec3 point, float viewportHeight) const;
 
     /// Point under a pixel in the plane through `anchor` parallel to the view plane. The difference of two such points
     /// is the displacement of a mouse drag.

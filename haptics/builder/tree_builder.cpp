@@ -41,7 +41,7 @@ std::string noteFor(const RepairedMesh& body, const TreeCertificate& certificate
         // half the thickness, e = d, is enough to resolve the part.
         const double more = leaves * (2 * e * depth + e * e) / (3 * depth * depth);
         const std::string reach = "The leaves protrude from the part by more than its thickness";
-        if (more > TreeOptions::kMostLeaves)
+        if (more > TreeOptions::kMaxLeaves)
             return reach + ", and no allowed leaf count can resolve it: it is felt as thick as its spheres.";
         return reach + "; about " + std::to_string(std::llround(more / 1000 + 1) * 1000) + " leaves would resolve it.";
     }
@@ -53,12 +53,12 @@ Cover coverFor(const TreeOptions& options, const CoverTask& task, double roundin
     if (options.maxError > 0) {
         const double growth = options.maxError * task.mesh.scale - task.mesh.weld - rounding;
         Cover cover;
-        if (growth > 0) cover = smallestCover(task, growth, TreeOptions::kMostLeaves);
-        if (cover.proven && cover.balls.size() <= TreeOptions::kMostLeaves) return cover;
-        throw std::invalid_argument("so small an error needs more than " + std::to_string(TreeOptions::kMostLeaves) +
+        if (growth > 0) cover = smallestCover(task, growth, TreeOptions::kMaxLeaves);
+        if (cover.proven && cover.balls.size() <= TreeOptions::kMaxLeaves) return cover;
+        throw std::invalid_argument("so small an error needs more than " + std::to_string(TreeOptions::kMaxLeaves) +
                                     " leaves on this part; choose a larger one");
     }
-    const int leaves = std::clamp(options.leaves, 1, TreeOptions::kMostLeaves);
+    const int leaves = std::clamp(options.leaves, 1, TreeOptions::kMaxLeaves);
     const int filling = options.interior == Interior::Solid ? static_cast<int>(kFilling * leaves) : 0;
     return tightestCover(task, static_cast<std::size_t>(leaves - filling));
 }

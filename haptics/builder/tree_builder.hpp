@@ -21,9 +21,9 @@ enum class Interior : std::uint8_t {
 };
 
 struct TreeOptions {
-    static constexpr int kMostLeaves = 1 << 18;  ///< largest maximum leaf count that is accepted
+    static constexpr int kMaxLeaves = 1 << 18;  ///< largest maximum leaf count that is accepted
 
-    int leaves = 4096;    ///< maximum leaf count, 1 to kMostLeaves
+    int leaves = 4096;    ///< maximum leaf count, 1 to kMaxLeaves
     double maxError = 0;  ///< mm; if positive, the bound on the protrusion: then `leaves` is ignored
     TreeQuality quality = TreeQuality::Fast;
     Interior interior = Interior::Shell;
@@ -45,7 +45,7 @@ using BuildProgress = std::function<bool(const BuildStatus&)>;
 /// and orders them into a tree. Leaves are medial balls grown by e, so that none protrudes by more than e. Coverage is
 /// proven piece by piece: a ball is convex, so a triangle with three corners inside is inside. The result depends only
 /// on the mesh and the options. Throws std::invalid_argument with one sentence if the mesh has no usable triangle or if
-/// `maxError` needs more than kMostLeaves leaves, and BuildCancelled on cancellation.
+/// `maxError` needs more than kMaxLeaves leaves, and BuildCancelled on cancellation.
 SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const BuildProgress& progress = {});
 
 struct BuildCancelled {};

@@ -55,7 +55,7 @@ void useSignalStack() {
     sigaltstack(&stack, nullptr);  // guard
 }
 
-void endWithZeroForce() {
+void installEmergencyStop() {
     useSignalStack();
     struct sigaction action {};
     action.sa_handler = [](int signal) {

@@ -11,10 +11,10 @@ namespace touchstone {
 /// guarded device, waits until no tick that began before can still write, and releases the forces again. Then the
 /// default action of the signal follows; for a signal that a StopRequest takes, the handler returns instead. Signals
 /// that were ignored stay ignored. The program calls this once, on its first thread.
-void endWithZeroForce();
+void installEmergencyStop();
 
 /// While such an object exists, the first SIGINT, SIGTERM or SIGHUP only releases the forces and is recorded, so that
-/// the owner can end its work cleanly. The next such signal ends the process. Needs endWithZeroForce().
+/// the owner can end its work cleanly. The next such signal ends the process. Needs installEmergencyStop().
 class StopRequest {
   public:
     StopRequest() noexcept;

@@ -113,7 +113,7 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
         case Act::Press:
             press(current, dt);
             break;
-        case Act::LetGo:
+        case Act::Release:
             comply(current, dt);
             target_.p.y() =
                 current.p.y() - std::max(0.0, 1 - actMs_ / kReleaseMs) * parameters_.press / parameters_.hand.spring;
@@ -160,7 +160,7 @@ void InsertingHand::press(const Place& current, double dt) {
         search(current, dt);
     else
         comply(current, dt);
-    if (arrived && stuckMs_ > kArrivedMs) change(Act::LetGo);
+    if (arrived && stuckMs_ > kArrivedMs) change(Act::Release);
     const bool throughHole = current.p.y() < -kFarBelow;
     if (searchMs_ > parameters_.patience || throughHole) change(Act::DrawBack);
 }
@@ -184,7 +184,7 @@ void InsertingHand::search(const Place& current, double dt) {
 }
 
 InsertingHand::Place InsertingHand::withTremor(double t) const {
-    if (act_ == Act::LetGo) return target_;
+    if (act_ == Act::Release) return target_;
     std::array<double, 6> shake;
     for (std::size_t i = 0; i < shake.size(); ++i) shake[i] = std::sin(tremor_[2 * i] * t + tremor_[2 * i + 1]);
     Place place = target_;

@@ -41,7 +41,7 @@ class InsertingHand final : public Device {
     DeviceLimits limits() const noexcept override { return {.motors = false}; }
     std::optional<DeviceDynamics> dynamics() const noexcept override { return {{parameters_.hand.damping, 0}}; }
 
-    enum class Act : std::uint8_t { Approach, Press, LetGo, DrawBack };
+    enum class Act : std::uint8_t { Approach, Press, Release, DrawBack };
     Act act() const { return act_; }
     /// The pose that the hand assumes for the goal.
     const Pose& belief() const { return X_WB_; }

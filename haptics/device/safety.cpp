@@ -156,13 +156,13 @@ void SafetyStage::trip(Trip trip, bool acts) {
 void SafetyStage::limit(Channel& channel, Vec3& v, int torque, const SafetyInput& in) {
     // The torque's trip follows the force's in the enum.
     const auto tripOf = [&](Trip ofForce, bool acted) { trip(Trip(static_cast<int>(ofForce) + torque), acted); };
-    tripOf(Trip::ForceClamped, shorten(v, channel.peak));                           // guard
-    if (motors_) tripOf(Trip::ForceHeld, shorten(v, channel.thermalLimit(in.dt)));  // guard
+    tripOf(Trip::ForceClamped, shorten(v, channel.peak));                                       // guard
+    if (motors_) tripOf(Trip::ForceThermallyLimited, shorten(v, channel.thermalLimit(in.dt)));  // guard
     // The fade comes after the clamps, so that a saturated force is faded from its first tick on.
     v *= fadeOrZero(in.fade);                               // guard
     trip(Trip::Buzz, motors_ && channel.buzzes(v, in.dt));  // guard
     // The slew limit is last, because it must hold for the output.
-    tripOf(Trip::ForceSlewed, channel.limitSlew(v, channel.slew * in.dt));  // guard
+    tripOf(Trip::ForceSlewLimited, channel.limitSlew(v, channel.slew * in.dt));  // guard
 }
 
 Wrench SafetyStage::pass(const SafetyInput& in) noexcept {

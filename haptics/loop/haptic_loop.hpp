@@ -75,7 +75,7 @@ class HapticLoop {
 
     /// Makes the state forget its history at the next tick, whose input then has a start. A recording that begins with
     /// that tick can reproduce the run. The tool continues from its pose, up to rounding.
-    void beginAnew() { forgetHistory_.store(true, std::memory_order_relaxed); }
+    void forgetHistory() { forgetHistory_.store(true, std::memory_order_relaxed); }
 
     /// Takes the newest snapshot; returns false if no tick has ended since the last call. Call it regularly, since it
     /// also frees what the loop has handed back.

@@ -35,7 +35,7 @@ inline std::filesystem::path holdFile(const TempFolder& folder) {
 }
 
 /// Calls `step` until it returns true; false after a minute, which only a hang exceeds.
-inline bool patiently(const std::function<bool()>& step) {
+inline bool waitUntil(const std::function<bool()>& step) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end) {
         if (step()) return true;

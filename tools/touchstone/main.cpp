@@ -42,7 +42,7 @@ int fail(const std::string& sentence, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    endWithZeroForce();
+    installEmergencyStop();
     // Reports go to the output stream, everything else to the error stream.
     spdlog::set_default_logger(spdlog::stderr_color_st("touchstone"));
     spdlog::set_pattern("%^%l%$: %v");

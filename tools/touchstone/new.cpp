@@ -52,14 +52,14 @@ void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
 void addBody(Scene& scene, const std::filesystem::path& file, const glm::dvec3& at, engine::MeshData mesh,
              const engine::Material& material, sandbox::Role role, const TreeChoice& tree) {
     nlohmann::json mark{{"role", sandbox::name(role)}};
-    markTree(mark, tree, glm::length(boxOf(mesh).size()) * sandbox::kMmPerMetre);
+    markTree(mark, tree, glm::length(boxOf(mesh).size()) * sandbox::kMmPerMeter);
     const engine::Entity node = addNode(scene, file.stem().string(), {}, {.translation = at});
     addMesh(scene, node, std::make_shared<const engine::MeshData>(std::move(mesh)), addMaterial(scene, material));
     setExtras(scene, node, {{"touchstone", std::move(mark)}});
 }
 
 void print(const char* role, const std::filesystem::path& file, const Box& box) {
-    const glm::dvec3 mm = box.size() * sandbox::kMmPerMetre;
+    const glm::dvec3 mm = box.size() * sandbox::kMmPerMeter;
     std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
 }
 

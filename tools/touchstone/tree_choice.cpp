@@ -11,7 +11,7 @@
 namespace touchstone::app {
 namespace {
 
-constexpr int kMostLevels = 7;  // 8^6 leaves are TreeOptions::kMostLeaves
+constexpr int kMostLevels = 7;  // 8^6 leaves are TreeOptions::kMaxLeaves
 constexpr int kMostThreads = 256;
 
 /// "0.02mm", "0.02" or "0.1%" as mm.
@@ -58,7 +58,7 @@ TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double dia
         throw UsageError("give one of --leaves, --levels and --max-error: each of them sets the number of leaves");
     if (choice.leaves || choice.levels) options.maxError = 0;
     if (choice.leaves) {
-        requireRange("--leaves", *choice.leaves, TreeOptions::kMostLeaves);
+        requireRange("--leaves", *choice.leaves, TreeOptions::kMaxLeaves);
         options.leaves = *choice.leaves;
     }
     if (choice.levels) {

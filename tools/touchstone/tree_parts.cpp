@@ -37,7 +37,7 @@ TreePart readMeshPart(const PartChoice& choice) {
         throw UsageError("--part chooses a node of a scene, but '" + choice.file + "' is one part");
     TreePart part;
     part.name = fs::path(choice.file).stem().string();
-    part.mmPerUnit = sandbox::kMmPerMetre * metresPer(choice.unit.value_or("mm"));
+    part.mmPerUnit = sandbox::kMmPerMeter * metresPer(choice.unit.value_or("mm"));
     // The file is read in its own unit: single precision then keeps its digits, and the unit is applied in double.
     const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
     for (const std::string& note : read.notes) spdlog::warn("{}", note);
@@ -78,7 +78,7 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
         parts.back().mesh = sandbox::bakedTriangles(scene);
         if (parts.back().mesh.triangles.empty()) engine::failIn(scene.file, "", "holds no triangle: give it a mesh");
     }
-    for (TreePart& part : parts) part.mmPerUnit = sandbox::kMmPerMetre;
+    for (TreePart& part : parts) part.mmPerUnit = sandbox::kMmPerMeter;
     return parts;
 }
 

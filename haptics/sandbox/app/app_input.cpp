@@ -15,8 +15,8 @@ void App::drawMousePull(const engine::Area& picture) const {
     const TickRecord* record = session_.record();
     if (!grab_.holding() || !record) return;
     const glm::vec2 viewport(picture.size.x, picture.size.y);
-    const auto a = camera_.project(glm::vec3(toMetres(record->X_WT * grab_.heldPoint())), viewport);
-    const auto b = camera_.project(glm::vec3(toMetres(grab_.anchor())), viewport);
+    const auto a = camera_.project(glm::vec3(toMeters(record->X_WT * grab_.heldPoint())), viewport);
+    const auto b = camera_.project(glm::vec3(toMeters(grab_.anchor())), viewport);
     if (!a || !b) return;
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const ImVec2 from{picture.position.x + a->x, picture.position.y + a->y},
@@ -65,7 +65,7 @@ void App::handleMouse(const engine::Area& picture) {
     if (record) tool = {.tree = viewed_->world->tool.get(), .X_WT = poses.X_WT, .X_WT_device = poses.X_WT_device};
     toolOnScreen_.reset();
     if (record)
-        if (const auto at = camera_.project(glm::vec3(toMetres(record->X_WT * tool.tree->center())), mouse.viewport))
+        if (const auto at = camera_.project(glm::vec3(toMeters(record->X_WT * tool.tree->center())), mouse.viewport))
             toolOnScreen_ = *at + glm::vec2(picture.position.x, picture.position.y);
 
     std::optional<Pose> wanted;  // target pose of the hand

@@ -83,7 +83,7 @@ void MouseGrab::begin(const engine::MouseFrame& mouse, const engine::OrbitCamera
 
 void MouseGrab::move(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera) {
     const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
-    Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
+    Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMeters(anchor_)));
     const double step = static_cast<double>((mouse.wheel + mouse.depthKeys) * kDepthPerWheelStep);
     target +=
         step * (target - toMm(ray.origin));  // moving along the cursor's ray keeps the held point under the cursor
@@ -124,7 +124,7 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
                            kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
                  tool->tree->center());
             // The held point turns with the tool away from the cursor, so a following drag continues from the cursor.
-            anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
+            anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMeters(anchor_)));
             break;
         case Drag::Orbit:
             camera.orbit(kOrbitPerPixel * pixels.x, kOrbitPerPixel * pixels.y);

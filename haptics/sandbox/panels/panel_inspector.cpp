@@ -79,7 +79,7 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
                engine::ItemRects* items) {
     const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
     if (!state.placing) {
-        state.position = kMmPerMetre * local.translation;
+        state.position = kMmPerMeter * local.translation;
         // The turn about the vertical comes first, so that one number turns an upright part.
         glm::extractEulerAngleYXZ(glm::mat4_cast(local.rotation), state.angles.y, state.angles.x, state.angles.z);
         constexpr double kShown = 1e-6;  // rad: smaller angles are rounding errors
@@ -97,7 +97,7 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
     state.placing = active;
     if (done) {
         engine::LocalTransform to = local;
-        to.translation = state.position / kMmPerMetre;
+        to.translation = state.position / kMmPerMeter;
         const glm::dvec3 a = glm::radians(state.angles);
         to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
         if (to != local) requests.edits = {engine::PlaceNode{index, local, to}};
@@ -134,7 +134,7 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
         engine::tooltip("Maximum protrusion of a leaf beyond the surface, mm.");
     } else {
         ImGui::InputInt("##leaves", &state.tree.leaves, 0);
-        state.tree.leaves = std::clamp(state.tree.leaves, kMinLeaves, TreeOptions::kMostLeaves);
+        state.tree.leaves = std::clamp(state.tree.leaves, kMinLeaves, TreeOptions::kMaxLeaves);
         engine::tooltip(
             "Maximum leaf count. More leaves follow the surface more closely, but take longer to build and to query.");
     }

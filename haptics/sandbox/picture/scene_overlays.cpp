@@ -22,7 +22,7 @@ constexpr double kTracePointsPerReach = 200;
 constexpr double kNearCut = 0.06;  // relative to the reach
 constexpr float kFar = 1e30f;
 
-glm::vec3 point(const Vec3& mm) { return glm::vec3(toMetres(mm)); }
+glm::vec3 point(const Vec3& mm) { return glm::vec3(toMeters(mm)); }
 
 }  // namespace
 
@@ -139,7 +139,7 @@ void SceneOverlays::findNearest(const Pose& X_WT) {
 
 void SceneOverlays::add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const {
     // Arrows and normals get shorter when the camera comes close.
-    const double unit = std::min(reach_, 0.3 * kMmPerMetre * double(frame.camera.distance));
+    const double unit = std::min(reach_, 0.3 * kMmPerMeter * double(frame.camera.distance));
     if (options.trace) {
         const auto& points = trace_.points();
         for (std::size_t i = 1; i < points.size(); ++i) {
@@ -172,7 +172,7 @@ void SceneOverlays::addContacts(engine::Frame& frame, double unit) const {
         const glm::vec3 p = point(contact->p_W);
         if (!loaded && frame.section) {
             // Unloaded contacts are shown only near the cut, to keep the picture readable.
-            const double behind = kMmPerMetre * double(glm::dot(*frame.section, glm::vec4(p, 1)));
+            const double behind = kMmPerMeter * double(glm::dot(*frame.section, glm::vec4(p, 1)));
             if (behind < 0 || behind > kNearCut * reach_) continue;
         }
         // The normals of loaded contacts divide the length of the force arrow among them.
@@ -191,7 +191,7 @@ void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bo
     const auto add = [&](const Vec3& v, double newtons, const glm::vec4& color, double thickness, const char* format) {
         if (newtons < 1e-3) return;
         const glm::vec3 tip = point(C + unit * arrowLength(newtons) * v.normalized());
-        frame.arrows.push_back({point(C), tip, static_cast<float>(toMetres(thickness * unit)), color});
+        frame.arrows.push_back({point(C), tip, static_cast<float>(toMeters(thickness * unit)), color});
         constexpr double kLabeled = 0.05;  // N: smaller arrows get no label
         if (values && newtons > kLabeled)
             frame.labels.push_back({tip, engine::formatted(format, v.norm()), glm::mix(color, glm::vec4(1), 0.35f)});
@@ -225,7 +225,7 @@ void SceneOverlays::addTree(engine::Frame& frame, const SphereTree& tree, const 
             color = glm::vec4(gapColor(double(*std::min_element(first, last))), color.a);
         }
         frame.spheres.push_back(
-            {.center = point(X_WB * s.center()), .radius = static_cast<float>(toMetres(double(s.r))), .color = color});
+            {.center = point(X_WB * s.center()), .radius = static_cast<float>(toMeters(double(s.r))), .color = color});
     }
 }
 

@@ -202,7 +202,7 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     if (std::hypot(n.x(), n.z()) > 0.3)
         camera.yaw = kAside + static_cast<float>(std::remainder(std::atan2(-n.z(), n.x()), glm::pi<double>()));
     const double radius = std::max(0.3 * reach_, 1.2 * place->reach);
-    camera.frame(glm::vec3(toMetres(place->p_W)), static_cast<float>(toMetres(radius)), aspect);
+    camera.frame(glm::vec3(toMeters(place->p_W)), static_cast<float>(toMeters(radius)), aspect);
     return camera;
 }
 
@@ -226,8 +226,8 @@ glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W,
         n = std::abs(camera.pitch) > kSteep ? glm::vec3(0, forward.y < 0 ? -1 : 1, 0)
                                             : glm::normalize(glm::vec3(forward.x, 0, forward.z));
     }
-    const glm::vec3 p(toMetres(p_W));
-    return glm::vec4(n, static_cast<float>(toMetres(options.sectionOffset)) - glm::dot(n, p));
+    const glm::vec3 p(toMeters(p_W));
+    return glm::vec4(n, static_cast<float>(toMeters(options.sectionOffset)) - glm::dot(n, p));
 }
 
 void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Settings& settings,
@@ -278,7 +278,7 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
         if (apart) {
             addGhost(frame, record->X_WT_device, kGhostTint, 0.55f, 0.28f);
             const Vec3 p_TC = scene_.world->p_TC();
-            const glm::vec3 C(toMetres(record->X_WT * p_TC)), wanted(toMetres(record->X_WT_device * p_TC));
+            const glm::vec3 C(toMeters(record->X_WT * p_TC)), wanted(toMeters(record->X_WT_device * p_TC));
             const glm::vec4 color(kGhostTint, 1);
             frame.lines.push_back({C, wanted, color, 1.5f});
             frame.lines.push_back({wanted, wanted, color, 7});
@@ -302,9 +302,9 @@ void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) 
     if (!meshShown) addGhost(frame, goal.X_WT, kGoalTint, 0.8f, 0.14f);
     // The tool node's origin must be inside this ball, which is brighter once it is.
     const bool inside = goal.contains(X_WT);
-    const glm::vec3 origin(toMetres(goal.X_WT.p)), node(toMetres(X_WT.p));
+    const glm::vec3 origin(toMeters(goal.X_WT.p)), node(toMeters(X_WT.p));
     frame.spheres.push_back({.center = origin,
-                             .radius = static_cast<float>(toMetres(goal.tolerance)),
+                             .radius = static_cast<float>(toMeters(goal.tolerance)),
                              .color = glm::vec4(kGoalTint, inside ? 0.5f : 0.25f)});
     frame.lines.push_back({node, node, glm::vec4(kGoalTint, 1), 6});
 }
@@ -315,7 +315,7 @@ void SceneView::addGauge(engine::Frame& frame, const Pose& X_WT) const {
     const double depth = gauge.depth(X_WT);
     if (depth <= 0) return;
     const Vec3 tip = X_WT * gauge.p_TP, out = gauge.X_WG.q * Vec3::UnitY();
-    const glm::vec3 p(toMetres(tip)), q(toMetres(Vec3(tip + depth * out)));
+    const glm::vec3 p(toMeters(tip)), q(toMeters(Vec3(tip + depth * out)));
     const glm::vec4 color(kGaugeColor, 1);
     frame.lines.push_back({p, q, color, 2.5f});
     for (const glm::vec3& end : {p, q}) frame.lines.push_back({end, end, color, 8});

@@ -18,9 +18,9 @@
 
 namespace touchstone::sandbox {
 
-/// Writes a recording. It begins with the first tick whose input has a `start`: see HapticLoop::beginAnew(). What has
-/// been written is complete and readable at every moment; call flush() at least every 0.25 s, and a crash loses no more
-/// than that. One thread at a time. An error after construction stops the recording, and failure() reports it.
+/// Writes a recording. It begins with the first tick whose input has a `start`: see HapticLoop::forgetHistory(). What
+/// has been written is complete and readable at every moment; call flush() at least every 0.25 s, and a crash loses no
+/// more than that. One thread at a time. An error after construction stops the recording, and failure() reports it.
 class Recorder {
   public:
     /// Throws std::runtime_error with one sentence if the folder already holds a recording, or cannot be made or

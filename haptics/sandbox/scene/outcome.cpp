@@ -119,16 +119,16 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
         if (!expected.boxMax) box->fail("max", "given as three numbers");
         if ((expected.boxMin->array() > expected.boxMax->array()).any())
             box->fail("min", "at most max on each axis: this box is empty");
-        box->nameUnknown(warnings);
+        box->warnUnknown(warnings);
     }
     if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);
-    if (const auto metres = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *metres * kMmPerMetre;
+    if (const auto metres = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *metres * kMmPerMeter;
     for (const auto& [key, region] : {std::pair{"seated", &expected.seated}, std::pair{"reached", &expected.reached}})
         if (fields.flag(key).value_or(false)) {
             if (!roles.goal) fields.fail(key, "left out, or the scene given a node with the role goal");
             *region = roles.goal;
         }
-    fields.nameUnknown(warnings);
+    fields.warnUnknown(warnings);
     return expected;
 }
 
@@ -150,7 +150,7 @@ std::optional<ExpectedOutcome> readOutcome(const engine::Scene& scene, std::size
     std::optional<ExpectedOutcome> expected;
     if (fields.object("outcome"))
         expected = readFrom(from.extras->at("touchstone").at("outcome"), scene, object, roles, warnings);
-    fields.nameUnknown(warnings);
+    fields.warnUnknown(warnings);
     return expected;
 }
 
@@ -205,17 +205,17 @@ std::vector<OutcomeCheck> OutcomeJudge::checks(bool ended) const {
         checks.push_back({std::string(row.info.key), limit.value, value,
                           row.isMinimum ? value >= limit.value : value <= limit.value});
     }
-    if (expected_.boxMin) atMost("tool_within_m", 0, seen_.outside / kMmPerMetre);
+    if (expected_.boxMin) atMost("tool_within_m", 0, seen_.outside / kMmPerMeter);
     if (!ended) return checks;
     if (expected_.finalPosition)
-        atMost("final_position_m", expected_.finalTolerance / kMmPerMetre,
-               (seen_.X_WT.p - *expected_.finalPosition).norm() / kMmPerMetre);
+        atMost("final_position_m", expected_.finalTolerance / kMmPerMeter,
+               (seen_.X_WT.p - *expected_.finalPosition).norm() / kMmPerMeter);
     if (expected_.reached)
         checks.push_back({"reached_hold_s", expected_.reached->hold / 1000, seen_.longestHeldMs / 1000,
                           seen_.longestHeldMs > 0 && seen_.longestHeldMs >= expected_.reached->hold});
     if (expected_.seated) {
         const GoalRegion& goal = *expected_.seated;
-        atMost("seated_distance_m", goal.tolerance / kMmPerMetre, goal.distance(seen_.X_WT) / kMmPerMetre);
+        atMost("seated_distance_m", goal.tolerance / kMmPerMeter, goal.distance(seen_.X_WT) / kMmPerMeter);
         atMost("seated_angle_rad", goal.toleranceAngle, goal.angle(seen_.X_WT));
         checks.push_back({"seated_hold_s", goal.hold / 1000, seen_.heldMs / 1000, seen_.heldMs >= goal.hold});
     }

@@ -85,7 +85,7 @@ class RoleReader {
 void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Role>& role) {
     if (const auto known = fields.choice("role", kRoleNames)) role = static_cast<Role>(*known);
     BodyMarking body;
-    const auto leaves = fields.whole("leaves", kMinLeaves, TreeOptions::kMostLeaves);
+    const auto leaves = fields.whole("leaves", kMinLeaves, TreeOptions::kMaxLeaves);
     const auto error = fields.number("max_error_mm", kMinError, kMaxError);
     if (leaves && error) fields.fail("max_error_mm", "given without leaves, since their number follows from it");
     body.tree.leaves = leaves.value_or(body.tree.leaves);
@@ -100,7 +100,7 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
     scene_.registry.add(node, body);
     // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
-    fields.nameUnknown(found_.warnings);
+    fields.warnUnknown(found_.warnings);
 }
 
 void RoleReader::readNode(Entity node) {
@@ -170,10 +170,10 @@ GoalRegion RoleReader::regionOf(Entity node) const {
     if (auto goal = fields.object("goal")) {
         if (const auto metres = goal->vector("translation")) region.X_WT.p = toMm(*metres);
         if (const auto rotation = goal->quaternion("rotation")) region.X_WT.q = toEigen(*rotation);
-        if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMetre;
+        if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMeter;
         if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
         if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
-        if (const auto metres = goal->number("depth_m", 0, 1e3)) region.depth = *metres * kMmPerMetre;
+        if (const auto metres = goal->number("depth_m", 0, 1e3)) region.depth = *metres * kMmPerMeter;
         if (const auto times = goal->whole("fold", 1, 1000)) region.fold = *times;
     }
     return region;
@@ -202,7 +202,7 @@ void RoleReader::chooseGoal() {
         engine::Fields goal(scene_, label(chosen), "extras.touchstone.goal", mark->at("goal"));
         for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s", "depth_m", "fold"})
             goal.find(key);
-        goal.nameUnknown(found_.warnings);
+        goal.warnUnknown(found_.warnings);
     }
 }
 
@@ -226,7 +226,7 @@ void RoleReader::chooseGauge() {
         if (!marked) continue;
         engine::Fields gauge(scene_, label(candidate.node), "extras.touchstone.gauge", mark->at("gauge"));
         if (const auto metres = gauge.vector("tip_m")) found_.gauge->p_TP = toMm(*metres);
-        gauge.nameUnknown(found_.warnings);
+        gauge.warnUnknown(found_.warnings);
     }
 }
 
@@ -237,7 +237,7 @@ void RoleReader::readScene() {
         engine::Fields fields(scene_, object, "extras.touchstone", *mark);
         fields.object("settings");
         if (fields.object("outcome")) found_.outcome = mark->at("outcome");
-        fields.nameUnknown(found_.warnings);
+        fields.warnUnknown(found_.warnings);
     }
     const json* mark = found_.tool ? touchstoneOf(scene_, found_.tool) : nullptr;
     if (mark && mark->contains("outcome")) found_.outcome = mark->at("outcome");

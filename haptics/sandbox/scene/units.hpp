@@ -5,11 +5,11 @@
 
 namespace touchstone::sandbox {
 
-inline constexpr double kMmPerMetre = 1000;
+inline constexpr double kMmPerMeter = 1000;
 
-inline Vec3 toMm(const glm::dvec3& metres) { return kMmPerMetre * Vec3(metres.x, metres.y, metres.z); }
-inline glm::dvec3 toMetres(const Vec3& mm) { return glm::dvec3(mm.x(), mm.y(), mm.z()) / kMmPerMetre; }
-inline double toMetres(double mm) { return mm / kMmPerMetre; }
+inline Vec3 toMm(const glm::dvec3& metres) { return kMmPerMeter * Vec3(metres.x, metres.y, metres.z); }
+inline glm::dvec3 toMeters(const Vec3& mm) { return glm::dvec3(mm.x(), mm.y(), mm.z()) / kMmPerMeter; }
+inline double toMeters(double mm) { return mm / kMmPerMeter; }
 
 /// Directions have no unit.
 inline glm::dvec3 toGlm(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -21,7 +21,7 @@ inline Pose toPose(const engine::RigidPart& part) { return {toMm(part.translatio
 inline Pose toPose(const glm::dmat4& matrix) { return toPose(engine::rigidPart(matrix)); }
 
 /// The same back, in metres.
-inline engine::RigidPart toRigidPart(const Pose& pose) { return {toMetres(pose.p), toGlm(pose.q)}; }
+inline engine::RigidPart toRigidPart(const Pose& pose) { return {toMeters(pose.p), toGlm(pose.q)}; }
 inline glm::dmat4 toMatrix(const Pose& pose) { return engine::rigidMatrix(toRigidPart(pose)); }
 
 }  // namespace touchstone::sandbox

@@ -51,7 +51,7 @@ void LiveSession::followRecordedSettings() {
 
 void LiveSession::record(const std::filesystem::path& folder) {
     recording_.begin(folder, loopSession_);
-    if (recording_.recorder() && loop_) loop_->beginAnew();
+    if (recording_.recorder() && loop_) loop_->forgetHistory();
 }
 
 void LiveSession::sayTrips(const LoopSnapshot& snapshot) {

@@ -67,8 +67,8 @@ TEST_CASE("camera: orbiting never tips over", "[camera]") {
 TEST_CASE("camera: pixels map to the view plane by hand", "[camera]") {
     const OrbitCamera camera = plainCamera();
     const glm::vec2 viewport{400, 200};
-    REQUIRE(camera.metresPerPixel({0, 0, 0}, viewport.y) == Approx(0.01f));
-    REQUIRE(camera.metresPerPixel({0, 0, 1}, viewport.y) == Approx(0.005f));  // half as far
+    REQUIRE(camera.metersPerPixel({0, 0, 0}, viewport.y) == Approx(0.01f));
+    REQUIRE(camera.metersPerPixel({0, 0, 1}, viewport.y) == Approx(0.005f));  // half as far
 
     requireNear(camera.onViewPlane({200, 100}, viewport, {0, 0, 0}), {0, 0, 0});
     requireNear(camera.onViewPlane({400, 0}, viewport, {0, 0, 0}), {2, 1, 0});

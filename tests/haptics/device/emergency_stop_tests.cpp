@@ -76,7 +76,7 @@ int deathOf(Motors& motors, const std::function<void()>& live, const std::functi
     if (child == 0) {
         const rlimit none{};
         setrlimit(RLIMIT_CORE, &none);
-        endWithZeroForce();
+        installEmergencyStop();
         live();
         _exit(99);
     }

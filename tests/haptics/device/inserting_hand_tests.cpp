@@ -84,7 +84,7 @@ TEST_CASE("inserting hand: lets go at the goal and stays there", "[hand]") {
         floor.push(one, reading.X_WT_device);
     }
     CHECK(reading.finished);
-    CHECK(one.act() == InsertingHand::Act::LetGo);
+    CHECK(one.act() == InsertingHand::Act::Release);
     CHECK(reading.X_WT_device.p.y() == Approx(-20).margin(0.05));  // no force remains: 0.05 N
 }
 

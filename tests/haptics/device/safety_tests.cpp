@@ -194,17 +194,17 @@ TEST_CASE("safety: a device without motors is engaged from the start, and cannot
     CHECK(ticksUntilFault(safety, 20'000, hard) == 20'000);
     for (int i = 0; i < 8; ++i) safety.pass(along(30));
     CHECK(safety.pass(along(30)).force.x() == Approx(22));
-    CHECK(safety.count(Trip::ForceHeld).ticks == 0);
+    CHECK(safety.count(Trip::ForceThermallyLimited).ticks == 0);
 }
 
 TEST_CASE("safety: growth and turns of the wrench are slew-rate limited, a fall is not", "[safety]") {
     SafetyStage safety = engaged({.slewForce = 2, .slewTorque = 30});
     CHECK(safety.pass(along(5)).force.x() == Approx(2));
-    CHECK(safety.active(Trip::ForceSlewed));
-    CHECK_FALSE(safety.active(Trip::TorqueSlewed));
+    CHECK(safety.active(Trip::ForceSlewLimited));
+    CHECK_FALSE(safety.active(Trip::TorqueSlewLimited));
     CHECK(safety.pass(along(5)).force.x() == Approx(4));
     CHECK(safety.pass(along(5)).force.x() == 5);
-    CHECK_FALSE(safety.active(Trip::ForceSlewed));
+    CHECK_FALSE(safety.active(Trip::ForceSlewLimited));
     CHECK(safety.pass(along(0.5)).force.x() == 0.5);  // down at once
     safety.pass(along(2));
     CHECK(safety.pass(along(-9)).force.x() == Approx(-2));  // a reversal passes zero at once, then grows
@@ -213,7 +213,7 @@ TEST_CASE("safety: growth and turns of the wrench are slew-rate limited, a fall 
     const Wrench turned = safety.pass({.wrench_o = {{0, 4, 0}, {0, 0, 50}}});
     CHECK((turned.force - Vec3(0, 2, 0)).norm() < 1e-12);
     CHECK(turned.torque.z() == Approx(30));
-    CHECK(safety.active(Trip::TorqueSlewed));
+    CHECK(safety.active(Trip::TorqueSlewLimited));
     // With half the tick period, half the growth.
     CHECK(safety.pass({.wrench_o = {{0, 9, 0}, {0, 0, 0}}, .dt = 0.5}).force.y() == Approx(3));
 }
@@ -227,7 +227,7 @@ TEST_CASE("safety: a lasting force falls smoothly to the continuous limit", "[sa
         for (int i = 0; i < 4 * tau; ++i) {
             const double f = safety.pass(along(std::min(wanted, 22.0))).force.x();
             if (i > 20) steepest = std::max(steepest, before - f);
-            if (!safety.active(Trip::ForceHeld) && whole == i) whole = i + 1;
+            if (!safety.active(Trip::ForceThermallyLimited) && whole == i) whole = i + 1;
             square += (f * f - square) / tau;
             REQUIRE(square < 9 + 0.01);  // another first-order formula: it differs by one tick
             before = f;

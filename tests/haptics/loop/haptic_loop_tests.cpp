@@ -270,7 +270,7 @@ TEST_CASE("haptic loop: each start comes with the obstacle poses of its tick", "
     loop.restart();
     REQUIRE(follow(1));
     CHECK(last == 3);
-    loop.beginAnew();
+    loop.forgetHistory();
     REQUIRE(follow(1));
     CHECK(last == 3);
 }

@@ -557,16 +557,16 @@ TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]
     f.run(1);
     m.depth = 17;
     f.run(300);
-    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
+    CHECK(f.driver->session().safety.active(Trip::ForceThermallyLimited));
     f.driver->open(f.session(
         second, [&](int) { return at(z); }, {}, 1, weak));
     f.run(60);
     f.driver->engage();
     f.run(2);
-    CHECK_FALSE(f.driver->session().safety.active(Trip::ForceHeld));
+    CHECK_FALSE(f.driver->session().safety.active(Trip::ForceThermallyLimited));
     z = 3;
     f.run(1);
-    CHECK(f.driver->session().safety.active(Trip::ForceHeld));
+    CHECK(f.driver->session().safety.active(Trip::ForceThermallyLimited));
 }
 
 TEST_CASE("tick driver: its destructor leaves the device with zero force", "[loop]") {

@@ -55,7 +55,7 @@ TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mou
             const double along = c.dot(d), half2 = double(s.r) * s.r - (c - along * d).squaredNorm();
             if (half2 >= 0 && along + std::sqrt(half2) >= 0) nearest = std::min(nearest, along - std::sqrt(half2));
         }
-        const engine::Ray ray{glm::vec3(toMetres(origin)), glm::vec3(toGlm(d))};
+        const engine::Ray ray{glm::vec3(toMeters(origin)), glm::vec3(toGlm(d))};
         const auto hit = pickTree(*tree, X_WT, ray);
         // The ray is rounded to float, so either answer is right within a micron of a sphere's edge.
         if (hit.has_value() != (nearest < 1e29)) continue;

@@ -172,7 +172,7 @@ TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why it has 
     const Pressed pressed(0.15), free(0.02);
     SweepRun run;
     const auto ended = [&] {
-        return patiently([&] {
+        return waitUntil([&] {
             run.poll();
             return !run.running();
         });

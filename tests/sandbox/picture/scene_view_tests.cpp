@@ -178,7 +178,7 @@ TEST_CASE("scene view: tool and obstacle are drawn at their poses in their color
         return SceneView(renderer, scene).look(&X_WT, float(kWidth) / kHeight);
     }();
     const auto pixelOf = [&](const Vec3& mm) {
-        return camera.project(glm::vec3(toMetres(mm)), {kWidth, kHeight}).value();
+        return camera.project(glm::vec3(toMeters(mm)), {kWidth, kHeight}).value();
     };
 
     const engine::Image image = picture(recordAt(X_WT, X_WT), plain);

@@ -9,8 +9,8 @@ namespace touchstone::units_tests {
 
 TEST_CASE("units: a meter is a thousand millimeters in both directions", "[system]") {
     CHECK(sandbox::toMm({0.001, -2, 0.5}) == Vec3(1, -2000, 500));
-    CHECK(sandbox::toMetres(Vec3(1, -2000, 500)) == glm::dvec3(0.001, -2, 0.5));
-    CHECK(sandbox::toMetres(25.0) == 0.025);
+    CHECK(sandbox::toMeters(Vec3(1, -2000, 500)) == glm::dvec3(0.001, -2, 0.5));
+    CHECK(sandbox::toMeters(25.0) == 0.025);
 }
 
 TEST_CASE("units: a pose and its matrix map a point to the same place", "[system]") {
@@ -23,7 +23,7 @@ TEST_CASE("units: a pose and its matrix map a point to the same place", "[system
                   Quat(uniform(random), uniform(random), uniform(random), uniform(random)).normalized()};
         const Vec3 x(30 * uniform(random), 20, -7);
         const glm::dmat4 matrix = sandbox::toMatrix(pose);
-        const glm::dvec3 metres = glm::dvec3(matrix * glm::dvec4(sandbox::toMetres(x), 1));
+        const glm::dvec3 metres = glm::dvec3(matrix * glm::dvec4(sandbox::toMeters(x), 1));
         // Rounding of a few products of numbers near 100.
         CHECK((sandbox::toMm(metres) - pose * x).norm() < 1e-11);
         const Pose back = sandbox::toPose(matrix);

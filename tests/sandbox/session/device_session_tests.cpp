@@ -36,7 +36,7 @@ struct Running {
         return its;
     }
     bool until(const std::function<bool()>& done) {
-        return patiently([&] {
+        return waitUntil([&] {
             session.update();
             return done();
         });

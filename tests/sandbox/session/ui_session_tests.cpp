@@ -24,7 +24,7 @@ SessionOptions uncached() {
 }
 
 bool waitUntilRunning(LiveSession& session) {
-    return patiently([&] {
+    return waitUntil([&] {
         session.update();
         return session.running();
     });
@@ -60,7 +60,7 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     Settings settings = session.settings();
     settings.stiffness = 3;
     session.setSettings(settings);
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return session.snapshot()->settings.stiffness == 3 && session.snapshot()->finished;
     }));
@@ -81,7 +81,7 @@ TEST_CASE("session: a device without motors runs at once, stop removes the force
     session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
     const auto force = [&](auto wanted) {
-        return patiently([&] {
+        return waitUntil([&] {
             session.update();
             return wanted(session.record()->wrench_out.force.norm());
         });
@@ -106,7 +106,7 @@ TEST_CASE("session: reports a broken file in one sentence and keeps the running 
     std::ofstream(broken) << "no scene";
     for (const auto& file : {broken, folder.path() / "missing.gltf"}) {
         session.open({file});
-        REQUIRE(patiently([&] {
+        REQUIRE(waitUntil([&] {
             session.update();
             return !session.opening();
         }));
@@ -115,7 +115,7 @@ TEST_CASE("session: reports a broken file in one sentence and keeps the running 
         CHECK(session.sceneNumber() == 1);
     }
     const auto before = session.snapshot()->ticks;
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return session.snapshot()->ticks > before + 10;
     }));
@@ -129,7 +129,7 @@ TEST_CASE("session: another scene replaces the running one", "[session]") {
     REQUIRE(waitUntilRunning(session));
     session.open({file});  // not awaited: the next request replaces it
     session.open({file});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.sceneNumber() == 2 && !session.opening();
     }));
@@ -146,7 +146,7 @@ TEST_CASE("session: a scene without roles waits for the user's choice, runs with
 
     LiveSession session(uncached());
     session.open({file});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.scene() != nullptr;
     }));
@@ -155,7 +155,7 @@ TEST_CASE("session: a scene without roles waits for the user's choice, runs with
     CHECK(session.record() == nullptr);
 
     session.mark({GiveRole{0, Role::Tool}});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
@@ -187,13 +187,13 @@ TEST_CASE("session: the device changes while it runs, and a device that cannot s
     // The simulated hand moves to the mouse's target at its own pace.
     Pose wanted = session.scene()->world->X_WT_start;
     wanted.p.x() += 5;
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         session.device().mouse.get()->grab(wanted);
         return session.record() && (session.record()->X_WT_device.p - wanted.p).norm() < 0.01;
     }));
     session.restart();
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return (session.record()->X_WT_device.p - session.scene()->world->X_WT_start.p).norm() < 0.01;
     }));
@@ -205,7 +205,7 @@ TEST_CASE("session: opening can be cancelled, and closing does not wait for it",
     session.open({holdFile(folder)});
     session.cancelOpening();
     CHECK_FALSE(session.opening());
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return true;
     }));
@@ -262,7 +262,7 @@ TEST_CASE("session: an edit moves an obstacle while the loop runs, and undo move
     session.edit({engine::PlaceNode{1, from, to}});
     const Vec3 target = before->obstacles[0].X_WO.p - Vec3(0, 20, 0);
     bool onItsWay = false;
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         const double left = (obstaclePose(*session.scene(), 0).p - target).norm();
         onItsWay |= left > 0 && left < 20;
@@ -276,14 +276,14 @@ TEST_CASE("session: an edit moves an obstacle while the loop runs, and undo move
     CHECK(session.scene()->world->obstacles[0].tree == before->obstacles[0].tree);
     CHECK(session.settings() == settings);
     // The demonstration now ends above the slab, without force.
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return session.snapshot()->finished && session.record()->wrench_C.force.norm() < 1e-9;
     }));
     CHECK(session.request().edits.size() == 1);
 
     session.setEdits({});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return (obstaclePose(*session.scene(), 0).p - before->obstacles[0].X_WO.p).norm() < 1e-9 &&
                session.snapshot()->finished && session.record()->wrench_C.force.norm() > 1;
@@ -315,19 +315,19 @@ TEST_CASE("session: reports a blocked obstacle once, and moves it on when there 
         session.edit({engine::PlaceNode{node, from, to}});
     };
     const auto lid = [&] { return obstaclePose(*session.scene(), 1).p.y(); };
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.snapshot()->finished;
     }));
     placed(2, 0.015);
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
         return told() == 1;
     }));
     CHECK(lid() > 20);  // where the faces would touch; leaves protrude further
     placed(1, -0.02);   // the slab retreats
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
         return std::abs(lid() - 15) < 1e-9;
@@ -353,7 +353,7 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
     CHECK(session.newest().edits.empty());  // the cancelled request leaves no edit
 
     session.mark({ChooseTree{0, {.leaves = 1000}}});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.sceneNumber() == 2;
     }));
@@ -362,7 +362,7 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
 
     // An unreadable part changes nothing.
     session.mark({AddBody{folder.path() / "missing.glb", Role::Obstacle}});
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return !session.opening();
     }));
@@ -392,7 +392,7 @@ TEST_CASE("session: a saved scene is read back with its settings", "[session]") 
     const Pose X_WO = toPose(engine::worldPose(session.scene()->scene.registry, session.scene()->scene.nodes[1]));
 
     session.reload();
-    REQUIRE(patiently([&] {
+    REQUIRE(waitUntil([&] {
         session.update();
         return session.sceneNumber() == 2 && session.running();
     }));
@@ -408,7 +408,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
     const auto file = holdFile(folder), recording = folder.path() / "recording";
     const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
         const std::uint64_t before = session.snapshot()->ticks;
-        return patiently([&] {
+        return waitUntil([&] {
             session.update();
             return session.running() && session.snapshot()->ticks > before + more;
         });
@@ -417,7 +417,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
         LiveSession session(uncached());
         session.open({file});
         REQUIRE(waitUntilRunning(session));
-        REQUIRE(patiently([&] {
+        REQUIRE(waitUntil([&] {
             session.update();
             return session.record() && session.record()->wrench_C.force.norm() > 0.5;
         }));
@@ -436,7 +436,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
         REQUIRE(ticksMore(session, 50));
         const double force = session.record()->wrench_C.force.norm();
         lift(0.0012);
-        REQUIRE(patiently([&] {
+        REQUIRE(waitUntil([&] {
             session.update();
             return session.record()->wrench_C.force.norm() > force + 0.5;
         }));
@@ -449,7 +449,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
         lift(0.0002);
         REQUIRE(ticksMore(session, 200));
         session.open({file});
-        REQUIRE(patiently([&] {
+        REQUIRE(waitUntil([&] {
             session.update();
             return session.sceneNumber() == 2;
         }));
@@ -477,7 +477,7 @@ TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, 
     REQUIRE(waitUntilRunning(session));
     session.chooseDevice(options.device);
     CHECK(session.device().choice == options.device);
-    CHECK(patiently([&] {
+    CHECK(waitUntil([&] {
         session.update();
         return session.snapshot()->settings.solver == findSolver("pqp") && session.snapshot()->finished;
     }));

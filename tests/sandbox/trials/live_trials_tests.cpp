@@ -63,7 +63,7 @@ struct Study {
     std::filesystem::path recording() const { return folder.path() / "trial"; }
 
     bool until(const std::function<bool()>& done) {
-        return patiently([&] {
+        return waitUntil([&] {
             live.update(session);
             session.update();
             return done();
@@ -147,7 +147,7 @@ TEST_CASE("live trials: a change during a trial gives no row, and the trial is r
         updateWorldTransforms(bare);
         engine::writeGltf(bare, study.folder.path() / "bare.glb");
         session.open({study.folder.path() / "bare.glb"});
-        REQUIRE(patiently([&] {  // the scene is shown between two frames
+        REQUIRE(waitUntil([&] {  // the scene is shown between two frames
             session.update();
             study.live.abort();
             return session.request().file == study.folder.path() / "bare.glb";
