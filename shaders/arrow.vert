@@ -1,7 +1,7 @@
 #version 330 core
 // A solid of revolution with shaft and head, stretched between two points.
-layout(location = 0) in vec4 profile;   // radius in shaft radii; along: in lengths, minus head lengths; is it the head's cone
-layout(location = 1) in vec4 ring;      // cosine, sine; normal's part outwards and along, of all but the cone
+layout(location = 0) in vec4 profile;   // radius in shaft radii; along: in lengths, minus head lengths; 1 on the cone
+layout(location = 1) in vec4 ring;      // cosine, sine; normal outwards and along the axis (unused on the cone)
 layout(location = 2) in vec3 from;
 layout(location = 3) in vec3 to;
 layout(location = 4) in float radius;
@@ -26,7 +26,7 @@ void main() {
     axis /= span;
     vec3 u = normalize(abs(axis.y) < 0.9 ? cross(axis, vec3(0.0, 1.0, 0.0)) : cross(axis, vec3(1.0, 0.0, 0.0)));
     vec3 v = cross(axis, u);
-    // A short arrow keeps its proportions: it is drawn thinner rather than all head.
+    // A short arrow is drawn thinner, so that it keeps a visible shaft.
     float scale = min(radius, span / (1.5 * headLength));
     float head = headLength * scale;
     vec3 outward = ring.x * u + ring.y * v;

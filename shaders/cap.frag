@@ -2,12 +2,12 @@
 #include "lighting.glsl"
 
 uniform vec3 baseColor;
-uniform float hatch;        // 1 or -1: which way its lines lean
+uniform float hatch;        // 1 or -1: direction of the hatching
 uniform float pixelScale;
 
 out vec4 color;
 
-// The cut of a solid: flat and hatched as in a drawing, so that no surface is taken for it.
+// The cut of a solid: flat and hatched as in a technical drawing, to distinguish it from surfaces.
 void main() {
     float period = 9.0 * pixelScale;
     float across = mod(gl_FragCoord.x + hatch * gl_FragCoord.y, period);

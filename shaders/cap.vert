@@ -1,7 +1,7 @@
 #version 330 core
-// A square of the section plane.
+// A square in the section plane.
 uniform mat4 viewProjection;
-uniform vec3 capCenter, capU, capV;   // the square's centre and half sides
+uniform vec3 capCenter, capU, capV;   // center and half sides of the square
 
 void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;

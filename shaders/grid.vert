@@ -1,5 +1,5 @@
 #version 330 core
-// A square of the ground plane about the camera's target.
+// A square in the ground plane about the camera's target.
 uniform mat4 viewProjection;
 uniform vec3 gridCenter;
 uniform float gridExtent;

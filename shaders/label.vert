@@ -1,5 +1,5 @@
 #version 330 core
-// One quad for each glyph.
+// One quad per glyph.
 layout(location = 0) in vec4 pixels;   // left, top, right, bottom, y down
 layout(location = 1) in vec4 texels;
 layout(location = 2) in vec4 color;

@@ -1,14 +1,14 @@
-// Metal-rough shading in a small studio that turns with the camera about the vertical: a gradient from floor to
-// ceiling, two soft boxes for metals to reflect, and a key light that casts shadows. Linear radiance in, sRGB out.
+// Metallic-roughness shading in a small studio that turns with the camera about the vertical: a gradient from floor to
+// ceiling, two soft boxes for reflections, and a key light that casts shadows. Linear radiance in, sRGB out.
 const float kPi = 3.14159265;
 
 uniform vec3 eye;
-uniform mat3 rig;   // world direction to studio direction: x to the right, y up, z towards the viewer
+uniform mat3 rig;   // rotation from world to studio: x right, y up, z towards the viewer
 uniform vec3 keyDirection;   // in the studio, unit length
 uniform bool shadowed;
 uniform sampler2DShadow shadowMap;
-uniform mat4 shadowMatrix;   // world to the map, 0 to 1
-uniform float shadowTexel;   // in the world
+uniform mat4 shadowMatrix;   // world to map coordinates, 0 to 1
+uniform float shadowTexel;   // texel length in the world
 
 const vec3 kRimDirection = vec3(0.86, 0.33, -0.39);
 const float kKeyIntensity = 2.2;
@@ -21,7 +21,7 @@ vec3 toSrgb(vec3 linear) {
     return mix(linear * 12.92, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, linear));
 }
 
-// Khronos PBR Neutral: leaves base colours as they are and rolls only highlights off towards white.
+// Khronos PBR Neutral tone mapper: keeps base colors and compresses only highlights towards white.
 vec3 toneMap(vec3 color) {
     const float start = 0.76, desaturation = 0.15;
     float low = min(color.r, min(color.g, color.b));
@@ -38,7 +38,7 @@ vec3 display(vec3 radiance) {
     return toSrgb(clamp(toneMap(radiance), 0.0, 1.0));
 }
 
-// How much of the key light reaches a point of a surface with this normal: 3 x 3 filtered comparisons.
+// Share of the key light that reaches a surface point with this normal, by 3 x 3 filtered comparisons.
 float keyLight(vec3 position, vec3 normal) {
     if (!shadowed) return 1.0;
     vec3 at = (shadowMatrix * vec4(position + 1.5 * shadowTexel * normal, 1.0)).xyz;
@@ -49,7 +49,7 @@ float keyLight(vec3 position, vec3 normal) {
     return lit / 9.0;
 }
 
-// A rectangular light about a direction, its edge as soft as the surface is rough.
+// A rectangular light around a direction. Its edges are softer for rougher surfaces.
 float softBox(vec3 d, vec3 center, vec2 halfSize, float softness) {
     float facing = dot(d, center);
     if (facing <= 0.0) return 0.0;
@@ -59,7 +59,7 @@ float softBox(vec3 d, vec3 center, vec2 halfSize, float softness) {
     return inside.x * inside.y;
 }
 
-// What a surface of this roughness mirrors in a studio direction; `key`: how much of the key's soft box it sees.
+// Radiance that a surface of this roughness reflects from a studio direction. `key`: visible share of the key's box.
 vec3 environment(vec3 d, float roughness, float key) {
     float blur = mix(0.06, 0.9, roughness);
     float above = smoothstep(-blur, blur, d.y + 0.05);
@@ -71,7 +71,7 @@ vec3 environment(vec3 d, float roughness, float key) {
     return mix(floorColor, wallColor, above) + boxes * mix(1.0, 0.55, roughness);
 }
 
-// Light that falls on a matt surface with this studio normal.
+// Irradiance of a matte surface with this studio normal.
 vec3 ambient(vec3 n) {
     return mix(vec3(0.20, 0.19, 0.18), vec3(0.56, 0.58, 0.62), 0.5 + 0.5 * n.y);
 }
@@ -93,7 +93,7 @@ vec3 specular(vec3 f0, float roughness, float nl, float nv, float nh, float vh) 
     return (f0 + (1.0 - f0) * pow(1.0 - vh, 5.0)) * distribution * visibility;
 }
 
-// Radiance towards the eye; all in world space, normal of unit length and facing the eye. `lit`: of the key light.
+// Radiance towards the eye. World space; `normal` has unit length and faces the eye. `lit`: share of the key light.
 vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float roughness, float lit) {
     roughness = clamp(roughness, 0.08, 1.0);
     vec3 f0 = mix(vec3(0.04), baseColor, metallic);
@@ -107,7 +107,7 @@ vec3 shade(vec3 position, vec3 normal, vec3 baseColor, float metallic, float rou
 
     vec3 key = diffuse / kPi;
     if (nl > 0.0) key += specular(f0, roughness, nl, nv, clamp(dot(n, h), 0.0, 1.0), clamp(dot(v, h), 0.0, 1.0));
-    // What hides the key hides some of the room, too.
+    // Whatever blocks the key light also blocks part of the ambient light.
     float open = mix(0.72, 1.0, lit);
     return key * kKeyIntensity * nl * lit + diffuse * ambient(n) * open
          + environmentReflectance(f0, roughness, nv) * environment(reflect(-v, n), roughness, mix(0.25, 1.0, lit)) * open;

@@ -1,5 +1,5 @@
 #version 330 core
-// One quad for each line, as wide in pixels as asked for, with room for round ends.
+// One quad per line, of the given width in pixels, with room for round ends.
 layout(location = 0) in vec3 a;
 layout(location = 1) in vec3 b;
 layout(location = 2) in vec4 color;
@@ -14,14 +14,14 @@ flat out vec4 lineColor;
 flat out float halfWidth;
 noperspective out vec2 pixel;
 
-const float kTowardsEye = 4e-5;   // of depth: a line on a surface stays visible
+const float kTowardsEye = 4e-5;   // depth offset that keeps a line on a surface visible
 
 void main() {
     vec4 p = viewProjection * vec4(a, 1.0), q = viewProjection * vec4(b, 1.0);
     lineColor = color;
     halfWidth = 0.5 * width * pixelScale;
     pixelA = pixelB = pixel = vec2(0.0);
-    float nearP = p.z + p.w, nearQ = q.z + q.w;   // negative: before the near plane
+    float nearP = p.z + p.w, nearQ = q.z + q.w;   // negative: in front of the near plane
     if (nearP < 0.0 && nearQ < 0.0) {
         gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
         return;
@@ -34,7 +34,7 @@ void main() {
     vec2 along = pixelB - pixelA;
     along = dot(along, along) > 1e-12 ? normalize(along) : vec2(1.0, 0.0);
     vec2 across = vec2(-along.y, along.x);
-    float reach = halfWidth + 1.0;   // one pixel for the soft edge
+    float reach = halfWidth + 1.0;   // one pixel for the smooth edge
     bool atB = (gl_VertexID & 1) == 1;
     pixel = (atB ? pixelB : pixelA)
           + reach * ((atB ? along : -along) + (gl_VertexID >> 1 == 1 ? across : -across));

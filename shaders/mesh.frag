@@ -12,7 +12,7 @@ uniform sampler2D baseTexture, surfaceTexture, normalTexture, emissiveTexture;
 
 out vec4 color;
 
-// The normal map in a tangent frame out of derivatives (Schueler 2013), so that meshes need no tangents.
+// Normal mapping with a tangent frame from screen-space derivatives (Schueler 2013), so that meshes need no tangents.
 vec3 bumped(vec3 n) {
     vec3 along = cross(dFdy(worldPosition), n), up = cross(n, dFdx(worldPosition));
     vec2 across = dFdx(uv), down = dFdy(uv);
@@ -27,7 +27,7 @@ vec3 bumped(vec3 n) {
 void main() {
     vec3 base = baseColor.rgb;
     if (baseTextured) base *= texture(baseTexture, uv).rgb;
-    if (sectioned && !gl_FrontFacing) {   // the inside of a cut solid: matt and dark, so that the cut reads as one
+    if (sectioned && !gl_FrontFacing) {   // inside of a cut solid: matte and dark, so that the cut stands out
         color = vec4(display(0.25 * base), alpha);
         return;
     }
@@ -40,7 +40,7 @@ void main() {
     float lit = alpha < 1.0 ? 1.0 : keyLight(worldPosition, smoothNormal);
     color.rgb = display(shade(worldPosition, normal, base, surface.y, surface.x, lit) + glow);
 
-    // A ghost is denser at its rim, which keeps its shape readable.
+    // A ghost is denser at its rim, so that its shape stays readable.
     float rim = 1.0 - clamp(dot(normal, normalize(eye - worldPosition)), 0.0, 1.0);
     color.a = mix(alpha, min(1.0, 2.0 * alpha), rim * rim);
 }

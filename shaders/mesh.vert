@@ -9,7 +9,7 @@ uniform vec4 section;   // (n, d): kept where n·p + d >= 0
 
 out vec3 worldPosition, worldNormal;
 out vec2 uv;
-invariant gl_Position;   // a ghost is drawn twice, to equal depths
+invariant gl_Position;   // a ghost is drawn twice and must get equal depths
 
 void main() {
     vec4 world = model * vec4(position, 1.0);

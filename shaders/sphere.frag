@@ -15,7 +15,7 @@ out vec4 color;
 void main() {
     vec3 direction = normalize(toFragment);
     float along = dot(toCenter, direction);
-    float miss = length(toCenter - along * direction);   // distance of the line of sight from the centre
+    float miss = length(toCenter - along * direction);   // distance of the line of sight from the center
     float coverage = clamp((sphereRadius - miss) / max(fwidth(miss), 1e-12) + 0.5, 0.0, 1.0);
     if (coverage <= 0.0) discard;
 

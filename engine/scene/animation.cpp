@@ -48,7 +48,7 @@ glm::dquat sampleRotation(const AnimationChannel& channel, double seconds) {
     const KeySpan span = locate(channel.times, seconds);
     if (channel.interpolation == Interpolation::CubicSpline) {
         const glm::dquat value = asQuaternion(cubic(channel.values, span));
-        // A spline through the origin has no direction there; the key before it is the nearest sensible one.
+        // A spline through the origin has no direction there, so the previous key is used.
         if (glm::length(value) < 1e-9) return glm::normalize(asQuaternion(channel.values[3 * span.key + 1]));
         return glm::normalize(value);
     }

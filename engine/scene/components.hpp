@@ -1,5 +1,5 @@
 #pragma once
-// Components: tiny structs. Systems are free functions over the registry.
+// Components are tiny structs. Systems are free functions over the registry.
 #include <glm/gtc/quaternion.hpp>
 #include <memory>
 #include <string>
@@ -15,8 +15,8 @@ struct Name {
     std::string value;
 };
 
-/// Pose and scale in the parent's frame, metres. A matrix node whose matrix is no such product (shear) keeps the
-/// remainder in `shear`: local = T · R · S · shear.
+/// Pose and scale in the parent's frame, meters. If the matrix of a node is not a product T · R · S, `shear` keeps the
+/// remainder: local = T · R · S · shear.
 struct LocalTransform {
     glm::dvec3 translation{0};
     glm::dquat rotation{1, 0, 0, 0};
@@ -49,7 +49,7 @@ struct Visibility {
     bool visible = true;
 };
 
-/// `extras` and `extensions` of the glTF node, as they stand in the file; null where it has none.
+/// `extras` and `extensions` of the glTF node, as in the file; null if it has none.
 struct NodeMarking {
     JsonValue extras, extensions;
 };

@@ -31,7 +31,7 @@ void Fields::fail(const std::string& key, const std::string& must) const {
 }
 
 const nlohmann::json* Fields::find(const std::string& key) {
-    asked_.insert(key);
+    readKeys_.insert(key);
     const auto found = value_->find(key);
     return found == value_->end() ? nullptr : &*found;
 }
@@ -47,7 +47,7 @@ std::optional<double> Fields::number(const std::string& key, double min, double 
 std::optional<int> Fields::whole(const std::string& key, int min, int max) {
     const nlohmann::json* value = find(key);
     if (!value) return {};
-    const auto number = numberIn(*value, min, max);  // 4096.0 is whole, too
+    const auto number = numberIn(*value, min, max);  // accepts 4096.0
     if (!number || *number != std::floor(*number)) fail(key, range("a whole number", min, max));
     return static_cast<int>(*number);
 }
@@ -98,7 +98,7 @@ std::optional<glm::dquat> Fields::quaternion(const std::string& key) {
     const auto v = numbers(key, 4, must);
     if (!v) return {};
     const glm::dquat q((*v)[3], (*v)[0], (*v)[1], (*v)[2]);
-    // Single-precision exporters are this far off; anything further is likely no quaternion.
+    // Tolerance for single-precision exporters; a value farther from unit length is probably not a quaternion.
     if (std::abs(glm::length(q) - 1) > 1e-3) fail(key, must);
     return glm::normalize(q);
 }
@@ -111,8 +111,8 @@ std::optional<Fields> Fields::object(const std::string& key) {
 
 void Fields::nameUnknown(std::vector<std::string>& warnings) const {
     for (const auto& [key, value] : value_->items())
-        if (!asked_.contains(key))
-            warnings.push_back(object_ + ": " + path_ + "." + printable(key) + " is not known and was ignored");
+        if (!readKeys_.contains(key))
+            warnings.push_back(object_ + ": " + path_ + "." + printable(key) + " is unknown and was ignored");
 }
 
 }  // namespace touchstone::engine

@@ -1,5 +1,5 @@
 #pragma once
-// Reads the fields of one JSON object of a scene's marking, and names what is wrong with them.
+// Checked reading of the fields of a JSON object in a scene's marking.
 #include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -20,15 +20,14 @@ std::optional<double> numberIn(const Json& value, double min, double max) {
     return number >= min && number <= max ? std::optional(number) : std::nullopt;
 }
 
-/// Lengths and coordinates of a scene, m: beyond it the tick takes no pose.
+/// Largest length or coordinate of a scene, m: the tick rejects poses beyond it.
 inline constexpr double kLargestLength = 1e3;
 
-/// Each reader returns nothing when the key is absent, and throws SceneError naming file, object and key when
-/// the value has the wrong type or lies outside its range.
+/// Each reader returns nothing if the key is absent. It throws SceneError naming file, object and key if the value has
+/// the wrong type or is outside its range.
 class Fields {
   public:
-    /// `object`: the node or scene, as objectLabel() names it; `path`: of `value` within it. Throws when `value` is no
-    /// object.
+    /// `object`: node or scene, from objectLabel(); `path`: path of `value` in it. Throws if `value` is not an object.
     Fields(const Scene& scene, std::string object, std::string path, const nlohmann::json& value);
 
     /// The value of any type; null when absent.
@@ -39,11 +38,11 @@ class Fields {
     std::optional<std::string> text(const std::string& key);
     std::optional<int> choice(const std::string& key, std::span<const char* const> names);  ///< index of the name
     std::optional<glm::dvec3> vector(const std::string& key);      ///< m, within kLargestLength on each axis
-    std::optional<glm::dquat> quaternion(const std::string& key);  ///< xyzw, normalised
+    std::optional<glm::dquat> quaternion(const std::string& key);  ///< xyzw, normalized
     std::optional<Fields> object(const std::string& key);
 
     [[noreturn]] void fail(const std::string& key, const std::string& must) const;
-    /// One sentence for each key that was never asked for.
+    /// Adds a warning for each key that was never read.
     void nameUnknown(std::vector<std::string>& warnings) const;
 
   private:
@@ -53,7 +52,7 @@ class Fields {
     const Scene* scene_;
     std::string object_, path_;
     const nlohmann::json* value_;
-    std::set<std::string> asked_;
+    std::set<std::string> readKeys_;
 };
 
 }  // namespace touchstone::engine

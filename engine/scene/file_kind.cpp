@@ -8,7 +8,7 @@ namespace touchstone::engine {
 namespace {
 
 constexpr std::string_view kExport = "export the scene as glTF 2.0 (.glb or .gltf)";
-constexpr std::string_view kMesh = "make a scene of it by touchstone new";
+constexpr std::string_view kMesh = "create a scene from it with touchstone new";
 
 struct Magic {
     std::string_view start, is, remedy;
@@ -19,7 +19,7 @@ constexpr std::array kMagic = {
     Magic{"\xff\xd8\xff", "a JPEG picture", kExport},
     Magic{"GIF8", "a GIF picture", kExport},
     Magic{"PK\x03\x04", "a ZIP archive", "unpack it and open the .gltf or .glb inside"},
-    Magic{"\x1f\x8b", "packed by gzip", "unpack it and open the .gltf or .glb inside"},
+    Magic{"\x1f\x8b", "a gzip file", "unpack it and open the .gltf or .glb inside"},
     Magic{"7z\xbc\xaf", "a 7z archive", "unpack it and open the .gltf or .glb inside"},
     Magic{"%PDF", "a PDF document", kExport},
     Magic{"BLENDER", "a Blender file", "open it in Blender and export it as glTF 2.0"},
@@ -32,7 +32,7 @@ constexpr std::array kMagic = {
           "ELF",
           "a program", kExport},
     Magic{"version https://git-lfs", "the pointer that Git LFS keeps in place of the file",
-          "fetch the file by git lfs pull"},
+          "fetch the file with git lfs pull"},
     Magic{"<!DOCTYPE html", "a web page", "download the file itself"},
     Magic{"<!doctype html", "a web page", "download the file itself"},
     Magic{"<html", "a web page", "download the file itself"},
@@ -45,7 +45,7 @@ std::uint32_t littleEndian(std::span<const std::uint8_t> bytes) {
     return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
 }
 
-/// Lines of OBJ: its first word is one of a few.
+/// Whether the first statement of the text is one of OBJ.
 bool isObj(std::string_view text) {
     while (!text.empty()) {
         const std::string_view line = text.substr(0, text.find('\n'));
@@ -59,7 +59,7 @@ bool isObj(std::string_view text) {
 
 }  // namespace
 
-std::string whatInstead(std::span<const std::uint8_t> bytes) {
+std::string foreignFileProblem(std::span<const std::uint8_t> bytes) {
     constexpr std::size_t kEnough = 4096, kStlHeader = 84, kStlTriangle = 50;
     const auto sentence = [](std::string_view is, std::string_view remedy) {
         return "is " + std::string(is) + ", not glTF; " + std::string(remedy);
@@ -67,7 +67,7 @@ std::string whatInstead(std::span<const std::uint8_t> bytes) {
     std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), kEnough));
     for (const Magic& magic : kMagic)
         if (text.starts_with(magic.start)) return sentence(magic.is, magic.remedy);
-    // A binary STL has nothing but its length to be known by.
+    // A binary STL can only be recognized by its length.
     if (bytes.size() > kStlHeader &&
         bytes.size() == kStlHeader + std::uint64_t{kStlTriangle} * littleEndian(bytes.subspan(80)))
         return sentence("an STL mesh", kMesh);
@@ -78,8 +78,8 @@ std::string whatInstead(std::span<const std::uint8_t> bytes) {
     const bool isText = std::none_of(text.begin(), text.end(), [](unsigned char c) {
         return c < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
     });
-    if (isText) return sentence("some other text", kExport);
-    return sentence("some other kind of file", kExport);
+    if (isText) return sentence("a text file of another kind", kExport);
+    return sentence("a file of another kind", kExport);
 }
 
 }  // namespace touchstone::engine

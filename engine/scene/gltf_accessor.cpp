@@ -46,8 +46,8 @@ std::size_t sizeOf(int componentType) {
 struct Allowed {
     int type;
     bool floats;
-    std::vector<int> normalized, plain;                    // integer component types
-    std::vector<int> quantizedNormalized, quantizedPlain;  // with the extension
+    std::vector<int> normalized, plain;                    // integer component types without extension
+    std::vector<int> quantizedNormalized, quantizedPlain;  // added by KHR_mesh_quantization
     const char* words;
 };
 
@@ -58,14 +58,14 @@ const Allowed& allowedFor(AccessorUse use) {
     static const Allowed position{TINYGLTF_TYPE_VEC3, true, {}, {}, {b, ub, s, us}, {b, ub, s, us}, "VEC3 of floats"};
     static const Allowed normal{TINYGLTF_TYPE_VEC3, true, {}, {}, {b, s}, {}, "VEC3 of floats"};
     static const Allowed texcoord{
-        TINYGLTF_TYPE_VEC2, true, {ub, us}, {}, {b, s}, {b, ub, s, us}, "VEC2 of floats or normalised integers"};
+        TINYGLTF_TYPE_VEC2, true, {ub, us}, {}, {b, s}, {b, ub, s, us}, "VEC2 of floats or normalized integers"};
     static const Allowed index{TINYGLTF_TYPE_SCALAR, false, {}, {ub, us, ui}, {}, {}, "SCALAR of unsigned integers"};
     static const Allowed time{TINYGLTF_TYPE_SCALAR, true, {}, {}, {}, {}, "SCALAR of floats"};
     static const Allowed vector{TINYGLTF_TYPE_VEC3, true, {}, {}, {}, {}, "VEC3 of floats"};
     static const Allowed rotation{
-        TINYGLTF_TYPE_VEC4, true, {b, ub, s, us}, {}, {}, {}, "VEC4 of floats or normalised integers"};
+        TINYGLTF_TYPE_VEC4, true, {b, ub, s, us}, {}, {}, {}, "VEC4 of floats or normalized integers"};
     static const Allowed instanceRotation{
-        TINYGLTF_TYPE_VEC4, true, {b, s}, {}, {}, {}, "VEC4 of floats or signed normalised integers"};
+        TINYGLTF_TYPE_VEC4, true, {b, s}, {}, {}, {}, "VEC4 of floats or signed normalized integers"};
     switch (use) {
         case AccessorUse::InstanceRotation:
             return instanceRotation;
@@ -160,7 +160,7 @@ void AccessorReader::readComponents(int index, C* out) const {
     if constexpr (std::is_floating_point_v<C>) {
         for (std::size_t i = 0; i < accessor.count * from.components; ++i)
             if (!(std::abs(static_cast<double>(out[i])) <= kLargestNumber))
-                fail(index, "holds a number that is not finite or beyond 1e12 in element " +
+                fail(index, "holds a non-finite number or one beyond 1e12 in element " +
                                 std::to_string(i / from.components) +
                                 "; repair the mesh or animation and export it again");
     }

@@ -9,12 +9,12 @@
 
 namespace touchstone::engine {
 
-/// What an accessor is read for; decides the element and component types that are allowed.
+/// Purpose of reading an accessor; determines the allowed element and component types.
 enum class AccessorUse { Position, Normal, Texcoord, Index, Time, Vector, Rotation, InstanceRotation };
 
-/// Reads the accessors of a model whose references and ranges of bytes were checked. Interleaved, sparse and normalised
-/// accessors come out as plain arrays. Throws SceneError naming the accessor for wrong types, sparse indices out of
-/// range, and numbers that are not finite or beyond 1e12.
+/// Reads the accessors of a model whose references and byte ranges were checked. Interleaved, sparse and normalized
+/// accessors are converted to plain arrays. Throws SceneError naming the accessor for wrong types, sparse indices out
+/// of range, and numbers that are non-finite or beyond 1e12.
 class AccessorReader {
   public:
     /// `quantized`: the types of KHR_mesh_quantization are allowed.
@@ -24,13 +24,14 @@ class AccessorReader {
     const std::filesystem::path& file() const { return file_; }
     std::size_t count(int accessor) const { return model_.accessors[static_cast<std::size_t>(accessor)].count; }
 
-    /// Neither a buffer view nor sparse values: all elements are zero.
+    /// Without buffer view and sparse values, all elements are zero.
     bool hasNoData(int accessor) const {
         const tinygltf::Accessor& from = model_.accessors[static_cast<std::size_t>(accessor)];
         return from.bufferView < 0 && !from.sparse.isSparse;
     }
 
-    /// T: float, double, std::uint32_t or a glm vector of the accessor's length. `user`: who reads, for the sentence.
+    /// T: float, double, std::uint32_t or a glm vector of the accessor's length. `user`: the object that uses the
+    /// accessor, for error messages.
     template <class T>
     std::vector<T> read(int accessor, AccessorUse use, const std::string& user) const;
 

@@ -18,12 +18,12 @@ constexpr std::array<std::string_view, 6> kSupportedExtensions = {"KHR_physics_r
                                                                   "KHR_materials_unlit",      "KHR_mesh_quantization",
                                                                   "EXT_mesh_gpu_instancing",  "KHR_node_visibility"};
 
-/// Extensions that change looks, lights, sound or nothing; all others could change geometry.
+/// Prefixes of extensions that do not change geometry; all others might.
 constexpr std::array<std::string_view, 10> kWithoutGeometry = {
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "MSFT_packing_",
     "KHR_lights_",    "EXT_lights_",  "KHR_xmp",      "KHR_audio",     "EXT_materials_"};
 
-/// What stands for an object that the scene does not use; the smallest one that tinygltf takes.
+/// Replacement for an object that the scene does not use: the smallest object that tinygltf accepts.
 const json& placeholder(std::string_view array) {
     static const std::map<std::string_view, json> all = {
         {"buffers", {{"byteLength", 1}}},
@@ -45,7 +45,7 @@ std::uint64_t elementSize(const json& accessor) {
     return components.at(accessor["type"].get<std::string>()) * componentSize(accessor["componentType"].get<int>());
 }
 
-/// One top-level array: checked copies, null where an object is broken, and which of them the scene uses.
+/// One top-level array: checked copies (null for broken objects), and flags of the objects that the scene uses.
 struct Array {
     std::vector<json> items;
     std::vector<bool> isUsed;
@@ -86,7 +86,7 @@ class GltfChecker {
         failIn(file_, object, problem);
     }
 
-    /// A fault of an object: an error where the scene uses it. Afterwards the object is broken.
+    /// Reports a fault of an object: an error if the scene uses the object, else a warning. Marks the object as broken.
     void report(std::string_view array, std::size_t index, const std::string& problem, const std::string& remedy) {
         const std::string label = schema_.label(array, index);
         if (arrays_.at(array).isUsed[index]) fail(label, problem + "; " + remedy);
@@ -94,7 +94,7 @@ class GltfChecker {
         arrays_.at(array).items[index] = nullptr;
     }
 
-    /// Before all else: files of glTF 1.0 have objects where 2.0 has lists.
+    /// Must run before all other checks, since glTF 1.0 has objects where 2.0 has lists.
     void checkVersion() const {
         const auto asset = document_.find("asset");
         const auto text = [&](const char* key) -> std::string {
@@ -108,10 +108,11 @@ class GltfChecker {
             return found != document_.end() && found->is_object();
         };
         if (version.starts_with("1.") || (version.empty() && document_.is_object() && isObject("meshes")))
-            fail("asset", "is glTF 1.0; convert it to glTF 2.0, by opening and exporting it in Blender for example");
+            fail("asset",
+                 "is glTF 1.0; convert it to glTF 2.0, for example by importing it into Blender and exporting it");
         if ((!version.empty() && !version.starts_with("2.")) || (!minVersion.empty() && minVersion != "2.0"))
             fail("asset",
-                 "asks for glTF " + printable(minVersion.empty() ? version : minVersion) + "; export it as glTF 2.0");
+                 "requires glTF " + printable(minVersion.empty() ? version : minVersion) + "; export it as glTF 2.0");
     }
 
     void checkExtensions(const json& header) {
@@ -125,11 +126,11 @@ class GltfChecker {
         for (const std::string& name : names("extensionsRequired"))
             if (!isSupported(name))
                 fail("extensionsRequired",
-                     "asks for " + printable(name) + ", which is not supported; export without it");
+                     "requires " + printable(name) + ", which is not supported; export without it");
         for (const std::string& name : names("extensionsUsed"))
             if (!isSupported(name) && std::none_of(kWithoutGeometry.begin(), kWithoutGeometry.end(),
                                                    [&](std::string_view start) { return name.starts_with(start); }))
-                warnings_.add("extension " + printable(name), "is not supported, and what it adds is left out");
+                warnings_.add("extension " + printable(name), "is not supported and is ignored");
     }
 
     std::size_t chosenScene(int wanted) const {
@@ -145,7 +146,7 @@ class GltfChecker {
         std::size_t size = 0;
         try {
             size = schema_.size(name);
-        } catch (const GltfProblem&) {  // thrown again when an index refers to the array
+        } catch (const GltfProblem&) {  // reported as an error if an index refers to the array
             warnings_.add('"' + std::string(name) + '"', "must be a list, but nothing in the scene uses it");
         }
         arrays_[name] = {std::vector<json>(size), std::vector<bool>(size)};
@@ -158,7 +159,7 @@ class GltfChecker {
         unchecked_.emplace_back(array, index);
     }
 
-    /// Checks what is used, and what that uses in turn.
+    /// Checks all used objects, and transitively the objects that they use.
     void checkUsed() {
         while (!unchecked_.empty()) {
             const auto [array, index] = unchecked_.back();
@@ -169,7 +170,7 @@ class GltfChecker {
         }
     }
 
-    /// Colliders of KHR_physics_rigid_bodies may refer to meshes that no node shows.
+    /// Colliders of KHR_physics_rigid_bodies may refer to meshes that no node instantiates.
     void useColliders(std::size_t node) {
         const json* body = find(document_["nodes"][node], {"extensions", "KHR_physics_rigid_bodies"});
         for (const char* kind : {"collider", "trigger"})
@@ -225,17 +226,17 @@ class GltfChecker {
             const json& view = views.items[i];
             if (view.is_null()) continue;
             if (view.value("byteStride", 4) % 4 != 0) {
-                report("bufferViews", i, "has a byteStride that is no multiple of 4", "export the file again");
+                report("bufferViews", i, "has a byteStride that is not a multiple of 4", "export the file again");
                 continue;
             }
             const json& buffer = arrays_.at("buffers").items[view["buffer"].get<std::size_t>()];
-            if (buffer.is_null()) continue;  // neither is used
+            if (buffer.is_null()) continue;  // then the view is not used either
             const auto available = buffer["byteLength"].get<std::uint64_t>();
             const auto end = view.value("byteOffset", std::uint64_t{0}) + view["byteLength"].get<std::uint64_t>();
             if (end > available)
                 report("bufferViews", i,
                        "ends at byte " + std::to_string(end) + " of a buffer of " + std::to_string(available),
-                       "the file is cut short or wrong, so export it again");
+                       "the file is truncated or wrong, so export it again");
         }
     }
 
@@ -255,9 +256,9 @@ class GltfChecker {
                         report("meshes", i, "has indices without a buffer view", "store the indices plainly");
     }
 
-    /// Ranges of bytes inside their buffer views; all factors are below 2^31, so 64 bits hold the products.
+    /// Checks byte ranges against their buffer views. All factors are below 2^31, so their products fit into 64 bits.
     std::string accessorProblem(const json& accessor) const {
-        constexpr std::uint64_t kMostImplicitZeros = std::uint64_t{1} << 24;  // of an accessor without data
+        constexpr std::uint64_t kMaxImplicitZeros = std::uint64_t{1} << 24;  // of an accessor without data
         const auto count = accessor["count"].get<std::uint64_t>();
         const std::uint64_t size = elementSize(accessor);
         const auto rangeProblem = [&](const json& from, std::uint64_t elements, std::uint64_t stride,
@@ -278,7 +279,7 @@ class GltfChecker {
                 return "has elements of " + std::to_string(size) + " bytes in a buffer view of stride " +
                        std::to_string(stride);
             if (std::string problem = rangeProblem(accessor, count, stride, size); !problem.empty()) return problem;
-        } else if (count > kMostImplicitZeros) {
+        } else if (count > kMaxImplicitZeros) {
             return "has " + std::to_string(count) + " elements but no data";
         }
         if (!accessor.contains("sparse")) return "";
@@ -290,7 +291,7 @@ class GltfChecker {
         return problem.empty() ? rangeProblem(sparse["values"], replaced, size, size) : problem;
     }
 
-    /// The nodes form trees whose roots alone the scene lists.
+    /// Checks that the nodes form trees and that the scene lists only their roots.
     void checkHierarchy() {
         Array& nodes = arrays_.at("nodes");
         constexpr std::size_t kNone = static_cast<std::size_t>(-1);
@@ -301,7 +302,7 @@ class GltfChecker {
         };
         const auto label = [&](std::size_t node) { return schema_.label("nodes", node); };
         std::vector<std::size_t> parents(nodes.items.size(), kNone);
-        // Those of the scene first: a node elsewhere may claim a node of the scene as a child, which is its own fault.
+        // Nodes of the scene first: a node outside that claims one of them as a child is itself at fault.
         for (const bool ofScene : {true, false})
             for (std::size_t node = 0; node < parents.size(); ++node) {
                 if (nodes.isUsed[node] != ofScene) continue;
@@ -313,11 +314,11 @@ class GltfChecker {
                                "list it as a child once");
                     } else {
                         warnings_.add(label(child), "is a child of " + label(node) +
-                                                        ", too, which is not in the scene: that parent is ignored");
+                                                        " as well, which is not in the scene; that parent is ignored");
                     }
                 }
             }
-        // With one parent each, what no root reaches lies on or below a cycle.
+        // Since each node has at most one parent, nodes that no root reaches are on or below a cycle.
         std::vector<bool> isReached(parents.size());
         std::vector<std::size_t> reached;
         const auto reach = [&](std::size_t node) {
@@ -346,7 +347,8 @@ class GltfChecker {
         }
     }
 
-    /// Of nodes, scenes and animations all, since their number is known outside; else up to the last one that is used.
+    /// The array for the checked document. Nodes, scenes and animations keep their number, which other code relies on;
+    /// other arrays end at the last used object.
     static json finished(std::string_view name, Array& array) {
         std::size_t end = array.items.size();
         if (name != "nodes" && name != "scenes" && name != "animations")

@@ -30,7 +30,7 @@ void append(std::vector<std::uint8_t>& bytes, std::uint32_t word) {
 
 void splitChunks(const fs::path& file, GltfContainer& container) {
     const std::span<const std::uint8_t> all(container.bytes);
-    const std::string cut = "the file is cut short; copy or export it again";
+    const std::string cut = "the file is truncated; copy or export it again";
     if (all.size() < kHeader + kChunkHeader) failIn(file, "header", cut);
     if (const auto version = littleEndian(all, 4); version != 2)
         failIn(file, "header", "has version " + std::to_string(version) + ", not 2; export it as glTF 2.0");
@@ -38,14 +38,16 @@ void splitChunks(const fs::path& file, GltfContainer& container) {
     if (length < kHeader + kChunkHeader || length > all.size())
         failIn(
             file, "header",
-            "promises " + std::to_string(length) + " bytes but " + std::to_string(all.size()) + " are there; " + cut);
+            "declares " + std::to_string(length) + " bytes but " + std::to_string(all.size()) + " are there; " + cut);
     bool first = true;
     for (std::uint64_t offset = kHeader; offset + kChunkHeader <= length; first = false) {
         const std::uint64_t size = littleEndian(all, offset), start = offset + kChunkHeader;
         const std::uint32_t type = littleEndian(all, offset + 4);
-        if (size > length - start) failIn(file, first ? "JSON chunk" : "binary chunk", "ends behind the file; " + cut);
+        if (size > length - start)
+            failIn(file, first ? "JSON chunk" : "binary chunk", "ends after the end of the file; " + cut);
         const auto contents = all.subspan(start, size);
-        if (first != (type == kJsonChunk)) failIn(file, "header", "has no single leading JSON chunk; export it again");
+        if (first != (type == kJsonChunk))
+            failIn(file, "header", "does not start with exactly one JSON chunk; export it again");
         if (first) {
             container.json.assign(contents.begin(), contents.end());
             while (!container.json.empty() && container.json.back() == '\0') container.json.pop_back();
@@ -57,8 +59,8 @@ void splitChunks(const fs::path& file, GltfContainer& container) {
     }
 }
 
-/// Depth of nesting: braces and brackets outside of texts. The parser's own way of telling, a callback, takes time that
-/// grows with the square of the number of objects.
+/// Nesting depth of braces and brackets outside strings. The parser's callback could count it as well, but takes time
+/// quadratic in the number of objects.
 int depthOf(const std::string& text) {
     int depth = 0, deepest = 0;
     bool inText = false;
@@ -78,8 +80,8 @@ int depthOf(const std::string& text) {
 
 template <class Json>
 Json parse(const fs::path& file, const std::string& text) {
-    constexpr int kDeepest = 200;
-    if (depthOf(text) > kDeepest) failIn(file, "JSON", "is nested deeper than 200 levels; flatten it");
+    constexpr int kMaxDepth = 200;
+    if (depthOf(text) > kMaxDepth) failIn(file, "JSON", "is nested deeper than 200 levels; flatten it");
     try {
         return Json::parse(text);
     } catch (const nlohmann::json::parse_error& error) {
@@ -88,7 +90,7 @@ Json parse(const fs::path& file, const std::string& text) {
         failIn(file, "JSON",
                "is broken at line " + std::to_string(1 + std::count(text.begin(), end, '\n')) + ", column " +
                    std::to_string(end - lineStart) +
-                   "; the file is cut short or was edited wrongly, so export it again");
+                   "; the file is truncated or was edited incorrectly, so export it again");
     } catch (const nlohmann::json::exception&) {
         failIn(file, "JSON", "holds a number or text that cannot be stored; export it again");
     }
@@ -112,14 +114,14 @@ const char* kindOf(fs::file_status status) {
         case fs::file_type::block:
             return "a device";
         default:
-            return "no regular file";
+            return "not a regular file";
     }
 }
 
 std::vector<std::uint8_t> readBytes(const fs::path& file, const std::string& object) {
     std::error_code error;
     const fs::file_status status = fs::status(file, error);
-    if (!fs::exists(status)) failIn(file, object, "there is no such file; check the name");
+    if (!fs::exists(status)) failIn(file, object, "the file does not exist; check its name");
     if (!fs::is_regular_file(status)) failIn(file, object, std::string("is ") + kindOf(status) + "; name a file");
     const std::uintmax_t size = fs::file_size(file, error);
     if (error) failIn(file, object, "cannot be read; check its permissions");
@@ -135,7 +137,8 @@ std::vector<std::uint8_t> readBytes(const fs::path& file, const std::string& obj
 void writeBytes(const fs::path& file, std::span<const std::uint8_t> bytes) {
     std::error_code error;
     const fs::path target = fs::is_symlink(file, error) ? fs::weakly_canonical(file, error) : file;
-    // Beside its place until it is whole; what is no regular file (a pipe, /dev/null) can only be written to.
+    // Write to a temporary file in the same folder and rename it when complete. Other targets than regular files (a
+    // pipe, /dev/null) can only be written to directly.
     const bool direct = fs::exists(target, error) && !fs::is_regular_file(target, error);
     fs::path aside = target;
     if (!direct) aside += ".part" + std::to_string(::getpid());
@@ -162,7 +165,7 @@ GltfContainer readContainer(const fs::path& file) {
     container.binary = container.bytes.size() >= 4 && littleEndian(container.bytes, 0) == kGlbMagic;
     if (container.binary)
         splitChunks(file, container);
-    else if (const std::string kind = whatInstead(container.bytes); !kind.empty())
+    else if (const std::string kind = foreignFileProblem(container.bytes); !kind.empty())
         failIn(file, "", kind);
     else
         container.json.assign(container.bytes.begin(), container.bytes.end());

@@ -1,4 +1,4 @@
-// Markings and places saved back into an existing file: updateGltf() of gltf_write.hpp.
+// updateGltf() of gltf_write.hpp: saves markings, transforms, names and materials into an existing file.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -28,7 +28,7 @@ void replaceExtras(const fs::path& file, ordered_json& document, const char* arr
         if (extras.is_null())
             object.erase("extras");
         else if (!object.contains("extras") ||
-                 json::parse(object["extras"].dump()) != extras)  // else their order stays
+                 json::parse(object["extras"].dump()) != extras)  // unchanged extras keep the order of their keys
             object["extras"] = extras;
     }
 }
@@ -62,7 +62,7 @@ bool hasExternalFiles(const ordered_json& document) {
     return false;
 }
 
-/// Spaces of the first indented line, as far as JSON writers use them; -1 when all stands on one line.
+/// Indentation of the first indented line, at most 8; -1 if the text is a single line.
 int indentation(const std::string& text) {
     const std::size_t lineEnd = text.find('\n');
     if (lineEnd == text.npos) return -1;
@@ -74,8 +74,8 @@ int indentation(const std::string& text) {
 
 void updateGltf(const fs::path& in, const fs::path& out, const GltfUpdate& update) {
     const GltfContainer container = readContainer(in);
-    Warnings said;  // when the file was read
-    checkGltf(in, parseJson(in, container.json), -1, said);
+    Warnings ignored;  // already reported when the file was read
+    checkGltf(in, parseJson(in, container.json), -1, ignored);
     ordered_json document = parseOrderedJson(in, container.json);
     replaceExtras(in, document, "nodes", "node", update.nodes);
     replaceExtras(in, document, "scenes", "scene", update.scenes);

@@ -53,11 +53,11 @@ std::vector<glm::dmat4> readInstances(const nlohmann::json& attributes, const Ac
         }
         transforms.push_back(localMatrix(local));
     }
-    if (!areUnit) warnings.add(node, "has instances whose rotations are not of unit length; they were normalised");
+    if (!areUnit) warnings.add(node, "has instances whose rotations are not of unit length; they were normalized");
     return transforms;
 }
 
-MeshInstance repeated(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms) {
+MeshInstance instancedMesh(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms) {
     MeshInstance all;
     for (const Primitive& primitive : mesh.primitives) {
         MeshData data;

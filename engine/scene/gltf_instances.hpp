@@ -1,5 +1,5 @@
 #pragma once
-// EXT_mesh_gpu_instancing: one node that shows its mesh many times.
+// EXT_mesh_gpu_instancing: a node that shows its mesh many times.
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json_fwd.hpp>
@@ -12,19 +12,19 @@
 
 namespace touchstone::engine {
 
-/// Number of instances: elements of any of the attributes, whose indices are valid.
+/// Number of instances: the count of any attribute. Pre: the accessor indices are valid.
 std::size_t instanceCount(const nlohmann::json& attributes, const AccessorReader& accessors);
 
-/// The transforms that the attributes TRANSLATION, ROTATION and SCALE give, in the frame of their node. Rotations are
-/// normalised, with a warning where that changes them. Throws SceneError naming `node`.
+/// The instance transforms from the attributes TRANSLATION, ROTATION and SCALE, in the frame of their node. Rotations
+/// are normalized, with a warning if that changes them. Throws SceneError naming `node`.
 std::vector<glm::dmat4> readInstances(const nlohmann::json& attributes, const AccessorReader& accessors,
                                       const std::string& node, Warnings& warnings);
 
-/// One mesh that holds `mesh` at each of the transforms; as many primitives, each with all the copies of its own.
-MeshInstance repeated(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms);
+/// One mesh with a copy of `mesh` for each transform. Each primitive holds all its copies.
+MeshInstance instancedMesh(const MeshInstance& mesh, const std::vector<glm::dmat4>& transforms);
 
-/// Of unit length to within the rounding of normalised bytes, the limit of the public validator. T: a quaternion, or
-/// one as a vector of 4.
+/// Whether a quaternion has unit length within the rounding of normalized bytes, which is the limit of the public
+/// validator. T: a quaternion type or a vector of 4.
 template <class T>
 bool isUnit(const T& quaternion) {
     constexpr double kTolerance = 0.00769;

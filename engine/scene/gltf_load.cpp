@@ -20,7 +20,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr int kLargestImageSide = 16384;
 constexpr std::string_view kUnused = "unused";
 
-/// Files as tinygltf sees them: names it asks for, and bytes given to it once.
+/// Virtual files for tinygltf by name. Their bytes are moved out when read.
 using VirtualFiles = std::map<std::string, Bytes, std::less<>>;
 
 std::string labelOf(const json& document, const char* array, const char* kind, std::size_t index) {
@@ -49,21 +49,21 @@ bool hasScheme(std::string_view uri) {
            });
 }
 
-/// Contents of a file beside the scene. Neither `..`, nor absolute paths, nor links lead out of its folder.
+/// Reads a file in the scene's folder. Paths that leave the folder by `..`, as absolute path or by links are refused.
 Bytes externalBytes(const fs::path& file, const std::string& label, const std::string& uri) {
     const std::string name = percentDecoded(uri), shown = "\"" + printable(name) + "\"";
-    const std::string outside = "names " + shown + " outside the scene's folder; put the file into that folder";
+    const std::string outside = "refers to " + shown + " outside the scene's folder; put the file into that folder";
     if (hasScheme(name) || name.find('\0') != name.npos) failIn(file, label, outside);
     const fs::path relative = fs::path(name).lexically_normal();
     if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") failIn(file, label, outside);
     std::error_code error;
     const fs::path folder = fs::canonical(file.has_parent_path() ? file.parent_path() : ".", error);
     const fs::path found = error ? fs::path() : fs::canonical(folder / relative, error);
-    if (error) failIn(file, label, "names the missing file " + shown + "; put it into the scene's folder");
+    if (error) failIn(file, label, "refers to the missing file " + shown + "; put it into the scene's folder");
     if (std::mismatch(folder.begin(), folder.end(), found.begin(), found.end()).first != folder.end())
         failIn(file, label, outside);
     if (const fs::file_status status = fs::status(found, error); !fs::is_regular_file(status))
-        failIn(file, label, "names " + shown + ", which is " + kindOf(status) + "; put the file there");
+        failIn(file, label, "refers to " + shown + ", which is " + kindOf(status) + "; put the file there");
     return readBytes(found, label);
 }
 
@@ -73,7 +73,7 @@ Bytes dataUriBytes(const fs::path& file, const std::string& label, const std::st
     if (marker > 256) failIn(file, label, "has a data URI without base64; export the file again");
     Bytes bytes;
     std::string mimeType;
-    // tinygltf knows few media types; the bytes do not depend on them.
+    // tinygltf knows few media types, but decoding does not depend on the type.
     tinygltf::DecodeDataURI(&bytes, mimeType,
                             "data:application/octet-stream;base64," + uri.substr(marker + kMarker.size()), 0, false);
     return bytes;
@@ -83,16 +83,16 @@ Bytes uriBytes(const fs::path& file, const std::string& label, const std::string
     return uri.starts_with("data:") ? dataUriBytes(file, label, uri) : externalBytes(file, label, uri);
 }
 
-/// The buffer's bytes are somewhere else.
-std::string missingBytes(const json& raw) {
+/// Explains why a buffer has no bytes.
+std::string missingBytesProblem(const json& raw) {
     for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
         if (raw.contains("extensions") && raw["extensions"].is_object() && raw["extensions"].contains(name))
-            return std::string("is there in the compressed form of ") + name +
-                   " alone, which is not supported; export without that";
+            return std::string("is only present in the compressed form of ") + name +
+                   ", which is not supported; export without that";
     return "has no \"uri\" and no binary chunk; export the file again with its buffers";
 }
 
-/// Reads the buffers that are used, and names virtual files in `checked` in place of their URIs.
+/// Reads the used buffers into virtual files, and replaces their URIs in `checked` by the names of these.
 void resolveBuffers(const GltfContainer& container, const LoadedGltf& loaded, json& checked, VirtualFiles& files) {
     const fs::path& file = loaded.file;
     for (std::size_t i = 0; i < checked["buffers"].size(); ++i) {
@@ -109,19 +109,19 @@ void resolveBuffers(const GltfContainer& container, const LoadedGltf& loaded, js
         else if (i == 0 && container.binary)
             bytes.assign(container.bin.begin(), container.bin.end());
         else
-            failIn(file, label, missingBytes(loaded.document["buffers"][i]));
+            failIn(file, label, missingBytesProblem(loaded.document["buffers"][i]));
         if (bytes.size() < length)
             failIn(file, label,
                    "needs " + std::to_string(length) + " bytes but only " + std::to_string(bytes.size()) +
-                       " are there; the data is cut short, so copy or export it again");
-        bytes.resize(length);  // padding behind the end is allowed
+                       " are present; the data is truncated, so copy or export it again");
+        bytes.resize(length);  // padding after the end is allowed
         const std::string name = "buffer" + std::to_string(i);
         buffer["uri"] = name;
         files[name] = std::move(bytes);
     }
 }
 
-/// Reads the images that are used and lie in files or URIs; the others point to a virtual file of no meaning.
+/// Reads the used images that are in files or data URIs into virtual files. Unused images refer to a dummy file.
 void resolveImages(const LoadedGltf& loaded, json& checked, VirtualFiles& files) {
     const fs::path& file = loaded.file;
     for (std::size_t i = 0; i < checked["images"].size(); ++i) {
@@ -142,7 +142,7 @@ void resolveImages(const LoadedGltf& loaded, json& checked, VirtualFiles& files)
     }
 }
 
-/// Takes out the channels that have no node, which glTF allows and tinygltf does not.
+/// Removes channels without a node, which glTF allows but tinygltf does not.
 void removeChannelsWithoutNode(json& checked, Warnings& warnings) {
     for (std::size_t i = 0; i < checked["animations"].size(); ++i) {
         json kept = json::array();
@@ -151,7 +151,7 @@ void removeChannelsWithoutNode(json& checked, Warnings& warnings) {
                 kept.push_back(std::move(channel));
             else
                 warnings.add(labelOf(checked, "animations", "animation", i),
-                             "has channels that move no node; they are left out");
+                             "has channels without a target node; they are ignored");
         checked["animations"][i]["channels"] = std::move(kept);
     }
 }
@@ -167,9 +167,9 @@ bool decodeImage(tinygltf::Image* image, int index, std::string* error, std::str
     if (!loading.loaded.uses("images", static_cast<std::size_t>(index))) return true;
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(bytes, size, &width, &height, &channels))
-        loading.problem = "is no PNG or JPEG; export the image again";
+        loading.problem = "is neither PNG nor JPEG; export the image again";
     else if (width > kLargestImageSide || height > kLargestImageSide)
-        loading.problem = "is larger than 16384 pixels a side; scale it down";
+        loading.problem = "is larger than 16384 pixels per side; scale it down";
     else if (!tinygltf::LoadImageData(image, index, error, warning, 0, 0, bytes, size, nullptr))
         loading.problem = "cannot be decoded; export the image again";
     if (loading.problem.empty()) return true;
@@ -219,7 +219,7 @@ LoadedGltf loadGltf(const fs::path& file, int scene, Warnings& warnings) {
     if (!loader.LoadASCIIFromString(&loaded.model, &error, &warning, text.data(), static_cast<unsigned>(text.size()),
                                     "")) {
         if (!loading.problem.empty()) failIn(file, "", loading.problem);
-        failIn(file, "", "is refused by the glTF parser (" + printable(error) + "); export it again");
+        failIn(file, "", "is rejected by the glTF parser (" + printable(error) + "); export it again");
     }
     return loaded;
 }

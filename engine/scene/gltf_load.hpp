@@ -1,5 +1,5 @@
 #pragma once
-// The dangerous half of reading glTF: from bytes on disk to a tinygltf model that is safe to walk.
+// The first half of reading glTF: from untrusted bytes on disk to a checked tinygltf model.
 #include <tiny_gltf.h>
 
 #include <filesystem>
@@ -11,18 +11,18 @@ namespace touchstone::engine {
 
 struct LoadedGltf {
     std::filesystem::path file;
-    nlohmann::json document;  ///< as in the file, for what the model does not hold: extras, extensions
+    nlohmann::json document;  ///< as in the file, for content that the model lacks: extras, extensions
     tinygltf::Model model;    ///< checked: every index, buffer view and number is in range; holds the buffers' bytes
     std::size_t scene;        ///< index of the chosen scene
     UsedObjects used;
 
-    /// The scene uses this object; others are empty in `model`, and may be anything in `document`.
+    /// Whether the scene uses an object. Unused objects are empty in `model` and unchecked in `document`.
     bool uses(std::string_view array, std::size_t index) const { return used.find(array)->second[index]; }
 };
 
-/// Reads a .gltf or .glb for one scene (-1: its default scene, else the first) with the buffers and images that this
-/// uses. Checks come before tinygltf sees anything: it is handed checked properties only, and opens no file. External
-/// files are read from the scene's folder and below it alone. Throws SceneError.
+/// Reads a .gltf or .glb for one scene (-1: its default scene, else the first) with the buffers and images that it
+/// uses. tinygltf only receives checked properties and opens no file. External files must be in the scene's folder or
+/// below it. Throws SceneError.
 LoadedGltf loadGltf(const std::filesystem::path& file, int scene, Warnings& warnings);
 
 }  // namespace touchstone::engine

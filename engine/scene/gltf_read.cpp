@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Elements of an array by the index that glTF stores as int.
+/// Element of an array by an index that glTF stores as int.
 template <class T>
 const T& at(const std::vector<T>& items, int index) {
     return items[static_cast<std::size_t>(index)];
@@ -29,8 +29,8 @@ bool contains(const json& names, std::string_view name) {
     return std::any_of(names.begin(), names.end(), [&](const json& item) { return item == name; });
 }
 
-/// Triangles out of the index list of a primitive (glTF 2.0, section 3.7.2.1); those without three distinct corners,
-/// usual in strips, are dropped.
+/// Triangles of the index list of a primitive (glTF 2.0, section 3.7.2.1). Triangles without three distinct corners,
+/// which are common in strips, are dropped.
 std::vector<std::uint32_t> triangles(int mode, const std::vector<std::uint32_t>& list) {
     std::vector<std::uint32_t> out;
     const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
@@ -83,7 +83,7 @@ class SceneReader {
     }
     std::string nodeName(int node) const { return label("node", node, at(model_.nodes, node).name); }
 
-    /// What an object has in the file, where the model does not hold it; null where it has none.
+    /// A property of an object in the file that the model does not hold; null if it is absent.
     const json* raw(const char* array, int index, std::initializer_list<const char*> path) const {
         const json* at = &gltf_.document[array][static_cast<std::size_t>(index)];
         for (const char* key : path) {
@@ -96,13 +96,13 @@ class SceneReader {
         return raw("nodes", node, {"extensions", "EXT_mesh_gpu_instancing", "attributes"});
     }
 
-    /// A small file may use one large accessor many times over; what it unfolds to is bounded before anything is read.
+    /// Bounds the size of the scene before anything is read, since a small file may use one large accessor many times.
     void checkSize() const {
-        constexpr std::size_t kMostElements = std::size_t{1} << 26;
+        constexpr std::size_t kMaxElements = std::size_t{1} << 26;
         std::size_t total = 0;
         const auto add = [&](int accessor, const std::string& user, std::size_t times = 1) {
             total += accessor < 0 ? 0 : accessors_.count(accessor) * times;
-            if (total > kMostElements)
+            if (total > kMaxElements)
                 fail(user, "brings the scene above 67 million vertices, corners and keys; simplify it");
         };
         const auto addMesh = [&](int mesh, const std::string& user, std::size_t times) {
@@ -124,7 +124,7 @@ class SceneReader {
                 const auto& samplers = at(model_.animations, i).samplers;
                 const std::string user = label("animation", i, at(model_.animations, i).name);
                 if (channel.sampler >= static_cast<int>(samplers.size()))
-                    fail(user, "names sampler " + std::to_string(channel.sampler) + " of " +
+                    fail(user, "refers to sampler " + std::to_string(channel.sampler) + " of " +
                                    std::to_string(samplers.size()) + "; export the animation again");
                 add(at(samplers, channel.sampler).input, user);
                 add(at(samplers, channel.sampler).output, user);
@@ -137,7 +137,7 @@ class SceneReader {
             for (const int child : at(model_.nodes, node).children) parents_[static_cast<std::size_t>(child)] = node;
     }
 
-    /// The set of texture coordinates that a material's textures use: that of the first one it has.
+    /// The texture coordinate set of a material: that of its first texture.
     static int texcoordSet(const tinygltf::Material& material) {
         const auto& pbr = material.pbrMetallicRoughness;
         for (const auto& [texture, set] : {std::pair{pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord},
@@ -154,9 +154,9 @@ class SceneReader {
             if (texture.index < 0) return -1;
             const std::string name = label("texture", texture.index, at(model_.textures, texture.index).name);
             const int source = at(model_.textures, texture.index).source;
-            if (source < 0) warn(name, "has no PNG or JPEG image and is left out");
+            if (source < 0) warn(name, "has no PNG or JPEG image and is ignored");
             if (source >= 0 && texture.texCoord != set)
-                warn(name, "uses another set of coordinates than its material's first texture and is left out");
+                warn(name, "uses another set of coordinates than its material's first texture and is ignored");
             if (source < 0 || texture.texCoord != set) return -1;
             int& index = imageIndex[static_cast<std::size_t>(source)];
             if (index < 0) index = addImage(scene_, rgba8(at(model_.images, source)));
@@ -188,7 +188,7 @@ class SceneReader {
         Image image{from.width, from.height, {}};
         if (from.bits != 16) {
             image.rgba = from.image;
-        } else {  // the high bytes of little-endian words
+        } else {  // keep the high bytes of little-endian words
             image.rgba.resize(from.image.size() / 2);
             for (std::size_t i = 0; i < image.rgba.size(); ++i) image.rgba[i] = from.image[2 * i + 1];
         }
@@ -219,19 +219,21 @@ class SceneReader {
         const json& primitives = *raw("meshes", mesh, {"primitives"});
         if (std::none_of(primitives.begin(), primitives.end(), [](const json& p) { return p.contains("targets"); }))
             return;
-        warn(label("mesh", mesh, at(model_.meshes, mesh).name),
-             hasNonZero(raw("meshes", mesh, {"weights"}))
-                 ? "morph targets are left out, although their weights are not zero: it has its shape without them"
-                 : "morph targets are left out");
+        warn(
+            label("mesh", mesh, at(model_.meshes, mesh).name),
+            hasNonZero(raw("meshes", mesh, {"weights"}))
+                ? "morph targets are ignored although their weights are not zero: the mesh keeps its shape without them"
+                : "morph targets are ignored");
     }
 
-    /// Null, with a warning, for what is no surface. Primitives that use the same accessors share one mesh.
+    /// Returns null, with a warning, for primitives that are not surfaces. Primitives with the same accessors share a
+    /// mesh.
     std::shared_ptr<const MeshData> readPrimitive(const tinygltf::Primitive& primitive, const json& raw,
                                                   const std::string& name) {
         constexpr std::array<const char*, 4> kSkipped = {"points", "lines", "a line loop", "a line strip"};
         if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
             warn(name, std::string("is ") + kSkipped[static_cast<std::size_t>(primitive.mode)] +
-                           ", not triangles, and is left out");
+                           ", not triangles, and is ignored");
             return nullptr;
         }
         const auto attribute = [&](const std::string& key) {
@@ -240,7 +242,7 @@ class SceneReader {
         };
         const int position = attribute("POSITION"), normal = attribute("NORMAL");
         if (position < 0) {
-            warn(name, "has no POSITION and is left out");
+            warn(name, "has no POSITION and is ignored");
             return nullptr;
         }
         const int set = primitive.material < 0 ? 0 : texcoordSet(at(model_.materials, primitive.material));
@@ -286,12 +288,12 @@ class SceneReader {
                 fail(name, "index " + std::to_string(i) + " is " + std::to_string(list[i]) + " but there are only " +
                                std::to_string(vertices) + " vertices; export the mesh again");
         if (primitive.mode == TINYGLTF_MODE_TRIANGLES && list.size() % 3 != 0)
-            fail(name,
-                 "has " + std::to_string(list.size()) + " corners, which is no multiple of 3; export the mesh again");
+            fail(name, "has " + std::to_string(list.size()) +
+                           " corners, which is not a multiple of 3; export the mesh again");
         return triangles(primitive.mode, list);
     }
 
-    /// Unit length for all; those that are missing or zero are computed.
+    /// Normalizes all normals; missing and zero normals are computed.
     static void completeNormals(MeshData& mesh) {
         const bool given = !mesh.normals.empty();
         const bool isWhole = given && std::all_of(mesh.normals.begin(), mesh.normals.end(),
@@ -312,7 +314,7 @@ class SceneReader {
         if (!node.matrix.empty()) {
             const json& raw = gltf_.document["nodes"][static_cast<std::size_t>(index)];
             if (raw.contains("translation") || raw.contains("rotation") || raw.contains("scale"))
-                fail(nodeName(index), "has a matrix beside translation, rotation or scale; keep one of the two");
+                fail(nodeName(index), "has a matrix as well as translation, rotation or scale; keep one of the two");
             glm::dmat4 matrix;
             for (int k = 0; k < 16; ++k) matrix[k / 4][k % 4] = at(node.matrix, k);
             if (matrix[0][3] != 0 || matrix[1][3] != 0 || matrix[2][3] != 0 || matrix[3][3] != 1)
@@ -329,7 +331,7 @@ class SceneReader {
                                       at(node.rotation, 2));
             if (!(glm::length(rotation) > 1e-6))
                 fail(nodeName(index), "has a rotation of length zero; give it a unit quaternion");
-            if (!isUnit(rotation)) warn(nodeName(index), "its rotation is not of unit length and was normalised");
+            if (!isUnit(rotation)) warn(nodeName(index), "its rotation is not of unit length and was normalized");
             local.rotation = glm::normalize(rotation);
         }
         return local;
@@ -360,18 +362,19 @@ class SceneReader {
             if (const json* visible = raw("nodes", node, {"extensions", "KHR_node_visibility", "visible"});
                 visible && !visible->get<bool>()) {
                 scene_.registry.get<Visibility>(at(entities, node)).visible = false;
-                warn(nodeName(node), "is hidden by KHR_node_visibility: it is not drawn, but with a role it collides");
+                warn(nodeName(node),
+                     "is hidden by KHR_node_visibility: it is not drawn, but it collides if it has a role");
             }
             if (mesh < 0 || at(scene_.meshes, mesh).primitives.empty()) continue;
             if (raw("nodes", node, {"skin"}))
-                warn(nodeName(node), "its skin is left out: the mesh keeps its bind pose and is placed by this node");
+                warn(nodeName(node), "its skin is ignored: the mesh keeps its bind pose and is placed by this node");
             if (hasNonZero(raw("nodes", node, {"weights"})))
-                warn(nodeName(node), "morph targets are left out, although its weights are not zero");
+                warn(nodeName(node), "morph targets are ignored although its weights are not zero");
             const json* attributes = instancing(node);
-            scene_.registry.add(at(entities, node),
-                                attributes ? repeated(at(scene_.meshes, mesh),
-                                                      readInstances(*attributes, accessors_, nodeName(node), warnings_))
-                                           : MeshInstance(at(scene_.meshes, mesh)));
+            scene_.registry.add(at(entities, node), attributes ? instancedMesh(at(scene_.meshes, mesh),
+                                                                               readInstances(*attributes, accessors_,
+                                                                                             nodeName(node), warnings_))
+                                                               : MeshInstance(at(scene_.meshes, mesh)));
         }
     }
 
@@ -408,7 +411,7 @@ class SceneReader {
             channel.path = AnimationPath::Rotation;
             use = AccessorUse::Rotation;
         } else {
-            warn(name, "cannot be animated and is left out");
+            warn(name, "cannot be animated and is ignored");
             return std::nullopt;
         }
         if (!at(model_.nodes, from.target_node).matrix.empty())
@@ -436,7 +439,7 @@ class SceneReader {
             fail(name, "has " + std::to_string(channel.values.size()) + " values but its " +
                            std::to_string(channel.times.size()) + " keys need " + std::to_string(needed) +
                            "; export the animation again");
-        if (isCubic && channel.times.size() < 2) fail(name, "is a cubic spline of one key; add a second key");
+        if (isCubic && channel.times.size() < 2) fail(name, "is a cubic spline with only one key; add a second key");
         if (channel.path != AnimationPath::Rotation) return;
         bool areUnit = true;
         for (std::size_t i = 0; i < channel.times.size(); ++i) {
@@ -445,10 +448,10 @@ class SceneReader {
                 fail(name, "key " + std::to_string(i) + " is a rotation of length zero; give it a unit quaternion");
             areUnit &= isUnit(value);
         }
-        if (!areUnit) warn(name, "has rotations that are not of unit length; they were normalised");
+        if (!areUnit) warn(name, "has rotations that are not of unit length; they were normalized");
     }
 
-    /// What tinygltf was not shown: extras and extensions, and the features that are left out.
+    /// Reads extras and extensions, which were not passed to tinygltf.
     void readMarkings() {
         const json& document = gltf_.document;
         const auto extensionsOf = [&](const json& object, const std::string& name) {
@@ -467,7 +470,7 @@ class SceneReader {
             if (!scene_.nodes[i]) continue;
             const json& node = document["nodes"][i];
             NodeMarking marking{node.value("extras", json()), extensionsOf(node, nodeName(static_cast<int>(i)))};
-            // The instances have become part of the mesh, and accessors have other indices in a file that is written.
+            // The instances are part of the mesh now, and accessors get other indices when the scene is written.
             if (marking.extensions->is_object() && marking.extensions->erase("EXT_mesh_gpu_instancing") > 0 &&
                 marking.extensions->empty())
                 *marking.extensions = nullptr;
@@ -476,7 +479,7 @@ class SceneReader {
         }
     }
 
-    /// A scene must hold triangles, on its nodes or, where physics refers to meshes itself, anywhere in the file.
+    /// A scene must have triangles: on its nodes, or anywhere in the file if physics extensions refer to meshes.
     void checkWorld() {
         std::size_t found = 0;
         bool hasPhysics = false;
@@ -498,7 +501,7 @@ class SceneReader {
             for (const MeshInstance& mesh : scene_.meshes) add(mesh);
         if (found == 0)
             fail(label("scene", scene_.index, scene_.name),
-                 "holds no triangles; add a mesh made of triangles to one of its nodes");
+                 "has no triangles; add a triangle mesh to one of its nodes");
     }
 
     const std::filesystem::path file_;

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// One property of an object: its kind and, as the kind needs them, range, choices, array referred to, and fields.
+/// A property of an object: its kind and, depending on the kind, range, choices, target array and fields.
 struct Field {
     enum Kind { Integer, Number, Numbers, Text, Texts, Flag, Index, Indices, Object, Objects };
     const char* name;
@@ -29,7 +29,7 @@ Field required(Field field) {
     return field;
 }
 constexpr double kMaxInt = std::numeric_limits<std::int32_t>::max();
-/// Beyond any scene, and small enough that products of two stay finite in single precision.
+/// Larger than in any scene, but products of two numbers stay finite in single precision.
 constexpr double kMaxNumber = 1e12;
 
 Field integer(const char* name, double low, double high = kMaxInt) { return {name, Field::Integer, low, high}; }
@@ -61,7 +61,7 @@ const std::vector<Field>& headerFields() {
     return fields;
 }
 
-/// Attributes that are read; others do not matter.
+/// Attributes that are read; others are ignored.
 Field vertexAttributes() {
     std::vector<Field> fields = {index("POSITION", "accessors"), index("NORMAL", "accessors")};
     for (const char* name : {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3", "TEXCOORD_4", "TEXCOORD_5",
@@ -70,7 +70,7 @@ Field vertexAttributes() {
     return required(object("attributes", std::move(fields)));
 }
 
-/// The extensions of a node that place and show its mesh.
+/// Node extensions that affect the placement and visibility of its mesh.
 Field nodeExtensions() {
     return object(
         "extensions",
@@ -130,7 +130,7 @@ std::string singular(std::string_view plural) {
     return std::string(plural.substr(0, plural.size() - 1));
 }
 
-/// The integer that a number stands for: exporters write 4 as 4.0, too.
+/// Integer value of a number; some exporters write 4 as 4.0.
 std::optional<std::int64_t> whole(const json& value) {
     constexpr double kLargestExact = 9007199254740992.0;  // 2^53
     if (value.is_number_unsigned() && value.get<std::uint64_t>() > std::uint64_t{1} << 62) return std::nullopt;
@@ -173,7 +173,7 @@ class Checker {
         }
         switch (field.kind) {
             case Field::Integer: {
-                // As a double where it is too large, for the sentence.
+                // A number that is too large for an integer is reported by checkRange().
                 const auto number = whole(value);
                 if (!number && !value.is_number_integer()) fail(label, path, "must be a whole number");
                 checkRange(value, field.low, field.high, label, path);

@@ -1,5 +1,5 @@
 #pragma once
-// What the objects of a glTF document must look like before anything is read from them.
+// Schema checks on the objects of a glTF document.
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -9,18 +9,18 @@
 
 namespace touchstone::engine {
 
-/// An object that breaks the specification. Whether that is an error depends on who uses the object.
+/// A violation of the specification. It is an error only if the scene uses the object.
 struct GltfProblem {
-    std::string object;   ///< as objectLabel() gives it; empty for the file itself
-    std::string problem;  ///< without what to do
+    std::string object;   ///< from objectLabel(); empty for the file itself
+    std::string problem;  ///< without a remedy
 };
 
 /// Checks types, ranges and references of the properties this engine reads (glTF 2.0, chapter 5). The copies that it
-/// returns hold these alone; every index in them is inside its array, every number is finite and inside its range, and
-/// whole numbers are integers however they were written.
+/// returns contain only these properties. Every index is within its array, every number is finite and within its range,
+/// and whole numbers are converted to integers.
 class GltfSchema {
   public:
-    /// Called for each object of a top-level array that the checked one refers to.
+    /// Called for each object of a top-level array that the checked object refers to.
     using OnReference = std::function<void(std::string_view array, std::size_t index)>;
 
     /// `document` must stay alive.
@@ -29,7 +29,7 @@ class GltfSchema {
     /// The top-level arrays that are read.
     static const std::vector<std::string_view>& arrays();
 
-    /// Number of objects in an array; 0 where the file has none. Throws GltfProblem for one that is no list.
+    /// Number of objects in an array; 0 if it is absent. Throws GltfProblem if it is not a list.
     std::size_t size(std::string_view array) const;
 
     /// `asset` and the lists of extensions. Throws GltfProblem.

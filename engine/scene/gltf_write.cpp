@@ -78,7 +78,8 @@ class SceneWriter {
         return document_[array].size() - 1;
     }
 
-    /// `components` floats an element; the range is written where glTF asks for it.
+    /// Adds an accessor with `components` floats per element. `withRange`: write min and max, which glTF requires for
+    /// some uses.
     std::size_t addFloats(const std::vector<float>& values, std::size_t components, Target target, bool withRange) {
         constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
         json accessor = {{"bufferView", addView(values.data(), values.size() * sizeof(float), target)},
@@ -126,16 +127,17 @@ class SceneWriter {
         };
         const auto allFinite = [&](const auto& items) { return std::all_of(items.begin(), items.end(), isFinite); };
         if (!allFinite(mesh.positions) || !allFinite(mesh.normals) || !allFinite(mesh.texcoords))
-            fail(user, "its mesh holds a number that is not finite; repair the mesh");
+            fail(user, "its mesh holds a non-finite number; repair the mesh");
         if ((!mesh.normals.empty() && mesh.normals.size() != count) ||
             (!mesh.texcoords.empty() && mesh.texcoords.size() != count))
-            fail(user, "its mesh has normals or texture coordinates in another number than positions; repair the mesh");
+            fail(user,
+                 "its mesh has a different number of normals or texture coordinates than positions; repair the mesh");
         if (mesh.indices.empty() || mesh.indices.size() % 3 != 0 ||
             *std::max_element(mesh.indices.begin(), mesh.indices.end()) >= count)
             fail(user, "its mesh has no triangles or indices beyond its vertices; repair the mesh");
     }
 
-    /// Attributes and indices of a mesh, written once however often it is used.
+    /// Attributes and indices of a mesh, which are written only once.
     const json& geometry(const std::shared_ptr<const MeshData>& data, const std::string& user) {
         const auto found = geometries_.find(data.get());
         if (found != geometries_.end()) return found->second;
@@ -164,7 +166,7 @@ class SceneWriter {
         return key;
     }
 
-    /// Index of a mesh of these primitives; equal ones are one mesh.
+    /// Index of a mesh with these primitives; equal meshes are shared.
     std::size_t meshOf(const MeshInstance& instance, const std::string& user) {
         const auto found = meshes_.find(keyOf(instance));
         return found != meshes_.end() ? found->second : addMesh(instance, user);
@@ -195,7 +197,7 @@ class SceneWriter {
             const std::string label = objectLabel("image", i);
             if (image.width < 1 || image.height < 1 ||
                 image.rgba.size() != static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4)
-                fail(label, "has another number of pixels than its size says; repair it");
+                fail(label, "has a number of pixels that does not match its size; repair it");
             const Bytes png = pngBytes(image);
             if (png.empty()) fail(label, "cannot be stored as PNG; make it smaller");
             add("images", {{"mimeType", "image/png"}, {"bufferView", addView(png.data(), png.size(), kNone)}});
@@ -228,7 +230,7 @@ class SceneWriter {
         }
     }
 
-    /// Numbers the nodes: those with an index keep it, others below the roots follow.
+    /// Numbers the nodes: nodes with a glTF index keep it, other nodes below the roots follow.
     void collectNodes() {
         nodes_ = scene_.nodes;
         for (std::size_t i = 0; i < nodes_.size(); ++i)
@@ -244,11 +246,12 @@ class SceneWriter {
     }
 
     void writeNodes() {
-        // Meshes first, equal ones too, so that they keep their indices, to which colliders refer.
+        // Write all meshes first, even equal ones, so that they keep their indices: colliders refer to them.
         std::size_t end = scene_.meshes.size();
         while (end > 0 && scene_.meshes[end - 1].primitives.empty()) --end;
         for (std::size_t i = 0; i < end; ++i) {
-            if (scene_.meshes[i].primitives.empty())  // glTF wants a primitive: a point, which the reader leaves out
+            if (scene_.meshes[i]
+                    .primitives.empty())  // glTF requires a primitive: write a point, which the reader ignores
                 add("meshes",
                     {{"primitives",
                       {{{"mode", 0}, {"attributes", {{"POSITION", addFloats({0, 0, 0}, 3, kVertices, true)}}}}}}});
@@ -288,11 +291,11 @@ class SceneWriter {
     void writeTransform(json& item, const LocalTransform& local, Entity node, const std::string& label) const {
         const glm::dmat4 matrix = localMatrix(local);
         for (int k = 0; k < 16; ++k)
-            if (!std::isfinite(matrix[k / 4][k % 4])) fail(label, "has a transform that is not finite; correct it");
+            if (!std::isfinite(matrix[k / 4][k % 4])) fail(label, "has a non-finite transform; correct it");
         if (local.shear != glm::dmat3(1)) {
             for (const Animation& animation : scene_.animations)
                 if (animates(animation, node))
-                    fail(label, "is animated but sheared, which glTF cannot hold; remove the shear");
+                    fail(label, "is animated and sheared, which glTF does not support; remove the shear");
         }
         item.update(placeFields(local));
     }
@@ -331,16 +334,17 @@ class SceneWriter {
         for (std::size_t i = 0; i < times.size(); ++i) {
             times[i] = static_cast<float>(channel.times[i]);
             if (!std::isfinite(times[i]) || times[i] < 0 || (i > 0 && !(times[i] > times[i - 1])))
-                fail(label, "has keys whose times do not increase from 0 on in single precision; space them wider");
+                fail(label,
+                     "has keys whose times are not increasing from 0 in single precision; increase their spacing");
         }
         for (std::size_t i = 0; i < channel.values.size(); ++i) {
             glm::dvec4 value = channel.values[i];
-            // Rotations must be unit quaternions; the tangents of a spline are none.
+            // Rotations must be unit quaternions, but the tangents of a spline are not rotations.
             if (isRotation && (!isCubic || i % 3 == 1)) value = glm::normalize(value);
             for (int k = 0; k < (isRotation ? 4 : 3); ++k) {
                 values.push_back(static_cast<float>(value[k]));
                 if (!std::isfinite(values.back()))
-                    fail(label, "has a value that is not finite or a rotation of length zero; correct it");
+                    fail(label, "has a non-finite value or a rotation of length zero; correct it");
             }
         }
         // Channels that share their times share the accessor.

@@ -3,7 +3,7 @@
 namespace touchstone::engine {
 
 std::vector<glm::vec3> smoothNormals(const MeshData& mesh) {
-    // Doubles, so that the cross product of tiny or huge triangles keeps its direction.
+    // In doubles, so that the cross product of tiny or huge triangles keeps its direction.
     std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0));
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
         const auto a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];

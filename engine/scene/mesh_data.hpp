@@ -1,5 +1,5 @@
 #pragma once
-// Geometry and looks as plain data, before any GPU knows of them.
+// Geometry and materials as plain data, independent of the GPU.
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -8,8 +8,8 @@
 
 namespace touchstone::engine {
 
-/// Indexed triangles in metres, counter-clockwise seen from outside. normals has one entry a position; texcoords
-/// likewise or none.
+/// Indexed triangles in meters, counter-clockwise seen from outside. `normals` has one entry per position; `texcoords`
+/// likewise, or is empty.
 struct MeshData {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
@@ -23,13 +23,13 @@ struct Image {
     std::vector<std::uint8_t> rgba;
 };
 
-/// The metal-rough material of glTF: linear factors, and textures that multiply them. Textures are indices into
-/// Scene::images, -1 for none, and share the mesh's one set of coordinates.
+/// The metallic-roughness material of glTF: linear factors, multiplied by textures. Textures are indices into
+/// Scene::images, -1 for none, and share one set of texture coordinates.
 struct Material {
     std::string name;
     glm::vec4 baseColor{1};
     float metallic = 0, roughness = 0.6f;
-    int texture = -1;                   ///< of the base colour, sRGB
+    int texture = -1;                   ///< base color, sRGB
     int metallicRoughnessTexture = -1;  ///< roughness in green, metalness in blue
     int normalTexture = -1;             ///< tangent space
     int emissiveTexture = -1;           ///< sRGB
@@ -39,7 +39,7 @@ struct Material {
     std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
 };
 
-/// Smooth unit normals: at each position the mean of its triangles' normals weighted by area; +z where that is zero.
+/// Smooth unit normals: at each position the area-weighted mean of the triangle normals; +z if that is zero.
 std::vector<glm::vec3> smoothNormals(const MeshData& mesh);
 
 }  // namespace touchstone::engine

@@ -10,7 +10,7 @@ namespace touchstone::engine {
 namespace fs = std::filesystem;
 namespace {
 
-// Readers of our own: assimp and tinyobjloader turn malformed numbers into zeros or skip them, and do not say so.
+// Own readers, because assimp and tinyobjloader silently skip malformed numbers or turn them into zeros.
 struct Format {
     std::string_view extension;
     void (*read)(std::string_view bytes, PolygonMesh& mesh);
@@ -32,7 +32,7 @@ bool isMeshFile(const fs::path& file) { return formatOf(file) != nullptr; }
 MeshFile readMeshFile(const fs::path& file, double metresPerUnit) {
     assert(metresPerUnit > 0);
     const Format* format = formatOf(file);
-    if (!format) failIn(file, "", "is no .obj, .ply or .stl file; export the part as one of these");
+    if (!format) failIn(file, "", "is not a .obj, .ply or .stl file; export the part as one of these");
 
     PolygonMesh mesh(file, metresPerUnit);
     {

@@ -1,5 +1,5 @@
 #pragma once
-// Parts as STL, OBJ and PLY files.
+// Reads parts from STL, OBJ and PLY files.
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace touchstone::engine {
 
-/// A mesh, and what its file holds that the mesh lacks: one sentence each, naming the file and the line.
+/// A mesh, and notes on content of the file that was ignored: one sentence each, naming file and line.
 struct MeshFile {
     MeshData mesh;
     std::vector<std::string> notes;
@@ -17,9 +17,9 @@ struct MeshFile {
 /// Whether the name ends in .obj, .ply or .stl, in lower or upper case.
 bool isMeshFile(const std::filesystem::path& file);
 
-/// Reads all faces of an STL (ASCII or binary), OBJ or PLY (ASCII or binary) file as one mesh, in metres. Polygons are
+/// Reads all faces of an STL (ASCII or binary), OBJ or PLY (ASCII or binary) file as one mesh, in meters. Polygons are
 /// triangulated, vertices at identical coordinates merged, faces without three distinct corners dropped with a note,
-/// and normals computed smooth; colours, texture coordinates and normals of the file are ignored. Time and memory are
+/// and smooth normals computed; colors, texture coordinates and normals of the file are ignored. Time and memory are
 /// linear in the size of the file. Throws SceneError with one sentence, naming the line, when the file cannot be read,
 /// is malformed, has a face with a missing or non-finite vertex, or holds no triangle.
 MeshFile readMeshFile(const std::filesystem::path& file, double metresPerUnit);

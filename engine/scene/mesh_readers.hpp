@@ -1,6 +1,6 @@
 #pragma once
-// The readers of mesh files, one for each format. They add vertices and faces in the units of the file, note what they
-// leave out, and refuse what is malformed with SceneError.
+// One reader per mesh file format. They add vertices and faces in the units of the file, note ignored content, and
+// throw SceneError on malformed content.
 #include <string_view>
 
 #include "engine/scene/polygon_mesh.hpp"

@@ -10,7 +10,7 @@ namespace {
 template <std::size_t n>
 using Words = std::array<std::string_view, n>;
 
-// Statements that do not move the surface. Names take all of their line: a backslash may end one.
+// Statements that do not affect the surface. A name extends over the whole line and may end with a backslash.
 constexpr Words<6> kNames{"o", "g", "s", "usemtl", "mtllib", "usemap"};
 constexpr Words<2> kAttributes{"vt", "vn"};
 constexpr Words<20> kFreeForm{"vp",   "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim",
@@ -47,7 +47,7 @@ class ObjReader {
             skip(given);
     }
 
-    /// The next word of the statement, which a backslash continues on the next line; empty at its end.
+    /// The next word of the statement, which continues on the next line after a backslash; empty at its end.
     std::string_view word() {
         for (;;) {
             if (continued_ && !text_.nextLine()) return {};
@@ -74,10 +74,10 @@ class ObjReader {
             if (count == values.size()) refuse("a vertex has more than 7 numbers; write x y z");
             values[count++] = *value;
         }
-        // x y z, with a weight, with a colour, or with a colour of four numbers.
+        // x y z alone, with a weight, with an RGB color or with an RGBA color.
         if (count != 3 && count != 4 && count != 6 && count != 7)
             refuse("a vertex has " + std::to_string(count) + (count == 1 ? " number" : " numbers") + "; write x y z");
-        if (count == 4 && values[3] != 1) note("the weight of a vertex is ignored, since faces have none");
+        if (count == 4 && values[3] != 1) note("vertex weights are ignored, since faces do not use them");
         mesh_.addVertex({values[0], values[1], values[2]});
     }
 
@@ -87,7 +87,7 @@ class ObjReader {
         mesh_.addFace(corners_, line_);
     }
 
-    /// The vertex of v, v/vt, v//vn or v/vt/vn. Texture coordinates and normals need not be there.
+    /// The vertex of v, v/vt, v//vn or v/vt/vn. Texture coordinates and normals need not exist.
     std::uint32_t corner(std::string_view given) const {
         std::int64_t vertex = 0;
         std::string_view rest = given;
@@ -101,32 +101,32 @@ class ObjReader {
             if (part == 0) vertex = *index;
         }
         if (!rest.empty()) refuse(quote(given) + " has more than three indices; write it as v/vt/vn");
-        if (vertex == 0) refuse("names vertex 0, but OBJ counts from 1; export the part again");
+        if (vertex == 0) refuse("refers to vertex 0, but OBJ counts from 1; export the part again");
         const auto known = static_cast<std::int64_t>(mesh_.vertexCount());
         if (vertex < -known)
-            refuse("names vertex " + std::to_string(vertex) + ", but only " + std::to_string(known) +
-                   " stand before it; export the part again");
+            refuse("refers to vertex " + std::to_string(vertex) + ", but only " + std::to_string(known) +
+                   " vertices precede it; export the part again");
         if (vertex > UINT32_MAX)
-            refuse("names vertex " + std::to_string(vertex) + ", which no file has; export the part again");
+            refuse("refers to vertex " + std::to_string(vertex) + ", which is too large; export the part again");
         return static_cast<std::uint32_t>(vertex < 0 ? known + vertex : vertex - 1);
     }
 
     void skip(std::string_view given) {
         if (keyword_ == "l" || keyword_ == "p")
-            note("lines and points are not read, since only faces make a surface");
+            note("lines and points are ignored, since only faces form a surface");
         else if (isOneOf(kFreeForm, keyword_))
-            note("free-form curves and surfaces are not read; export the part as polygons");
+            note("free-form curves and surfaces are ignored; export the part as polygons");
         else if (keyword_ == "call")
-            note("the file that this line includes is not read; join the two");
+            note("the file included by this line is ignored; merge the two files");
         else if (!isOneOf(kAttributes, keyword_))
             unknown(given);
         while (!word().empty()) {
         }
     }
 
-    /// All unknown statements are one note, which quotes the first.
+    /// All unknown statements share one note, which quotes the first one.
     void unknown(std::string_view given) {
-        if (firstUnknown_.empty()) firstUnknown_ = "unknown statements are ignored, as " + quote(given) + " is";
+        if (firstUnknown_.empty()) firstUnknown_ = "unknown statements are ignored, for example " + quote(given);
         note(firstUnknown_);
     }
 
@@ -135,7 +135,7 @@ class ObjReader {
 
     TextCursor text_;
     PolygonMesh& mesh_;
-    std::uint64_t line_ = 0;  // on which the statement begins
+    std::uint64_t line_ = 0;  // first line of the statement
     bool continued_ = false;
     std::string keyword_, firstUnknown_;
     std::vector<std::uint32_t> corners_;

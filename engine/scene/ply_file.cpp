@@ -25,7 +25,7 @@ constexpr ScalarName kScalars[] = {{"char", "int8", Scalar::Int8},        {"ucha
 struct Property {
     std::string name;
     Scalar type{};
-    std::optional<Scalar> count;  // of a list
+    std::optional<Scalar> count;  // type of the count of a list; none: not a list
 };
 
 struct Element {
@@ -43,7 +43,7 @@ struct Element {
 struct Header {
     Encoding encoding = Encoding::Ascii;
     std::vector<Element> elements;
-    std::size_t end = 0;  // where the data begin
+    std::size_t end = 0;  // offset of the data
 };
 
 class HeaderReader {
@@ -54,7 +54,8 @@ class HeaderReader {
     Header read() {
         if (!text_.nextLine() || text_.rest() != "ply")
             mesh_.refuse({}, "does not begin with the line 'ply'; export the part as PLY");
-        // Binary data may begin with LF: whether that belongs to the header's last line, its first line tells.
+        // Binary data may start with LF. The line ending of the first header line decides whether that LF is part of
+        // the header.
         const bool endsWithCr = bytes_[text_.nextOffset() - 1] == '\r';
         bool hasFormat = false;
         while (text_.nextLine()) {
@@ -67,13 +68,13 @@ class HeaderReader {
             } else if (keyword == "property") {
                 property();
             } else if (keyword == "end_header") {
-                if (!hasFormat) refuse("the header names no format; export the part again");
+                if (!hasFormat) refuse("the header has no format line; export the part again");
                 header_.end = text_.nextOffset();
                 if (endsWithCr && bytes_.substr(header_.end - 2, 2) == "\r\n") --header_.end;
                 return std::move(header_);
             } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
                 mesh_.note(atLine(text_.line()),
-                           "this line of the header is not read, since " + quote(keyword) + " is unknown");
+                           "this header line is ignored, since " + quote(keyword) + " is unknown");
             }
         }
         mesh_.refuse({}, "the header does not end; export or copy the file again");
@@ -89,7 +90,7 @@ class HeaderReader {
         else if (name == "binary_big_endian")
             header_.encoding = Encoding::BigEndian;
         else
-            refuse(quote(name) + " is no format of PLY; export the part as ascii or binary");
+            refuse(quote(name) + " is not a PLY format; export the part as ascii or binary");
         if (version != "1.0") refuse("has version " + quote(version) + ", not 1.0; export the part again");
     }
 
@@ -100,7 +101,7 @@ class HeaderReader {
         const std::string_view count = text_.rest();
         const std::optional<std::int64_t> value = integerIn(count);
         if (element.name.empty() || !value || *value < 0)
-            refuse(quote(count) + " is no number of elements; export the part again");
+            refuse(quote(count) + " is not a valid element count; export the part again");
         for (const Element& other : header_.elements)
             if (other.name == element.name)
                 refuse("the element " + quote(element.name) + " is declared twice; export the part again");
@@ -109,13 +110,13 @@ class HeaderReader {
     }
 
     void property() {
-        if (header_.elements.empty()) refuse("a property stands before all elements; export the part again");
+        if (header_.elements.empty()) refuse("a property precedes all elements; export the part again");
         Property property;
         std::string_view type = text_.word();
         if (type == "list") {
             property.count = scalar(text_.word());
             if (*property.count >= Scalar::Float32)
-                refuse("a list is counted in floating point; export the part with whole numbers");
+                refuse("the count of a list has a floating-point type; export the part with whole numbers");
             type = text_.word();
         }
         property.type = scalar(type);
@@ -130,7 +131,7 @@ class HeaderReader {
     Scalar scalar(std::string_view name) const {
         for (const ScalarName& known : kScalars)
             if (name == known.name || name == known.alias) return known.type;
-        refuse(quote(name) + " is no type of PLY; export the part again");
+        refuse(quote(name) + " is not a PLY type; export the part again");
     }
 
     [[noreturn]] void refuse(const std::string& problem) const { mesh_.refuse(atLine(text_.line()), problem); }
@@ -141,7 +142,7 @@ class HeaderReader {
     Header header_;
 };
 
-/// Values of ASCII data: an instance of an element is a line.
+/// Reads ASCII data: one line per instance of an element.
 class AsciiData {
   public:
     AsciiData(TextCursor& text, const PolygonMesh& mesh) : text_(text), mesh_(mesh) {}
@@ -171,7 +172,8 @@ class AsciiData {
     }
 
     std::string leftover() const {
-        return text_.nextWord().empty() ? "" : "nothing is read from here on, behind all that the header declares";
+        return text_.nextWord().empty() ? ""
+                                        : "everything from here on is ignored, since the header does not declare it";
     }
 
   private:
@@ -181,7 +183,7 @@ class AsciiData {
     const PolygonMesh& mesh_;
 };
 
-/// Values of binary data of either byte order.
+/// Reads binary data of either byte order.
 class BinaryData {
   public:
     BinaryData(std::string_view bytes, Encoding encoding, const PolygonMesh& mesh)
@@ -227,7 +229,7 @@ class BinaryData {
     }
 
     std::string leftover() const {
-        return bytes_.empty() ? "" : std::to_string(bytes_.size()) + " bytes after the data are not read";
+        return bytes_.empty() ? "" : std::to_string(bytes_.size()) + " bytes after the data are ignored";
     }
 
   private:
@@ -240,7 +242,7 @@ class BinaryData {
         if (swap_) std::reverse(raw, raw + sizeof raw);
         return std::bit_cast<T>(raw);
     }
-    [[noreturn]] void refuse() const { mesh_.refuse(place(), "ends after the file; export or copy it again"); }
+    [[noreturn]] void refuse() const { mesh_.refuse(place(), "exceeds the end of the file; export or copy it again"); }
 
     std::string_view bytes_;
     const PolygonMesh& mesh_;
@@ -255,7 +257,7 @@ class ElementReader {
     ElementReader(Data& data, PolygonMesh& mesh) : data_(data), mesh_(mesh) {}
 
     void read(const Element& element) {
-        if (element.properties.empty()) return;  // takes no space, however many there are
+        if (element.properties.empty()) return;  // such elements occupy no space, whatever their count
         if (element.name == "vertex") {
             std::array<std::size_t, 3> axes;
             for (std::size_t k = 0; k < 3; ++k) {
@@ -268,11 +270,11 @@ class ElementReader {
             std::size_t list = element.indexOf("vertex_indices");
             if (list == element.properties.size()) list = indexOf(element, "vertex_index");
             if (!element.properties[list].count || element.properties[list].type >= Scalar::Float32)
-                refuse(element, "its vertex indices are no list of whole numbers");
+                refuse(element, "its vertex indices are not a list of whole numbers");
             instances(element, [&] { element.name == "face" ? face(element, list) : strips(element, list); });
         } else {
             if (element.count > 0)
-                mesh_.note(atLine(element.line), "the element " + quote(element.name) + " is not read");
+                mesh_.note(atLine(element.line), "the element " + quote(element.name) + " is ignored");
             instances(element, [&] {
                 for (const Property& property : element.properties) skip(property);
             });
@@ -310,7 +312,7 @@ class ElementReader {
         mesh_.addFace(corners_, data_.number());
     }
 
-    /// A strip has a triangle for each index from the third on, every other one turned. -1 ends it, and another begins.
+    /// A strip has a triangle for each index from the third on, with alternating orientation. -1 ends the strip.
     void strips(const Element& element, std::size_t list) {
         indices(element, list);
         std::uint32_t a = 0, b = 0;
@@ -321,7 +323,7 @@ class ElementReader {
                 continue;
             }
             const std::uint32_t c = corner(index);
-            const bool isLink = a == b || b == c || c == a;  // from strip to strip, by repeating a vertex
+            const bool isLink = a == b || b == c || c == a;  // a repeated vertex links two strips
             if (++length >= 3 && !isLink) {
                 const bool turned = length % 2 == 0;
                 mesh_.addFace(turned ? std::array{b, a, c} : std::array{a, b, c}, data_.number());
@@ -346,7 +348,7 @@ class ElementReader {
     std::uint64_t count(const Property& property) {
         const double count = data_.value(*property.count);
         if (!(count >= 0 && count <= UINT32_MAX && count == std::floor(count)))
-            mesh_.refuse(data_.place(), "a list has no whole number of entries; export the part again");
+            mesh_.refuse(data_.place(), "the count of a list is not a whole number; export the part again");
         return static_cast<std::uint64_t>(count);
     }
 
@@ -354,7 +356,7 @@ class ElementReader {
 
     std::uint32_t corner(double index) const {
         if (!(index >= 0 && index <= UINT32_MAX && index == std::floor(index)))
-            mesh_.refuse(data_.place(), "a vertex index is no whole number from 0 on; export the part again");
+            mesh_.refuse(data_.place(), "a vertex index is not a non-negative whole number; export the part again");
         return static_cast<std::uint32_t>(index);
     }
 

@@ -11,8 +11,8 @@
 namespace touchstone::engine {
 namespace {
 
-constexpr double kFarthest = 1e12;     // m: beyond it the squares of lengths leave single precision
-constexpr double kWorthSaying = 1e-5;  // of the diagonal: 0.5 µm on a part of 50 mm
+constexpr double kMaxDistance = 1e12;    // m: keeps squares of lengths finite in single precision
+constexpr double kNotedRounding = 1e-5;  // of the diagonal: 0.5 µm on a part of 50 mm
 constexpr std::uint32_t kUnused = ~0u;
 
 struct PositionHash {
@@ -28,7 +28,7 @@ struct PositionHash {
 std::string quote(std::string_view word) { return '\'' + printable(std::string(word.substr(0, 100))) + '\''; }
 
 void PolygonMesh::addVertex(const glm::dvec3& inFileUnits) {
-    // Adding zero turns -0 into +0, which are one place.
+    // Adding zero turns -0 into +0, so that both are merged.
     const glm::vec3 vertex = glm::vec3(inFileUnits) + glm::vec3(0);
     for (int k = 0; k < 3; ++k)
         if (std::isfinite(vertex[k])) rounding_ = std::max(rounding_, std::abs(vertex[k] - inFileUnits[k]));
@@ -63,22 +63,21 @@ std::string PolygonMesh::sentence(const Note& note) const {
 void PolygonMesh::checkCorner(std::uint32_t corner, std::uint64_t place) const {
     const auto number = [&] { return "vertex " + std::to_string(corner + firstVertex_); };
     if (corner >= vertices_.size())
-        refuse({faceUnit_, place}, "names " + number() + ", but the file has " + std::to_string(vertices_.size()) +
+        refuse({faceUnit_, place}, "refers to " + number() + ", but the file has " + std::to_string(vertices_.size()) +
                                        " vertices; export the part again");
-    if (!(glm::length(glm::dvec3(vertices_[corner]) * metresPerUnit_) <= kFarthest))
-        refuse({faceUnit_, place}, "its " + number() + " is not finite or beyond 1e12 m; repair the part");
+    if (!(glm::length(glm::dvec3(vertices_[corner]) * metresPerUnit_) <= kMaxDistance))
+        refuse({faceUnit_, place}, "its " + number() + " is non-finite or beyond 1e12 m; repair the part");
 }
 
 void PolygonMesh::noteRounding(const MeshData& mesh) {
     glm::dvec3 low(mesh.positions.front()), high = low;
     for (const glm::dvec3 p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
-    if (rounding_ * metresPerUnit_ <= kWorthSaying * glm::length(high - low)) return;
+    if (rounding_ * metresPerUnit_ <= kNotedRounding * glm::length(high - low)) return;
     char text[160];
-    std::snprintf(
-        text, sizeof text,
-        "coordinates are rounded to single precision by up to %.2g units of the file, since they lie far from "
-        "the origin; move the part there",
-        rounding_);
+    std::snprintf(text, sizeof text,
+                  "coordinates are rounded to single precision by up to %.2g file units, since the part is far from "
+                  "the origin; move the part to the origin",
+                  rounding_);
     note({}, text);
 }
 
@@ -86,10 +85,10 @@ MeshFile PolygonMesh::build() {
     MeshFile out;
     MeshData& mesh = out.mesh;
     PolygonTessellator polygons(mesh);
-    // Merged by the coordinates in the file, since scaling may round neighbors together.
+    // Vertices are merged by their coordinates in the file, since scaling may round neighbors to the same point.
     std::unordered_map<glm::vec3, std::uint32_t, PositionHash> indexAt;
     std::vector<std::uint32_t> indexOf(vertices_.size(), kUnused);
-    std::vector<std::uint32_t> polygon;  // without corners that repeat the one before
+    std::vector<std::uint32_t> polygon;  // without consecutive duplicates
     for (std::size_t face = 0, i = 0; face < ends_.size(); ++face) {
         polygon.clear();
         for (; i < ends_[face]; ++i) {
@@ -116,7 +115,7 @@ MeshFile PolygonMesh::build() {
                                                  : "a face with fewer than three distinct corners is dropped");
     }
     if (mesh.indices.empty())
-        refuse({}, "holds no triangle" + (notes_.empty() ? "" : ": " + sentence(notes_.front())) +
+        refuse({}, "has no triangles" + (notes_.empty() ? "" : ": " + sentence(notes_.front())) +
                        "; export the part as a surface of triangles");
     noteRounding(mesh);
     mesh.normals = smoothNormals(mesh);

@@ -1,5 +1,5 @@
 #pragma once
-// What a mesh file holds, as it is read: vertices, polygons between them, and notes of what was left out.
+// Content of a mesh file while it is read: vertices, polygons, and notes on ignored content.
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
@@ -12,7 +12,7 @@
 
 namespace touchstone::engine {
 
-/// Where something stands in the file, as sentences name it: `line 12`, `triangle 7`. None: the file as a whole.
+/// A place in the file for messages: `line 12`, `triangle 7`. An empty unit means the whole file.
 struct FilePlace {
     std::string unit;
     std::uint64_t number = 0;
@@ -23,27 +23,27 @@ inline FilePlace atLine(std::uint64_t number) { return {"line", number}; }
 
 class PolygonMesh {
   public:
-    /// `file` is for the sentences alone.
+    /// `file` is only used in messages.
     PolygonMesh(std::filesystem::path file, double metresPerUnit)
         : file_(std::move(file)), metresPerUnit_(metresPerUnit) {}
 
-    /// The places of faces are of this unit ("line" unless set), and the first vertex has this number.
+    /// Set the unit of face places ("line" by default) and the number of the first vertex (0 by default), for messages.
     void countFacesIn(const char* unit) { faceUnit_ = unit; }
     void countVerticesFrom(std::uint64_t number) { firstVertex_ = number; }
 
     std::uint64_t vertexCount() const { return vertices_.size(); }
     void addVertex(const glm::dvec3& inFileUnits);
 
-    /// Adds a polygon. The vertices may follow it; an index that none has at the end is refused by build().
+    /// Adds a polygon. Its vertices may be added later; build() refuses indices without a vertex.
     void addFace(std::span<const std::uint32_t> corners, std::uint64_t place);
 
-    /// Notes what is not read. Notes of the same words become one, with the first place and their number.
+    /// Notes ignored content. Equal notes are merged into one with the first place and a count.
     void note(const FilePlace& place, std::string_view what);
 
-    /// Throws SceneError: the place and the problem, which ends with what to do.
+    /// Throws SceneError with the place and the problem, which must end with a remedy.
     [[noreturn]] void refuse(const FilePlace& place, const std::string& problem) const;
 
-    /// Merges, triangulates and scales; see readMeshFile(). To be called once.
+    /// Merges, triangulates and scales; see readMeshFile(). Call only once.
     MeshFile build();
 
   private:
@@ -61,15 +61,15 @@ class PolygonMesh {
     double metresPerUnit_;
     const char* faceUnit_ = "line";
     std::uint64_t firstVertex_ = 0;
-    double rounding_ = 0;  // largest change of a coordinate by single precision, in file units
+    double rounding_ = 0;  // largest rounding of a coordinate to single precision, in file units
     std::vector<glm::vec3> vertices_;
-    std::vector<std::uint32_t> corners_;  // of all faces
-    std::vector<std::size_t> ends_;       // of each face in corners_
-    std::vector<std::uint32_t> places_;   // of each face
+    std::vector<std::uint32_t> corners_;  // corners of all faces
+    std::vector<std::size_t> ends_;       // end of each face in corners_
+    std::vector<std::uint32_t> places_;   // place of each face
     std::vector<Note> notes_;
 };
 
-/// A word of the file as a sentence quotes it.
+/// A word of the file, quoted for messages.
 std::string quote(std::string_view word);
 
 }  // namespace touchstone::engine

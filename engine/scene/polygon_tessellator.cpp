@@ -7,7 +7,7 @@
 namespace touchstone::engine {
 namespace {
 
-// A vertex as the library carries it: its index plus one, since null has a meaning.
+// The library passes vertices as pointers: index plus one, since null has a special meaning.
 void* dataOf(std::uint32_t index) { return reinterpret_cast<void*>(std::uintptr_t(index) + 1); }
 std::uint32_t indexOf(void* data) { return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(data) - 1); }
 
@@ -15,7 +15,8 @@ std::uint32_t indexOf(void* data) { return static_cast<std::uint32_t>(reinterpre
 
 PolygonTessellator::PolygonTessellator(MeshData& mesh) : mesh_(mesh), tess_(gluNewTess(), gluDeleteTess) {
     using Callback = void (*)();
-    const auto edgeFlag = +[](GLboolean) {};  // asked for so that only single triangles come, no fans or strips
+    const auto edgeFlag =
+        +[](GLboolean) {};  // an edge-flag callback makes GLU emit single triangles instead of fans and strips
     const auto vertex =
         +[](void* data, void* self) { static_cast<PolygonTessellator*>(self)->mesh_.indices.push_back(indexOf(data)); };
     const auto combine = +[](const GLdouble at[3], void* const from[4], const GLfloat*, void** out, void* self) {
@@ -28,7 +29,7 @@ PolygonTessellator::PolygonTessellator(MeshData& mesh) : mesh_(mesh), tess_(gluN
 }
 
 bool PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
-    glm::dvec3 normal(0);  // Newell's: that of the area which the polygon encloses
+    glm::dvec3 normal(0);  // Newell's normal: twice the vector area of the polygon
     for (std::size_t i = 1; i + 1 < corners.size(); ++i)
         normal += glm::cross(at(corners[i]) - at(corners[0]), at(corners[i + 1]) - at(corners[0]));
     if (crossesOften(corners, normal)) return false;
@@ -44,7 +45,7 @@ bool PolygonTessellator::add(const std::vector<std::uint32_t>& corners) {
     return true;
 }
 
-/// Estimates the crossings from pairs of edges drawn at random, as many as the corners ask for.
+/// Estimates the number of crossings from random pairs of edges, in proportion to the number of corners.
 bool PolygonTessellator::crossesOften(const std::vector<std::uint32_t>& corners, const glm::dvec3& normal) const {
     constexpr std::size_t kFew = 128, kDrawsEach = 16, kCrossingsEach = 16;
     const std::size_t n = corners.size();
@@ -66,11 +67,11 @@ bool PolygonTessellator::crossesOften(const std::vector<std::uint32_t>& corners,
         const glm::dvec2 a = flat(i), b = flat(i + 1), p = flat(j), q = flat(j + 1);
         hits += parts(a, b, p, q) && parts(p, q, a, b);
     }
-    // Of n^2 / 2 pairs, hits / draws cross.
+    // The share hits / draws of the n^2 / 2 pairs crosses.
     return hits > 2 * kCrossingsEach * kDrawsEach;
 }
 
-/// The vertex where edges cross or corners coincide.
+/// Returns the vertex where edges cross or corners coincide, and adds it if it is new.
 void* PolygonTessellator::crossing(const glm::vec3& place, void* const from[4]) {
     for (int i = 0; i < 4; ++i)
         if (from[i] && mesh_.positions[indexOf(from[i])] == place) return from[i];

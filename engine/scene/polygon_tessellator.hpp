@@ -1,5 +1,5 @@
 #pragma once
-// Triangles of polygons.
+// Triangulation of polygons.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -10,15 +10,15 @@ class GLUtesselator;
 
 namespace touchstone::engine {
 
-/// Triangulates polygons of any shape, concave ones and ones that cross themselves included.
+/// Triangulates polygons of any shape, including concave and self-intersecting ones.
 class PolygonTessellator {
   public:
     /// Triangles are appended to `mesh`, which must outlive this.
     explicit PolygonTessellator(MeshData& mesh);
 
-    /// Appends the triangles of a polygon between the mesh's positions, wound as it is; where its edges cross,
-    /// positions are added. A polygon without area gives none.
-    /// False, and none are appended, if its edges cross so often that the time would not be linear in the corners.
+    /// Appends the triangles of a polygon with the same orientation. `corners`: indices of the mesh's positions.
+    /// Positions are added where edges cross. A polygon without area gives no triangle. Returns false and appends
+    /// nothing if the edges cross so often that the time would not be linear in the number of corners.
     bool add(const std::vector<std::uint32_t>& corners);
 
   private:

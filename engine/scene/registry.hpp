@@ -12,7 +12,7 @@
 
 namespace touchstone::engine {
 
-/// Handle of an entity. The generation tells a stale handle from the new owner of the same index.
+/// Handle of an entity. The generation distinguishes a stale handle from the current owner of the same index.
 struct Entity {
     static constexpr std::uint32_t kNull = std::numeric_limits<std::uint32_t>::max();
     std::uint32_t index = kNull;
@@ -22,9 +22,9 @@ struct Entity {
     friend bool operator==(Entity a, Entity b) = default;
 };
 
-/// Owner of all entities and components. Move-only. A reference to a component holds until a component of the same
-/// type is added or removed. Asking for a component of a dead or null entity finds none; adding one is an error of the
-/// caller. Not thread-safe.
+/// Owner of all entities and components. Move-only. A reference to a component is valid until a component of the
+/// same type is added or removed. A dead or null entity has no components; adding one to it is an error of the caller.
+/// Not thread-safe.
 class Registry {
   public:
     Entity create() {
@@ -57,7 +57,7 @@ class Registry {
     /// Number of living entities.
     std::size_t size() const { return generations_.size() - free_.size(); }
 
-    /// Adds a component, or replaces the one that is there.
+    /// Adds a component or replaces the existing one.
     template <class T>
     T& add(Entity entity, T value = {}) {
         assert(alive(entity));
@@ -97,9 +97,9 @@ class Registry {
         if (Pool<T>* existing = findPool<T>()) existing->remove(entity);
     }
 
-    /// Calls f(entity, first, others...) for each entity that has them all, in the order in which First was added as
-    /// long as none was removed; name the rarest type first. Inside, f may remove components of its own entity, or
-    /// destroy it; it may not add a component of a visited type, nor remove First from another entity.
+    /// Calls f(entity, first, others...) for each entity that has all these components. The order is that of adding
+    /// First as long as none was removed; name the rarest type first. f may remove components of its own entity or
+    /// destroy it. It must not add a component of a visited type or remove First from another entity.
     template <class First, class... Others, class F>
     void each(F&& f) {
         Pool<First>* first = findPool<First>();
@@ -124,7 +124,7 @@ class Registry {
 
     template <class T>
     struct Pool final : PoolBase {
-        std::vector<std::uint32_t> places;  // by entity index; kNull where it has none
+        std::vector<std::uint32_t> places;  // by entity index; kNull if the entity has none
         std::vector<Entity> entities;       // packed, parallel to values
         std::vector<T> values;
 

@@ -13,19 +13,19 @@ constexpr const char* kExtension = "KHR_physics_rigid_bodies";
 ColliderGeometry readGeometry(const Scene& scene, Entity node, Fields body, std::vector<std::string>& warnings) {
     ColliderGeometry geometry;
     std::optional<Fields> fields = body.object("geometry");
-    // Drafts before `geometry` had the index beside it.
+    // Drafts of the extension before `geometry` had the indices directly in the collider.
     Fields& from = fields ? *fields : body;
     const auto index = [&](const char* key, std::size_t count) {
         return from.whole(key, 0, static_cast<int>(count) - 1).value_or(-1);
     };
     geometry.node = index("node", scene.nodes.size());
     geometry.mesh = index("mesh", scene.meshes.size());
-    if (geometry.node >= 0 && !scene.nodes[geometry.node]) from.fail("node", "a node of the scene that is shown");
+    if (geometry.node >= 0 && !scene.nodes[geometry.node]) from.fail("node", "a node of the loaded scene");
     if (from.flag("convexHull").value_or(false))
-        warnings.push_back(nodeLabel(scene, node) + ": convexHull is not supported: its surface is taken as it stands");
+        warnings.push_back(nodeLabel(scene, node) + ": convexHull is not supported: the surface itself is used");
     if (from.find("shape"))
         warnings.push_back(nodeLabel(scene, node) +
-                           ": implicit shapes are not supported: the meshes of the node are taken instead");
+                           ": implicit shapes are not supported: the meshes of the node are used instead");
     return geometry;
 }
 
@@ -60,7 +60,7 @@ std::string frictionWarning(const Scene& scene) {
         };
         return above("staticFriction") || above("dynamicFriction");
     });
-    return rough ? "the file gives its materials friction, which is not simulated: contact is smooth" : "";
+    return rough ? "the file defines friction, which is not simulated: contact is frictionless" : "";
 }
 
 }  // namespace touchstone::engine

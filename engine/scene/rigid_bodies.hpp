@@ -1,5 +1,5 @@
 #pragma once
-// What KHR_physics_rigid_bodies says of a node.
+// Reads KHR_physics_rigid_bodies.
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,26 +8,26 @@
 
 namespace touchstone::engine {
 
-/// Component of nodes with a KHR_physics_rigid_bodies collider: where its geometry stands. With neither index the
-/// meshes of the node itself are meant.
+/// Component of nodes with a KHR_physics_rigid_bodies collider: its geometry. With neither index, the meshes of the
+/// node itself are the geometry.
 struct ColliderGeometry {
-    int node = -1;  ///< glTF node, whose meshes and those below it are taken, in its own frame
+    int node = -1;  ///< glTF node: the meshes at and below it are used, in its frame
     int mesh = -1;  ///< glTF mesh
 };
 
 struct RigidBodyMark {
-    bool motion = false;  ///< moves as a body of its own
+    bool motion = false;  ///< the node moves as a separate body
     bool trigger = false;
     std::optional<ColliderGeometry> collider;
     std::optional<ColliderGeometry> triggerGeometry;
 };
 
-/// Reads the extension of a node after its review draft, and the earlier forms with `mesh`. What is left out (implicit
-/// shapes, hulls) becomes a warning. Nothing when the node does not have the extension.
-/// Throws SceneError for wrong types and for indices that the file does not have.
+/// Reads the extension of a node, in the form of the review draft or the earlier forms with `mesh`. Unsupported
+/// features (implicit shapes, hulls) become warnings. Returns nothing if the node does not have the extension. Throws
+/// SceneError for wrong types and for invalid indices.
 std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std::vector<std::string>& warnings);
 
-/// One sentence about the friction of the file's physics materials, which is not simulated; empty without any.
+/// A warning if the file's physics materials have friction, which is not simulated; else empty.
 std::string frictionWarning(const Scene& scene);
 
 }  // namespace touchstone::engine

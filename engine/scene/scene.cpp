@@ -68,7 +68,8 @@ Entity appendScene(Scene& scene, const Scene& part, std::string name) {
     const Entity root = addNode(scene, std::move(name));
     std::vector<Visit> open;
     const auto visitLater = [&](const std::vector<Entity>& nodes, Entity below) {
-        for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) open.push_back({*node, below});  // first on top
+        for (auto node = nodes.rbegin(); node != nodes.rend(); ++node)
+            open.push_back({*node, below});  // the first node ends on top of the stack
     };
     visitLater(part.roots, root);
     while (!open.empty()) {
@@ -100,7 +101,7 @@ bool isVisible(const Registry& registry, Entity node) {
 
 namespace {
 
-/// Bytes of the UTF-8 character that starts at `at`, and its code; 0 bytes where none does.
+/// Length in bytes and code point of the UTF-8 character at `at`; length 0 if the bytes are invalid.
 std::pair<std::size_t, std::uint32_t> characterAt(const std::string& text, std::size_t at) {
     const auto byte = [&](std::size_t i) {
         return at + i < text.size() ? static_cast<unsigned char>(text[at + i]) : 0u;
@@ -134,11 +135,11 @@ std::string escaped(const std::string& text) {
     for (std::size_t at = 0; at < text.size();) {
         const auto [length, code] = characterAt(text, at);
         const bool isControl = code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
-        const bool turnsWriting = (code >= 0x200E && code <= 0x200F) || (code >= 0x202A && code <= 0x202E) ||
-                                  (code >= 0x2066 && code <= 0x2069);
+        const bool isBidiControl = (code >= 0x200E && code <= 0x200F) || (code >= 0x202A && code <= 0x202E) ||
+                                   (code >= 0x2066 && code <= 0x2069);
         if (length == 0)
             shown += escapeOf(static_cast<unsigned char>(text[at]));
-        else if (isControl || turnsWriting)
+        else if (isControl || isBidiControl)
             shown += escapeOf(code);
         else
             shown.append(text, at, length);
@@ -150,7 +151,7 @@ std::string escaped(const std::string& text) {
 std::string printable(const std::string& text) {
     constexpr std::size_t kLongest = 60;
     std::size_t end = std::min(text.size(), kLongest);
-    while (end > 0 && end < text.size() && (text[end] & 0xC0) == 0x80) --end;  // never inside a UTF-8 character
+    while (end > 0 && end < text.size() && (text[end] & 0xC0) == 0x80) --end;  // do not split a UTF-8 character
     return escaped(text.substr(0, end)) + (end < text.size() ? "…" : "");
 }
 

@@ -11,13 +11,13 @@ static_assert(std::endian::native == std::endian::little, "binary STL is read as
 
 constexpr std::size_t kHeader = 84, kTriangle = 50, kNormal = 12;
 
-/// Words in lower or upper case.
+/// Compares a word in any case with one in lower case.
 bool is(std::string_view word, std::string_view lowerCase) {
     return word.size() == lowerCase.size() &&
            std::equal(word.begin(), word.end(), lowerCase.begin(), [](char a, char b) { return (a | 0x20) == b; });
 }
 
-/// The bytes that a binary file of this header has; 0 for a file that is shorter than a header.
+/// Size of a binary file according to its header; 0 if the file is shorter than a header.
 std::uint64_t binarySize(std::string_view bytes) {
     std::uint32_t triangles = 0;
     if (bytes.size() < kHeader) return 0;
@@ -25,7 +25,7 @@ std::uint64_t binarySize(std::string_view bytes) {
     return kHeader + std::uint64_t{triangles} * kTriangle;
 }
 
-/// Begins with `solid`, and goes on as text does: headers of binary files may begin with that word, too.
+/// Whether the file is ASCII STL. The word `solid` alone does not decide, since binary headers may start with it.
 bool isText(std::string_view bytes) {
     TextCursor text(bytes);
     if (!is(text.nextWord(), "solid")) return false;
@@ -39,7 +39,7 @@ class AsciiStl {
     AsciiStl(std::string_view bytes, PolygonMesh& mesh) : text_(bytes), mesh_(mesh) {}
 
     void read() {
-        std::uint64_t solid = 0, facets = 0;  // line of the solid that is open, and its facets
+        std::uint64_t solid = 0, facets = 0;  // line of the current solid (0: none), and number of its facets
         for (std::string_view word = text_.nextWord(); !word.empty(); word = text_.nextWord()) {
             if (is(word, "solid") && !solid) {
                 solid = text_.line();
@@ -53,22 +53,21 @@ class AsciiStl {
                 solid = 0;
                 text_.rest();
             } else if (!solid) {
-                mesh_.note(atLine(text_.line()), "nothing is read from here on, since no solid begins here");
+                mesh_.note(atLine(text_.line()), "everything from here on is ignored, since no solid begins here");
                 return;
             } else {
-                refuse(quote(word) +
-                       " stands where a facet or the end of the solid is expected; export the part again");
+                refuse(quote(word) + " is not a facet or the end of the solid; export the part again");
             }
         }
-        if (solid) mesh_.note(atLine(solid), "this solid has no end, so the file may be cut short");
+        if (solid) mesh_.note(atLine(solid), "this solid has no end, so the file may be truncated");
     }
 
   private:
     void facet() {
         const std::uint64_t line = text_.line();
-        constexpr int kMost = 4;  // `normal` and its three numbers, which are not used
+        constexpr int kMaxWords = 4;  // `normal` and its three numbers, which are ignored
         std::string_view word = text_.nextWord();
-        for (int i = 0; i < kMost && !word.empty() && !is(word, "outer"); ++i) word = text_.nextWord();
+        for (int i = 0; i < kMaxWords && !word.empty() && !is(word, "outer"); ++i) word = text_.nextWord();
         expect(word, "outer");
         expect(text_.nextWord(), "loop");
         corners_.clear();
@@ -92,7 +91,7 @@ class AsciiStl {
 
     void expect(std::string_view word, const char* what) const {
         if (word.empty()) refuse("the file ends within a facet; export or copy it again");
-        if (!is(word, what)) refuse(quote(word) + " stands where '" + what + "' is expected; export the part again");
+        if (!is(word, what)) refuse(quote(word) + " was found instead of '" + what + "'; export the part again");
     }
 
     [[noreturn]] void refuse(const std::string& problem) const { mesh_.refuse(atLine(text_.line()), problem); }
@@ -118,14 +117,14 @@ void readBinary(std::string_view bytes, PolygonMesh& mesh) {
     if (size < bytes.size())
         mesh.note({}, std::to_string(bytes.size() - size) + " bytes after the " +
                           std::to_string((size - kHeader) / kTriangle) +
-                          " triangles that the header announces are not read");
+                          " triangles declared in the header are ignored");
 }
 
 }  // namespace
 
 void readStl(std::string_view bytes, PolygonMesh& mesh) {
     const std::uint64_t size = binarySize(bytes);
-    // The size of a binary file is proof: text gives counts far beyond any file.
+    // A matching size proves a binary file: text in place of the count gives sizes far beyond any file.
     if (size == bytes.size()) return readBinary(bytes, mesh);
     if (isText(bytes)) return AsciiStl(bytes, mesh).read();
     if (size == 0)
@@ -133,10 +132,10 @@ void readStl(std::string_view bytes, PolygonMesh& mesh) {
                     "is neither ASCII STL, which begins with 'solid', nor long enough to be binary STL; "
                     "export the part again");
     if (size > bytes.size())
-        mesh.refuse({}, "is cut short or no STL: as binary STL it would have " +
+        mesh.refuse({}, "is truncated or not STL: as binary STL it would have " +
                             std::to_string((size - kHeader) / kTriangle) + " triangles, but only " +
                             std::to_string((bytes.size() - kHeader) / kTriangle) +
-                            " are there; export or copy it again");
+                            " are present; export or copy it again");
     readBinary(bytes, mesh);
 }
 

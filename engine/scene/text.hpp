@@ -1,11 +1,11 @@
 #pragma once
-// Values and names as the sentences to the user show them.
+// Formatting of values and names for messages.
 #include <span>
 #include <string>
 
 namespace touchstone::engine {
 
-/// What printf() would print.
+/// Formats like printf().
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
 
 /// "a, b or c".

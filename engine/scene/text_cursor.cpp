@@ -9,7 +9,7 @@ namespace {
 constexpr bool isBlank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 
 std::string_view withoutPlus(std::string_view word) {
-    // from_chars() knows no plus sign; after one it would take a minus.
+    // from_chars() does not accept a plus sign. Without this check, "+-1" would be accepted.
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
     return word;
 }
@@ -31,7 +31,7 @@ bool TextCursor::nextLine() {
 }
 
 std::string_view TextCursor::word() {
-    atLineEnd();  // goes over blanks
+    atLineEnd();  // skips blanks
     const std::size_t begin = at_;
     while (at_ < end_ && !isBlank(text_[at_])) ++at_;
     return text_.substr(begin, at_ - begin);
@@ -61,7 +61,7 @@ std::optional<double> numberIn(std::string_view word) {
     double value = 0;
     auto [end, error] = parse(word, value);
     if (error == std::errc::result_out_of_range) {
-        // from_chars() does not say whether it is too large or too small for a double.
+        // from_chars() does not report whether the number is too large or too small for a double.
         long double wide = 0;
         const auto again = parse(word, wide);
         end = again.ptr;

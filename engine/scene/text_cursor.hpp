@@ -1,5 +1,5 @@
 #pragma once
-// Text in memory, read line by line and word by word.
+// Reads text in memory line by line and word by word.
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -9,35 +9,35 @@ namespace touchstone::engine {
 /// Lines end with LF, CR LF or CR alone; words are separated by blanks. Independent of the locale.
 class TextCursor {
   public:
-    /// Goes over a byte order mark.
+    /// Skips a byte order mark.
     explicit TextCursor(std::string_view text) : text_(text), next_(text.starts_with("\xEF\xBB\xBF") ? 3 : 0) {}
 
     /// Goes to the next line; false at the end of the text.
     bool nextLine();
-    /// Of the line read, counted from 1; 0 before the first.
+    /// Number of the current line from 1; 0 before the first.
     std::uint64_t line() const { return line_; }
     /// The next word of the line; empty at its end.
     std::string_view word();
     /// The next word of this line or of a later one; empty at the end of the text.
     std::string_view nextWord();
-    /// Nothing but blanks is left of the line.
+    /// Whether the rest of the line is blank. Skips the blanks.
     bool atLineEnd();
-    /// All of the line that has not been read, without blanks around it.
+    /// The unread rest of the line, without leading and trailing blanks.
     std::string_view rest();
-    /// Where the next line begins, in bytes.
+    /// Byte offset of the next line.
     std::size_t nextOffset() const { return next_; }
 
   private:
     std::string_view text_;
-    std::size_t at_ = 0, end_ = 0, next_;  // in the line, its end, the next one
+    std::size_t at_ = 0, end_ = 0, next_;  // offsets of the cursor, the end of its line and the next line
     std::uint64_t line_ = 0;
 };
 
-/// The number that the whole word writes; none if it writes none. A leading plus sign is allowed, a decimal comma not.
-/// Infinities and NaN are numbers here.
+/// Parses the whole word as a number; nothing if that fails. A leading plus sign is allowed, a decimal comma is not.
+/// Infinity and NaN are accepted.
 std::optional<double> numberIn(std::string_view word);
 
-/// The same for a whole number; none if it does not fit.
+/// The same for a whole number; nothing if it does not fit.
 std::optional<std::int64_t> integerIn(std::string_view word);
 
 }  // namespace touchstone::engine

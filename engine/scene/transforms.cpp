@@ -5,13 +5,13 @@
 namespace touchstone::engine {
 namespace {
 
-/// Orthonormal columns spanning the given ones in order; a column that depends on those before it (to 1e-9 of its
-/// length) is replaced by any direction that completes the frame.
+/// Orthonormal columns that span the given columns in order. A column that depends on earlier ones (within 1e-9 of its
+/// length) is replaced by a direction that completes the frame.
 glm::dmat3 orthonormalFrame(const glm::dmat3& columns) {
     glm::dmat3 frame(0);
     bool found[3] = {};
     const auto withoutFound = [&](glm::dvec3 v) {
-        // Twice: the second pass removes what rounding left of the first.
+        // The second pass removes the rounding errors of the first.
         for (int pass = 0; pass < 2; ++pass)
             for (int i = 0; i < 3; ++i)
                 if (found[i]) v -= glm::dot(frame[i], v) * frame[i];
@@ -74,11 +74,11 @@ LocalTransform localTransform(const glm::dmat4& matrix) {
     local.rotation = part.rotation;
     const glm::dvec3 scale(part.rest[0][0], part.rest[1][1], part.rest[2][2]);
     if (scale.x == 0 || scale.y == 0 || scale.z == 0) {
-        local.shear = part.rest;  // singular: no scale divides out
+        local.shear = part.rest;  // singular: the scale cannot be divided out
         return local;
     }
     local.scale = scale;
-    // What is left off the diagonal below 1e-12 is rounding, not shear.
+    // Off-diagonal values below 1e-12 are rounding errors, not shear.
     for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row) {
             const double value = part.rest[column][row] / scale[row];
@@ -125,7 +125,7 @@ RigidPart worldPose(const Registry& registry, Entity node) {
 MeshData bakedMesh(const MeshData& mesh, const glm::dmat4& matrix) {
     const glm::dmat3 linear(matrix);
     const double determinant = glm::determinant(linear);
-    // Normals transform by the cofactors, which exist for singular matrices too; a mirroring turns them inside out.
+    // Normals transform by the cofactor matrix, which also exists for singular matrices. Mirroring flips them.
     const glm::dmat3 cofactors(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
                                glm::cross(linear[0], linear[1]));
     MeshData baked = mesh;

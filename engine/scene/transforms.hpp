@@ -1,5 +1,5 @@
 #pragma once
-// Local, world and rigid transforms. Column vectors, metres, as in glTF.
+// Local, world and rigid transforms. Column vectors and meters, as in glTF.
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -8,15 +8,15 @@
 
 namespace touchstone::engine {
 
-/// A matrix as rotation and translation after a linear rest: m = T · R · rest. The rest holds scale, shear and
-/// mirroring, and is what gets baked into vertices. The same rest comes out whatever rigid motion is put in front of m.
+/// A matrix split into translation, rotation and a linear rest: m = T · R · rest. The rest holds scale, shear and
+/// mirroring, and is baked into vertices. It does not change if m is multiplied by a rigid motion from the left.
 struct RigidPart {
     glm::dvec3 translation{0};
     glm::dquat rotation{1, 0, 0, 0};
     glm::dmat3 rest{1};
 };
 
-/// Splits by Gram-Schmidt on the columns; a mirroring goes into the rest along x. Works for singular matrices too.
+/// Splits a matrix by Gram-Schmidt on its columns. Mirroring goes into the rest along x. Singular matrices are allowed.
 RigidPart rigidPart(const glm::dmat4& matrix);
 
 /// The rigid matrix T · R of a part.
@@ -25,11 +25,11 @@ glm::dmat4 rigidMatrix(const RigidPart& part);
 /// T · R · S · shear.
 glm::dmat4 localMatrix(const LocalTransform& local);
 
-/// Inverse of localMatrix() for any affine matrix; what is no product of translation, rotation and scale goes to
+/// Inverse of localMatrix() for any affine matrix. The remainder beyond translation, rotation and scale goes to
 /// `shear`.
 LocalTransform localTransform(const glm::dmat4& matrix);
 
-/// Writes WorldTransform of every node reachable from the roots. Depth is bounded by memory, not by the call stack.
+/// Updates the WorldTransform of every node below the roots. The depth is limited by memory, not by the call stack.
 void updateWorldTransforms(Scene& scene);
 
 /// World matrix of one node, from the local transforms of it and its ancestors.
@@ -38,7 +38,7 @@ glm::dmat4 worldMatrix(const Registry& registry, Entity node);
 /// Rigid part of the node's WorldTransform.
 RigidPart worldPose(const Registry& registry, Entity node);
 
-/// The mesh with the matrix applied to positions and normals; triangles turn over when it mirrors, so that they stay
+/// Applies a matrix to the positions and normals of a mesh. If it mirrors, the triangles are flipped, so that they stay
 /// counter-clockwise seen from outside. Normals keep unit length.
 MeshData bakedMesh(const MeshData& mesh, const glm::dmat4& matrix);
 

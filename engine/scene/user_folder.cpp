@@ -12,7 +12,7 @@ fs::path userFolder(const char* own, const char* xdg, const char* below) {
         return value ? value : "";
     };
     if (const auto folder = variable(own); !folder.empty()) return folder;
-    // A relative XDG path is to be ignored, says its specification.
+    // The XDG specification requires that relative paths are ignored.
     if (const auto base = variable(xdg); base.is_absolute()) return base / "touchstone";
     if (const auto home = variable("HOME"); home.is_absolute()) return home / below / "touchstone";
     return {};

@@ -1,16 +1,16 @@
 #pragma once
-// What was left out of a file, gathered so that a fault of a thousand objects is one sentence.
+// Collects warnings about a file, so that a problem of a thousand objects gives one sentence.
 #include <map>
 #include <string>
 #include <vector>
 
 namespace touchstone::engine {
 
-/// Collects sentences `object: what.`; objects with the same fault share a sentence that names the first three. At most
-/// 100 sentences are kept, and one that counts the rest.
+/// Collects sentences `object: what.` Objects with the same problem share a sentence that names the first three. At
+/// most 100 sentences are kept, plus one that counts the rest.
 class Warnings {
   public:
-    /// `object`: as objectLabel() gives it; `what`: without the full stop.
+    /// `object`: from objectLabel(); `what`: without the period.
     void add(const std::string& object, const std::string& what);
     std::vector<std::string> sentences() const;
 

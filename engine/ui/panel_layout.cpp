@@ -8,12 +8,12 @@
 namespace touchstone::engine {
 namespace {
 
-constexpr float kNarrowest = 12, kLowest = 5;  // of a panel, in units of the font's size
+constexpr float kMinWidth = 12, kMinHeight = 5;  // of a panel, in font sizes
 constexpr const char* kIniName = "Touchstone";
 
 PanelSizes& sizesOf(ImGuiSettingsHandler* handler) { return *static_cast<PanelSizes*>(handler->UserData); }
 
-/// Returns how far the strip was dragged in this frame.
+/// Draws a splitter and returns its displacement in this frame.
 float drawSplitter(const char* id, ImVec2 position, ImVec2 size, bool vertical) {
     ImGui::SetNextWindowPos(position);
     ImGui::SetNextWindowSize(size);
@@ -47,12 +47,12 @@ void PanelSizes::remember() {
     handler.ReadLineFn = [](ImGuiContext*, ImGuiSettingsHandler* h, void*, const char* line) {
         PanelSizes& sizes = sizesOf(h);
         PanelSizes read = sizes;
-        // Whatever stands there, every panel can be found again. NaN becomes the lower bound.
+        // Clamp all values from the file, so that every panel stays visible. NaN becomes the lower bound.
         const auto within = [](float v, float low, float high) { return v > low ? std::min(v, high) : low; };
         if (std::sscanf(line, "Panels=%f,%f,%f,%f", &read.left, &read.right, &read.bottom, &read.haptics) == 4)
-            sizes = {.left = within(read.left, kNarrowest, 60),
-                     .right = within(read.right, kNarrowest, 80),
-                     .bottom = within(read.bottom, kLowest, 40),
+            sizes = {.left = within(read.left, kMinWidth, 60),
+                     .right = within(read.right, kMinWidth, 80),
+                     .bottom = within(read.bottom, kMinHeight, 40),
                      .haptics = within(read.haptics, 0.1f, 0.9f),
                      .window = sizes.window};
         if (std::sscanf(line, "Size=%d,%d", &read.window.x, &read.window.y) == 2)
@@ -98,10 +98,10 @@ void drawSplitters(const Layout& layout, float em, PanelSizes& sizes) {
     const float haptics =
         drawSplitter("##haptics edge", {0, layout.haptics.position.y - half}, {layout.haptics.size.x, width}, false);
     if (left == 0 && right == 0 && low == 0 && haptics == 0) return;
-    // From where the edges are drawn: a small window may show less than is kept.
-    sizes.left = std::max((layout.scene.size.x + left) / em, kNarrowest);
-    sizes.right = std::max((layout.plots.size.x - right) / em, kNarrowest);
-    sizes.bottom = std::max((layout.log.size.y - low) / em, kLowest);
+    // Start from the drawn edges, since a small window may show smaller panels than the stored sizes.
+    sizes.left = std::max((layout.scene.size.x + left) / em, kMinWidth);
+    sizes.right = std::max((layout.plots.size.x - right) / em, kMinWidth);
+    sizes.bottom = std::max((layout.log.size.y - low) / em, kMinHeight);
     sizes.haptics = std::clamp((layout.haptics.size.y - haptics) / height, 0.1f, 0.9f);
     ImGui::MarkIniSettingsDirty();
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Where the panels stand. Their edges can be dragged, and ImGui's ini file remembers them.
+// Layout of the panels. Their edges can be dragged, and ImGui's ini file stores the sizes.
 #include <imgui.h>
 
 #include <glm/glm.hpp>
@@ -11,26 +11,27 @@ struct Area {
     ImVec2 position, size;
 };
 
-/// What the user may drag.
+/// Panel sizes that the user can change.
 struct PanelSizes {
-    float left = 20, right = 25, bottom = 8;  ///< in units of the font's size
-    float haptics = 0.55f;                    ///< share of the left column
-    glm::ivec2 window{0};                     ///< in screen units; 0 x 0 before it is known
+    float left = 20, right = 25, bottom = 8;  ///< in font sizes
+    float haptics = 0.55f;                    ///< share of the height of the left column
+    glm::ivec2 window{0};                     ///< screen units; 0 x 0 while unknown
 
-    /// Has ImGui's ini file remember these. Before the first frame; they must outlive ImGui's context.
+    /// Registers the sizes with ImGui's ini file. Call before the first frame; `this` must outlive ImGui's context.
     void remember();
+    /// Notes the current window size and has it stored.
     void keepWindow(glm::ivec2 size);
 };
 
-/// The scene's picture gets what the panels leave.
+/// Areas of the panels. The 3D view (`picture`) gets the remaining space.
 struct Layout {
     Area scene, haptics, plots, log, picture;
 
-    /// `top`: height of the menu bar; `em`: of the font.
+    /// `top`: height of the menu bar; `em`: font size; `panels`: panels are shown.
     Layout(glm::vec2 window, float top, float em, const PanelSizes& sizes, bool panels);
 };
 
-/// Edges between the panels that can be dragged. After the panels.
+/// Draws the draggable edges between the panels. Call after drawing the panels.
 void drawSplitters(const Layout& layout, float em, PanelSizes& sizes);
 
 }  // namespace touchstone::engine

@@ -36,7 +36,7 @@ void RecentScenes::add(const fs::path& scene) {
     try {
         writeBytes(folder_ / "recent", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
     } catch (const SceneError&) {
-        // It is a convenience; the scene itself is open.
+        // The list is only a convenience, so a failure to store it is ignored.
     }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the window remembers between runs, in the user's configuration folder.
+// Files in the user's configuration folder that the window keeps between runs.
 #include <filesystem>
 #include <vector>
 
@@ -8,14 +8,14 @@ namespace touchstone::engine {
 /// $TOUCHSTONE_CONFIG, else $XDG_CONFIG_HOME/touchstone, else ~/.config/touchstone; empty when none of them is set.
 std::filesystem::path configFolder();
 
-/// Scenes opened last, newest first, one path a line in `FOLDER/recent`. An empty folder keeps them in memory only;
-/// what cannot be read or written is as if it were empty.
+/// Recent scenes, newest first, one path per line in `FOLDER/recent`. With an empty folder name they are kept in memory
+/// only. Read and write errors are ignored.
 class RecentScenes {
   public:
     static constexpr std::size_t kMost = 12;
 
     explicit RecentScenes(std::filesystem::path folder = {});
-    /// Those that still exist.
+    /// Recent scenes; those whose file was missing at construction are left out.
     const std::vector<std::filesystem::path>& list() const { return scenes_; }
     void add(const std::filesystem::path& scene);
 
@@ -24,7 +24,7 @@ class RecentScenes {
     std::vector<std::filesystem::path> scenes_;
 };
 
-/// The .glb and .gltf files in these folders, sorted; what is no folder has none.
+/// The .glb and .gltf files in these folders, sorted. Missing folders are ignored.
 std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders);
 
 }  // namespace touchstone::engine

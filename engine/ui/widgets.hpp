@@ -1,5 +1,5 @@
 #pragma once
-// What every panel needs of ImGui: tooltips, and where its controls were drawn.
+// Helpers for ImGui panels: tooltips, and the rectangles of controls.
 #include <glm/glm.hpp>
 #include <map>
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace touchstone::engine {
 
-/// Rectangles (x, y, x + width, y + height; screen units) of the controls drawn in a frame, by name: what lets a test
-/// act as a user does.
+/// Rectangles (x, y, x + width, y + height; screen units) of the controls drawn in a frame, by name. Tests use them to
+/// click controls as a user does.
 using ItemRects = std::map<std::string, glm::vec4>;
 
 /// Notes the rectangle of ImGui's last item; `rects` may be null.

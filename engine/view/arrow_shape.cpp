@@ -12,7 +12,7 @@ std::vector<ArrowVertex> arrowShape() {
     struct Ring {
         float radius, lengths, heads;
     };
-    // Outline from the tail's centre to the tip; the last stretch is the cone.
+    // Outline from the tail's center to the tip; the last segment is the cone.
     constexpr std::array<Ring, 5> outline{Ring{0, 0, 0}, Ring{1, 0, 0}, Ring{1, 1, 1}, Ring{kArrowHeadRadius, 1, 1},
                                           Ring{0, 1, 0}};
     constexpr std::array<glm::vec2, 4> normals{glm::vec2{0, -1}, {1, 0}, {0, -1}, {0, 0}};  // outwards, along

@@ -1,5 +1,5 @@
 #pragma once
-// The solid of revolution that arrow.vert stretches.
+// The arrow as a solid of revolution, stretched by arrow.vert.
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -11,7 +11,7 @@ struct ArrowVertex {
     glm::vec4 profile, ring;  ///< see arrow.vert
 };
 
-/// Triangles of a shaft with head about the axis, outside counter-clockwise.
+/// Triangles of shaft and head about the axis, counter-clockwise seen from outside.
 std::vector<ArrowVertex> arrowShape();
 
 }  // namespace touchstone::engine

@@ -9,7 +9,7 @@ namespace touchstone::engine {
 
 namespace {
 
-constexpr float kMaxPitch = glm::half_pi<float>() - 0.01f;  // straight down, `up` would be undefined
+constexpr float kMaxPitch = glm::half_pi<float>() - 0.01f;  // up() is undefined when looking straight down
 
 }  // namespace
 
@@ -43,11 +43,11 @@ void OrbitCamera::look(StandardView view) {
                                        : 0;
 }
 
-void OrbitCamera::frame(glm::vec3 centre, float radius, float aspect) {
+void OrbitCamera::frame(glm::vec3 center, float radius, float aspect) {
     // The sphere touches the sides of the view cone of the narrower direction.
     const float halfY = fovY / 2;
     const float half = std::min(halfY, std::atan(aspect * std::tan(halfY)));
-    target = centre;
+    target = center;
     distance = std::max(radius, 1e-4f) / std::sin(half);
 }
 
@@ -65,7 +65,7 @@ glm::mat4 OrbitCamera::projection(float aspect) const {
 }
 
 Ray OrbitCamera::ray(glm::vec2 pixel, glm::vec2 viewport) const {
-    // Offset from the viewport's centre, in units in which the view plane is at distance 1.
+    // Offset from the viewport's center, in units in which the view plane is at distance 1.
     const glm::vec2 offset = (pixel - 0.5f * viewport) * (2 * std::tan(fovY / 2) / viewport.y);
     return {eye(), glm::normalize(forward() + offset.x * right() - offset.y * up())};
 }

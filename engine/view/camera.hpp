@@ -1,6 +1,6 @@
 #pragma once
-// An orbit camera, and the geometry of pointing at things with a mouse. Lengths in metres, y is up.
-// Pixels: x to the right, y down from the upper-left corner of the viewport, continuous (pixel centres at .5).
+// An orbit camera, and the geometry of pointing with a mouse. Lengths in meters, y is up.
+// Pixels: x to the right, y down from the upper-left corner of the viewport, continuous (pixel centers at .5).
 #include <glm/glm.hpp>
 #include <optional>
 
@@ -21,23 +21,24 @@ struct OrbitCamera {
     float yaw = 0, pitch = 0;  ///< radians; |pitch| stays below a right angle
     float fovY = 0.7f;         ///< vertical field of view, radians
 
-    /// Turns about the target: a drag to the right by one radian turns what is seen to the right by one radian.
+    /// Orbits about the target: positive yaw turns the visible scene to the right, positive pitch raises the eye.
+    /// Radians.
     void orbit(float yawRadians, float pitchRadians);
 
-    /// Moves target and eye in the view plane so that what lies at the target's depth follows a drag of `pixels`.
+    /// Moves target and eye in the view plane so that points at the target's depth follow a drag of `pixels`.
     void pan(glm::vec2 pixels, float viewportHeight);
 
     /// Multiplies the distance by exp(-steps/8): one wheel step nearer is about 12 percent.
     void zoom(float steps);
 
-    /// The same towards what lies under a pixel at the target's depth, which stays there.
+    /// Zooms towards the point under a pixel at the target's depth, which keeps its pixel.
     void zoom(float steps, glm::vec2 pixel, glm::vec2 viewport);
 
-    /// Turns to a side of the scene, +y up: the front is seen along -z. Target and distance stay.
+    /// Looks from a side of the scene with +y up; the front view looks along -z. Target and distance do not change.
     void look(StandardView view);
 
-    /// Makes the sphere fill a viewport of this aspect ratio (width / height), keeping the direction of view.
-    void frame(glm::vec3 centre, float radius, float aspect);
+    /// Fits a sphere into a viewport of this aspect ratio (width / height), keeping the direction of view.
+    void frame(glm::vec3 center, float radius, float aspect);
 
     glm::vec3 right() const;
     glm::vec3 up() const;
@@ -53,11 +54,11 @@ struct OrbitCamera {
     /// Pixel of a world point; nothing if it lies behind the eye.
     std::optional<glm::vec2> project(glm::vec3 point, glm::vec2 viewport) const;
 
-    /// Length in metres of one pixel at the depth of a point in front of the eye.
+    /// Size of a pixel in meters at the depth of a point in front of the eye.
     float metresPerPixel(glm::vec3 point, float viewportHeight) const;
 
-    /// Point under a pixel in the plane through `anchor` parallel to the view plane: dragging with the mouse is
-    /// the difference of two of these.
+    /// Point under a pixel in the plane through `anchor` parallel to the view plane. The difference of two such points
+    /// is the displacement of a mouse drag.
     glm::vec3 onViewPlane(glm::vec2 pixel, glm::vec2 viewport, glm::vec3 anchor) const;
 };
 

@@ -39,7 +39,7 @@ std::vector<EGLDisplay> screenlessDisplays() {
 }
 
 EGLContext createContext(EGLDisplay display) {
-    // No surface type is asked for: there will be no surface, and some platforms offer none.
+    // Do not request a surface type: no surface will be created, and some platforms offer none.
     const std::array<EGLint, 5> want{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_NONE};
     EGLConfig config = nullptr;
     EGLint count = 0;
@@ -73,7 +73,7 @@ struct HeadlessContext::Impl {
             eglDestroyContext(display, context);
             context = EGL_NO_CONTEXT;
         }
-        // The display itself is shared by the whole process, so it is left initialised.
+        // The display is shared by the whole process, so it stays initialized.
         display = EGL_NO_DISPLAY;
     }
 };

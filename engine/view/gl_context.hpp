@@ -1,5 +1,5 @@
 #pragma once
-// An OpenGL context that needs no display, for pictures and tests.
+// An OpenGL context without a display, for rendered pictures and tests.
 #include <memory>
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace touchstone::engine {
 
-/// An OpenGL 3.3 core context without window or display, through EGL; current on the constructing thread until
-/// destroyed or until a window or another one takes its place. It has no default framebuffer: draw with renderToImage()
+/// An OpenGL 3.3 core context without window or display, through EGL. It is current on the constructing thread until it
+/// is destroyed or another context is made current. It has no default framebuffer: draw with renderToImage()
 /// or into a framebuffer object. Throws std::runtime_error with one sentence that names the remedy if no driver offers
 /// such a context.
 class HeadlessContext {
@@ -26,8 +26,8 @@ class HeadlessContext {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Detaches the context that is current on the calling thread, a window's or a headless one. A context of EGL and one
-/// of GLX do not replace each other: the second is refused, or the X server ends the process.
+/// Detaches the current context of the calling thread, a window's or a headless one. This is needed before a switch
+/// between EGL and GLX: otherwise the second context is refused, or the X server ends the process.
 void releaseCurrentContext();
 
 /// Version and renderer of the current context, e.g. "OpenGL 4.5, llvmpipe (LLVM 15.0.6)".

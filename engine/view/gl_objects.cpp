@@ -10,17 +10,17 @@
 namespace touchstone::engine {
 namespace {
 
-/// A shader's text with includes put in, and where each of its lines comes from. (#line directives would be the usual
-/// way, but Mesa reports some errors with the wrong one of their source numbers.)
+/// A shader's text with resolved includes, and the origin of each line. #line directives are not used, because Mesa
+/// reports some errors with the wrong source number.
 struct ShaderSource {
     std::string text;
     std::vector<std::pair<std::filesystem::path, int>> origin;
 };
 
 void append(ShaderSource& source, const std::filesystem::path& file, int depth = 0) {
-    constexpr int kDeepest = 8;
-    if (depth > kDeepest)
-        throw std::runtime_error("Shader " + file.string() + " is included in a circle; remove one of the includes.");
+    constexpr int kMaxDepth = 8;  // a deeper nesting is taken for a circular include
+    if (depth > kMaxDepth)
+        throw std::runtime_error("Shader " + file.string() + " has a circular include; remove one of the includes.");
     std::ifstream in(file);
     if (!in)
         throw std::runtime_error(
@@ -41,8 +41,8 @@ void append(ShaderSource& source, const std::filesystem::path& file, int depth =
     }
 }
 
-/// The driver's first complaint, with its line number turned into file and line. Mesa writes "0:12(5): error: ...",
-/// NVIDIA "0(12) : error ...", others "ERROR: 0:12: ...".
+/// The driver's first error message, with its line number translated to file and line. Mesa writes "0:12(5): error:
+/// ...", NVIDIA "0(12) : error ...", others "ERROR: 0:12: ...".
 std::string readableLog(const std::string& log, const ShaderSource& source) {
     const std::size_t place = std::min(log.find("0:"), log.find("0("));
     const std::size_t text = log.find(": ", place == std::string::npos ? place : place + 2);
@@ -63,7 +63,7 @@ std::string infoLog(GLuint id, GetParameter getParameter, GetLog getLog) {
     return log;
 }
 
-/// A compiled shader for as long as it takes to link it.
+/// A compiled shader, deleted after linking.
 class Shader {
   public:
     Shader(GLenum stage, const std::filesystem::path& file) : id_(glCreateShader(stage)) {

@@ -1,5 +1,5 @@
 #pragma once
-// OpenGL objects that free themselves. Each needs a current context over its whole life; moved-from ones are empty.
+// RAII owners of OpenGL objects. Each needs a current context over its whole life; a moved-from object is empty.
 #include <epoxy/gl.h>
 
 #include <filesystem>
@@ -80,11 +80,11 @@ class Buffer : public GlObject<BufferTag> {
 class Texture : public GlObject<TextureTag> {
   public:
     Texture() = default;
-    /// With mipmaps. `srgb`: the picture's colours are sRGB, else its numbers are taken as they stand.
+    /// Creates mipmaps. `srgb`: the image holds sRGB colors; else its values are used unchanged.
     Texture(const Image& image, bool srgb);
 };
 
-/// Folder of the GLSL files: the environment variable TOUCHSTONE_SHADERS, else the one the build knows.
+/// Folder of the GLSL files: the environment variable TOUCHSTONE_SHADERS, else the folder set at build time.
 std::filesystem::path shaderDirectory();
 
 /// A linked vertex and fragment shader. Names are relative to shaderDirectory(), or absolute paths. A line
@@ -96,7 +96,7 @@ class ShaderProgram : public GlObject<ProgramTag> {
 
     void use() const;
 
-    /// Set a uniform of the program in use; a name the shader does not use is ignored.
+    /// Sets a uniform of the program in use. Names that the shader does not use are ignored.
     void set(const char* name, int value) const;
     void set(const char* name, float value) const;
     void set(const char* name, glm::vec2 value) const;
@@ -110,15 +110,15 @@ class ShaderProgram : public GlObject<ProgramTag> {
     mutable std::unordered_map<std::string, GLint> locations_;
 };
 
-/// A multisampled colour, depth and stencil target, and the plain one it is resolved into. Sized on demand.
+/// A multisampled color, depth and stencil target, and the single-sample target it is resolved into. Sized on demand.
 class RenderTarget {
   public:
-    explicit RenderTarget(int samples);  ///< as many as the driver has, at most this
+    explicit RenderTarget(int samples);  ///< upper bound; limited by the driver's maximum
 
     /// Binds the multisampled framebuffer, reallocated if the size changed, and sets the GL viewport.
     void begin(int width, int height);
 
-    /// Resolves the samples; afterwards resolved() holds the picture.
+    /// Resolves the samples into resolved().
     void resolve() const;
 
     const Framebuffer& resolved() const { return plain_; }

@@ -1,5 +1,5 @@
 #pragma once
-// Pictures on disk.
+// PNG files.
 #include <filesystem>
 
 #include "engine/scene/mesh_data.hpp"

@@ -7,7 +7,7 @@
 
 namespace touchstone::engine {
 
-void settle(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture) {
+void placeLabel(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture) {
     glm::vec4 ground = label[0].pixels;
     const auto move = [&](glm::vec2 by) { ground += glm::vec4(by, by); };
     move({std::min(picture.x - ground.z, 0.f), 0});
@@ -29,7 +29,8 @@ LabelFont::LabelFont(float pixelScale) : pixelScale_(pixelScale) {
     int width = 0, height = 0;
     atlas_.GetTexDataAsRGBA32(&pixels, &width, &height);
     texture_.emplace(Image{width, height, {pixels, pixels + 4 * static_cast<std::size_t>(width) * height}}, false);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);  // the texels are narrower than pixels
+    // The texels are narrower than pixels, so mipmaps would blur.
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     atlas_.ClearTexData();
 }
 
@@ -41,7 +42,7 @@ void LabelFont::append(std::vector<Glyph>& glyphs, std::string_view text, glm::v
     glyphs.push_back({});
     float x = at.x;
     for (std::size_t i = 0; i < text.size();) {
-        // UTF-8 of one or two bytes: all that Latin-1 needs.
+        // UTF-8 of one or two bytes, which covers Latin-1.
         const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(k < text.size() ? text[k] : 0); };
         const bool two = byte(i) >= 0xc0;
         const unsigned code = two ? (byte(i) & 0x1fu) << 6 | (byte(i + 1) & 0x3fu) : byte(i);

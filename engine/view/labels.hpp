@@ -1,5 +1,5 @@
 #pragma once
-// Words in the picture.
+// Text labels in the picture.
 #include <imgui.h>
 
 #include <optional>
@@ -16,16 +16,16 @@ struct Glyph {
     glm::vec4 color;   ///< sRGB
 };
 
-/// Moves a label, its ground first, into a picture and down off those that are there, whose grounds are `taken`; its
-/// own is added to them.
-void settle(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture);
+/// Moves a label into the picture and below earlier labels that it would cover. `label`: its background, then its
+/// glyphs; `taken`: backgrounds of earlier labels, to which its own is added.
+void placeLabel(std::span<Glyph> label, std::vector<glm::vec4>& taken, glm::vec2 picture);
 
-/// A font at one size as a texture of coverage.
+/// A font of one size as a coverage texture.
 class LabelFont {
   public:
     explicit LabelFont(float pixelScale);
 
-    /// Appends a text on a dark ground, its left end in the middle of its height at a pixel.
+    /// Appends a text on a dark background. `at`: pixel of its left end at half its height.
     void append(std::vector<Glyph>& glyphs, std::string_view text, glm::vec2 at, glm::vec4 color) const;
     void bindTexture(GLenum unit) const;
     float pixelScale() const { return pixelScale_; }

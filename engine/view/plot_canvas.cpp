@@ -10,7 +10,7 @@ namespace touchstone::engine {
 std::string number(float value) {
     if (!std::isfinite(value)) return "-";
     std::array<char, 32> text{};
-    const bool plainInteger = std::abs(value) >= 999.5f && std::abs(value) < 1e6f;  // %g would write 1e+03
+    const bool plainInteger = std::abs(value) >= 999.5f && std::abs(value) < 1e6f;  // %g would print 1e+03
     std::snprintf(text.data(), text.size(), plainInteger ? "%.0f" : "%.3g", static_cast<double>(value));
     return text.data();
 }
@@ -35,7 +35,7 @@ Axis::Axis(ColumnRange data, const PlotOptions& options) : logarithmic_(options.
     if (options.budget) include(data, *options.budget);
     float top = options.yMax.value_or(data.empty() ? 1 : data.max);
     if (logarithmic_) {
-        constexpr float kDecades = 4;  // shown at most below the top
+        constexpr float kDecades = 4;  // maximum number of decades shown below the top
         if (!(top > 0)) top = 1;
         const float lowest = top * std::pow(10.f, -kDecades);
         bottom_ = std::log10(std::max(options.yMin.value_or(data.empty() ? 0 : data.min * 0.8f), lowest));
@@ -68,7 +68,7 @@ float Axis::fraction(float value) const {
 std::vector<float> Axis::ticks(std::size_t maxCount) const {
     std::vector<float> values = niceTicks(bottom_, top_, maxCount);
     if (!logarithmic_) return values;
-    // Whole decades where there are two, else round numbers between them.
+    // Ticks at whole decades if there are at least two, else at round numbers.
     std::erase_if(values, [](float v) { return v != std::round(v); });
     if (values.size() < 2) return niceTicks(std::pow(10.f, bottom_), std::pow(10.f, top_), maxCount);
     for (float& v : values) v = std::pow(10.f, v);

@@ -1,5 +1,5 @@
 #pragma once
-// What the plots share: numbers, axes and the ground they are drawn on.
+// Shared by all plots: number formatting, axes and the drawing area.
 #include <imgui.h>
 
 #include <string>
@@ -12,7 +12,7 @@ namespace touchstone::engine {
 std::string number(float value);
 std::string withUnit(float value, const char* unit);
 
-/// Widens a range; what is not finite changes nothing.
+/// Widens a range to include a value. Non-finite values are ignored.
 void include(ColumnRange& range, float value);
 void include(ColumnRange& range, const ColumnRange& other);
 
@@ -40,17 +40,17 @@ inline ImU32 color(const glm::vec4& c) { return ImGui::GetColorU32(vector(c)); }
 
 void drawTitle(const char* title, const char* unit);
 
-/// Sizes of a plot that fills the width there is.
+/// Sizes of a plot that fills the available width.
 struct PlotShape {
     explicit PlotShape(float height);
 
-    float line = 0, unit = 0;  ///< height of text, and one screen unit at scale 1
-    float margin = 0;          ///< at the left, for the labels: equal for all, so that the plots of a panel line up
+    float line = 0, unit = 0;  ///< text height; one screen unit at scale 1
+    float margin = 0;          ///< left margin for the labels, equal for all plots so that they align
     float width = 0, height = 0;
     std::size_t columns() const { return static_cast<std::size_t>(width); }
 };
 
-/// A plot's ground, with the labels around it, as one item.
+/// The drawing area of a plot with its labels, as one ImGui item.
 class Canvas {
   public:
     explicit Canvas(const PlotShape& shape);

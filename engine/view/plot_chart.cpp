@@ -1,4 +1,4 @@
-// Pairs on two axes.
+// Charts of pairs on two axes.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace touchstone::engine {
 namespace {
 
-/// A cell of a few pixels is as bright as it holds points, and a single point is seen.
+/// Draws points as cells of a few pixels whose opacity grows with their count. A single point remains visible.
 template <class Place>
 void drawCloud(const Canvas& canvas, const Layer& layer, const Place& place) {
     const float cell = std::max(2.f, std::round(2 * ImGui::GetTextLineHeight() / 16));
@@ -46,7 +46,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
         ImGui::TextColored(vector(layer.color), "%s", layer.name.c_str());
         any = true;
     }
-    const auto kept = [&](glm::vec2 p) { return glm::max(p, glm::vec2(options.xLeast, options.yLeast)); };
+    const auto kept = [&](glm::vec2 p) { return glm::max(p, glm::vec2(options.xFloor, options.yFloor)); };
     ColumnRange xs, ys;
     for (const Layer& layer : layers)
         for (const glm::vec2& point : layer.points) {
@@ -110,7 +110,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
     ImGui::TextDisabled("%s", xTitle.c_str());
 
     const glm::vec2 at{(mouse.x - canvas.topLeft.x) / shape.width, (canvas.bottomRight.y - mouse.y) / shape.height};
-    if (options.readOut && canvas.hovered && at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1) {
+    if (options.showValues && canvas.hovered && at.x >= 0 && at.x < 1 && at.y >= 0 && at.y < 1) {
         ImGui::BeginTooltip();
         if (nearest)
             ImGui::TextUnformatted(nearest->c_str());

@@ -1,4 +1,4 @@
-// From samples to what is drawn of them.
+// Reduction of samples to columns, histograms and axis ticks.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +21,7 @@ std::vector<ColumnRange> minMaxColumns(const RingView& samples, Stretch stretch,
     const auto pieces = samplesIn(samples, stretch);
     const std::size_t turn = pieces[0].size(), shown = turn + pieces[1].size(), missing = window - shown;
     for (std::size_t c = 0; c < columns; ++c) {
-        // Slots [begin, end) of the window, rounded outwards: no sample falls between two columns.
+        // Slots [begin, end) of the window are rounded outwards, so that no sample falls between two columns.
         const std::size_t begin = std::max(c * window / columns, missing);
         const std::size_t end = ((c + 1) * window + columns - 1) / columns;
         for (std::size_t slot = begin; slot < end; ++slot) {
@@ -49,7 +49,7 @@ std::vector<float> niceTicks(float low, float high, std::size_t maxCount) {
     if (!std::isfinite(low) || !std::isfinite(high) || !(low < high) || maxCount == 0) return {};
     const double range = static_cast<double>(high) - low;
     const double decade = std::pow(10.0, std::floor(std::log10(range / static_cast<double>(maxCount))));
-    constexpr double kSlack = 1e-6;  // of a step: an end that is a multiple up to float rounding counts
+    constexpr double kSlack = 1e-6;  // of a step: ends that are multiples up to rounding count as multiples
     for (const double multiple : {1.0, 2.0, 5.0, 10.0, 20.0}) {
         const double step = multiple * decade;
         const double first = std::ceil(low / step - kSlack), last = std::floor(high / step + kSlack);

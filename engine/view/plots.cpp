@@ -21,7 +21,7 @@ void drawColumns(ImDrawList& list, std::span<const ColumnRange> columns, const A
             previous = c;
             continue;
         }
-        if (!previous.empty()) {  // reach back to the last column, so that the curve stays connected
+        if (!previous.empty()) {  // extend to the previous column, so that the curve stays connected
             c.min = std::min(c.min, previous.max);
             c.max = std::max(c.max, previous.min);
         }
@@ -38,8 +38,7 @@ std::string timeLabel(float milliseconds) {
     return std::abs(milliseconds) >= 1000 ? number(milliseconds / 1000) + " s" : number(milliseconds) + " ms";
 }
 
-/// Name, last value and maximum of each series, in its colour, beside the title and broken into lines as the width
-/// demands.
+/// Draws name, last value and maximum of each series next to the title, with line breaks as the width requires.
 void drawLegend(std::span<const Series> series, std::size_t skip, std::span<const ColumnRange> ranges,
                 const char* unit) {
     const float right = ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x;
@@ -118,12 +117,12 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
         mouse.cursor = at / width;
         if (io.MouseWheel != 0) mouse.zoom = std::pow(0.8f, io.MouseWheel);
     }
-    if (options.readOut)
+    if (options.showValues)
         if (const std::optional<float> cursor = mouse.cursor ? mouse.cursor : options.cursor) {
             const float x = canvas.topLeft.x + *cursor * width;
             list.AddLine({x, canvas.topLeft.y}, {x, canvas.bottomRight.y}, canvas.weak);
         }
-    if (options.readOut && mouse.cursor) {
+    if (options.showValues && mouse.cursor) {
         const auto column = static_cast<std::size_t>(at);
         ImGui::BeginTooltip();
         ImGui::TextDisabled("%s", timeLabel((at + 1 - width) / width * span - behind).c_str());
@@ -164,7 +163,7 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
         if (!(value > 0)) continue;
         const float x = canvas.x(across.fraction(value));
         canvas.list.AddLine({x, canvas.topLeft.y}, {x, canvas.bottomRight.y}, kWarning, shape.unit);
-        // Names of lines that stand close go below each other.
+        // Names of close lines are drawn below each other.
         const float textWidth = ImGui::CalcTextSize(name).x;
         const float left = std::min(x + 3 * shape.unit, canvas.bottomRight.x - textWidth);
         row = left < textRight ? row + 1 : 0;
@@ -172,7 +171,7 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
         canvas.list.AddText({left, canvas.topLeft.y + static_cast<float>(row) * shape.line}, kWarning, name);
     }
     const float at = (ImGui::GetIO().MousePos.x - canvas.topLeft.x) / shape.width;
-    if (options.readOut && canvas.hovered && at >= 0 && at < 1) {
+    if (options.showValues && canvas.hovered && at >= 0 && at < 1) {
         const auto bin = static_cast<std::size_t>(at * static_cast<float>(options.bins));
         const auto edge = [&](std::size_t i) {
             return across.value(static_cast<float>(i) / static_cast<float>(options.bins));

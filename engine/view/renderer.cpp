@@ -21,7 +21,7 @@ void attribute(GLuint index, GLint size, std::size_t stride, std::size_t offset,
     glVertexAttribDivisor(index, divisor);
 }
 
-/// Directions of the world in the studio of lighting.glsl, which turns with the camera about the vertical.
+/// Rotation from the world to the studio of lighting.glsl, which turns with the camera about the vertical.
 glm::mat3 studioRig(const OrbitCamera& camera) {
     const glm::vec3 right = camera.right(), up{0, 1, 0};
     return glm::transpose(glm::mat3(right, up, glm::cross(right, up)));
@@ -93,7 +93,7 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     rig = studioRig(frame->camera);
     cost = {};
 
-    // ImGui and others share the context, so every state that matters is set here.
+    // ImGui and other code share the context, so all relevant state is set here.
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_STENCIL_TEST);
     glDisable(GL_BLEND);
@@ -118,7 +118,7 @@ void Renderer::Impl::draw(const Frame& toDraw, int width, int height) {
     drawSpheres(frame->spheres, false);
     drawGrid();
 
-    // What solids hide of arrows and lines shows through them, faintly.
+    // Hidden parts of arrows and lines shine faintly through solids.
     if (frame->hiddenOpacity > 0) {
         glDepthFunc(GL_GREATER);
         glDepthMask(GL_FALSE);
@@ -168,7 +168,7 @@ void Renderer::Impl::drawSpheres(std::span<const Sphere> all, bool translucent) 
         spheres.draw<Sphere>(chosen, 4, cost);
         glDepthMask(GL_TRUE);
     } else {
-        // The outline's partial coverage becomes a share of the samples: soft edges without sorting.
+        // Partial coverage at the outline becomes a share of the samples: smooth edges without sorting.
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
         spheres.draw<Sphere>(chosen, 4, cost);
         glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
@@ -177,7 +177,7 @@ void Renderer::Impl::drawSpheres(std::span<const Sphere> all, bool translucent) 
 
 void Renderer::Impl::drawGrid() {
     if (!frame->grid.visible) return;
-    // The strong lines follow the distance in powers of ten; the weak ones fade as they come to be too dense.
+    // The spacing of the strong lines follows the camera distance in powers of ten; weak lines fade as they get dense.
     const float decades = std::log10(frame->camera.distance / 2);
     const float spacing = std::pow(10.f, std::floor(decades));
     begin(grid);
@@ -221,7 +221,7 @@ void Renderer::Impl::drawLabels() {
         if (!at) continue;
         const std::size_t first = all.size();
         font->append(all, text.text, *at + glm::vec2(14 * frame->pixelScale, 0), text.color);
-        settle(std::span(all).subspan(first), taken, size);
+        placeLabel(std::span(all).subspan(first), taken, size);
     }
     if (all.empty()) return;
     begin(label);

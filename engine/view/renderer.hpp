@@ -1,6 +1,6 @@
 #pragma once
-// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, labels, grid. Lengths in metres, y is up.
-// Materials are linear as in glTF; all other colours are sRGB, as one picks them from the screen.
+// Draws a frame: lit meshes, ghosts, sphere instances, arrows, lines, labels, grid. Lengths in meters, y is up.
+// Material colors are linear as in glTF; all other colors are sRGB.
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
@@ -12,8 +12,8 @@
 
 namespace touchstone::engine {
 
-/// Geometry on the GPU. A cheap handle: copies share it, and the last one frees it while the context is current.
-/// A default one is empty and draws nothing.
+/// A shared handle of geometry on the GPU. The context must be current when the last copy is destroyed. A default
+/// handle is empty and draws nothing.
 struct GpuMesh {
     struct Buffers;
     std::shared_ptr<const Buffers> buffers;
@@ -31,15 +31,15 @@ struct GpuTexture {
 
 struct DrawItem {
     GpuMesh mesh;
-    glm::mat4 model{1};  ///< to world; may mirror (negative determinant)
-    Material material;   ///< its texture indices are not looked at: the textures below are what is drawn
-    GpuTexture texture;  ///< of the base colour
-    float alpha = 1;     ///< below 1: a ghost, through which all else is seen
+    glm::mat4 model{1};  ///< model to world; may mirror (negative determinant)
+    Material material;   ///< its texture indices are ignored; the textures below are used
+    GpuTexture texture;  ///< base color
+    float alpha = 1;     ///< below 1: a translucent ghost
     GpuTexture metallicRoughness = {}, normal = {}, emissive = {};
-    int body = 0;  ///< items of one number bound a solid together, whose cut a section fills; 0: not filled
+    int body = 0;  ///< items of one number together bound a solid, and a section fills its cut; 0: not filled
 };
 
-/// A straight line with round ends; a == b gives a dot of this width.
+/// A straight line with round ends; a == b gives a dot whose diameter is the width.
 struct Line {
     glm::vec3 a, b;
     glm::vec4 color{1};
@@ -48,17 +48,17 @@ struct Line {
 
 struct Arrow {
     glm::vec3 from, to;
-    float radius = 0.001f;  ///< of the shaft, metres
+    float radius = 0.001f;  ///< of the shaft, meters
     glm::vec4 color{1};
 };
 
 struct Sphere {
     glm::vec3 center;
     float radius = 0;
-    glm::vec4 color{1};  ///< alpha below 1 is drawn translucent
+    glm::vec4 color{1};  ///< alpha below 1: translucent
 };
 
-/// A text over all else, a little to the right of a point.
+/// A text on top of everything else, slightly to the right of a point.
 struct Label {
     glm::vec3 at;
     std::string text;  ///< UTF-8, Latin-1
@@ -74,7 +74,7 @@ struct Background {
     glm::vec3 top{0.185f, 0.205f, 0.235f}, bottom{0.055f, 0.06f, 0.07f};
 };
 
-/// All that one picture shows; plain data, filled by the caller each time.
+/// Content of one picture, as plain data that the caller fills for each frame.
 struct Frame {
     OrbitCamera camera;
     std::vector<DrawItem> items;
@@ -84,13 +84,13 @@ struct Frame {
     std::vector<Label> labels;
     Grid grid;
     Background background;
-    bool shadows = true;               ///< of the opaque items, by the key light
-    float pixelScale = 1;              ///< Window::scale(), for widths in pixels
-    float hiddenOpacity = 0.45f;       ///< how strongly arrows and lines show through what stands before them
+    bool shadows = true;               ///< opaque items cast shadows from the key light
+    float pixelScale = 1;              ///< factor on widths in pixels, from Window::scale()
+    float hiddenOpacity = 0.45f;       ///< opacity of arrows and lines behind other geometry
     std::optional<glm::vec4> section;  ///< plane (n, d): items and spheres are cut away where n·p + d < 0
 };
 
-/// What the last frame asked of the driver.
+/// Draw calls and triangles of the last frame.
 struct DrawCost {
     int calls = 0;
     std::size_t triangles = 0;
@@ -101,7 +101,7 @@ struct Viewport {
     int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Draws frames with the context that was current when it was made; 4x multisampled where the driver has it.
+/// Draws frames in the context that was current at its construction, with 4x multisampling if available.
 /// Throws std::runtime_error naming file and line if a shader does not compile.
 class Renderer {
   public:
@@ -111,7 +111,7 @@ class Renderer {
     Renderer& operator=(const Renderer&) = delete;
 
     GpuMesh upload(const MeshData& mesh);
-    /// A picture in sRGB, or numbers to be taken as they stand.
+    /// `srgb`: the image holds sRGB colors; else its values are used unchanged.
     GpuTexture upload(const Image& image, bool srgb = true);
 
     /// Draws into a framebuffer object, or the window (0). An empty viewport draws nothing.
@@ -124,7 +124,7 @@ class Renderer {
     std::unique_ptr<Impl> impl_;
 };
 
-/// The same picture in memory, sRGB, with or without a window.
+/// Renders a frame to an sRGB image in memory, with or without a window. Pre: width, height > 0.
 Image renderToImage(Renderer& renderer, const Frame& frame, int width, int height);
 
 }  // namespace touchstone::engine

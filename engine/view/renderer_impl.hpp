@@ -1,5 +1,5 @@
 #pragma once
-// What the parts of the renderer share.
+// Shared by the source files of the renderer.
 #include <algorithm>
 
 #include "engine/view/gl_objects.hpp"
@@ -9,9 +9,9 @@
 
 namespace touchstone::engine {
 
-inline constexpr int kShadowUnit = 4;  // of the shaders' textures, after those of a material
+inline constexpr int kShadowUnit = 4;  // texture unit after those of a material
 
-/// Towards the key light in the studio of lighting.glsl.
+/// Direction to the key light in the studio of lighting.glsl.
 inline const glm::vec3 kKeyDirection = glm::normalize(glm::vec3(-0.45f, 0.74f, 0.5f));
 
 struct GpuMesh::Buffers {
@@ -19,14 +19,14 @@ struct GpuMesh::Buffers {
     Buffer positions, normals, texcoords, indices;
     GLsizei indexCount = 0;
     bool hasTexcoords = false;
-    Ball ball;  ///< about the bounding box
+    Ball ball;  ///< bounding ball of the bounding box
 };
 
 struct GpuTexture::Storage {
     Texture texture;
 };
 
-/// A shape drawn once for each element of a vector that is streamed to the GPU.
+/// Instanced drawing: a shape is drawn once per element of a vector streamed to the GPU.
 struct Instances {
     VertexArray array;
     Buffer stream;
@@ -41,7 +41,7 @@ struct Instances {
     }
 };
 
-/// All that a shadow map shows.
+/// Content of a shadow map, to detect when it must be redrawn.
 struct ShadowScene {
     struct Caster {
         std::shared_ptr<const GpuMesh::Buffers> mesh;
@@ -51,7 +51,7 @@ struct ShadowScene {
     };
     std::vector<Caster> casters;
     std::optional<glm::vec4> section;
-    glm::vec3 towards{0};  ///< the light
+    glm::vec3 towards{0};  ///< direction to the light
     friend bool operator==(const ShadowScene&, const ShadowScene&) = default;
 };
 
@@ -88,13 +88,13 @@ struct Renderer::Impl {
         sphere{"sphere.vert", "sphere.frag"}, arrow{"arrow.vert", "arrow.frag"}, line{"line.vert", "line.frag"},
         grid{"grid.vert", "grid.frag"}, shadow{"shadow.vert", "shadow.frag"}, cap{"cap.vert", "cap.frag"},
         label{"label.vert", "label.frag"};
-    VertexArray nothing;  // for shaders that make their vertices up
+    VertexArray nothing;  // empty: some shaders compute their vertices themselves
     Instances spheres, arrows, lines, glyphs;
-    std::unique_ptr<LabelFont> font;  // made when there is something to write
+    std::unique_ptr<LabelFont> font;  // created with the first label
     Buffer arrowVertices;
     GLsizei arrowVertexCount = 0;
 
-    // Of the frame being drawn:
+    // State of the frame being drawn:
     const Frame* frame = nullptr;
     glm::mat4 viewProjection{1};
     glm::mat3 rig{1};
@@ -102,7 +102,7 @@ struct Renderer::Impl {
     glm::vec2 size{1};
     DrawCost cost;
 
-    ShadowScene shadowed;  // in the map, from one frame to the next
+    ShadowScene shadowed;  // content of the shadow map, kept between frames
     LightView light;
 };
 

@@ -1,4 +1,4 @@
-// Meshes: shadows, solids and their cuts, ghosts.
+// Drawing of meshes: shadows, solids and their cuts, ghosts.
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "engine/view/renderer_impl.hpp"
@@ -19,7 +19,7 @@ bool isSolid(const DrawItem& item) { return item.mesh && item.alpha >= 1; }
 
 void Renderer::Impl::drawMesh(const ShaderProgram& program, const DrawItem& item) {
     program.set("model", item.model);
-    // A mirroring turns counter-clockwise into clockwise; the shader tells the outside by it.
+    // A mirroring matrix reverses the winding order, by which the shader determines the outside.
     glFrontFace(glm::determinant(glm::mat3(item.model)) < 0 ? GL_CW : GL_CCW);
     glBindVertexArray(item.mesh.buffers->array.id());
     glDrawElements(GL_TRIANGLES, item.mesh.buffers->indexCount, GL_UNSIGNED_INT, nullptr);
@@ -28,8 +28,8 @@ void Renderer::Impl::drawMesh(const ShaderProgram& program, const DrawItem& item
     cost.triangles += static_cast<std::size_t>(item.mesh.buffers->indexCount / 3);
 }
 
-/// Of a whole solid the far side is never seen, which halves the work; opaque items keep it for meshes that are inside
-/// out.
+/// Culls back faces of closed solids, whose far side is never visible; this halves the work. drawOpaqueItems() does
+/// not cull, since a mesh may be inside out.
 void Renderer::Impl::cullWhereClosed(const DrawItem& item) const {
     if (item.body != 0 && !frame->section)
         glEnable(GL_CULL_FACE);
@@ -60,7 +60,7 @@ void Renderer::Impl::drawItem(const DrawItem& item) {
     drawMesh(mesh, item);
 }
 
-/// The map is drawn anew where something in it has moved.
+/// Redraws the shadow map only if its content has changed.
 void Renderer::Impl::drawShadows() {
     ShadowScene now{.casters = {}, .section = frame->section, .towards = glm::transpose(rig) * kKeyDirection};
     std::vector<Ball> balls;
@@ -87,7 +87,7 @@ void Renderer::Impl::drawShadowMap() {
     glPolygonOffset(1.5f, 3);
     begin(shadow);
     shadow.set("viewProjection", light.viewProjection);
-    if (frame->section) glEnable(GL_CLIP_DISTANCE0);  // light falls into what is cut open
+    if (frame->section) glEnable(GL_CLIP_DISTANCE0);  // light enters bodies that are cut open
     for (const DrawItem& item : frame->items)
         if (isSolid(item)) {
             cullWhereClosed(item);
@@ -118,8 +118,8 @@ void Renderer::Impl::drawCaps() {
 
     glEnable(GL_STENCIL_TEST);
     for (const int body : bodies) {
-        // Along a line of sight behind the plane, a body is left once more than it is entered just where the line
-        // began inside it.
+        // Count exits minus entries along each line of sight behind the plane: the count is nonzero exactly where the
+        // line starts inside the body.
         glClear(GL_STENCIL_BUFFER_BIT);
         glStencilFunc(GL_ALWAYS, 0, 0xff);
         glStencilOpSeparate(GL_FRONT, GL_KEEP, GL_DECR_WRAP, GL_DECR_WRAP);
@@ -169,13 +169,13 @@ void Renderer::Impl::drawGhosts() {
     begin(mesh);
     mesh.set("sectioned", frame->section ? 1 : 0);
     if (frame->section) glEnable(GL_CLIP_DISTANCE0);
-    // Pushed back a little, a ghost disappears where it coincides with its solid instead of flickering through it.
+    // A depth offset hides a ghost where it coincides with its solid; otherwise it would flicker.
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1, 2);
     const Blend blend;
     for (const auto& [depth, item] : ghosts) {
         cullWhereClosed(*item);
-        // First its depth alone, then its nearest surface only: even translucency whatever the order of triangles.
+        // First draw only the depth, then only the nearest surface, so that the order of triangles does not matter.
         glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
         drawItem(*item);
         glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);

@@ -44,7 +44,8 @@ ShadowMap::ShadowMap(int size) : size_(size) {
     glDrawBuffer(GL_NONE);
     glReadBuffer(GL_NONE);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-        throw std::runtime_error("The graphics driver cannot draw shadows; update it or choose another.");
+        throw std::runtime_error(
+            "The graphics driver cannot render depth textures, which shadows need; update the driver.");
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 

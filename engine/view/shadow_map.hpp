@@ -1,17 +1,17 @@
 #pragma once
-// What a light far away sees: a depth texture that shaders compare with.
+// The shadow map of a directional light: a depth texture that shaders compare with.
 #include "engine/view/gl_objects.hpp"
 
 namespace touchstone::engine {
 
-/// A ball that a light is to see, in the world.
+/// A ball in world coordinates that the shadow map must contain.
 struct Ball {
     glm::vec3 center{0};
     float radius = 0;
 };
 
-/// View and projection of parallel light from a direction (unit, towards the light) that just holds all balls, and how
-/// long a texel of a map of `size` texels is in the world.
+/// View and projection of parallel light that just contain all balls, and the length of a texel in the world.
+/// `towards`: unit direction to the light; `size`: texels per side of the map.
 struct LightView {
     glm::mat4 viewProjection{1};
     float texel = 0;
@@ -20,7 +20,7 @@ struct LightView {
     LightView(glm::vec3 towards, std::span<const Ball> balls, int size);
 };
 
-/// A square depth map, compared with linear filtering; what lies beside it is lit.
+/// A square depth map, compared with linear filtering. Points outside the map are lit.
 class ShadowMap {
   public:
     explicit ShadowMap(int size);

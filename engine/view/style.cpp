@@ -27,7 +27,7 @@ void addSansFont(ImFontAtlas& fonts, float pixels) {
         if (std::filesystem::exists(file, ignored) &&
             fonts.AddFontFromFileTTF(file, std::round(pixels), nullptr, kGlyphs.data()))
             return;
-    constexpr float kOwnShare = 13.f / 16;  // ImGui's own font is drawn for 13 pixels
+    constexpr float kOwnShare = 13.f / 16;  // the built-in font of ImGui is designed for 13 pixels
     ImFontConfig own;
     own.SizePixels = std::round(kOwnShare * pixels);
     fonts.AddFontDefault(&own);
@@ -48,7 +48,7 @@ void applyStyle(float scale) {
     style.WindowTitleAlign = {0.02f, 0.5f};
     style.ScaleAllSizes(scale);
 
-    // One neutral ground in steps of brightness, one accent for what can be moved or is on.
+    // One neutral background in steps of brightness, and one accent color for interactive and active elements.
     const ImVec4 ground{0.090f, 0.098f, 0.112f, 1}, text{0.90f, 0.91f, 0.93f, 1}, accent{0.36f, 0.62f, 0.92f, 1};
     const auto step = [&](float t) { return mix(ground, text, t); };
     const auto tinted = [&](float t) { return mix(ground, accent, t); };
@@ -76,7 +76,7 @@ void applyStyle(float scale) {
     c[ImGuiCol_ButtonActive] = c[ImGuiCol_HeaderActive] = c[ImGuiCol_TabActive] = tinted(0.58f);
     c[ImGuiCol_Separator] = faded(text, 0.12f);
     c[ImGuiCol_ResizeGrip] = faded(accent, 0.15f);
-    c[ImGuiCol_PlotHistogram] = accent;  // progress bars
+    c[ImGuiCol_PlotHistogram] = accent;  // also used for progress bars
     c[ImGuiCol_TextSelectedBg] = faded(accent, 0.4f);
     c[ImGuiCol_NavHighlight] = accent;
     ImGui::GetStyle() = style;

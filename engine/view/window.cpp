@@ -16,15 +16,15 @@
 namespace touchstone::engine {
 namespace {
 
-/// GLFW's own words for what went wrong last, e.g. "X11: The DISPLAY environment variable is missing".
+/// GLFW's description of its last error, e.g. "X11: The DISPLAY environment variable is missing".
 std::string glfwReason() {
     const char* text = nullptr;
     glfwGetError(&text);
-    return text ? text : "no reason given";
+    return text ? text : "unknown reason";
 }
 
-/// GLFW is started once and stays for the life of the process: graphics drivers leak when they are unloaded and loaded
-/// again, and the system takes everything back at the end anyway.
+/// Initializes GLFW once for the life of the process. It is never terminated, since graphics drivers leak when they are
+/// unloaded and loaded again.
 void startGlfw() {
     if (!glfwInit())
         throw std::runtime_error("No window can be opened (" + glfwReason() +
@@ -34,7 +34,7 @@ void startGlfw() {
 struct GlfwWindow {
     explicit GlfwWindow(const WindowOptions& options) {
         startGlfw();
-        glfwDefaultWindowHints();  // hints stay set for the whole process: those of another window must not count here
+        glfwDefaultWindowHints();  // hints are global: reset those of another window
         glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
         glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -52,7 +52,7 @@ struct GlfwWindow {
     }
     ~GlfwWindow() { glfwDestroyWindow(handle); }
 
-    /// A headless context may have taken its place since.
+    /// Makes the context current again if a headless context has replaced it.
     void makeCurrent() {
         if (glfwGetCurrentContext() == handle) return;
         releaseCurrentContext();
@@ -96,8 +96,8 @@ struct Window::Impl {
         });
         glfwSetWindowCloseCallback(window.handle, [](GLFWwindow* handle) {
             auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
-            self.closeAsked = self.closeHandler != nullptr;
-            if (self.closeAsked) glfwSetWindowShouldClose(handle, GLFW_FALSE);
+            self.closeRequested = self.closeHandler != nullptr;
+            if (self.closeRequested) glfwSetWindowShouldClose(handle, GLFW_FALSE);
         });
     }
 
@@ -106,20 +106,20 @@ struct Window::Impl {
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
     std::function<void()> closeHandler;
-    bool closeAsked = false;
+    bool closeRequested = false;
 };
 
 Window::Window(const WindowOptions& options) : impl_(std::make_unique<Impl>(options)) {}
-Window::~Window() { impl_->window.makeCurrent(); }  // ImGui's objects are deleted in it
+Window::~Window() { impl_->window.makeCurrent(); }  // ImGui deletes its GL objects in this context
 
 bool Window::beginFrame() {
     impl_->window.makeCurrent();
     glfwPollEvents();
     if (glfwWindowShouldClose(handle())) return false;
-    // Handled here rather than in GLFW's callbacks: an exception must not travel through C.
+    // Handled here rather than in GLFW's callbacks, because exceptions must not propagate through C code.
     if (const auto files = std::exchange(impl_->dropped, {}); !files.empty() && impl_->dropHandler)
         impl_->dropHandler(files);
-    if (std::exchange(impl_->closeAsked, false)) impl_->closeHandler();
+    if (std::exchange(impl_->closeRequested, false)) impl_->closeHandler();
 
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glDisable(GL_SCISSOR_TEST);

@@ -21,8 +21,8 @@ struct WindowOptions {
 };
 
 /// A window with a current OpenGL 3.3 core context and an ImGui context (dark style, font scaled by the monitor).
-/// One window at a time, used from the thread that made it; beginFrame() takes the thread back from a HeadlessContext
-/// that was used since. Each frame:
+/// Only one window at a time, used from the thread that created it. beginFrame() makes its context current again if a
+/// HeadlessContext was used in between. Each frame:
 ///     while (window.beginFrame()) { renderer.draw(...); ImGui panels; window.endFrame(); }
 /// The constructor throws std::runtime_error with one sentence that names the remedy when there is no display or no
 /// OpenGL 3.3. ImGui writes no ini file; set ImGui::GetIO().IniFilename to keep its layout.
@@ -36,25 +36,25 @@ class Window {
     Window& operator=(const Window&) = delete;
 
     /// Handles pending events and starts an ImGui frame. Returns false, without a frame, once the window is to close.
-    /// Exceptions thrown by the drop handler come out here.
+    /// Exceptions of the drop handler propagate from here.
     bool beginFrame();
 
-    /// Draws ImGui and swaps. If picture is given it receives the finished frame, read before the swap.
+    /// Draws ImGui and swaps the buffers. `picture`, if given, receives the finished frame, read before the swap.
     void endFrame(Image* picture = nullptr);
 
-    int interfaceDrawCalls() const;  ///< of ImGui in the last frame
+    int interfaceDrawCalls() const;  ///< draw calls of ImGui in the last frame
 
     void close();  ///< makes the next beginFrame() return false
-    /// Called from beginFrame() in place of closing when the user asks the system to close the window.
+    /// The handler is called from beginFrame() instead of closing when the user requests to close the window.
     void onClose(std::function<void()> handler);
     void setTitle(const std::string& title);
     void setVsync(bool on);
     void onDrop(DropHandler handler);  ///< called from beginFrame() with the files dropped on the window
 
-    glm::ivec2 framebufferSize() const;  ///< pixels; 0 x 0 while minimised
-    glm::ivec2 size() const;             ///< screen units, those of ImGui's mouse position
-    void setSize(glm::ivec2 size);       ///< likewise; a wish to the system
-    float scale() const;                 ///< content scale of the monitor, 1 for 96 dots an inch
+    glm::ivec2 framebufferSize() const;  ///< pixels; 0 x 0 while minimized
+    glm::ivec2 size() const;             ///< screen units, as ImGui's mouse position
+    void setSize(glm::ivec2 size);       ///< screen units; the system may choose another size
+    float scale() const;                 ///< content scale of the monitor, 1 for 96 dots per inch
     GLFWwindow* handle() const;
 
   private:

@@ -6,14 +6,19 @@
 namespace touchstone {
 namespace {
 
-constexpr double kPoint = 0x1p-40;  // pieces that no leaf holds get so small only about points where leaves just meet
-constexpr int kDeepest = 120;       // halvings that any triangle needs to become that small
-constexpr double kGapShare = 1e-3;  // to which the largest gap is sought,
-constexpr double kGapFine = 0.25;   // or to this share of the finest length: many small gaps are to take no longer
+// Edge length at which halving ends, lengths being of the order of one. A piece that no leaf contains becomes this
+// small only around a point where leaves just touch.
+constexpr double kMinLength = 0x1p-40;
+// Maximum number of halvings of one triangle: enough to bring any triangle down to kMinLength.
+constexpr int kMaxHalvings = 120;
+// Accuracy of the largest gap: relative to the gap, or as a share of the length `fine`. The coarser of the two applies,
+// so that many small gaps do not cost more time.
+constexpr double kGapRelativeError = 1e-3;
+constexpr double kGapFineShare = 0.25;
 
 double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
 
-/// Its longest side runs from corner k to corner k + 1.
+/// Returns k, where the longest side runs from corner k to corner k + 1. `length` becomes the length of that side.
 int longestSide(const Triangle& t, double& length) {
     const std::array<double, 3> side2{(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(),
                                       (t[0] - t[2]).squaredNorm()};
@@ -30,26 +35,27 @@ std::array<Triangle, 2> halves(const Triangle& t, int side) {
 
 class Finder {
   public:
-    Finder(const LeafUnion& leaves, double fine, bool first) : leaves_(leaves), fine_(fine), first_(first) {}
+    Finder(const LeafUnion& leaves, double fine, bool firstOnly)
+        : leaves_(leaves), fine_(fine), firstOnly_(firstOnly) {}
 
     BareSurface found;
 
     void visit(const Triangle& t) {
-        // Neighbors in the list tend to be neighbors in space.
-        if (last_ >= 0 && holds(last_, t)) return;
+        // Triangles that follow each other in the list are usually neighbors in space.
+        if (lastLeaf_ >= 0 && contains(lastLeaf_, t)) return;
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
-        near_.clear();
-        bool held = false;
+        nearby_.clear();
+        bool contained = false;
         leaves_.near(middle, reachOf(t, middle), [&](int i) {
-            if (held) return;
-            near_.push_back(i);
-            if (!holds(i, t)) return;
-            held = true;
-            last_ = i;
+            if (contained) return;
+            nearby_.push_back(i);
+            if (!contains(i, t)) return;
+            contained = true;
+            lastLeaf_ = i;
         });
-        if (!held) visitPiece(t, 0, near_.size(), 0);
+        if (!contained) visitPiece(t, 0, nearby_.size(), 0);
     }
-    bool done() const { return first_ && !found.none; }
+    bool done() const { return firstOnly_ && !found.covered; }
 
   private:
     static double reachOf(const Triangle& t, const Vec3& middle) {
@@ -57,69 +63,70 @@ class Finder {
                    {(t[0] - middle).squaredNorm(), (t[1] - middle).squaredNorm(), (t[2] - middle).squaredNorm()})) *
                (1 + 1e-14);
     }
-    bool holds(int leaf, const Vec3& p) const {
+    bool contains(int leaf, const Vec3& p) const {
         const Leaf& s = leaves_.leaves()[leaf];
         return s.radius >= 0 && (p - s.center).squaredNorm() <= s.radius * s.radius;
     }
-    bool holds(int leaf, const Triangle& t) const {
-        return holds(leaf, t[0]) && holds(leaf, t[1]) && holds(leaf, t[2]);
+    bool contains(int leaf, const Triangle& t) const {
+        return contains(leaf, t[0]) && contains(leaf, t[1]) && contains(leaf, t[2]);
     }
 
     void visitPiece(const Triangle& t, std::size_t first, std::size_t last, int depth) {
         if (done()) return;
-        // Of the leaves listed for the parent those that may touch this piece, and the corners that they hold.
+        // Keep the leaves of the parent's list that may touch this piece, and find the corners that they contain.
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
         const double reach = reachOf(t, middle);
-        near_.resize(last);
-        std::array<bool, 3> covered{};
+        nearby_.resize(last);
+        std::array<bool, 3> cornerCovered{};
         for (std::size_t i = first; i < last; ++i) {
-            const int leaf = near_[i];
+            const int leaf = nearby_[i];
             const Leaf& s = leaves_.leaves()[leaf];
             const double r = s.radius + reach;
             if ((s.center - middle).squaredNorm() > r * r) continue;
-            const std::array<bool, 3> in{holds(leaf, t[0]), holds(leaf, t[1]), holds(leaf, t[2])};
+            const std::array<bool, 3> in{contains(leaf, t[0]), contains(leaf, t[1]), contains(leaf, t[2])};
             if (in[0] && in[1] && in[2]) {
-                last_ = leaf;
+                lastLeaf_ = leaf;
                 return;
             }
-            for (int k = 0; k < 3; ++k) covered[k] = covered[k] || in[k];
-            near_.push_back(leaf);
+            for (int k = 0; k < 3; ++k) cornerCovered[k] = cornerCovered[k] || in[k];
+            nearby_.push_back(leaf);
         }
         double length = 0;
         const int side = longestSide(t, length);
-        const auto bareCorners = std::count(covered.begin(), covered.end(), false);
-        const bool clear = near_.size() == last;
-        const bool decided = clear || (bareCorners > 0 && (first_ || length <= fine_));
-        if (decided || length <= kPoint || depth >= kDeepest) {
-            const bool whole = clear || bareCorners == 0;  // the second: as good as bare
-            found.none = false;
+        const auto bareCorners = std::count(cornerCovered.begin(), cornerCovered.end(), false);
+        const bool clear = nearby_.size() == last;
+        const bool decided = clear || (bareCorners > 0 && (firstOnly_ || length <= fine_));
+        if (decided || length <= kMinLength || depth >= kMaxHalvings) {
+            // A piece without a bare corner is too small to halve: it counts as bare, to be safe.
+            const bool whole = clear || bareCorners == 0;
+            found.covered = false;
             found.area += areaOf(t) * (whole ? 1.0 : static_cast<double>(bareCorners) / 3);
-            if (first_) {
-                const auto bare = std::find(covered.begin(), covered.end(), false) - covered.begin();
+            if (firstOnly_) {
+                const auto bare = std::find(cornerCovered.begin(), cornerCovered.end(), false) - cornerCovered.begin();
                 found.where = t[static_cast<std::size_t>(bare % 3)];
-            } else if (nearestListed(middle, first) + reach > found.largestGap + close()) {
+            } else if (nearestListed(middle, first) + reach > found.largestGap + gapTolerance()) {
                 seekGap(t, 0);
             }
             return;
         }
-        const std::size_t end = near_.size();
+        const std::size_t end = nearby_.size();
         for (const Triangle& half : halves(t, side)) visitPiece(half, last, end, depth + 1);
     }
 
-    /// How near to the largest gap counts as no larger.
-    double close() const { return std::max(kGapShare * found.largestGap, kGapFine * fine_); }
+    /// A gap that exceeds the largest one by no more than this is not searched for.
+    double gapTolerance() const { return std::max(kGapRelativeError * found.largestGap, kGapFineShare * fine_); }
 
-    /// Distance of p from the nearest leaf that is listed behind `first`: at least its gap.
+    /// Distance of p from the nearest leaf of the list from `first` on. It is an upper bound on the gap at p.
     double nearestListed(const Vec3& p, std::size_t first) const {
         double least = HUGE_VAL;
-        for (std::size_t i = first; i < near_.size(); ++i) {
-            const Leaf& s = leaves_.leaves()[near_[i]];
+        for (std::size_t i = first; i < nearby_.size(); ++i) {
+            const Leaf& s = leaves_.leaves()[nearby_[i]];
             least = std::min(least, (p - s.center).norm() - s.radius);
         }
         return least;
     }
 
-    // The gap changes no faster than the point moves, so a piece that cannot beat the largest so far is left.
+    // The gap is 1-Lipschitz in the point, so a piece whose bound does not exceed the largest gap so far is skipped.
     void seekGap(const Triangle& t, int depth) {
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3;
         const double gap = leaves_.gap(middle);
@@ -127,7 +134,7 @@ class Finder {
             found.largestGap = gap;
             found.where = middle;
         }
-        if (gap + reachOf(t, middle) <= found.largestGap + close() || depth >= kDeepest) return;
+        if (gap + reachOf(t, middle) <= found.largestGap + gapTolerance() || depth >= kMaxHalvings) return;
         double length = 0;
         const int side = longestSide(t, length);
         for (const Triangle& half : halves(t, side)) seekGap(half, depth + 1);
@@ -135,16 +142,16 @@ class Finder {
 
     const LeafUnion& leaves_;
     double fine_;
-    bool first_;
-    int last_ = -1;          ///< the leaf that held the piece before
-    std::vector<int> near_;  ///< leaves near the triangle; behind them, near the pieces on the way down
+    bool firstOnly_;
+    int lastLeaf_ = -1;        ///< the leaf that contained the previous piece
+    std::vector<int> nearby_;  ///< stacked lists: leaves near the triangle, then those near each piece of the recursion
 };
 
 }  // namespace
 
-BareSurface findBareSurface(std::span<const Triangle> surface, const LeafUnion& leaves, double fine, bool first,
+BareSurface findBareSurface(std::span<const Triangle> surface, const LeafUnion& leaves, double fine, bool firstOnly,
                             const std::function<void(double)>& beat) {
-    Finder finder(leaves, fine, first);
+    Finder finder(leaves, fine, firstOnly);
     for (std::size_t i = 0; i < surface.size() && !finder.done(); ++i) {
         if (i % 256 == 0) beat(static_cast<double>(i) / static_cast<double>(surface.size()));
         finder.visit(surface[i]);

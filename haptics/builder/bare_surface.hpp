@@ -1,5 +1,5 @@
 #pragma once
-// The part of a surface that no leaf covers. For checking: shares nothing with the builder's own proof.
+// Finds the part of a surface that no leaf covers. The tree check uses it: it shares no code with the builder's proof.
 #include <functional>
 #include <span>
 
@@ -9,17 +9,18 @@
 namespace touchstone {
 
 struct BareSurface {
-    bool none = true;           ///< proven: every triangle is cut into pieces with all corners in one leaf
-    double area = 0;            ///< bare
-    double largestGap = 0;      ///< from a bare point to the nearest leaf
-    Vec3 where = Vec3::Zero();  ///< there
+    bool covered = true;        ///< proven: every triangle can be cut into pieces with all corners in one leaf
+    double area = 0;            ///< of the bare part
+    double largestGap = 0;      ///< largest distance of a bare point from the nearest leaf
+    Vec3 where = Vec3::Zero();  ///< the point with the largest gap
 };
 
-/// A leaf is convex, so a piece of a triangle with its corners in one leaf is covered; others are halved along their
-/// longest side: down to `fine` where some corner is bare, and otherwise down to 2^-40 of the length 1, where what is
-/// left counts as bare. With `first`, ends at the first bare piece, with no figures but the place. Lengths are to be of
-/// the order of one. Memory: a list of leaves for each halving on the way down.
-BareSurface findBareSurface(std::span<const Triangle> surface, const LeafUnion& leaves, double fine, bool first,
+/// Finds what is bare: what no leaf covers. A leaf is convex, so a piece of a triangle with all corners in one leaf is
+/// covered. Any other piece is halved at its longest side: down to the length `fine` if a corner is bare, otherwise
+/// down to 2^-40, where the rest counts as bare. With `firstOnly`, the search ends at the first bare piece and sets
+/// only `covered`, `area` of that piece and `where`. Lengths should be of the order of one. Memory: one list of leaves
+/// for each level of halving. `beat` receives the progress, 0 to 1.
+BareSurface findBareSurface(std::span<const Triangle> surface, const LeafUnion& leaves, double fine, bool firstOnly,
                             const std::function<void(double)>& beat);
 
 }  // namespace touchstone

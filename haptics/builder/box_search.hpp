@@ -1,10 +1,10 @@
 #pragma once
-// Which of many boxes meet one.
+// Finds which boxes of a set intersect a given box.
 #include "haptics/builder/box_tree.hpp"
 
 namespace touchstone {
 
-/// The items in a tree's order.
+/// The items, rearranged into a tree's order.
 template <class T>
 std::vector<T> inOrder(const std::vector<int>& order, const std::vector<T>& items) {
     std::vector<T> out;
@@ -13,8 +13,8 @@ std::vector<T> inOrder(const std::vector<int>& order, const std::vector<T>& item
     return out;
 }
 
-/// Calls visit(i) for the boxes that meet the given one, until it returns true; whether it did. `boxes` are in the
-/// tree's order, i a place there.
+/// Calls visit(i) for each box that intersects the given one until visit returns true. Returns whether it did. `boxes`
+/// are in the tree's order, and i is an index in that order.
 template <class Visit>
 bool anyMeeting(const BoxTree& tree, const std::vector<Box>& boxes, const Box& box, Visit&& visit) {
     std::array<int, BoxTree::kStack> stack;
@@ -29,9 +29,9 @@ bool anyMeeting(const BoxTree& tree, const std::vector<Box>& boxes, const Box& b
             if (!meets[k] || node.count[k] < 0) continue;
             if (node.count[k] == 0) stack[top++] = node.first[k];
             for (int i = node.first[k]; i < node.first[k] + node.count[k]; ++i) {
-                const bool item =
+                const bool itemMeets =
                     (boxes[i].lo.array() <= box.hi.array()).all() && (boxes[i].hi.array() >= box.lo.array()).all();
-                if (item && visit(i)) return true;
+                if (itemMeets && visit(i)) return true;
             }
         }
     }

@@ -15,7 +15,8 @@ BoxTree::BoxTree(const std::vector<Box>& boxes) : order_(boxes.size()) {
 }
 
 int BoxTree::build(const std::vector<Vec3>& centers, const std::vector<Box>& boxes, int first, int last) {
-    // The middle of a range along its longest axis; ties by index, so that the order is the same everywhere.
+    // Splits a range at its median along its longest axis. Ties are broken by index, so that the order is the same on
+    // every platform.
     const auto split = [&](int from, int to) {
         if (to - from <= kBucket) return to;
         Box extent;

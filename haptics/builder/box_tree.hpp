@@ -1,5 +1,6 @@
 #pragma once
-// Boxes in a four-way tree, four to a SIMD step: what the distance, winding and range queries of the builder walk.
+// A four-way tree of boxes, tested four at a time with SIMD. The builder's distance, winding-number and range queries
+// traverse it.
 #include <array>
 #include <vector>
 
@@ -23,19 +24,19 @@ struct Box {
     double diagonal() const { return (hi - lo).norm(); }
 };
 
-/// A static tree over n boxes by median splits. Deterministic. nodes()[0] is the root; a tree of no boxes has one node
-/// without children. Item k of a bucket is order()[first + k].
+/// A static tree over n boxes, built by median splits. Deterministic. nodes()[0] is the root; the tree of an empty set
+/// has one node without children. Item k of a bucket is order()[first + k].
 class BoxTree {
   public:
-    static constexpr int kBucket = 4;
-    static constexpr int kStack = 128;  ///< enough for a depth-first walk: at most three waiting nodes per level
+    static constexpr int kBucket = 4;   ///< maximum number of items in a bucket: one SIMD step
+    static constexpr int kStack = 128;  ///< stack size of a depth-first walk: at most three waiting nodes per level
 
     struct Node {
         std::array<Eigen::Array4d, 3> lo, hi;
-        std::array<int, 4> first{};  ///< of a bucket: its first item; else the child node
-        std::array<int, 4> count{};  ///< of a bucket: its size; 0 for a child node; -1 for an empty slot
+        std::array<int, 4> first{};  ///< first item of a bucket, or index of the child node
+        std::array<int, 4> count{};  ///< size of a bucket; 0 for a child node; -1 for an empty slot
 
-        /// Squared distances of p to the four boxes; infinite for empty slots.
+        /// Squared distances from p to the four boxes; infinite for empty slots.
         Eigen::Array4d squaredDistance(const Vec3& p) const {
             Eigen::Array4d sum = Eigen::Array4d::Zero();
             for (int a = 0; a < 3; ++a) sum += (lo[a] - p[a]).max(p[a] - hi[a]).max(0.0).square();

@@ -1,5 +1,5 @@
 #pragma once
-// How far a build is, told to whoever asked for it.
+// Progress of a build, reported to the caller.
 #include <algorithm>
 #include <chrono>
 
@@ -7,42 +7,43 @@
 
 namespace touchstone {
 
-/// Passes the progress on, at most every 20 ms, and cancels by throwing BuildCancelled.
+/// Reports the progress to the caller. Throws BuildCancelled when the caller cancels.
 class Progress {
   public:
-    explicit Progress(const BuildProgress& report) : report_(report) {}
+    explicit Progress(const BuildProgress& callback) : callback_(callback) {}
 
-    /// Enters a stage that ends at the given fraction of the whole.
+    /// Begins a stage that ends at the given fraction of the whole build.
     void enter(double end) {
         fraction_ = std::max(fraction_, end_);
         end_ = std::max(end, fraction_);
-        tell();
+        report();
     }
-    /// A sign of life inside the stage: creeps toward its end.
+    /// Reports inside a stage, at most every 20 ms. The length of a stage is not known in advance, so each report moves
+    /// the fraction by 5 % of the rest toward the end of the stage.
     void beat() {
         const auto now = std::chrono::steady_clock::now();
-        if (now - told_ < std::chrono::milliseconds(20)) return;
+        if (now - reported_ < std::chrono::milliseconds(20)) return;
         fraction_ += 0.05 * (end_ - fraction_);
-        tell();
+        report();
     }
     void finish() {
         fraction_ = end_ = 1;
-        tell();
+        report();
     }
 
   private:
-    void tell() {
-        told_ = std::chrono::steady_clock::now();
-        const double spent = std::chrono::duration<double>(told_ - began_).count();
+    void report() {
+        reported_ = std::chrono::steady_clock::now();
+        const double spent = std::chrono::duration<double>(reported_ - began_).count();
         const double left = fraction_ < kTooEarly ? -1 : spent * (1 - fraction_) / fraction_;
-        if (report_ && !report_({fraction_, left})) throw BuildCancelled{};
+        if (callback_ && !callback_({fraction_, left})) throw BuildCancelled{};
     }
 
-    static constexpr double kTooEarly = 0.05;  // to judge the time left
+    static constexpr double kTooEarly = 0.05;  // fraction below which no remaining time is estimated
 
-    const BuildProgress& report_;
+    const BuildProgress& callback_;
     double fraction_ = 0, end_ = 0;
-    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), told_ = began_;
+    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), reported_ = began_;
 };
 
 }  // namespace touchstone

@@ -13,14 +13,15 @@ std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
     return boxes;
 }
 
-constexpr int kDeepest = 60;  // halvings of one triangle; beyond that its corners coincide
+// Maximum number of halvings of one triangle: beyond it the corners coincide in double precision.
+constexpr int kMaxHalvings = 60;
 
-/// What a ball grows by, over the growth.
+/// Growth of this ball, as a share of the growth of the smallest balls.
 double weightOf(const Ball& ball, const GrowthLaw& law, double growth) {
     return growth > 0 ? law(ball.depth, growth) / growth : 1;
 }
 
-/// Stacked lists of balls, four to a step.
+/// Stacked lists of balls in a layout that is read four balls at a time.
 class NearBalls {
   public:
     NearBalls() = default;
@@ -38,7 +39,7 @@ class NearBalls {
         for (auto& v : value_) v.resize(n + n / 2 + 4);
         id_.resize(n + n / 2 + 4);
     }
-    /// Centre, depth, weight.
+    /// Four balls from i on. `value` is 0 to 2 for the center, 3 for the depth and 4 for the weight.
     Eigen::Map<const Eigen::Array4d> at(int value, std::size_t i) const {
         return Eigen::Map<const Eigen::Array4d>(value_[value].data() + i);
     }
@@ -55,33 +56,40 @@ class NearBalls {
 
 }  // namespace
 
-/// One descent: tree node, triangle, piece, each with the balls that may touch it, listed behind its parent's list.
+/// One descent from a tree node to its triangles and their pieces. Each of them has a list of the balls that may touch
+/// it, stored behind the list of its parent.
 class CoverCertificate::Walk {
   public:
     Walk(const CoverCertificate& c, std::pair<int, int> part, std::span<const Ball> balls, const NearBalls& all,
          double growth, double resolution)
-        : c_(c), part_(part), balls_(balls), all_(all), growth_(growth), first_(growth), resolution_(resolution) {}
+        : c_(c),
+          part_(part),
+          balls_(balls),
+          all_(all),
+          growth_(growth),
+          initialGrowth_(growth),
+          resolution_(resolution) {}
 
-    bool raise = false;     ///< grow instead of reporting gaps
-    std::size_t limit = 0;  ///< of gaps
+    bool raise = false;     ///< raise the growth where a piece is bare, instead of reporting a gap
+    std::size_t limit = 0;  ///< maximum number of gaps
     std::vector<Gap> gaps;
     std::vector<Piece> pieces;  ///< filled when raising
 
     void run() {
         const auto& [node, slot] = part_;
         visitSlot(all_, c_.tree_.nodes()[node], slot, 0, balls_.size(), 0);
-        near_ = {};
+        nearby_ = {};
     }
     double growth() const { return growth_; }
 
   private:
     bool full() const { return !raise && gaps.size() >= limit; }
 
-    // Appends those of [first, last) that touch the box behind `end`, and returns where the new list ends. The list
-    // must stay complete while the growth rises a little below the box.
+    // Appends the balls of [first, last) that touch the box at `end`, and returns the end of the new list. When the
+    // growth may rise, a margin keeps the list complete while it rises a little during the visit of the box.
     std::size_t narrow(const NearBalls& from, const Box& box, std::size_t first, std::size_t last, std::size_t end) {
         const double margin = raise ? 1.5 * growth_ : growth_;
-        near_.reserve(end + last - first);
+        nearby_.reserve(end + last - first);
         for (std::size_t i = first; i < last; i += 4) {
             Eigen::Array4d off2 = Eigen::Array4d::Zero();
             for (int a = 0; a < 3; ++a) {
@@ -91,7 +99,7 @@ class CoverCertificate::Walk {
             const Eigen::Array4d r = from.at(3, i) + margin * from.at(4, i);
             const Eigen::Array<bool, 4, 1> touches = r >= 0 && off2 <= r.square();
             for (std::size_t k = 0; k < std::min<std::size_t>(4, last - i); ++k)
-                if (touches[static_cast<int>(k)]) near_.copy(from, i + k, end++);
+                if (touches[static_cast<int>(k)]) nearby_.copy(from, i + k, end++);
         }
         return end;
     }
@@ -108,39 +116,40 @@ class CoverCertificate::Walk {
         end = narrow(from, box, first, last, end);
         if (node.count[k] == 0)
             for (int child = 0; child < 4 && !full(); ++child)
-                visitSlot(near_, c_.tree_.nodes()[node.first[k]], child, begin, end, end);
+                visitSlot(nearby_, c_.tree_.nodes()[node.first[k]], child, begin, end, end);
         for (int i = 0; i < node.count[k] && !full(); ++i) visitPiece(c_.surface_[node.first[k] + i], begin, end, 0);
     }
 
-    double weight(int ball) const { return weightOf(balls_[ball], c_.law_, first_); }
+    double weight(int ball) const { return weightOf(balls_[ball], c_.law_, initialGrowth_); }
 
-    /// The ball that covers the piece with the least growth, and that growth: among those listed, or else among all.
+    /// The ball that covers the piece with the least growth, and that growth. Searches the list, or all balls if it is
+    /// empty.
     std::pair<int, double> nearest(const Triangle& t, std::size_t first, std::size_t last) const {
         std::pair<int, double> best{-1, HUGE_VAL};
-        const auto ask = [&](int i) {
+        const auto consider = [&](int i) {
             double far2 = 0;
             for (const Vec3& v : t) far2 = std::max(far2, (v - balls_[i].center).squaredNorm());
-            const double need = (std::sqrt(far2) - balls_[i].depth) / weight(i);
-            if (need < best.second) best = {i, need};
+            const double needed = (std::sqrt(far2) - balls_[i].depth) / weight(i);
+            if (needed < best.second) best = {i, needed};
         };
-        for (std::size_t i = first; i < last; ++i) ask(near_.id(i));
-        for (int i = 0; first == last && i < static_cast<int>(balls_.size()); ++i) ask(i);
+        for (std::size_t i = first; i < last; ++i) consider(nearby_.id(i));
+        for (int i = 0; first == last && i < static_cast<int>(balls_.size()); ++i) consider(i);
         return best;
     }
 
     void visitPiece(const Triangle& t, std::size_t first, std::size_t last, int level) {
-        // The ball that covers the piece with the least growth, and the corner that is farthest from being covered.
+        // Find the ball that covers the piece with the least growth, and which corners are bare.
         double least = HUGE_VAL;
         int best = -1;
         std::array<bool, 3> bare{true, true, true};
         for (std::size_t i = first; i < last; i += 4) {
-            const Eigen::Array4d depth = near_.at(3, i), weight = near_.at(4, i), reach = depth + growth_ * weight;
+            const Eigen::Array4d depth = nearby_.at(3, i), weight = nearby_.at(4, i), reach = depth + growth_ * weight;
             const Eigen::Array4d reach2 = (reach >= 0).select(reach.square(), -1.0);
             std::array<Eigen::Array4d, 3> distance2;
             Eigen::Array<bool, 4, 1> whole = Eigen::Array<bool, 4, 1>::Constant(true);
             for (int k = 0; k < 3; ++k) {
-                distance2[k] = (near_.at(0, i) - t[k].x()).square() + (near_.at(1, i) - t[k].y()).square() +
-                               (near_.at(2, i) - t[k].z()).square();
+                distance2[k] = (nearby_.at(0, i) - t[k].x()).square() + (nearby_.at(1, i) - t[k].y()).square() +
+                               (nearby_.at(2, i) - t[k].z()).square();
                 for (std::size_t rest = last - i; rest < 4; ++rest) distance2[k][static_cast<int>(rest)] = HUGE_VAL;
                 const Eigen::Array<bool, 4, 1> within = distance2[k] <= reach2;
                 bare[k] = bare[k] && !within.any();
@@ -152,7 +161,7 @@ class CoverCertificate::Walk {
             for (int lane = 0; lane < 4; ++lane)
                 if (whole[lane] && need[lane] / weight[lane] < least) {
                     least = need[lane] / weight[lane];
-                    best = near_.id(i + static_cast<std::size_t>(lane));
+                    best = nearby_.id(i + static_cast<std::size_t>(lane));
                 }
         }
         if (best >= 0) {
@@ -160,7 +169,7 @@ class CoverCertificate::Walk {
             return;
         }
         const auto [longest, edge2] = longestEdge(t);
-        const bool small = edge2 <= resolution_ * resolution_ || level >= kDeepest;
+        const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxHalvings;
         const auto hole = std::find(bare.begin(), bare.end(), true);
         if (!raise && (small || hole != bare.end())) {
             const auto corner = hole != bare.end() ? hole - bare.begin() : 0;
@@ -168,7 +177,7 @@ class CoverCertificate::Walk {
             return;
         }
         if (raise) {
-            // A bare corner asks for its growth whatever becomes of the piece.
+            // A bare corner needs growth whether or not the piece is halved.
             if (hole != bare.end()) {
                 const Vec3& v = t[hole - bare.begin()];
                 growth_ = std::max(growth_, nearest({v, v, v}, first, last).second);
@@ -186,7 +195,7 @@ class CoverCertificate::Walk {
             if (full()) return;
             Box box;
             for (const Vec3& v : half) box.add(v);
-            const std::size_t end = narrow(near_, box, first, last, last);
+            const std::size_t end = narrow(nearby_, box, first, last, last);
             visitPiece(half, last, end, level + 1);
         }
     }
@@ -196,14 +205,14 @@ class CoverCertificate::Walk {
     std::span<const Ball> balls_;
     const NearBalls& all_;
     double growth_;
-    const double first_;  ///< the growth before it is raised: weights follow it
+    const double initialGrowth_;  ///< before it is raised; the weights of the balls are computed from it
     double resolution_;
-    NearBalls near_;
+    NearBalls nearby_;
 };
 
 CoverCertificate::CoverCertificate(std::vector<Triangle> surface, GrowthLaw law) : law_(law), tree_(boxesOf(surface)) {
     for (int i : tree_.order()) surface_.push_back(surface[i]);
-    // Down to some 64 parts.
+    // Two levels of the four-way tree give at most 64 parts, enough to keep all threads busy.
     constexpr int kLevels = 2;
     const auto split = [&](auto&& self, int node, int level) -> void {
         for (int k = 0; k < 4; ++k)

@@ -1,5 +1,5 @@
 #pragma once
-// Proof that balls cover a surface, piece by piece.
+// Proves that balls cover a surface, piece by piece.
 #include <span>
 #include <utility>
 #include <vector>
@@ -8,40 +8,41 @@
 
 namespace touchstone {
 
-/// Triangles that balls are to cover. A ball is convex: a piece of a triangle with all corners in one ball is covered;
-/// a piece that fails is halved along its longest side.
+/// A surface that balls should cover. A ball is convex, so a piece of a triangle with all corners in one ball is
+/// covered. A piece that fails this test is halved at its longest side.
 class CoverCertificate {
   public:
     explicit CoverCertificate(std::vector<Triangle> surface, GrowthLaw law = {});
 
     GrowthLaw law() const { return law_; }
 
-    /// A corner that shows why a piece is not covered. A ball that covers it with `margin` to spare helps: one that is
-    /// the piece's length to spare covers the piece.
+    /// A piece that is not covered, and one of its bare corners. A ball that contains the corner at least `margin`
+    /// inside its boundary helps: a ball with a margin of the piece's length covers the whole piece.
     struct Gap {
         Vec3 point;
         double margin;
         Triangle piece;
     };
 
-    /// The pieces that no ball covers, its radius depth + law(depth, growth), down to pieces `resolution` long. None
-    /// proves the cover. Ends after `limit` gaps.
+    /// The pieces that no ball covers, where a ball's radius is depth + law(depth, growth). Pieces are halved down to
+    /// the length `resolution`. An empty result proves the cover. The search ends after `limit` gaps.
     std::vector<Gap> gaps(std::span<const Ball> balls, double growth, double resolution, std::size_t limit,
                           const Workers& workers) const;
 
-    /// A proof with the least growth: each piece goes to the ball that covers it with the least.
+    /// A piece of the surface, assigned to the ball that covers it with the least growth.
     struct Piece {
         int ball;
-        double need;  ///< growth that the piece asks of the ball
+        double need;  ///< growth with which the ball covers the piece
         Triangle corners;
     };
     struct Proof {
-        double growth = 0;          ///< with it all is covered; at least the one given
-        std::vector<double> need;   ///< of each ball, the most that its pieces ask for; -HUGE_VAL without pieces
-        std::vector<Piece> pieces;  ///< together they are the surface
+        double growth = 0;          ///< with it the balls cover the surface; not below the growth given to prove()
+        std::vector<double> need;   ///< of each ball, the largest need of its pieces; -HUGE_VAL without pieces
+        std::vector<Piece> pieces;  ///< together they make up the surface
     };
 
-    /// Raises `growth` wherever a piece of length `resolution` fails. Always succeeds if there is a ball.
+    /// Proves the cover, and raises the growth wherever a piece of length `resolution` is not covered. Always succeeds
+    /// if there is at least one ball.
     Proof prove(std::span<const Ball> balls, double growth, double resolution, const Workers& workers) const;
 
   private:
@@ -50,7 +51,7 @@ class CoverCertificate {
     GrowthLaw law_;
     std::vector<Triangle> surface_;  ///< in the tree's order
     BoxTree tree_;
-    /// What is walked apart: slots of nodes, {node, slot}.
+    /// Parts of the tree that are visited in parallel, as {node, slot}.
     std::vector<std::pair<int, int>> parts_;
 };
 

@@ -1,11 +1,11 @@
 #pragma once
-// How much balls have to grow for a given count, and how many it takes for a given growth.
+// Plans a cover: finds the least growth for a given number of balls, or the fewest balls for a given growth.
 #include "haptics/builder/build_progress.hpp"
 #include "haptics/builder/sphere_cover.hpp"
 
 namespace touchstone {
 
-/// What a search for a cover works on. Lengths in the frame of RepairedMesh.
+/// Input of the search for a cover. Lengths in the frame of RepairedMesh.
 struct CoverTask {
     const RepairedMesh& mesh;
     const SolidDepth& solid;
@@ -16,10 +16,11 @@ struct CoverTask {
     Progress& progress;
 };
 
-/// A proven cover of at most `most` balls and the least growth that it can find. Always succeeds.
-Cover tightestCover(const CoverTask& task, std::size_t most);
+/// Finds a proven cover of at most `maxBalls` balls with as little growth as it can. Always succeeds.
+Cover tightestCover(const CoverTask& task, std::size_t maxBalls);
 
-/// A proven cover of the given growth and the fewest balls that it can find; unproven if that takes more than `most`.
-Cover smallestCover(const CoverTask& task, double growth, std::size_t most);
+/// Finds a proven cover of the given growth with as few balls as it can. The result is unproven if the cover needs more
+/// than `maxBalls`.
+Cover smallestCover(const CoverTask& task, double growth, std::size_t maxBalls);
 
 }  // namespace touchstone

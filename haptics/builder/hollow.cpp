@@ -7,22 +7,22 @@
 namespace touchstone {
 namespace {
 
-constexpr double kCloseEnough = 0.8;    // of the bound: what a place must offer to get a ball
-constexpr double kSmallestCell = 1e-4;  // half a side; the body's diagonal is below 2
+constexpr double kCloseEnough = 0.8;    // a ball is placed where its radius is at least this share of the cell's bound
+constexpr double kSmallestCell = 1e-4;  // half the side of the smallest cell; the body's diagonal is below 2
 
 void addTo(Box& box, const SolidSphere& s) {
     box.add(s.center - Vec3::Constant(s.radius));
     box.add(s.center + Vec3::Constant(s.radius));
 }
 
-/// Distance to the nearest of many spheres.
+/// The distance to the nearest of a set of spheres.
 class SphereField {
   public:
     explicit SphereField(std::span<const SolidSphere> spheres) : tree_(boxesOf(spheres)) {
         for (int i : tree_.order()) spheres_.push_back(spheres[i]);
     }
 
-    /// The least |p - c| - r, or any value not above `enough` if there is one.
+    /// The least |p - c| - r over all spheres. The search ends early at any value that is not above `enough`.
     double distance(const Vec3& p, double enough) const {
         struct Waiting {
             double squaredDistance;
@@ -64,18 +64,19 @@ class SphereField {
     BoxTree tree_;
 };
 
-/// A cube that may hold a hollow: no larger one than `bound`.
+/// A cube that may contain the center of a hollow. No such hollow has a radius larger than `bound`.
 struct Cell {
-    double bound, offer;  ///< the hollow at its centre, as far as known
+    double bound;
+    double radius;  ///< radius of the hollow at the cube's center, or an upper bound on it
     Vec3 center;
-    double half;       ///< of its side
-    std::size_t seen;  ///< balls placed when it was measured
+    double half;       ///< half the side of the cube
+    std::size_t seen;  ///< number of balls that had been placed when it was measured
     bool operator<(const Cell& o) const { return bound < o.bound; }
 };
 
 }  // namespace
 
-Filling fillHollows(const SolidDepth& solid, std::span<const SolidSphere> leaves, double enough, std::size_t most,
+Filling fillHollows(const SolidDepth& solid, std::span<const SolidSphere> leaves, double enough, std::size_t maxBalls,
                     const Workers& workers) {
     Filling out;
     if (leaves.empty() || !solid.hasWalls()) return out;
@@ -84,10 +85,10 @@ Filling fillHollows(const SolidDepth& solid, std::span<const SolidSphere> leaves
     const auto diagonal = [](double half) { return std::sqrt(3.0) * half; };
     const auto measure = [&](const Vec3& center, double half) -> Cell {
         const double reach = diagonal(half);
-        double offer = field.distance(center, enough - reach);
-        for (const SolidSphere& s : placed) offer = std::min(offer, (center - s.center).norm() - s.radius);
-        if (offer + reach > enough) offer = std::min(offer, solid.depth(center));
-        return {offer + reach, offer, center, half, placed.size()};
+        double radius = field.distance(center, enough - reach);
+        for (const SolidSphere& s : placed) radius = std::min(radius, (center - s.center).norm() - s.radius);
+        if (radius + reach > enough) radius = std::min(radius, solid.depth(center));
+        return {radius + reach, radius, center, half, placed.size()};
     };
 
     Box box;
@@ -104,14 +105,14 @@ Filling fillHollows(const SolidDepth& solid, std::span<const SolidSphere> leaves
         cells.pop();
         if (cell.seen < placed.size()) {
             for (std::size_t i = cell.seen; i < placed.size(); ++i)
-                cell.offer = std::min(cell.offer, (cell.center - placed[i].center).norm() - placed[i].radius);
-            cell.bound = std::min(cell.bound, cell.offer + diagonal(cell.half));
+                cell.radius = std::min(cell.radius, (cell.center - placed[i].center).norm() - placed[i].radius);
+            cell.bound = std::min(cell.bound, cell.radius + diagonal(cell.half));
             cell.seen = placed.size();
             keep(cell);
             continue;
         }
-        if (cell.offer >= kCloseEnough * cell.bound && cell.offer > 0) {
-            if (placed.size() == most) {
+        if (cell.radius >= kCloseEnough * cell.bound && cell.radius > 0) {
+            if (placed.size() == maxBalls) {
                 out.hollow = cell.bound;
                 return out;
             }
@@ -121,7 +122,7 @@ Filling fillHollows(const SolidDepth& solid, std::span<const SolidSphere> leaves
             continue;
         }
         if (cell.half < kSmallestCell) {
-            out.hollow = std::max(out.hollow, cell.bound);  // as small as it gets
+            out.hollow = std::max(out.hollow, cell.bound);  // the cell is not divided further
             continue;
         }
         const double half = 0.5 * cell.half;

@@ -10,8 +10,10 @@
 namespace touchstone {
 namespace {
 
-constexpr std::int64_t kTestsEach = 20000;  // of caps, for each leaf and patch; 330 on 100,000 leaves drawn at random
-constexpr int kProbes = 512;  // leaves that are cut coarsely first, to learn how much of the spheres is outside
+// Maximum number of cap tests for each leaf and patch: 60 times the 330 that 100,000 random leaves need.
+constexpr std::int64_t kTestsEach = 20000;
+// Number of leaves that are first cut coarsely, to estimate which share of the spheres is outside.
+constexpr int kProbes = 512;
 
 std::vector<Box> boxesOf(const std::vector<Leaf>& leaves) {
     std::vector<Box> boxes;
@@ -24,7 +26,8 @@ std::vector<Box> boxesOf(const std::vector<Leaf>& leaves) {
 
 double sphereArea(double radius) { return 4 * std::numbers::pi * radius * radius; }
 
-/// The patches of one sphere that lie in no other leaf: triangles of directions, quartered until they are small.
+/// Finds the patches of one sphere that lie in no other leaf. A patch is a spherical triangle, divided into four until
+/// it is small.
 class SphereCutter {
   public:
     SphereCutter(double area, std::size_t leaves, std::vector<OutsidePatch>& out)
@@ -36,8 +39,8 @@ class SphereCutter {
         caps_.clear();
     }
 
-    /// Takes off what lies in another leaf. Of two equal leaves only the first has an outside.
-    void takeOff(const Leaf& other, bool comesFirst) {
+    /// Removes the part that lies in another leaf. Of two equal leaves only the first has an outside.
+    void remove(const Leaf& other, bool comesFirst) {
         const Vec3 off = other.center - leaf_->center;
         const double d = off.norm(), r = leaf_->radius, R = other.radius;
         if (d + r <= R) covered_ = covered_ || d > 0 || r < R || comesFirst;
@@ -62,7 +65,7 @@ class SphereCutter {
 
     void visit(const Triangle& corners, std::size_t first, std::size_t last) {
         const Vec3 middle = (corners[0] + corners[1] + corners[2]).normalized();
-        double c = 1;  // the patch lies within this cosine of its middle
+        double c = 1;  // cosine of the largest angle between the middle and a corner
         for (const Vec3& v : corners) c = std::min(c, middle.dot(v));
         const double s = std::sqrt(std::max(0.0, 1 - c * c));
         tests_ += static_cast<std::int64_t>(last - first);
@@ -74,8 +77,8 @@ class SphereCutter {
         for (std::size_t i = first; i < last; ++i) {
             const Cap cap = caps_[i];
             const double along = middle.dot(cap.axis), both = cap.cosine * c, ends = cap.sine * s;
-            if (cap.cosine <= c && along >= both + ends) return;    // the cap holds the patch
-            if (cap.cosine >= -c && along < both - ends) continue;  // it is clear of it
+            if (cap.cosine <= c && along >= both + ends) return;    // the cap contains the patch
+            if (cap.cosine >= -c && along < both - ends) continue;  // the cap is clear of the patch
             middleCovered = middleCovered || along >= cap.cosine;
             caps_.push_back(cap);
         }
@@ -92,14 +95,14 @@ class SphereCutter {
             visit(quarter, last, end);
     }
 
-    static constexpr std::int64_t kPatches = 10000;  // before any is found
+    static constexpr std::int64_t kPatches = 10000;  // number of patches that the work limit allows from the start
 
     double area_;
     std::int64_t leaves_, tests_ = 0;
     std::vector<OutsidePatch>& out_;
     const Leaf* leaf_ = nullptr;
     bool covered_ = false;
-    std::vector<Cap> caps_;  ///< of the sphere; behind them, of the patches on the way down
+    std::vector<Cap> caps_;  ///< stacked lists: caps of the sphere, then those of each patch of the recursion
 };
 
 }  // namespace
@@ -166,9 +169,9 @@ std::vector<OutsidePatch> LeafUnion::outside(double area, std::uint64_t seed, in
         beat(static_cast<double>(i) / n);
         cutter.begin(leaves_[i]);
         near(leaves_[i].center, leaves_[i].radius, [&](int j) {
-            if (j != i) cutter.takeOff(leaves_[j], j < i);
+            if (j != i) cutter.remove(leaves_[j], j < i);
         });
-        // Turned at random, lest the cuts line up with a regular body.
+        // A random orientation keeps the cuts from lining up with a regular body.
         const Eigen::Vector4d turn(normal(random), normal(random), normal(random), normal(random));
         cutter.cut(Quat(turn.normalized()).toRotationMatrix());
     }
@@ -177,13 +180,13 @@ std::vector<OutsidePatch> LeafUnion::outside(double area, std::uint64_t seed, in
 
 std::vector<OutsidePatch> LeafUnion::outside(int count, std::uint64_t seed,
                                              const std::function<void(double)>& beat) const {
-    constexpr double kProbing = 0.2;  // of the time, or less
+    constexpr double kProbing = 0.2;  // share of the progress that the probes take
     double spheres = 0, found = 0;
     for (const Leaf& s : leaves_) spheres += sphereArea(std::max(0.0, s.radius));
     const int stride = static_cast<int>(leaves_.size() / kProbes) + 1;
     for (const OutsidePatch& p : outside(spheres / stride / count, seed, stride, [&](double f) { beat(kProbing * f); }))
         found += p.area * stride;
-    // Patches end up between a quarter of the limit and all of it, half of it in the mean.
+    // The patches' areas lie between a quarter of the limit and the limit, with a mean of about half.
     return outside(2 * (found > 0 ? found : spheres) / count, seed, 1,
                    [&](double f) { beat(kProbing + (1 - kProbing) * f); });
 }

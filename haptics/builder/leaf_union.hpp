@@ -1,5 +1,5 @@
 #pragma once
-// The leaves of a tree as one body: what lies in it, how far off a point is, and samples of its outside. For checking.
+// The leaves of a tree as one body: point tests, distances and samples of its outside. The tree check uses it.
 #include <algorithm>
 #include <cstdint>
 #include <functional>
@@ -14,47 +14,50 @@ struct Leaf {
     double radius = 0;
 };
 
-/// A patch of some leaf's sphere that lies in no other leaf.
+/// A patch of a leaf's sphere that lies in no other leaf.
 struct OutsidePatch {
-    Vec3 point, normal;  ///< its middle; unit, out of the leaf
+    Vec3 point, normal;  ///< middle of the patch; unit normal, pointing out of the leaf
     double area;
 };
 
-/// The union of leaves. One of negative radius holds nothing. Lengths as the caller's.
+/// The union of leaves. A leaf of negative radius is empty. Lengths are in the caller's units.
 class LeafUnion {
   public:
     explicit LeafUnion(std::vector<Leaf> leaves);
 
     const std::vector<Leaf>& leaves() const { return leaves_; }
-    /// Some leaf holds p.
+    /// Whether some leaf contains p.
     bool contains(const Vec3& p) const;
-    /// Distance of p from the union, 0 inside.
+    /// Distance from p to the union; 0 inside.
     double gap(const Vec3& p) const;
     /// Calls visit(index) for the leaves within `reach` of p.
     template <class Visit>
     void near(const Vec3& p, double reach, Visit&& visit) const;
 
-    /// Pairs of leaves that overlap, each counted from both sides. Counting ends soon after `atMost`.
+    /// Number of ordered pairs of overlapping leaves, so that each pair counts twice. Counting ends soon after
+    /// `atMost`.
     std::int64_t overlaps(std::int64_t atMost) const;
 
-    /// Cuts the union's boundary into patches of at most `area`, or an eighth of a leaf. A patch that the boundary of
-    /// another leaf crosses counts by its middle. Every `stride`-th leaf only. `beat` is called now and then. Throws
-    /// std::invalid_argument where the work is out of proportion, because many leaves nearly coincide.
+    /// Cuts the boundary of the union into patches of at most `area`, and of at most an eighth of a leaf. A patch that
+    /// the boundary of another leaf crosses belongs to the boundary if its middle does. Only every `stride`-th leaf is
+    /// cut. `beat` receives the progress, 0 to 1. Throws std::invalid_argument if the work is out of proportion because
+    /// many leaves nearly coincide.
     std::vector<OutsidePatch> outside(double area, std::uint64_t seed, int stride,
                                       const std::function<void(double)>& beat) const;
-    /// The same in about `count` patches.
+    /// Cuts the boundary into about `count` patches.
     std::vector<OutsidePatch> outside(int count, std::uint64_t seed, const std::function<void(double)>& beat) const;
 
   private:
     std::vector<Leaf> leaves_;
     BoxTree tree_;
-    /// Centres and squared radii in the tree's order, four more at the end; negative for leaves that hold nothing.
+    /// Centers and squared radii in the tree's order, with four more entries at the end for the SIMD steps. The squared
+    /// radius is negative for empty leaves.
     std::array<std::vector<double>, 3> at_;
     std::vector<double> radius2_;
 };
 
-/// Calls visit(item) for the items of boxes nearer to p than sqrt(bound2), nearest boxes first as far as a depth-first
-/// walk can; visit may lower bound2.
+/// Calls visit(item) for the items of boxes that are nearer to p than sqrt(bound2). The walk is depth-first and takes
+/// the nearest box first in each node. visit may lower bound2.
 template <class Visit>
 void visitNearest(const BoxTree& tree, const Vec3& p, double& bound2, Visit&& visit) {
     struct Waiting {

@@ -6,20 +6,34 @@
 namespace touchstone {
 namespace {
 
-constexpr double kThinSlack = 0.2;  // of the radius: a thin part must not be lost in the slack
-constexpr double kSlack = 0.15;     // of the growth
+// Maximum slack of a tangent ball, as a share of its radius: with more, a thin part could be lost in the slack.
+constexpr double kThinSlack = 0.2;
+// Slack of the samples' balls, as a share of the growth.
+constexpr double kSlack = 0.15;
+// This many cuts count as one sample toward the limit.
 constexpr std::uint64_t kCutsASample = 16;
+// Factor from one first radius to the next, larger one.
 constexpr double kGrow = 3;
-constexpr double kDepthSlack = 0.004;  // of the slack: around a sphere's centre all of its facets are about as near
-constexpr double kLargestRadius = 4;   // the body's diagonal is below 2
+// Tolerance of the depth, as a share of the slack. Around the center of a sphere all facets are about equally near, and
+// an exact search would visit them all.
+constexpr double kDepthSlack = 0.004;
+// Largest radius that is tried; the body's diagonal is below 2 in the frame of RepairedMesh.
+constexpr double kLargestRadius = 4;
 
-/// Walks the faces in an order that stays near, cuts them into pieces, and takes every so many pieces one sample.
+/// Walks the faces in spatial order, cuts them into pieces and places a sample after each unit of weighted area.
 class Sampler {
   public:
-    /// Stops when all samplers together have more than `limit`. `owed` in (0, 1] of a sample to begin with.
+    /// Stops when all samplers together have more than `limit` samples. `due` in (0, 1] is the share of a sample that
+    /// is due at the start.
     Sampler(const SolidDepth& solid, double protrusion, double spacing, std::size_t limit, GrowthLaw law,
-            std::atomic<std::size_t>& total, double owed)
-        : solid_(solid), e_(protrusion), k_(spacing), limit_(limit), law_(law), total_(total), owed_(owed) {}
+            std::atomic<std::size_t>& total, double due)
+        : solid_(solid),
+          protrusion_(protrusion),
+          spacing_(spacing),
+          limit_(limit),
+          law_(law),
+          total_(total),
+          due_(due) {}
 
     void add(const Face& face) {
         const Vec3 normal = (face.corners[1] - face.corners[0]).cross(face.corners[2] - face.corners[0]);
@@ -33,12 +47,13 @@ class Sampler {
 
   private:
     double patchSquared(double depth) const {
-        const double growth = law_(depth, e_);
-        return k_ * k_ * (2 * growth * depth + growth * growth);
+        const double growth = law_(depth, protrusion_);
+        return spacing_ * spacing_ * (2 * growth * depth + growth * growth);
     }
 
     Ball ballAt(const Vec3& p) const {
-        if (role_ == FaceRole::Wall) return touchingBall(solid_, p, inward_, kSlack * e_, std::max(last_.depth, e_));
+        if (role_ == FaceRole::Wall)
+            return touchingBall(solid_, p, inward_, kSlack * protrusion_, std::max(last_.depth, protrusion_));
         return {p, solid_.hasWalls() ? std::max(0.0, solid_.depth(p)) : 0.0};
     }
 
@@ -46,10 +61,11 @@ class Sampler {
         if (full()) return;
         const Vec3 p = (t[0] + t[1] + t[2]) / 3;
         const auto [longest, edge2] = longestEdge(t);
-        // Depth changes about as fast as the point moves: measure it again only where that leaves the answer open.
-        constexpr double kSplit = 1.5;
+        // The depth changes at most about as much as the point moves. Measure it again only if that bound does not
+        // decide whether to split.
+        constexpr double kSplit = 1.5;  // squared longest side beyond which a piece is split, in squared spacings
         bool exact = false;
-        const auto settle = [&] {
+        const auto measure = [&] {
             last_ = ballAt(p);
             lastPoint_ = p;
             haveBall_ = exact = true;
@@ -57,13 +73,13 @@ class Sampler {
         const double moved = haveBall_ ? (p - lastPoint_).norm() : HUGE_VAL;
         bool split = edge2 > kSplit * patchSquared(std::max(0.0, last_.depth - moved));
         if (split && !(edge2 > kSplit * patchSquared(last_.depth + moved))) {
-            settle();
+            measure();
             split = edge2 > kSplit * patchSquared(last_.depth);
         }
         if (split && level < 40) {
             const Vec3 &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
             const Vec3 m = 0.5 * (a + b);
-            // Needles can be cut for ever without an area that gives a sample: cuts count, too.
+            // A needle triangle can be cut very often without enough area for a sample, so cuts count toward the limit.
             if (++cuts_ % kCutsASample == 0) total_.fetch_add(1, std::memory_order_relaxed);
             cut({a, m, c}, level + 1);
             cut({m, b, c}, level + 1);
@@ -71,21 +87,21 @@ class Sampler {
         }
         const double depth = exact ? last_.depth : std::max(0.0, last_.depth - moved);
         const double area = 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm();
-        owed_ += std::min(1.0, area / patchSquared(depth));
-        if (owed_ < 1) return;
-        owed_ -= 1;
-        if (!exact) settle();
+        due_ += std::min(1.0, area / patchSquared(depth));
+        if (due_ < 1) return;
+        due_ -= 1;
+        if (!exact) measure();
         out_.points.push_back(p);
         out_.balls.push_back(last_);
         total_.fetch_add(1, std::memory_order_relaxed);
     }
 
     const SolidDepth& solid_;
-    double e_, k_;
+    double protrusion_, spacing_;
     std::size_t limit_;
     GrowthLaw law_;
     std::atomic<std::size_t>& total_;
-    double owed_;
+    double due_;
     std::uint64_t cuts_ = 0;
     SurfaceSamples out_;
     Vec3 inward_ = Vec3::Zero(), lastPoint_ = Vec3::Zero();
@@ -94,9 +110,9 @@ class Sampler {
     bool haveBall_ = false;
 };
 
-/// A number in (0, 1] for a seed and a place. Source: Steele, Lea and Flood's SplitMix64 (2014).
-double phase(std::uint64_t seed, std::uint64_t place) {
-    std::uint64_t z = (seed * 0x100000001b3u + place + 1) * 0x9e3779b97f4a7c15u;
+/// A pseudo-random number in (0, 1] for a seed and an index. Source: SplitMix64 by Steele, Lea and Flood (2014).
+double phase(std::uint64_t seed, std::uint64_t index) {
+    std::uint64_t z = (seed * 0x100000001b3u + index + 1) * 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return (static_cast<double>((z ^ (z >> 31)) >> 11) + 1) * 0x1p-53;
@@ -105,7 +121,7 @@ double phase(std::uint64_t seed, std::uint64_t place) {
 }  // namespace
 
 Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, double slack, double guess) {
-    // A first radius that turns out too small to be hindered says little: go on from a larger one.
+    // If no wall limits the ball at the first radius, the answer is only a lower bound: continue with a larger one.
     double start = std::clamp(guess, 1e-9, kLargestRadius), radius = 0;
     for (;; start = std::min(kGrow * start, kLargestRadius)) {
         radius = solid.tangentRadius(p, inward, start, slack);
@@ -115,13 +131,14 @@ Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, do
         slack = kThinSlack * radius;
         radius = solid.tangentRadius(p, inward, radius, slack);
     }
-    // Only an exact answer tells on which side of a thin part the centre lies. Is there a wall within the slack?
+    // In a thin part, with a wall within the slack, only an exact distance shows on which side the center lies.
     const bool thin = solid.wall(p + slack * inward, slack * (1 - 1e-6), 0, 0).triangle >= 0;
     const double tolerance = thin ? 0 : kDepthSlack * slack;
     for (bool strict = false;; strict = true) {
         const Vec3 c = p + radius * inward;
         const TriangleBvh::Hit hit = solid.wall(c, radius * (1 + 1e-9) + 1e-12, 0, tolerance);
-        // In front of the nearest wall: the slack let it through a thin part and out of its other side.
+        // If the center is in front of the nearest wall, the slack allowed it to pass through a thin part and to leave
+        // it.
         const bool out = hit.triangle >= 0 && hit.front;
         if (!out) return {c, std::max(0.0, std::min(hit.distance, radius) - tolerance)};
         if (strict) return {p, 0};

@@ -1,5 +1,5 @@
 #pragma once
-// Points spread over a surface, each with the largest ball that touches the surface there from inside.
+// Samples a surface: points, each with the largest ball that touches the surface there from inside.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -10,15 +10,16 @@
 
 namespace touchstone {
 
-/// A centre and its depth: the sphere of radius depth + e about it reaches at most e out of the body.
+/// A center and its depth. The sphere of radius depth + e about the center protrudes at most e out of the body.
 struct Ball {
     Vec3 center = Vec3::Zero();
     double depth = 0;
 };
 
-/// How far balls grow where the smallest grow by `growth`. If all grow alike, the protrusion is least; but then a flat
-/// takes few large balls, and a finger that slides over it feels each one. So those deeper than `flat` growths can be
-/// told to grow less, by the square; but as far as `smooth` they may, which is too little to be felt.
+/// How much a ball of a given depth grows if the smallest balls grow by `growth`. Equal growth gives the least
+/// protrusion, but then few large balls cover a flat, and a finger that slides over it feels each of them. Balls deeper
+/// than `flat` times the growth therefore grow less, by the inverse square of their depth. They may always grow by
+/// `smooth` (a length), which is too little to be felt.
 struct GrowthLaw {
     double flat = HUGE_VAL;
     double smooth = 0;
@@ -34,15 +35,16 @@ struct SurfaceSamples {
     std::vector<Ball> balls;  ///< balls[i] belongs to points[i]: |center - point| - depth <= protrusion / 4
 };
 
-/// The ball that touches the surface at p, its centre p + r·inward, up to a slack: the surface may enter it by so much,
-/// without which every facet edge of a rounded part would shrink the balls beside it. `guess` > 0 is where r starts.
-/// Source: Ma, Bae and Choi, 3D medial axis point approximation using nearest neighbors (2012), with that slack.
+/// The largest ball that touches the surface at p, with center p + r·inward. The surface may penetrate the ball by
+/// `slack`; without it, each facet edge of a rounded part would shrink the balls beside it. `guess` > 0 is the first
+/// radius. Source: Ma, Bae and Choi, 3D medial axis point approximation using nearest neighbors (2012), with the slack
+/// added.
 Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, double slack, double guess);
 
-/// Spreads points so that their spacing is `spacing` times the radius of the patch that a ball covers where it
-/// protrudes by `protrusion`: sqrt(2 e d + e^2), small beside sharp edges and wide on thick flats. At most about
-/// `limit` points: beyond that the spacing grows. Units: the frame of RepairedMesh. Deterministic; another seed shifts
-/// the points.
+/// Distributes points whose spacing is `spacing` times the radius of the patch that a ball covers if it protrudes by
+/// `protrusion`: sqrt(2 e d + e^2) for the growth e and the depth d. That is small beside sharp edges and large on
+/// thick flats. Returns at most about `limit` points: the spacing is enlarged until they fit. Lengths in the frame of
+/// RepairedMesh. Deterministic; the random seed shifts the points.
 SurfaceSamples sampleSurface(const RepairedMesh& mesh, const SolidDepth& solid, double protrusion, double spacing,
                              std::size_t limit, GrowthLaw law, std::uint64_t seed, const Workers& workers);
 

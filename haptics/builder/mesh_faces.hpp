@@ -1,5 +1,5 @@
 #pragma once
-// Faces as triples of vertices, and the edges at which they meet: what the stages of mesh repair share.
+// Faces as triples of vertices, and the edges between them. The stages of mesh repair share these types.
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -10,7 +10,7 @@
 
 namespace touchstone {
 
-/// Passes every 1024th step of a loop on to a heartbeat.
+/// Calls a heartbeat at every 1024th step of a loop.
 class Pulse {
   public:
     explicit Pulse(const Heartbeat& heartbeat) : heartbeat_(heartbeat) {}
@@ -23,20 +23,21 @@ class Pulse {
     unsigned steps_ = 0;
 };
 
-/// Three vertices, counter-clockwise seen from the front.
+/// Indices of three vertices, counter-clockwise seen from the front.
 using Corners = std::array<int, 3>;
 
 inline double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
 
-/// Whether it is a triangle, not a line.
+/// Whether the triangle has an area, so that it is not degenerate.
 inline bool isUsable(const Triangle& t) {
-    constexpr double kUsable = 1e-12;  // area over longest side squared
+    constexpr double kUsable = 1e-12;  // least ratio of the area to the squared longest side
     const double longest2 =
         std::max({(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(), (t[0] - t[2]).squaredNorm()});
     return areaOf(t) > kUsable * longest2;
 }
 
-/// The numbers 0 to count - 1 in groups of equal key, rising inside a group. O(count + groups); 4 bytes for each.
+/// The numbers 0 to count - 1 in groups of equal key, in rising order inside a group. Time O(count + groups); 4 bytes
+/// for each number and group.
 class Grouped {
   public:
     Grouped() = default;
@@ -56,15 +57,16 @@ class Grouped {
     std::vector<int> order_, start_;
 };
 
-/// The edges of faces, each with its uses. A use is 3 * face + side; side k runs from corner k to the next.
+/// The edges of faces, each with its uses. A use is the number 3 * face + side, where side k runs from corner k to the
+/// next one.
 class EdgeTable {
   public:
     struct Edge {
         int low, high;              ///< vertices
-        std::span<const int> uses;  ///< by rising face
+        std::span<const int> uses;  ///< in rising order of the face
     };
 
-    /// The faces have three different corners, and must outlive the table.
+    /// Pre: each face has three different corners. The faces must outlive the table.
     EdgeTable(const std::vector<Corners>& faces, std::size_t vertices, Pulse& pulse)
         : faces_(faces), byLow_(3 * faces.size(), vertices, [&](int use) { return std::min(from(use), to(use)); }) {
         for (int v = 0; v < byLow_.groups(); ++v) {

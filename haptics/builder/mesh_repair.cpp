@@ -8,8 +8,11 @@
 namespace touchstone {
 namespace {
 
-constexpr double kWeld = 1e-6;                        // of the diagonal: below any feature, above the rounding of text
-constexpr double kLargest = 1e35, kSmallest = 1e-30;  // mm; floats end at 3e38 and 1e-38, spheres need some room
+// Weld tolerance, as a share of the diagonal: smaller than any feature, larger than the rounding of text files.
+constexpr double kWeld = 1e-6;
+// Largest coordinate and smallest extent, mm. Single precision ends at 3e38 and 1e-38; spheres need some range beyond
+// the mesh.
+constexpr double kLargest = 1e35, kSmallest = 1e-30;
 constexpr const char* kNoSurface = "the mesh has no triangle with an area; check the exported surface";
 
 }  // namespace
@@ -28,12 +31,12 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
             const Vec3& v = mesh.vertices[i];
             if (!v.allFinite() || v.cwiseAbs().maxCoeff() > kLargest)
                 throw std::invalid_argument(
-                    "the mesh has coordinates that are no numbers or too large for single precision; repair it or "
+                    "the mesh has coordinates that are not finite or too large for single precision; repair it or "
                     "scale it down");
             box.add(v);
         }
     const Vec3 size = box.hi - box.lo;
-    const double extent = mesh.triangles.empty() ? 0 : size.maxCoeff();  // the square of the diagonal might underflow
+    const double extent = mesh.triangles.empty() ? 0 : size.maxCoeff();  // the squared diagonal might underflow
     if (!(extent > 0)) throw std::invalid_argument(kNoSurface);
     if (extent < kSmallest) throw std::invalid_argument("the mesh is too small for single precision; scale it up");
     int exponent = 0;
@@ -41,14 +44,14 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     out.scale = std::ldexp(1.0, 1 - exponent);
     out.diagonal = extent * (size / extent).norm() * out.scale;
 
-    const auto drawn = [&](std::size_t i) {
+    const auto scaled = [&](std::size_t i) {
         const auto& t = mesh.triangles[i];
         return Triangle{mesh.vertices[t[0]] * out.scale, mesh.vertices[t[1]] * out.scale,
                         mesh.vertices[t[2]] * out.scale};
     };
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         pulse();
-        if (const Triangle t = drawn(i); isUsable(t)) out.cover.push_back(t);
+        if (const Triangle t = scaled(i); isUsable(t)) out.cover.push_back(t);
     }
     if (out.cover.empty()) throw std::invalid_argument(kNoSurface);
 
@@ -62,10 +65,10 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     const std::vector<int> crumbs = std::move(welded.crumbs);
     Shells shells(std::move(welded), pulse);
     out.holes = shells.holes();
-    // A crumb is covered, but spoils nothing.
-    for (const int i : crumbs) out.faces.push_back({drawn(i), FaceRole::Sheet, !shells.anyClosed()});
+    // A crumb must be covered, but it does not make a body with closed shells open.
+    for (const int i : crumbs) out.faces.push_back({scaled(i), FaceRole::Sheet, !shells.anyClosed()});
     for (const Triangle& t : membranes)
-        if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.enclose(t)});
+        if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
     shells.append(out.faces);
     return out;
 }

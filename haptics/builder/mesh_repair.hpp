@@ -1,5 +1,5 @@
 #pragma once
-// From triangles as files bring them to surfaces that bound a volume, as far as they do.
+// Repairs the triangles of a file into surfaces that bound a volume, where that is possible.
 #include <vector>
 
 #include "haptics/builder/triangle_bvh.hpp"
@@ -8,11 +8,11 @@
 
 namespace touchstone {
 
-/// What a face means for the body.
+/// The role of a face in the body.
 enum class FaceRole {
-    Wall,    ///< outer surface of a closed shell, front outside
-    Buried,  ///< of a closed shell, but inside the union of all of them: no wall of the body
-    Cap,     ///< closes a small hole; nobody drew it, so nothing has to cover it
+    Wall,    ///< outer surface of a closed shell, with its front outside
+    Buried,  ///< part of a closed shell, but inside the union of all shells, so it is no wall of the body
+    Cap,     ///< closes a small hole; it is not in the input, so the leaves need not cover it
     Sheet,   ///< bounds no volume
 };
 
@@ -22,25 +22,31 @@ struct Face {
     bool exposed = false;  ///< a sheet outside the closed shells: the body is not closed
 };
 
-/// Lengths are in a frame scaled by the power of two that brings the bounding box's diagonal into [1, 2); not moved.
+/// Lengths are in a frame with the mesh's origin, scaled by the power of two that brings the diagonal of the bounding
+/// box into [1, 2).
 struct RepairedMesh {
-    double scale = 1;             ///< mm to this frame; exact
+    double scale = 1;             ///< length in this frame per mm; a power of two, so scaling is exact
     double diagonal = 1;          ///< of the bounding box of the triangles below
-    double weld = 0;              ///< the faces are no further than this from what was drawn
-    std::vector<Triangle> cover;  ///< every usable triangle as it came in
+    double weld = 0;              ///< largest distance of the faces from the triangles of the input
+    std::vector<Triangle> cover;  ///< every usable triangle of the input, as it was
     std::vector<Face> faces;      ///< welded, oriented, without duplicates
-    int holes = 0;                ///< small holes closed by caps
-    bool closed() const;          ///< no hole and no sheet in the open
+    int holes = 0;                ///< number of small holes that were closed by caps
+    bool closed() const;          ///< the body has no hole and no exposed sheet
 };
 
-/// Welds vertices (1e-6 of the diagonal) and T-junctions (a vertex on another face's open edge), drops collapsed and
-/// duplicate faces, makes every shell (faces joined across edges that two of them share) consistent, and turns it by
-/// its signed volume. A shell wholly inside another keeps its sense relative to it: turned inward it is a cavity, else
-/// it is buried. Two faces back to back cancel and become a sheet; so does every open shell, unless its holes are small
-/// (caps of at most 1 % of its area), which are closed. Open shells that share edges are tried together, without the
-/// flaps on them. Deterministic; near-linear in the triangles; about 250 bytes of memory a triangle, result included,
-/// 500 if there is more than one shell. Throws std::invalid_argument with one sentence if no triangle has an area, a
-/// coordinate is no number, or floats cannot hold the mesh.
+/// Repairs a mesh:
+/// - It welds vertices (within 1e-6 of the diagonal) and T-junctions (a vertex on the open edge of another face), and
+///   drops collapsed and duplicate faces.
+/// - It orients every shell (faces joined at edges that exactly two of them share) consistently, and outward by its
+/// signed
+///   volume. A shell wholly inside another one keeps its orientation relative to it: opposed, it is a cavity; otherwise
+///   it is buried.
+/// - Two faces back to back cancel and become a sheet. An open shell also becomes a sheet, unless its holes are small
+///   (caps of at most 1 % of its area): those are closed. Open shells that share edges are tried together, without the
+///   flaps on them.
+/// Deterministic. Time is near-linear in the number of triangles. Memory is about 250 bytes per triangle, including the
+/// result, and 500 if there is more than one shell. Throws std::invalid_argument with one sentence if no triangle has
+/// an area, if a coordinate is not finite, or if single precision cannot represent the mesh.
 RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat = {});
 
 }  // namespace touchstone

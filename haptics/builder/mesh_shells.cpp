@@ -10,12 +10,16 @@
 namespace touchstone {
 namespace {
 
-constexpr double kThinnest = 1e-6;    // mean thickness 2V/A, of the diagonal, below which a shell bounds nothing
-constexpr double kSmallHoles = 0.01;  // caps over surface: a tube counts as open up to 50 diameters of length
+// Mean thickness 2V/A, in the frame of RepairedMesh, below which a shell bounds no volume.
+constexpr double kThinnest = 1e-6;
+// Largest ratio of the caps' area to the surface's area: with it a tube of up to 50 diameters of length stays open.
+constexpr double kSmallHoles = 0.01;
+// Maximum number of rounds in which flaps are dropped.
 constexpr int kFlapRounds = 100;
-constexpr int kAskedPlainly = 8;  // winding numbers summed up, before a tree for them pays
+// Number of winding numbers that are summed directly. Beyond it, building a tree for them pays off.
+constexpr int kDirectQueries = 8;
 
-/// Groups that grow together. The smallest member names the group.
+/// Disjoint sets with union and find. The smallest member names the set.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -33,12 +37,13 @@ class DisjointSets {
     std::vector<int> parent_;
 };
 
-/// The uses of an edge summed up: +1 for each that rises, -1 for each that falls.
+/// Signed sum of an edge's uses in a group and a patch: +1 for a use that runs from the low to the high vertex, -1 for
+/// the opposite.
 struct Net {
     int group, patch, sum;
 };
 
-/// Sums up by group and patch. `each(use)` gives a Net of one use.
+/// Sums the uses of an edge by group and patch. `each(use)` returns the Net of one use.
 template <class Each>
 void sumUp(const EdgeTable::Edge& edge, std::vector<Net>& nets, Each&& each) {
     nets.clear();
@@ -55,7 +60,7 @@ void sumUp(const EdgeTable::Edge& edge, std::vector<Net>& nets, Each&& each) {
     nets.resize(kept);
 }
 
-/// Calls visit(first, last, sum) for each group in what sumUp() left.
+/// Calls visit(first, last, sum) for each group in the result of sumUp().
 template <class Visit>
 void forEachGroup(const std::vector<Net>& nets, Visit&& visit) {
     for (std::size_t i = 0, j = 0; i < nets.size(); i = j) {
@@ -72,7 +77,7 @@ Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
       vertices_(std::move(mesh.vertices)),
       faces_(std::move(mesh.faces)),
       edges_(faces_, vertices_.size(), pulse),
-      turned_(faces_.size(), 0),
+      flipped_(faces_.size(), 0),
       buried_(faces_.size(), 0) {
     orient();
     group();
@@ -89,20 +94,21 @@ Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
             wallFace_.push_back(-1);
         }
     }
-    bury();
+    markBuried();
 }
 
 Corners Shells::cornersOf(int face) const {
     Corners c = faces_[face];
-    if (turned_[face]) std::swap(c[1], c[2]);
+    if (flipped_[face]) std::swap(c[1], c[2]);
     return c;
 }
 
 bool Shells::rises(const EdgeTable::Edge& e, int use) const {
-    return (edges_.from(use) == e.low) != (turned_[use / 3] != 0);
+    return (edges_.from(use) == e.low) != (flipped_[use / 3] != 0);
 }
 
-// Spreads the sense of the first face over edges with exactly two faces; then turns the patch to the sense of most.
+// Propagates the orientation of the first face across edges with exactly two faces. Then flips the patch if most of its
+// faces were flipped.
 void Shells::orient() {
     struct Neighbor {
         int face = -1;
@@ -129,18 +135,18 @@ void Shells::orient() {
             for (const auto& [other, opposed] : neighbors[members[i]])
                 if (other >= 0 && shellOf_[other] < 0) {
                     shellOf_[other] = patch;
-                    turned_[other] = static_cast<char>((turned_[members[i]] != 0) != opposed);
+                    flipped_[other] = static_cast<char>((flipped_[members[i]] != 0) != opposed);
                     members.push_back(other);
                 }
         }
-        const auto minority = std::count_if(members.begin(), members.end(), [&](int f) { return turned_[f] != 0; });
+        const auto minority = std::count_if(members.begin(), members.end(), [&](int f) { return flipped_[f] != 0; });
         if (2 * minority <= static_cast<std::ptrdiff_t>(members.size())) continue;
-        for (const int f : members) turned_[f] = static_cast<char>(turned_[f] == 0);
+        for (const int f : members) flipped_[f] = static_cast<char>(flipped_[f] == 0);
     }
 }
 
-// A patch is a shell if the uses of each of its edges cancel. Those that do not get another chance together with the
-// open ones that they share an edge with, and once more without the flaps on them.
+// A patch is a closed shell if the uses of each of its edges cancel. Open patches that share an edge are tried together
+// as one group, and then again without the flaps on them.
 void Shells::group() {
     edges_.forEach([&](const EdgeTable::Edge& e) {
         const bool cancels = e.uses.size() == 2 && shellOf_[e.uses[0] / 3] == shellOf_[e.uses[1] / 3] &&
@@ -165,7 +171,7 @@ void Shells::group() {
     }
 }
 
-/// By name of the group.
+/// Whether each group is open, indexed by the group's name.
 std::vector<char> Shells::openGroups() const {
     std::vector<char> open(2 * groupOf_.size(), 0);
     std::vector<Net> nets;
@@ -178,19 +184,19 @@ std::vector<char> Shells::openGroups() const {
     return open;
 }
 
-// A flap is a patch of an open group without which all its edges would cancel, such as a partition that shares its rim
-// with the walls around it. Of two flaps that share an edge the smaller one goes: a wall is larger than a partition
-// across it. Each becomes a group of its own. Returns whether there was one.
+// A flap is a patch of an open group whose removal makes all of its edges cancel, such as a partition that shares its
+// rim with the walls around it. Of two flaps that share an edge the smaller one is dropped, because a wall is larger
+// than a partition across it. Each dropped flap becomes a separate group. Returns whether any flap was dropped.
 bool Shells::dropFlaps() {
     const std::size_t patches = groupOf_.size();
     const std::vector<char> open = openGroups();
     std::vector<int> members(2 * patches, 0);
     for (const int g : groupOf_) ++members[g];
-    std::vector<char> held(patches, 0);
+    std::vector<char> kept(patches, 0);  // patches that are no flaps
     bool any = false;
     for (std::size_t p = 0; p < patches; ++p) {
-        held[p] = static_cast<char>(!open[groupOf_[p]] || members[groupOf_[p]] < 2);
-        any = any || !held[p];
+        kept[p] = static_cast<char>(!open[groupOf_[p]] || members[groupOf_[p]] < 2);
+        any = any || !kept[p];
     }
     if (!any) return false;
     std::vector<Net> nets;
@@ -206,20 +212,20 @@ bool Shells::dropFlaps() {
     };
     forEachOpen([&](const Net* first, const Net* last, int sum) {
         for (const Net* n = first; n != last; ++n)
-            if (n->sum != 0 && n->sum != sum) held[n->patch] = 1;
+            if (n->sum != 0 && n->sum != sum) kept[n->patch] = 1;
     });
-    std::vector<char> waits(patches, 0);
+    std::vector<char> waiting(patches, 0);
     forEachOpen([&](const Net* first, const Net* last, int) {
         int least = -1;
         const auto smaller = [&](int a, int b) { return std::tie(patchArea_[a], a) < std::tie(patchArea_[b], b); };
         for (const Net* n = first; n != last; ++n)
-            if (!held[n->patch] && (least < 0 || smaller(n->patch, least))) least = n->patch;
+            if (!kept[n->patch] && (least < 0 || smaller(n->patch, least))) least = n->patch;
         for (const Net* n = first; n != last; ++n)
-            if (n->patch != least) waits[n->patch] = 1;
+            if (n->patch != least) waiting[n->patch] = 1;
     });
     bool dropped = false;
     for (std::size_t p = 0; p < patches; ++p)
-        if (!held[p] && !waits[p]) {
+        if (!kept[p] && !waiting[p]) {
             groupOf_[p] = static_cast<int>(patches + p);
             dropped = true;
         }
@@ -257,7 +263,7 @@ void Shells::makeShells() {
     }
 }
 
-// Volume and box; small holes are closed by a cone over each piece of rim.
+// Computes the volume and the box of a shell, and closes small holes by a cone over each connected piece of the rim.
 void Shells::measure(int s, std::span<const Gap> gaps) {
     Shell& shell = shells_[s];
     double area = 0;
@@ -272,12 +278,12 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
         vertices_.resize(vertices);
         caps_.resize(caps);
     };
-    const int rims = cone(gaps);
+    const int rims = addCones(gaps);
     double capArea = 0;
     for (std::size_t c = caps; c < caps_.size(); ++c) capArea += areaOf(triangle(caps_[c]));
     if (capArea > kSmallHoles * area) dropCaps();
 
-    const Vec3 base = shell.box.center();  // any point will do; a near one keeps the digits
+    const Vec3 base = shell.box.center();  // any point is correct; a near one limits the rounding errors
     const auto addTetrahedron = [&](const Triangle& t) {
         shell.volume += (t[0] - base).dot((t[1] - base).cross(t[2] - base)) / 6;
     };
@@ -292,8 +298,9 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
     shell.lastCap = static_cast<int>(caps_.size());
 }
 
-// One cone per connected piece of rim, from its centroid. It runs against the gaps, so that all edges cancel.
-int Shells::cone(std::span<const Gap> gaps) {
+// Adds one cone per connected piece of the rim, with its apex at the piece's centroid. The cone's edges are opposed to
+// the gaps, so that all edges cancel. Returns the number of pieces.
+int Shells::addCones(std::span<const Gap> gaps) {
     std::vector<int> rim;
     for (const Gap& g : gaps) rim.insert(rim.end(), {g.low, g.high});
     std::sort(rim.begin(), rim.end());
@@ -324,22 +331,22 @@ int Shells::cone(std::span<const Gap> gaps) {
     return rims;
 }
 
-void Shells::turn(int s) {
-    for (const int f : facesOf_[s]) turned_[f] = static_cast<char>(turned_[f] == 0);
+void Shells::flip(int s) {
+    for (const int f : facesOf_[s]) flipped_[f] = static_cast<char>(flipped_[f] == 0);
     for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c) std::swap(caps_[c][1], caps_[c][2]);
 }
 
-// All closed shells are turned outward; those wholly inside another that came with the opposite sense, inward again.
+// Orients all closed shells outward. A shell wholly inside another one whose original orientation was opposed to it is
+// a cavity: it is oriented inward again.
 void Shells::nest() {
-    std::vector<int> closed;  // the largest first
+    std::vector<int> closed;  // sorted below, the largest first
     for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
         if (!shells_[s].closed) continue;
         closed.push_back(s);
-        if (shells_[s].volume < 0) turn(s);
+        if (shells_[s].volume < 0) flip(s);
     }
-    const auto turnedIn = [&](int s) { return shells_[s].volume < 0; };
-    if (std::all_of(closed.begin(), closed.end(), turnedIn) || std::none_of(closed.begin(), closed.end(), turnedIn))
-        return;
+    const auto inward = [&](int s) { return shells_[s].volume < 0; };
+    if (std::all_of(closed.begin(), closed.end(), inward) || std::none_of(closed.begin(), closed.end(), inward)) return;
     std::sort(closed.begin(), closed.end(), [&](int a, int b) {
         const double va = std::abs(shells_[a].volume), vb = std::abs(shells_[b].volume);
         return va > vb || (va == vb && a < b);
@@ -377,14 +384,15 @@ void Shells::nest() {
         std::sort(around.begin(), around.end());
         const auto outer =
             std::find_if(around.begin(), around.end(), [&](int j) { return contains(closed[j], closed[i]); });
-        if (outer != around.end() && turnedIn(closed[i]) != turnedIn(closed[*outer])) cavities.push_back(closed[i]);
+        if (outer != around.end() && inward(closed[i]) != inward(closed[*outer])) cavities.push_back(closed[i]);
     }
-    for (const int s : cavities) turn(s);
+    for (const int s : cavities) flip(s);
 }
 
-// Marks what lies inside. The winding number is constant over each side of walls that meet at edges of two and that no
-// other crosses, so one probe a hair off either side of the largest of them decides.
-void Shells::bury() {
+// Marks the walls that lie inside the union of all shells. Walls that meet at edges of exactly two walls and that no
+// other wall crosses form a piece. The winding number is constant on each side of a piece, so one probe on each side of
+// its largest wall decides for the whole piece.
+void Shells::markBuried() {
     if (walls_.empty()) return;
     const std::vector<char> crossed = crossedFaces(vertices_, walls_, pulse_);
     std::vector<int> wallOf(faces_.size(), -1);
@@ -406,7 +414,7 @@ void Shells::bury() {
         count += best < 0;
         if (best < 0 || areaOf(triangle(walls_[w])) > areaOf(triangle(walls_[best]))) best = w;
     }
-    if (count == 1 && !anyCrossed) return;  // one shell
+    if (count == 1 && !anyCrossed) return;  // there is only one shell
     std::vector<char> hidden(walls_.size(), 0);
     for (std::size_t p = 0; p < largest.size(); ++p) {
         if (largest[p] < 0) continue;
@@ -419,7 +427,7 @@ void Shells::bury() {
 }
 
 bool Shells::inside(const Vec3& p) {
-    if (++asked_ <= kAskedPlainly) {
+    if (++queries_ <= kDirectQueries) {
         double winding = 0;
         for (const Corners& w : walls_) winding += solidAngleShare(p, triangle(w));
         return winding >= 0.5;
@@ -434,15 +442,15 @@ bool Shells::inside(const Vec3& p) {
 }
 
 bool Shells::insideBothSides(const Vec3& p, const Triangle& t) {
-    const Vec3 hair = kTouching * (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-    return inside(p + hair) && inside(p - hair);
+    const Vec3 offset = kTouching * (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+    return inside(p + offset) && inside(p - offset);
 }
 
-bool Shells::enclose(const Triangle& sheet) {
+bool Shells::encloses(const Triangle& sheet) {
     if (walls_.empty()) return false;
     pulse_();
     const Vec3 middle = (sheet[0] + sheet[1] + sheet[2]) / 3;
-    // Corners may lie on a wall; next to it tells.
+    // A corner may lie on a wall, where the winding number is undefined: test a point next to it.
     return insideBothSides(middle, sheet) && std::all_of(sheet.begin(), sheet.end(), [&](const Vec3& corner) {
                return insideBothSides(corner + 1e-3 * (middle - corner), sheet);
            });
@@ -455,8 +463,8 @@ void Shells::append(std::vector<Face>& out) {
             const Triangle t = triangle(cornersOf(f));
             if (shells_[s].closed)
                 out.push_back({t, buried_[f] ? FaceRole::Buried : FaceRole::Wall, false});
-            else if (isUsable(t))  // a line that bounds nothing is no surface
-                out.push_back({t, FaceRole::Sheet, !enclose(t)});
+            else if (isUsable(t))  // a degenerate face of an open shell is skipped
+                out.push_back({t, FaceRole::Sheet, !encloses(t)});
         }
         for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c)
             out.push_back({triangle(caps_[c]), FaceRole::Cap, false});

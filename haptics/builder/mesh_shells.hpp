@@ -1,5 +1,6 @@
 #pragma once
-// Shells: faces joined across the edges that two of them share; which of them bound a volume, and from which side.
+// Joins faces into shells at the edges that two of them share, and decides which shells bound a volume and on which
+// side.
 #include <optional>
 
 #include "haptics/builder/mesh_repair.hpp"
@@ -7,10 +8,11 @@
 
 namespace touchstone {
 
-/// Turns, closes and sorts the faces of a welded mesh as repairMesh() promises. Lengths in the frame of RepairedMesh.
+/// Orients, closes and classifies the faces of a welded mesh as repairMesh() describes. Lengths in the frame of
+/// RepairedMesh.
 class Shells {
   public:
-    /// Takes vertices and faces over. `pulse` must outlive it.
+    /// Takes ownership of the vertices and faces. `pulse` must outlive the object.
     Shells(WeldedMesh&& mesh, Pulse& pulse);
     Shells(const Shells&) = delete;  // its edges refer to its faces
     Shells& operator=(const Shells&) = delete;
@@ -18,23 +20,23 @@ class Shells {
     int holes() const { return holes_; }
     bool anyClosed() const { return !walls_.empty(); }
 
-    /// Whether a sheet lies in the closed shells, as far as its middle and its corners tell.
-    bool enclose(const Triangle& sheet);
+    /// Whether a sheet lies inside the closed shells. Only its middle and its corners are tested.
+    bool encloses(const Triangle& sheet);
 
-    /// All faces with their roles, shell by shell.
+    /// Appends all faces with their roles, shell by shell.
     void append(std::vector<Face>& out);
 
   private:
     struct Shell {
         bool closed = false;
-        double volume = 0;  ///< signed, as the faces came in
+        double volume = 0;  ///< signed, with the orientation that the faces had in the input
         int firstCap = 0, lastCap = 0;
         Box box;
     };
-    /// Where a face is missing.
+    /// A missing use of an edge: a place where a face is missing.
     struct Gap {
         int shell, low, high;
-        bool rises;  ///< the face that is there runs from low to high
+        bool rises;  ///< the existing face runs from low to high
     };
 
     Corners cornersOf(int face) const;
@@ -47,21 +49,21 @@ class Shells {
     bool dropFlaps();
     void makeShells();
     void measure(int shell, std::span<const Gap> gaps);
-    int cone(std::span<const Gap> gaps);
-    void turn(int shell);
+    int addCones(std::span<const Gap> gaps);
+    void flip(int shell);
     void nest();
-    void bury();
+    void markBuried();
     bool inside(const Vec3& p);
     bool insideBothSides(const Vec3& p, const Triangle& t);
 
     Pulse& pulse_;
-    std::vector<Vec3> vertices_;  ///< with the apexes of caps at the end
+    std::vector<Vec3> vertices_;  ///< the apexes of caps are at the end
     const std::vector<Corners> faces_;
     const EdgeTable edges_;
-    std::vector<EdgeTable::Edge> odd_;  ///< edges that are not just two faces of one patch that agree
-    std::vector<char> turned_;          ///< by face: it runs the other way round
-    std::vector<int> shellOf_;          ///< by face: first the patch joined by edges of two, in the end the shell
-    std::vector<int> groupOf_;          ///< by patch: those of one group make a shell
+    std::vector<EdgeTable::Edge> odd_;  ///< edges other than those between two consistent faces of one patch
+    std::vector<char> flipped_;         ///< by face: its orientation is flipped
+    std::vector<int> shellOf_;          ///< by face: first its patch (joined at edges of two faces), finally its shell
+    std::vector<int> groupOf_;          ///< by patch: the patches of one group make a shell
     std::vector<double> patchArea_;
     std::vector<Shell> shells_;
     Grouped facesOf_;  ///< by shell
@@ -69,8 +71,8 @@ class Shells {
     std::vector<Corners> walls_;        ///< faces and caps of closed shells
     std::vector<int> wallFace_;         ///< by wall; -1 for caps
     std::vector<char> buried_;          ///< by face
-    std::optional<TriangleBvh> field_;  ///< the walls, once it pays
-    int asked_ = 0;
+    std::optional<TriangleBvh> field_;  ///< the walls, built once there are many queries
+    int queries_ = 0;                   ///< number of calls of inside()
     int holes_ = 0;
 };
 

@@ -8,7 +8,7 @@
 namespace touchstone {
 namespace {
 
-constexpr int kBucket = 8;  // points that a search looks at one by one
+constexpr int kBucket = 8;  // maximum number of points in a bucket, which a search tests one by one
 
 Triangle triangleOf(const std::vector<Vec3>& vertices, const Corners& c) {
     return {vertices[c[0]], vertices[c[1]], vertices[c[2]]};
@@ -16,14 +16,14 @@ Triangle triangleOf(const std::vector<Vec3>& vertices, const Corners& c) {
 
 bool collapsed(const Corners& c) { return c[0] == c[1] || c[1] == c[2] || c[2] == c[0]; }
 
-/// Places that points are drawn to: each point to the first place within the tolerance, else it is one itself.
+/// Merges points: each point is replaced by the first earlier place within the tolerance, or becomes a new place.
 class Places {
   public:
     Places(std::size_t most, const Vec3& origin, double tolerance)
         : newest_(std::bit_ceil(most + 1), -1), origin_(origin), tolerance_(tolerance) {}
 
     int add(const Vec3& p) {
-        // Cells are four tolerances wide, so that most points look into one only.
+        // Cells are four tolerances wide, so that most points need to search only one cell.
         std::array<std::int64_t, 3> from, to;
         for (int a = 0; a < 3; ++a) {
             from[a] = cellOf(p[a] - origin_[a] - tolerance_);
@@ -50,7 +50,7 @@ class Places {
 
   private:
     std::int64_t cellOf(double x) const { return static_cast<std::int64_t>(std::floor(x / (4 * tolerance_))); }
-    // Cells may share a slot: the distance decides.
+    // Several cells may share a slot. This is harmless, because the distance decides.
     std::size_t slotOf(std::int64_t x, std::int64_t y, std::int64_t z) const {
         std::uint64_t hash = 0;
         for (const std::int64_t c : {x, y, z}) {
@@ -65,11 +65,12 @@ class Places {
     double tolerance_;
 };
 
-/// One copy of each face: same-sense copies collapse; equally many of both senses bound nothing and are set apart.
+/// Keeps one copy of each face. Copies of equal orientation collapse. Where both orientations are equally frequent, the
+/// face bounds nothing and is moved to `membranes`.
 void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::vector<Corners>& membranes,
                       Pulse& pulse) {
     struct Sides {
-        int second, third;  // rising
+        int second, third;  // in rising order
         bool even;
     };
     const auto sidesOf = [&](int f) {
@@ -109,7 +110,7 @@ void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::ve
     faces.resize(kept);
 }
 
-/// Points that lie near a segment: a k-d tree that is nothing but an order of the points.
+/// Finds points near a segment. A k-d tree without nodes: it consists only of the order of the points.
 class PointsNearSegment {
   public:
     PointsNearSegment(const std::vector<Vec3>& all, const std::vector<char>& chosen, Pulse& pulse) {
@@ -119,7 +120,7 @@ class PointsNearSegment {
     }
     bool empty() const { return points_.empty(); }
 
-    /// Calls visit(index, point) for all within `reach` of a + t d, t in [0, 1], and for some others.
+    /// Calls visit(index, point) for all points within `reach` of a + t d, t in [0, 1], and for some others.
     template <class Visit>
     void visit(const Vec3& a, const Vec3& d, double reach, Visit&& visit) const {
         descend(0, points_.size(), 0, a, d, reach, 0, 1, visit);
@@ -143,7 +144,8 @@ class PointsNearSegment {
         sort(middle + 1, last, (axis + 1) % 3, pulse);
     }
 
-    // Keeps the part [from, to] of the segment that comes within reach of each side of the cut.
+    // [from, to] is the part of the segment that comes within reach of this half-space. Each side of the cut receives
+    // the part that comes within reach of it.
     template <class Visit>
     void descend(std::size_t first, std::size_t last, int axis, const Vec3& a, const Vec3& d, double reach, double from,
                  double to, Visit&& visit) const {
@@ -154,7 +156,8 @@ class PointsNearSegment {
         const std::size_t middle = first + (last - first) / 2;
         const double cut = points_[middle].at[axis] - a[axis], along = d[axis];
         const int next = (axis + 1) % 3;
-        // Where a + t d is below the cut by no less than -reach, and above likewise.
+        // The range of t in which a + t d is at most `reach` above the cut, and the range in which it is at most
+        // `reach` below.
         double below[2] = {from, to}, above[2] = {from, to};
         if (along > 0) {
             below[1] = std::min(to, (cut + reach) / along);
@@ -174,7 +177,7 @@ class PointsNearSegment {
     std::vector<Point> points_;
 };
 
-/// Cuts a face into triangles that have the given vertices on its sides, each list in the sense of its side.
+/// Cuts a face into triangles with the given vertices on its sides. Each list is ordered along its side.
 void split(const Corners& face, const std::array<std::span<const int>, 3>& on, std::vector<Corners>& out) {
     for (std::size_t k = 0; k < 3; ++k) {
         if (on[k].empty()) continue;
@@ -187,7 +190,8 @@ void split(const Corners& face, const std::array<std::span<const int>, 3>& on, s
     if (!collapsed(face)) out.push_back(face);
 }
 
-/// Splits faces at vertices on their open edges. Returns whether there were any; raises `moved` by how far off one was.
+/// Splits faces at vertices that lie on their open edges. Returns whether there were any. Adds the largest distance of
+/// such a vertex from its edge to `moved`.
 bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
     struct Junction {
         int use;
@@ -258,15 +262,15 @@ WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, doub
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         pulse();
         const auto& t = mesh.triangles[i];
-        const Triangle drawn{mesh.vertices[t[0]] * scale, mesh.vertices[t[1]] * scale, mesh.vertices[t[2]] * scale};
+        const Triangle original{mesh.vertices[t[0]] * scale, mesh.vertices[t[1]] * scale, mesh.vertices[t[2]] * scale};
         const Corners corners{placeOf[t[0]], placeOf[t[1]], placeOf[t[2]]};
         const Triangle welded = triangleOf(out.vertices, corners);
         if (collapsed(corners) || !isUsable(welded)) {
-            if (isUsable(drawn)) out.crumbs.push_back(static_cast<int>(i));
+            if (isUsable(original)) out.crumbs.push_back(static_cast<int>(i));
             continue;
         }
         out.faces.push_back(corners);
-        for (int k = 0; k < 3; ++k) out.moved = std::max(out.moved, (drawn[k] - welded[k]).norm());
+        for (int k = 0; k < 3; ++k) out.moved = std::max(out.moved, (original[k] - welded[k]).norm());
     }
     removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);
     if (splitAtSeams(out, tolerance, pulse)) removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);

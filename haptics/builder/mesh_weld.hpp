@@ -1,5 +1,5 @@
 #pragma once
-// From the corners that files hold to faces that share vertices.
+// Turns the separate triangles of a file into faces that share vertices.
 #include "haptics/builder/mesh_faces.hpp"
 #include "haptics/builder/triangle_mesh.hpp"
 
@@ -7,15 +7,15 @@ namespace touchstone {
 
 struct WeldedMesh {
     std::vector<Vec3> vertices;
-    std::vector<Corners> faces;      ///< of three different corners, no two the same
-    std::vector<Corners> membranes;  ///< drawn equally often from both sides: they bound nothing
-    std::vector<int> crumbs;         ///< triangles of the mesh with an area but smaller than the tolerance
-    double moved = 0;                ///< the surface moved no further than this
+    std::vector<Corners> faces;      ///< each has three different corners, and no two are equal
+    std::vector<Corners> membranes;  ///< faces with equally many copies of both orientations: they bound nothing
+    std::vector<int> crumbs;         ///< input triangles that have an area but collapse at the tolerance
+    double moved = 0;                ///< upper bound on the distance that the surface moved
 };
 
-/// Joins vertices within the tolerance, drops what has no area then, and duplicates. Where a vertex lies on the open
-/// edge of another face (a T-junction), that face is split, so that the two fit. Lengths, `box` (around all corners)
-/// and `tolerance` among them, are in mm times `scale`. Deterministic.
+/// Joins vertices within the tolerance, and drops duplicate faces and faces without an area. Where a vertex lies on the
+/// open edge of another face (a T-junction), that face is split so that both share the vertex. `box` contains all
+/// corners. Lengths, including `box` and `tolerance`, are in mm times `scale`. Deterministic.
 WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, double tolerance, Pulse& pulse);
 
 }  // namespace touchstone

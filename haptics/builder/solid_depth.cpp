@@ -18,7 +18,7 @@ bool bounds(FaceRole r) { return r == FaceRole::Wall || r == FaceRole::Cap; }
 std::vector<Triangle> closedShells(const RepairedMesh& mesh) {
     const bool buried =
         std::any_of(mesh.faces.begin(), mesh.faces.end(), [](const Face& f) { return f.role == FaceRole::Buried; });
-    if (!buried) return {};  // the walls say the same
+    if (!buried) return {};  // the walls alone give the same winding number
     return facesWhere(mesh, [](FaceRole r) { return bounds(r) || r == FaceRole::Buried; });
 }
 

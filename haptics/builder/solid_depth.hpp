@@ -1,12 +1,13 @@
 #pragma once
-// How deep a point lies in a body that may be walls, sheets, or both.
+// The depth of a point in a body that consists of walls, of sheets, or of both.
 #include "haptics/builder/mesh_repair.hpp"
 
 namespace touchstone {
 
-/// Signed depth in the body: the points that the closed shells wind around, and the sheets. Positive inside, where it
-/// is the distance to the walls; outside it is minus the distance to the body. It is 1-Lipschitz, so a sphere of radius
-/// r about c reaches no further than r - depth(c) out of the body. Lengths in the frame of RepairedMesh.
+/// Signed depth in the body. The body consists of the points that the closed shells wind around, and of the sheets.
+/// Inside, the depth is positive and equals the distance to the walls; outside, it is minus the distance to the body.
+/// The depth is 1-Lipschitz, so a sphere of radius r about c protrudes at most r - depth(c) out of the body. Lengths in
+/// the frame of RepairedMesh.
 class SolidDepth {
   public:
     explicit SolidDepth(const RepairedMesh& mesh);
@@ -25,7 +26,7 @@ class SolidDepth {
 
   private:
     TriangleBvh walls_, sheets_;
-    TriangleBvh shells_;  ///< closed shells with what is buried in them; empty if that is nothing
+    TriangleBvh shells_;  ///< closed shells including their buried faces; empty if there are none of those
 };
 
 }  // namespace touchstone

@@ -9,12 +9,18 @@
 namespace touchstone {
 namespace {
 
-constexpr double kShare = 0.85;  // of the growth for the samples; the rest is for what lies between them
+// Share of the growth that is used to cover the samples; the rest covers the surface between them.
+constexpr double kShare = 0.85;
+// Maximum number of rounds of patching.
 constexpr int kPatchRounds = 10;
-constexpr int kSpare = 2;  // samples that a ball may have to itself and yet be dropped
+// A ball is dropped if no other ball covers at most this many of its samples.
+constexpr int kSpare = 2;
+// Number of steps in which a ball moves.
 constexpr int kSettleSteps = 14;
-constexpr double kDepthSlack = 0.002;  // of the step
-constexpr std::size_t kMostGaps = 20;  // for each ball that may be used, at a time
+// Tolerance of the depth, as a share of the step.
+constexpr double kDepthSlack = 0.002;
+// Maximum number of gaps that are listed at a time, for each ball that may be used.
+constexpr std::size_t kMaxGaps = 20;
 
 std::vector<Box> boxesOf(const std::vector<Vec3>& points) {
     std::vector<Box> boxes(points.size());
@@ -22,8 +28,8 @@ std::vector<Box> boxesOf(const std::vector<Vec3>& points) {
     return boxes;
 }
 
-/// Moves a ball to where the growth that `share` asks of it is least: away from the nearest wall, toward the farthest
-/// point, by shrinking steps that never leave the free ball it is in.
+/// Moves a ball to reduce the growth that it needs to cover the points of `share`. It moves toward the farthest point
+/// and away from the nearest wall, by shrinking steps that never leave the free ball around its center.
 void settle(Ball& ball, const std::vector<Vec3>& share, const SolidDepth& solid, double step) {
     const auto farthest = [&](const Vec3& c) {
         const Vec3* far = &share.front();
@@ -43,7 +49,7 @@ void settle(Ball& ball, const std::vector<Vec3>& share, const SolidDepth& solid,
         if (!(norm > 1e-3)) return false;
         const Vec3 c = ball.center + length / norm * direction;
         const auto [newFar, newDistance] = farthest(c);
-        if (newDistance - ball.depth - length >= need) return false;  // no depth it could have would help
+        if (newDistance - ball.depth - length >= need) return false;  // no possible depth there would help
         const TriangleBvh::Hit newHit =
             solid.wall(c, ball.depth + length + 2 * tolerance, newDistance - need + tolerance, tolerance);
         const double newDepth = std::min(newHit.distance, ball.depth + length + 2 * tolerance) - tolerance;
@@ -56,7 +62,7 @@ void settle(Ball& ball, const std::vector<Vec3>& share, const SolidDepth& solid,
     };
     for (int i = 0; i < kSettleSteps; ++i) {
         const Vec3 toward = (far - ball.center).normalized(), away = (ball.center - hit.point).normalized();
-        // On a ridge of the depth, as in the middle of a plate, only the way along the wall leads on.
+        // On a ridge of the depth, as in the middle of a plate, only a step parallel to the wall improves the ball.
         if (!improves(toward + away) && !improves(toward - toward.dot(away) * away)) step *= 0.5;
     }
 }
@@ -94,9 +100,9 @@ CoverSearch::Reach CoverSearch::reachOf(const std::vector<Vec3>& points, const s
     return reach;
 }
 
-// The ball that covers most bare samples next. Counts only fall, so a stale count is an upper bound and only the top of
-// the heap needs a recount.
-void CoverSearch::coverGreedily(const Reach& reach, double growth, double share, std::size_t most,
+// Takes the ball that covers the most bare samples, again and again. The counts only fall, so an old count is an
+// upper bound and only the top of the heap needs a recount.
+void CoverSearch::coverGreedily(const Reach& reach, double growth, double share, std::size_t maxBalls,
                                 std::vector<char>& covered, std::vector<Ball>& balls) const {
     std::vector<float> limits;
     for (const Ball& ball : samples_.balls)
@@ -115,7 +121,7 @@ void CoverSearch::coverGreedily(const Reach& reach, double growth, double share,
     for (int b = 0; b < candidates; ++b)
         if (const int n = gain(b); n > 0) choices.push_back({n, b});
     std::priority_queue<Choice> heap({}, std::move(choices));
-    for (int beat = 1; !heap.empty() && balls.size() <= most; ++beat) {
+    for (int beat = 1; !heap.empty() && balls.size() <= maxBalls; ++beat) {
         if (beat % 1024 == 0) workers_.beat();
         Choice top = heap.top();
         heap.pop();
@@ -131,26 +137,26 @@ void CoverSearch::coverGreedily(const Reach& reach, double growth, double share,
     }
 }
 
-Cover CoverSearch::cover(double growth, std::size_t most) {
+Cover CoverSearch::cover(double growth, std::size_t maxBalls) {
     if (growth > reachGrowth_) {
         reachGrowth_ = 1.15 * growth;
         reach_ = reachOf(samples_.points, samples_.balls, reachGrowth_, kShare);
     }
     Cover out{{}, growth, false};
     std::vector<char> covered(samples_.points.size(), 0);
-    coverGreedily(reach_, growth, kShare, 2 * most, covered, out.balls);
-    patch(out, most);
+    coverGreedily(reach_, growth, kShare, 2 * maxBalls, covered, out.balls);
+    patch(out, maxBalls);
     return out;
 }
 
-void CoverSearch::patch(Cover& out, std::size_t most) const {
+void CoverSearch::patch(Cover& out, std::size_t maxBalls) const {
     const double growth = out.growth, resolution = proofResolution(growth);
-    const std::size_t limit = kMostGaps * (most + 1000);
+    const std::size_t limit = kMaxGaps * (maxBalls + 1000);
     const auto bare = [&](const CoverCertificate& surface) {
         return surface.gaps(out.balls, growth, resolution, limit, workers_);
     };
     std::vector<CoverCertificate::Gap> gaps = bare(certificate_);
-    for (int round = 0; round < kPatchRounds && !gaps.empty() && out.balls.size() <= most; ++round) {
+    for (int round = 0; round < kPatchRounds && !gaps.empty() && out.balls.size() <= maxBalls; ++round) {
         std::vector<Vec3> points;
         std::vector<Triangle> pieces;
         for (const auto& gap : gaps) {
@@ -161,17 +167,18 @@ void CoverSearch::patch(Cover& out, std::size_t most) const {
         for (Reach::Block& block : reach.blocks)
             for (auto& entry : block.entries) entry.need += static_cast<float>(gaps[entry.sample].margin);
         std::vector<char> patched(points.size(), 0);
-        coverGreedily(reach, growth, 1, 2 * most, patched, out.balls);
-        for (std::size_t i = 0; i < points.size() && out.balls.size() <= most; ++i)
+        coverGreedily(reach, growth, 1, 2 * maxBalls, patched, out.balls);
+        for (std::size_t i = 0; i < points.size() && out.balls.size() <= maxBalls; ++i)
             if (!patched[i]) out.balls.push_back({points[i], std::max(0.0, solid_.depth(points[i]))});
-        // What was covered stays so: only the bare pieces are looked at again, unless there were too many to list.
+        // Balls are only added, so covered pieces stay covered: check only the bare pieces again, unless there were too
+        // many to list.
         const bool all = gaps.size() < limit;
         gaps = all ? bare(CoverCertificate(std::move(pieces), certificate_.law())) : bare(certificate_);
     }
     out.proven = gaps.empty();
 }
 
-void CoverSearch::dropSpare(Cover& cover) const {
+void CoverSearch::dropRedundant(Cover& cover) const {
     const Reach reach = reachOf(samples_.points, cover.balls, cover.growth, kShare);
     std::vector<int> coverers(samples_.points.size(), 0);
     for (const Reach::Block& block : reach.blocks)
@@ -198,8 +205,8 @@ void CoverSearch::dropSpare(Cover& cover) const {
     cover.proven = false;
 }
 
-CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
-                                 const Workers& workers) {
+CoverCertificate::Proof assignPieces(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                     const Workers& workers) {
     CoverCertificate::Proof proof = certificate.prove(cover.balls, cover.growth, resolution, workers);
     std::vector<int> place(cover.balls.size());
     int kept = 0;
@@ -215,9 +222,9 @@ CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certifica
     return proof;
 }
 
-void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
-                 const Workers& workers) {
-    // The pieces of each ball, side by side.
+void relaxBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
+                const Workers& workers) {
+    // Sort the pieces by ball.
     std::vector<std::uint32_t> start(cover.balls.size() + 1, 0), order(proof.pieces.size());
     for (const auto& piece : proof.pieces) ++start[piece.ball + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());

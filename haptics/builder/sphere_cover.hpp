@@ -1,12 +1,12 @@
 #pragma once
-// Which balls: the fewest that cover all samples, then better places for them.
+// Selects few balls that cover all samples, and then moves them to better places.
 #include <span>
 
 #include "haptics/builder/cover_certificate.hpp"
 
 namespace touchstone {
 
-/// Points in buckets, for range queries.
+/// Points in a box tree, for range queries.
 class PointIndex {
   public:
     explicit PointIndex(const std::vector<Vec3>& points);
@@ -17,39 +17,42 @@ class PointIndex {
 
   private:
     BoxTree tree_;
-    std::array<std::vector<double>, 3> at_;  ///< in the tree's order, four more at the end
+    /// Coordinates in the tree's order, with four more entries at the end for the SIMD steps.
+    std::array<std::vector<double>, 3> at_;
 };
 
 /// Balls that grow by law(depth, growth).
 struct Cover {
     std::vector<Ball> balls;
     double growth = 0;
-    bool proven = false;  ///< they cover the surface
+    bool proven = false;  ///< it is proven that they cover the surface
 };
 
-/// Where the proofs of a cover stop halving pieces.
+/// Length of a piece at which the proof of a cover stops halving.
 inline double proofResolution(double growth) { return 0.15 * growth; }
 
-/// Finds balls that cover a surface where each grows by the same length. Lengths in the frame of RepairedMesh.
+/// Finds balls that cover a surface when they grow by the law of the certificate. Lengths in the frame of RepairedMesh.
 class CoverSearch {
   public:
-    /// All references must outlive the search. `samples` should be spaced for about the growths that are asked.
+    /// All references must outlive the search. The spacing of `samples` should suit the growths of the calls of
+    /// cover().
     CoverSearch(SurfaceSamples samples, const SolidDepth& solid, const CoverCertificate& certificate,
                 const Workers& workers);
 
-    /// Greedy set cover of the samples by their balls, each `growth` beyond its depth, then patch().
-    Cover cover(double growth, std::size_t most);
+    /// Covers the samples by a greedy choice among their balls, which grow by the law for `growth`, and then calls
+    /// patch().
+    Cover cover(double growth, std::size_t maxBalls);
 
-    /// Adds balls where the certificate finds the cover bare, until it finds nothing and the cover is proven. Gives up,
-    /// unproven, when there are more than `most`.
-    void patch(Cover& cover, std::size_t most) const;
+    /// Adds balls where the certificate finds gaps, until there are none and the cover is proven. Ends with an unproven
+    /// cover when it has more than `maxBalls` balls, or after ten rounds.
+    void patch(Cover& cover, std::size_t maxBalls) const;
 
-    /// Drops balls that have almost no sample to themselves. The cover is unproven then.
-    void dropSpare(Cover& cover) const;
+    /// Drops balls whose samples are almost all covered by other balls too. The cover is unproven afterwards.
+    void dropRedundant(Cover& cover) const;
 
   private:
-    /// For each ball the samples that it reaches, and the growth that each asks of it. In blocks, so that it never has
-    /// to move as it grows.
+    /// For each ball, the samples that it reaches and the growth with which it covers each of them. Stored in blocks,
+    /// so that the entries need no reallocation as they grow.
     struct Reach {
         struct Entry {
             int sample;
@@ -59,7 +62,7 @@ class CoverSearch {
             std::vector<Entry> entries;
             std::vector<std::uint32_t> start{0};
         };
-        static constexpr std::size_t kBlock = 1024;  ///< balls
+        static constexpr std::size_t kBlock = 1024;  ///< number of balls in a block
         std::vector<Block> blocks;
 
         std::span<const Entry> of(std::size_t ball) const {
@@ -70,8 +73,8 @@ class CoverSearch {
     };
 
     Reach reachOf(const std::vector<Vec3>& points, const std::vector<Ball>& balls, double growth, double share) const;
-    void coverGreedily(const Reach& reach, double growth, double share, std::size_t most, std::vector<char>& covered,
-                       std::vector<Ball>& balls) const;
+    void coverGreedily(const Reach& reach, double growth, double share, std::size_t maxBalls,
+                       std::vector<char>& covered, std::vector<Ball>& balls) const;
 
     SurfaceSamples samples_;
     const SolidDepth& solid_;
@@ -81,14 +84,14 @@ class CoverSearch {
     double reachGrowth_ = 0;
 };
 
-/// Gives each piece of the surface to the ball that covers it with the least growth, and drops the balls without any. A
-/// proven cover stays so.
-CoverCertificate::Proof dropIdle(Cover& cover, const CoverCertificate& certificate, double resolution,
-                                 const Workers& workers);
+/// Assigns each piece of the surface to the ball that covers it with the least growth, and drops the balls without
+/// pieces. A proven cover stays proven.
+CoverCertificate::Proof assignPieces(Cover& cover, const CoverCertificate& certificate, double resolution,
+                                     const Workers& workers);
 
-/// Moves each ball to where the pieces that `proof` gives it ask for least growth. A proven cover stays so.
-void settleBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
-                 const Workers& workers);
+/// Moves each ball so that the pieces that `proof` assigns to it need less growth. A proven cover stays proven.
+void relaxBalls(Cover& cover, const CoverCertificate::Proof& proof, const SolidDepth& solid, GrowthLaw law,
+                const Workers& workers);
 
 template <class Visit>
 void PointIndex::within(const Vec3& center, double radius, Visit&& visit) const {

@@ -18,23 +18,24 @@
 namespace touchstone {
 namespace {
 
-constexpr int kMostLevels = 32;
-constexpr long kMostSlots = 1L << 26;
-constexpr double kLargest = 1e35;               // mm: leaves are held in single precision, which ends at 3e38
-constexpr std::size_t kFewest = 4, kMost = 10;  // numbers a line: x y z r, and what the toolkit adds
+constexpr int kMaxLevels = 32;        // maximum number of levels in a file
+constexpr long kMaxSlots = 1L << 26;  // maximum number of slots in a file
+constexpr double kLargest = 1e35;     // mm; leaves are stored in single precision, which ends at 3e38
+// Least and greatest number of numbers in a line: x y z r, and what the toolkit appends.
+constexpr std::size_t kMinNumbers = 4, kMaxNumbers = 10;
 
-/// All slots of a tree, used or not; kMostSlots + 1 if there are more than that.
+/// Number of slots of a tree, used or unused; kMaxSlots + 1 if there are more than kMaxSlots.
 long slotsOf(long levels, long branching) {
     long total = 0, level = 1;
     for (long l = 0; l < levels; ++l) {
         total += level;
-        if (total > kMostSlots || level > kMostSlots) return kMostSlots + 1;
+        if (total > kMaxSlots || level > kMaxSlots) return kMaxSlots + 1;
         level *= branching;
     }
     return total;
 }
 
-/// The lines of a file that say something, as numbers.
+/// Reads the lines of a file as numbers. Skips blank lines and comments.
 class NumberLines {
   public:
     explicit NumberLines(const std::filesystem::path& file) : name_(file.string()) {
@@ -43,7 +44,8 @@ class NumberLines {
         if (!in_.is_open()) throw std::invalid_argument(name_ + ": the file cannot be read.");
     }
 
-    /// The next line's numbers; none at the end of the file. A line that is no list of numbers gives an empty list.
+    /// The numbers of the next line; nothing at the end of the file. A line that is not a list of numbers gives an
+    /// empty list.
     std::optional<std::vector<double>> next() {
         std::string line;
         while (std::getline(in_, line)) {
@@ -53,7 +55,7 @@ class NumberLines {
             if (rest.find_first_not_of(kBlank) == rest.npos) continue;
             return numbersOf(rest);
         }
-        if (in_.bad()) refuse("the file cannot be read further");
+        if (in_.bad()) refuse("the file cannot be read to its end");
         return {};
     }
 
@@ -71,10 +73,10 @@ class NumberLines {
             if (rest.empty()) return out;
             std::string_view word = rest.substr(0, rest.find_first_of(kBlank));
             rest.remove_prefix(word.size());
-            if (word.front() == '+') word.remove_prefix(1);  // from_chars knows no plus sign
+            if (word.front() == '+') word.remove_prefix(1);  // from_chars rejects a plus sign
             double value = 0;
             const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            if (error != std::errc{} || end != word.data() + word.size() || out.size() == kMost) return {};
+            if (error != std::errc{} || end != word.data() + word.size() || out.size() == kMaxNumbers) return {};
             out.push_back(value);
         }
     }
@@ -100,8 +102,8 @@ std::vector<Sphere> SphereHierarchy::leaves() const {
         out.push_back({static_cast<float>(node.center.x()), static_cast<float>(node.center.y()),
                        static_cast<float>(node.center.z()), static_cast<float>(node.radius)});
     }
-    // A moved centre takes a larger radius, by more than its own rounding. In a loop of its own: g++ 12 at -O2 drops
-    // the rounding of coordinates that it casts to float and back.
+    // Rounding moves the center, so the radius grows by that distance and by the error in computing it. This needs a
+    // separate loop: g++ 12 at -O2 drops the rounding of coordinates that are cast to float and back.
     auto sphere = out.begin();
     for (const SphereNode& node : nodes) {
         if (node.children > 0) continue;
@@ -118,7 +120,7 @@ SphereHierarchy hierarchyOf(const SphereTree& tree) {
     SphereHierarchy out;
     out.branching = SphereTree::kBranching;
     out.nodes.reserve(static_cast<std::size_t>(tree.nodeCount()));
-    int above = 0;  // where the level above begins
+    int above = 0;  // index of the first node of the level above
     for (int level = static_cast<int>(tree.levels.size()) - 1; level >= 0; --level) {
         const int begin = static_cast<int>(out.nodes.size());
         for (int i = 0; i < tree.levels[level].count; ++i) {
@@ -140,19 +142,19 @@ SphereHierarchy readSph(const std::filesystem::path& file, double mmPerUnit) {
     assert(mmPerUnit > 0);
     NumberLines lines(file);
     const auto header = lines.next();
-    const auto isCount = [](double x) { return x >= 1 && x <= kMostSlots && x == std::floor(x); };
+    const auto isCount = [](double x) { return x >= 1 && x <= kMaxSlots && x == std::floor(x); };
     if (!header || header->size() != 2 || !isCount((*header)[0]) || !isCount((*header)[1]))
         lines.refuse("a sphere tree begins with two whole numbers, its levels and its branching");
     const auto levels = static_cast<long>((*header)[0]), branching = static_cast<long>((*header)[1]);
     const long slots = slotsOf(levels, branching);
-    if (levels > kMostLevels || slots > kMostSlots)
+    if (levels > kMaxLevels || slots > kMaxSlots)
         lines.refuse("a tree of " + std::to_string(levels) + " levels and branching " + std::to_string(branching) +
                      " has more spheres than can be read");
 
-    // Memory follows the lines that are there, whatever the header says.
+    // Memory grows with the lines that were read, not with the counts in the header, so a wrong header does no harm.
     SphereHierarchy out;
     out.branching = static_cast<int>(branching);
-    std::vector<int> above{-1}, here;  // node of each slot of a level; -1: unused
+    std::vector<int> above{-1}, here;  // node of each slot of a level; -1 for an unused slot
     long levelSlots = 1, read = 0;
     for (long level = 0; level < levels; ++level, levelSlots *= branching) {
         for (long slot = 0; slot < levelSlots; ++slot, ++read) {
@@ -160,7 +162,7 @@ SphereHierarchy readSph(const std::filesystem::path& file, double mmPerUnit) {
             if (!line)
                 lines.refuse("the file ends after " + std::to_string(read) + " of the " + std::to_string(slots) +
                              " spheres that its first line announces");
-            if (line->size() < kFewest) lines.refuse("a sphere needs the numbers x y z radius");
+            if (line->size() < kMinNumbers) lines.refuse("a sphere needs the numbers x y z radius");
             const double radius = (*line)[3] * mmPerUnit;
             const Vec3 center = Vec3((*line)[0], (*line)[1], (*line)[2]) * mmPerUnit;
             if (!(std::abs(radius) <= kLargest && (center.array().abs() <= kLargest).all()))
@@ -170,7 +172,7 @@ SphereHierarchy readSph(const std::filesystem::path& file, double mmPerUnit) {
             SphereNode node{center, radius};
             if (level > 0) {
                 node.parent = above[slot / branching];
-                if (node.parent < 0) lines.refuse("this sphere hangs below an unused one");
+                if (node.parent < 0) lines.refuse("the parent of this sphere is an unused slot");
                 SphereNode& parent = out.nodes[node.parent];
                 if (parent.children++ == 0) parent.firstChild = static_cast<int>(out.nodes.size());
             }
@@ -181,8 +183,8 @@ SphereHierarchy readSph(const std::filesystem::path& file, double mmPerUnit) {
         above.swap(here);
         here.clear();
     }
-    // The toolkit writes its options and figures behind the spheres, as text.
-    if (const auto line = lines.next(); line && line->size() >= kFewest)
+    // The toolkit writes its options and statistics after the spheres, as text.
+    if (const auto line = lines.next(); line && line->size() >= kMinNumbers)
         lines.refuse("there are more spheres than the " + std::to_string(slots) + " that the first line announces");
     return out;
 }
@@ -194,7 +196,7 @@ void writeSph(const SphereHierarchy& hierarchy, const std::filesystem::path& fil
     std::vector<int> level(nodes.size(), 1);
     for (std::size_t i = 1; i < nodes.size(); ++i)
         levels = std::max<long>(levels, level[i] = level[static_cast<std::size_t>(nodes[i].parent)] + 1);
-    if (levels > kMostLevels || slotsOf(levels, hierarchy.branching) > kMostSlots)
+    if (levels > kMaxLevels || slotsOf(levels, hierarchy.branching) > kMaxSlots)
         throw std::runtime_error("cannot write the sphere tree to '" + file.string() +
                                  "': it is too deep for a file that lists every slot");
 

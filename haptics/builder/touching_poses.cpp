@@ -16,12 +16,12 @@
 namespace touchstone {
 namespace {
 
-/// Leaves in a frame whose z axis is the direction of travel, in boxes.
-struct Swept {
+/// Leaves in a frame whose z axis is the direction of travel, with a box tree.
+struct LeafSet {
     std::vector<Leaf> balls;
     BoxTree tree;
 
-    explicit Swept(std::vector<Leaf> all) : balls(std::move(all)), tree(boxesOf(balls)) {}
+    explicit LeafSet(std::vector<Leaf> all) : balls(std::move(all)), tree(boxesOf(balls)) {}
 
     static std::vector<Box> boxesOf(const std::vector<Leaf>& balls) {
         std::vector<Box> boxes;
@@ -31,10 +31,12 @@ struct Swept {
     }
 };
 
-/// The largest travel at which two swept sets touch: branch and bound over pairs of boxes.
+/// Finds the largest travel at which two sets of leaves touch, by branch and bound over pairs of boxes.
 class ContactSearch {
   public:
-    ContactSearch(const Swept& tool, const Swept& obstacle) : tool_(tool), obstacle_(obstacle) { descendNodes(0, 0); }
+    ContactSearch(const LeafSet& tool, const LeafSet& obstacle) : tool_(tool), obstacle_(obstacle) {
+        descendNodes(0, 0);
+    }
     double travel = -HUGE_VAL;
 
   private:
@@ -46,9 +48,9 @@ class ContactSearch {
         int i, j;
     };
 
-    static const BoxTree::Node& at(const Swept& set, int n) { return set.tree.nodes()[n]; }
+    static const BoxTree::Node& at(const LeafSet& set, int n) { return set.tree.nodes()[n]; }
 
-    // Apart in x or y they never touch; else they do so at the latest where the boxes part in z.
+    // Boxes that are disjoint in x or y never touch. Others touch at most until they separate in z.
     double bound(const Slot& a, const Slot& b) const {
         const BoxTree::Node &s = at(tool_, a.node), &t = at(obstacle_, b.node);
         for (int x = 0; x < 2; ++x)
@@ -92,7 +94,7 @@ class ContactSearch {
             }
     }
 
-    const Swept &tool_, &obstacle_;
+    const LeafSet &tool_, &obstacle_;
 };
 
 struct LeafPair {
@@ -102,22 +104,22 @@ struct LeafPair {
 
 double gapOf(const Leaf& a, const Leaf& b) { return (a.center - b.center).norm() - (a.radius + b.radius); }
 
-/// A hierarchy and its copy in a pose.
-class Poser {
+/// A hierarchy as the obstacle, and a copy of it in another pose as the tool.
+class PosedTree {
   public:
-    explicit Poser(const SphereHierarchy& hierarchy) : nodes_(hierarchy.nodes) {
+    explicit PosedTree(const SphereHierarchy& hierarchy) : nodes_(hierarchy.nodes) {
         for (const SphereNode& node : nodes_) {
-            if (node.children == 0) leafNode_.push_back(static_cast<int>(own_.size()));
-            own_.push_back({node.center, node.radius});
+            if (node.children == 0) leafNode_.push_back(static_cast<int>(obstacle_.size()));
+            obstacle_.push_back({node.center, node.radius});
         }
     }
 
     void place(const Pose& X_OT) {
-        placed_ = own_;
+        placed_ = obstacle_;
         for (Leaf& b : placed_) b.center = X_OT * b.center;
     }
 
-    /// Leaf pairs with a gap of at most the margin: all against all of those that reach into the other's box.
+    /// All leaf pairs with a gap of at most the margin, by brute force over the leaves that reach into the other's box.
     std::vector<LeafPair> allPairs(double margin) const {
         const auto boxOf = [&](const std::vector<Leaf>& balls) {
             Box box;
@@ -128,7 +130,7 @@ class Poser {
             }
             return box;
         };
-        const Box toolBox = boxOf(placed_), obstacleBox = boxOf(own_);
+        const Box toolBox = boxOf(placed_), obstacleBox = boxOf(obstacle_);
         const auto reaches = [&](const Leaf& b, const Box& box) {
             const Vec3 off = (box.lo - b.center).cwiseMax(b.center - box.hi).cwiseMax(0.0);
             return off.norm() <= b.radius + margin;
@@ -136,7 +138,7 @@ class Poser {
         std::vector<int> obstacles;
         std::array<std::vector<double>, 4> at;
         for (int j = 0; j < leafCount(); ++j) {
-            const Leaf& b = own_[leafNode_[j]];
+            const Leaf& b = obstacle_[leafNode_[j]];
             if (!reaches(b, toolBox)) continue;
             obstacles.push_back(j);
             for (int a = 0; a < 3; ++a) at[a].push_back(b.center[a]);
@@ -148,7 +150,8 @@ class Poser {
             const Leaf& a = placed_[leafNode_[i]];
             if (!reaches(a, obstacleBox)) continue;
             for (int from = 0; from < count; from += kBlock) {
-                // A sum without branches; the few pairs that it finds are tested one by one.
+                // Count the candidates without branches, for vectorization. The few blocks with a hit are tested one by
+                // one.
                 const int to = std::min(count, from + kBlock);
                 int hits = 0;
                 for (int j = from; j < to; ++j) {
@@ -164,14 +167,14 @@ class Poser {
         return out;
     }
 
-    /// The pairs that a walk from the roots finds, and its sphere tests.
+    /// The pairs that a walk from the roots finds. Adds the number of its sphere tests to `tests`.
     std::vector<LeafPair> walkedPairs(double margin, std::int64_t& tests) const {
         std::vector<int> leafOf(nodes_.size(), -1);
         for (int i = 0; i < leafCount(); ++i) leafOf[leafNode_[i]] = i;
         std::vector<LeafPair> out, waiting;
         const auto test = [&](int a, int b) {
             ++tests;
-            if (gapOf(placed_[a], own_[b]) <= margin) waiting.push_back({a, b});
+            if (gapOf(placed_[a], obstacle_[b]) <= margin) waiting.push_back({a, b});
         };
         test(0, 0);
         while (!waiting.empty()) {
@@ -190,7 +193,7 @@ class Poser {
     }
 
     bool touches(int i, int j, double margin) const {
-        return gapOf(placed_[leafNode_[i]], own_[leafNode_[j]]) <= margin;
+        return gapOf(placed_[leafNode_[i]], obstacle_[leafNode_[j]]) <= margin;
     }
     int leafCount() const { return static_cast<int>(leafNode_.size()); }
     std::vector<SphereNode> leaves() const {
@@ -200,26 +203,26 @@ class Poser {
     }
 
   private:
-    static constexpr int kBlock = 64;
+    static constexpr int kBlock = 64;  // number of obstacle leaves that are counted at a time
 
     const std::vector<SphereNode>& nodes_;
     std::vector<int> leafNode_;
-    std::vector<Leaf> own_, placed_;
+    std::vector<Leaf> obstacle_, placed_;
 };
 
-/// The pairs within the margin out of the buckets that TreeWalk brings.
-std::vector<LeafPair> pairsOf(TreeWalk& walk, const Poser& poser, const Pose& X_OT, double margin) {
+/// The pairs within the margin among the buckets that TreeWalk reports.
+std::vector<LeafPair> pairsOf(TreeWalk& walk, const PosedTree& posed, const Pose& X_OT, double margin) {
     std::vector<LeafPair> out;
     walk.run({X_OT, margin}, [&](const LeafBucket* found, int count) {
         for (const LeafBucket& b : std::span(found, static_cast<std::size_t>(count)))
             for (int j = b.bucket * SphereTree::kBranching;
-                 j < std::min((b.bucket + 1) * SphereTree::kBranching, poser.leafCount()); ++j)
-                if (poser.touches(b.toolLeaf, j, margin)) out.push_back({b.toolLeaf, j});
+                 j < std::min((b.bucket + 1) * SphereTree::kBranching, posed.leafCount()); ++j)
+                if (posed.touches(b.toolLeaf, j, margin)) out.push_back({b.toolLeaf, j});
     });
     return out;
 }
 
-/// How many of the sorted pairs `all` are not among `found`.
+/// The number of the sorted pairs `all` that are not in `found`.
 std::int64_t missing(const std::vector<LeafPair>& all, std::vector<LeafPair> found) {
     std::sort(found.begin(), found.end());
     std::vector<LeafPair> left;
@@ -233,10 +236,10 @@ double threadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// CPU time of a walk: for each pose the median of batches of repeats, then the mean over the poses.
+/// CPU time of a walk in µs: the mean over the poses of the median over batches of repeated walks.
 double walkMicroseconds(TreeWalk& walk, const std::vector<Pose>& poses, double margin) {
-    constexpr int kBatches = 9;
-    constexpr double kBatchSeconds = 2e-4;
+    constexpr int kBatches = 9;             // odd, for the median
+    constexpr double kBatchSeconds = 2e-4;  // least duration of a batch
     std::int64_t entries = 0;
     double sum = 0;
     for (const Pose& X : poses) {
@@ -266,15 +269,15 @@ double lastContact(const std::vector<SphereNode>& tool, const std::vector<Sphere
     std::vector<Leaf> a, b;
     for (const SphereNode& s : tool) a.push_back({toZ * (X_OT * s.center), s.radius});
     for (const SphereNode& s : obstacle) b.push_back({toZ * s.center, s.radius});
-    return ContactSearch(Swept(std::move(a)), Swept(std::move(b))).travel;
+    return ContactSearch(LeafSet(std::move(a)), LeafSet(std::move(b))).travel;
 }
 
 PoseFigures measurePoses(const SphereHierarchy& hierarchy, const SphereTree* tree, double diagonal, int poses,
                          std::uint64_t seed, const std::function<void(double)>& beat) {
-    constexpr int kDraws = 4;  // for each pose
+    constexpr int kDraws = 4;  // maximum number of draws for each requested pose
     const double margin = kTouchShare * diagonal;
-    Poser poser(hierarchy);
-    const std::vector<SphereNode> leaves = poser.leaves();
+    PosedTree posed(hierarchy);
+    const std::vector<SphereNode> leaves = posed.leaves();
     Box box;
     for (const SphereNode& s : leaves) box.add(s.center);
     std::optional<TreeWalk> walk;
@@ -298,11 +301,11 @@ PoseFigures measurePoses(const SphereHierarchy& hierarchy, const SphereTree* tre
         const auto check = [&](double back, double within, std::int64_t& count, std::int64_t& spent,
                                std::int64_t& missed) {
             X.p = start + (travel - back) * direction;
-            poser.place(X);
-            const std::vector<LeafPair> all = poser.allPairs(within);
+            posed.place(X);
+            const std::vector<LeafPair> all = posed.allPairs(within);
             count += static_cast<std::int64_t>(all.size());
-            missed += missing(all, poser.walkedPairs(within, spent));
-            if (walk) missed += missing(all, pairsOf(*walk, poser, X, within));
+            missed += missing(all, posed.walkedPairs(within, spent));
+            if (walk) missed += missing(all, pairsOf(*walk, posed, X, within));
         };
         check(0, margin, pairs, tests, out.pairsMissed);
         touching.push_back(X);

@@ -1,5 +1,5 @@
 #pragma once
-// A sphere tree against itself in poses of first contact: what a walk that culls costs, and what it misses.
+// Tests a sphere tree against itself in poses of first contact: what a culling walk costs, and which pairs it misses.
 #include <cstdint>
 #include <functional>
 
@@ -7,7 +7,7 @@
 
 namespace touchstone {
 
-/// See TreeMetrics, whose names these are.
+/// The fields have the same names and meanings as in TreeMetrics.
 struct PoseFigures {
     int poses = 0;
     double testsPerPose = 0, pairsPerPose = 0, pressedPairsPerPose = 0;
@@ -15,21 +15,21 @@ struct PoseFigures {
     double walkUs = -1;
 };
 
-/// Two leaves touch where their gap is at most this share of the diagonal: rounding, no more.
+/// Largest gap between touching leaves, as a share of the diagonal. It only allows for rounding.
 constexpr double kTouchShare = 1e-9;
-/// How far the pressed poses lie below the touching ones.
+/// Depth of the pressed poses below the touching ones, as a share of the diagonal.
 constexpr double kPressShare = 0.01;
 
-/// Draws orientations and directions, brings the tree along the direction to where its leaves first touch those of its
-/// copy, and then kPressShare of the diagonal further. In each pose the walk that descends the hierarchy as it stands
-/// (the larger node first) is held against all pairs. `tree`, if not null, is the one that the hierarchy was made of:
-/// its TreeWalk is held against them, too, and timed at the touching poses. Fewer poses than asked for, if the drawn
-/// directions lead the body through itself.
+/// Draws orientations and directions at random. Moves the tree along each direction to the pose in which its leaves
+/// first touch those of its copy, and then further by kPressShare of the diagonal. In each pose, the pairs found by a
+/// walk that descends the hierarchy (the larger node first) are compared with all pairs. If `tree` is not null, the
+/// hierarchy was made from it: the pairs of its TreeWalk are compared as well, and the walk is timed in the touching
+/// poses. The result has fewer than `poses` poses if the drawn directions do not lead to a contact.
 PoseFigures measurePoses(const SphereHierarchy& hierarchy, const SphereTree* tree, double diagonal, int poses,
                          std::uint64_t seed, const std::function<void(double)>& beat);
 
-/// How far along the unit vector `direction` the tool, at X_OT, can be moved until its leaves touch the obstacle's for
-/// the last time: beyond it they are apart. -HUGE_VAL if they never touch on the way. Exact up to rounding.
+/// The largest travel of the tool from X_OT along the unit vector `direction` at which its leaves touch the obstacle's;
+/// beyond it they are apart. -HUGE_VAL if they never touch. Exact up to rounding.
 double lastContact(const std::vector<SphereNode>& tool, const std::vector<SphereNode>& obstacle, const Pose& X_OT,
                    const Vec3& direction);
 

@@ -13,14 +13,18 @@
 namespace touchstone {
 namespace {
 
-constexpr double kFilling = 1.0 / 64;  // of the leaves, for the inside of a solid: medial balls leave little
-constexpr double kFlat = 28;           // growths of depth, from which on flats are kept smooth: a ripple of 1 %
-constexpr double kSmooth = 2.5e-4;     // of the diagonal, what no finger feels on a flat
-constexpr double kFinished = 0.98;     // of the progress, when the cover is found
+// Share of the leaves that is reserved for the inside of a solid. Medial balls leave little of it empty.
+constexpr double kFilling = 1.0 / 64;
+// Depth in growths beyond which balls grow less, to keep flats smooth: the ripple is then about 1 %.
+constexpr double kFlat = 28;
+// Growth that is too small to be felt on a flat, as a share of the diagonal.
+constexpr double kSmooth = 2.5e-4;
+// Fraction of the progress at which the cover is found.
+constexpr double kCoverDone = 0.98;
 
 Sphere sphereAt(const Vec3& c) { return {toSingle(c.x()), toSingle(c.y()), toSingle(c.z()), 0}; }
 
-/// What the user should know, in one sentence; empty if all is well.
+/// One sentence for the user if the tree has a limitation; otherwise empty.
 std::string noteFor(const RepairedMesh& body, const TreeCertificate& certificate, double depth, int leaves) {
     if (!certificate.covered)
         return "Single precision leaves gaps between the spheres; move the part nearer to the origin of its frame.";
@@ -30,35 +34,37 @@ std::string noteFor(const RepairedMesh& body, const TreeCertificate& certificate
     if (body.holes > 0)
         return "The surface has " + std::to_string(body.holes) +
                (body.holes == 1 ? " small hole that is" : " small holes that are") +
-               " taken as closed, and the protrusion is measured to the closed surface.";
+               " treated as closed, and the protrusion is measured to the closed surface.";
     const double e = certificate.protrusion * body.scale;
     if (depth > 0 && 2 * depth < e) {
-        // Leaves go as 1 / (2 e d + e^2); wanted is a protrusion of the half thickness.
+        // The number of leaves is proportional to 1 / (2 e d + e^2), for a protrusion e and a depth d. A protrusion of
+        // half the thickness, e = d, is enough to resolve the part.
         const double more = leaves * (2 * e * depth + e * e) / (3 * depth * depth);
-        const std::string reach = "The leaves reach further out of the part than it is thick";
+        const std::string reach = "The leaves protrude from the part by more than its thickness";
         if (more > TreeOptions::kMostLeaves)
-            return reach + ", and it is too thin for any count: it is felt as thick as its spheres.";
-        return reach + "; about " + std::to_string(std::llround(more / 1000 + 1) * 1000) + " leaves would follow it.";
+            return reach + ", and no allowed leaf count can resolve it: it is felt as thick as its spheres.";
+        return reach + "; about " + std::to_string(std::llround(more / 1000 + 1) * 1000) + " leaves would resolve it.";
     }
     return {};
 }
 
-/// The cover that the options ask for. Throws where the error asked for is out of reach.
+/// Finds the cover for the options. Throws std::invalid_argument if the requested error cannot be reached.
 Cover coverFor(const TreeOptions& options, const CoverTask& task, double rounding) {
     if (options.maxError > 0) {
         const double growth = options.maxError * task.mesh.scale - task.mesh.weld - rounding;
         Cover cover;
         if (growth > 0) cover = smallestCover(task, growth, TreeOptions::kMostLeaves);
         if (cover.proven && cover.balls.size() <= TreeOptions::kMostLeaves) return cover;
-        throw std::invalid_argument("so small an error takes more than " + std::to_string(TreeOptions::kMostLeaves) +
-                                    " leaves on this part; ask for a larger one");
+        throw std::invalid_argument("so small an error needs more than " + std::to_string(TreeOptions::kMostLeaves) +
+                                    " leaves on this part; choose a larger one");
     }
     const int leaves = std::clamp(options.leaves, 1, TreeOptions::kMostLeaves);
     const int filling = options.interior == Interior::Solid ? static_cast<int>(kFilling * leaves) : 0;
     return tightestCover(task, static_cast<std::size_t>(leaves - filling));
 }
 
-/// Leaves as floats hold them: centres, their depths measured there, and the radii that their pieces ask for.
+/// Leaves in single precision. Centers are rounded, depths are measured at the rounded centers, and radii cover the
+/// assigned pieces.
 std::vector<Sphere> leavesOf(Cover& cover, const CoverTask& task, double rounding) {
     const double scale = task.mesh.scale;
     std::vector<Sphere> spheres;
@@ -73,15 +79,15 @@ std::vector<Sphere> leavesOf(Cover& cover, const CoverTask& task, double roundin
         task.certificate.prove(cover.balls, cover.growth, proofResolution(cover.growth), task.workers);
     std::vector<Sphere> leaves;
     for (std::size_t i = 0; i < spheres.size(); ++i) {
-        if (proof.need[i] == -HUGE_VAL) continue;  // idle
+        if (proof.need[i] == -HUGE_VAL) continue;  // no piece is assigned to this ball
         spheres[i].r = toSingleUp((cover.balls[i].depth + proof.need[i] + 2 * rounding) / scale);
         leaves.push_back(spheres[i]);
     }
     return leaves;
 }
 
-/// Adds leaves inside the body until its hollows are no larger than the leaves' protrusion; returns the bound on them,
-/// mm.
+/// Adds leaves inside the body until no hollow is larger than the protrusion of the leaves. Returns the proven bound on
+/// the hollows, mm.
 double fill(std::vector<Sphere>& leaves, const TreeOptions& options, const CoverTask& task) {
     const double scale = task.mesh.scale;
     std::vector<SolidSphere> shell;
@@ -90,11 +96,11 @@ double fill(std::vector<Sphere>& leaves, const TreeOptions& options, const Cover
         shell.push_back({leaf.center() * scale, leaf.r * scale});
         protrusion = std::max(protrusion, shell.back().radius - task.solid.depth(shell.back().center));
     }
-    const std::size_t most =
+    const std::size_t maxBalls =
         options.maxError > 0
             ? static_cast<std::size_t>(kFilling / (1 - kFilling) * static_cast<double>(leaves.size())) + 8
             : static_cast<std::size_t>(std::max(0, options.leaves - static_cast<int>(leaves.size())));
-    const Filling filling = fillHollows(task.solid, shell, protrusion, most, task.workers);
+    const Filling filling = fillHollows(task.solid, shell, protrusion, maxBalls, task.workers);
     for (const Vec3& center : filling.centers) {
         leaves.push_back(sphereAt(center / scale));
         leaves.back().r = toSingle(task.solid.depth(leaves.back().center() * scale) / scale);
@@ -102,7 +108,7 @@ double fill(std::vector<Sphere>& leaves, const TreeOptions& options, const Cover
     return filling.hollow / scale;
 }
 
-/// Measures the leaves as the tree holds them.
+/// Measures the leaves as they are stored in the tree, and fills in the certificate.
 void certify(SphereTree& tree, const CoverTask& task, double growth, double rounding) {
     const double scale = task.mesh.scale;
     const auto count = static_cast<std::size_t>(tree.leafCount());
@@ -142,14 +148,15 @@ SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options,
     double extent = 0;
     for (const Triangle& t : body.cover)
         for (const Vec3& v : t) extent = std::max(extent, v.cwiseAbs().maxCoeff());
-    const double rounding = 16 * std::numeric_limits<double>::epsilon() * extent;  // of a corner and its distance
-    const double singles = 4 * std::numeric_limits<float>::epsilon() * extent;     // of a leaf's numbers
+    // Bounds on the rounding of a corner and its distance in double precision, and of a leaf in single precision.
+    const double rounding = 16 * std::numeric_limits<double>::epsilon() * extent;
+    const double leafRounding = 4 * std::numeric_limits<float>::epsilon() * extent;
 
-    Cover cover = coverFor(options, task, singles);
-    progress.enter(kFinished);
+    Cover cover = coverFor(options, task, leafRounding);
+    progress.enter(kCoverDone);
     if (cover.proven) {
         const double resolution = proofResolution(cover.growth);
-        settleBalls(cover, dropIdle(cover, certificate, resolution, workers), solid, certificate.law(), workers);
+        relaxBalls(cover, assignPieces(cover, certificate, resolution, workers), solid, certificate.law(), workers);
     }
     std::vector<Sphere> leaves = leavesOf(cover, task, rounding);
     const double hollow = options.interior == Interior::Solid && body.closed() ? fill(leaves, options, task) : -1;

@@ -1,5 +1,5 @@
 #pragma once
-// From a surface to a sphere tree: medial balls, set cover, certificate.
+// Builds a sphere tree from a surface, by medial balls, a set cover and a certificate.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -11,57 +11,59 @@
 namespace touchstone {
 
 enum class TreeQuality : std::uint8_t {
-    Fast,  ///< and smooth: large leaves on thick flats stand out less, so that a finger sliding there feels no ripple
-    Best,  ///< the least protrusion, about 1.4 times tighter on the bunny; several times slower
+    Fast,  ///< also smooth: large leaves on thick flats protrude less, so that a finger sliding there feels no ripple
+    Best,  ///< the least protrusion, about 1.4 times smaller on the bunny; several times slower
 };
 
 enum class Interior : std::uint8_t {
-    Shell,  ///< leaves cover the surface: for touching from outside
-    Solid,  ///< and fill the inside, so that no small tool finds a hollow to hide in
+    Shell,  ///< leaves cover the surface, for contact from outside
+    Solid,  ///< leaves also fill the inside, so that no small tool fits into a hollow between them
 };
 
 struct TreeOptions {
-    static constexpr int kMostLeaves = 1 << 18;
+    static constexpr int kMostLeaves = 1 << 18;  ///< largest maximum leaf count that is accepted
 
-    int leaves = 4096;    ///< at most this many, 1 to kMostLeaves
-    double maxError = 0;  ///< mm; if positive, `leaves` is not read: as few as are found to protrude no further
+    int leaves = 4096;    ///< maximum leaf count, 1 to kMostLeaves
+    double maxError = 0;  ///< mm; if positive, the bound on the protrusion: then `leaves` is ignored
     TreeQuality quality = TreeQuality::Fast;
     Interior interior = Interior::Shell;
-    std::uint64_t seed = 1;  ///< shifts the samples: other trees, equally good
-    int threads = 2;         ///< the result does not depend on it
+    std::uint64_t seed = 1;  ///< random seed: shifts the samples and gives a different tree of equal quality
+    int threads = 2;         ///< number of threads; the result does not depend on it
 
     friend bool operator==(const TreeOptions&, const TreeOptions&) = default;
 };
 
 struct BuildStatus {
-    double fraction = 0;     ///< done, 0 to 1
-    double secondsLeft = 0;  ///< estimate by the clock; negative while there is none
+    double fraction = 0;     ///< completed fraction, 0 to 1
+    double secondsLeft = 0;  ///< estimated remaining time; negative while there is no estimate
 };
 
-/// Called at least every 0.1 s or so by the thread that called; returning false cancels the build.
+/// Called about every 0.1 s or more often, on the thread that started the build. Returning false cancels the build.
 using BuildProgress = std::function<bool(const BuildStatus&)>;
 
-/// Covers the surface with at most `leaves` balls of least protrusion, or to a given protrusion with few balls, and
-/// orders them into a tree. Leaves are medial balls grown by e, so that none sticks out by more than e; coverage is
-/// proven piece by piece (a ball is convex: three corners inside mean the triangle is inside). The result depends on
-/// mesh, options and nothing else. Throws std::invalid_argument with one sentence when the mesh has no usable triangle
-/// or `maxError` asks for more than kMostLeaves, and BuildCancelled on cancel.
+/// Covers the surface with at most `leaves` balls of least protrusion, or with few balls of at most a given protrusion,
+/// and orders them into a tree. Leaves are medial balls grown by e, so that none protrudes by more than e. Coverage is
+/// proven piece by piece: a ball is convex, so a triangle with three corners inside is inside. The result depends only
+/// on the mesh and the options. Throws std::invalid_argument with one sentence if the mesh has no usable triangle or if
+/// `maxError` needs more than kMostLeaves leaves, and BuildCancelled on cancellation.
 SphereTree buildSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const BuildProgress& progress = {});
 
 struct BuildCancelled {};
 
-/// What became of a cache entry.
+/// Outcome of a cache lookup.
 struct CacheReport {
-    bool built = false;  ///< not found there
-    std::string remark;  ///< one sentence if the entry was damaged or the new one could not be written; else empty
+    bool built = false;  ///< the tree was not in the cache and was built
+    std::string remark;  ///< one sentence if the entry was damaged or the new one was not written; otherwise empty
 };
 
-/// buildSphereTree through a cache on disk, keyed by mesh and options. A missing, cut or corrupted entry is rebuilt; an
-/// unwritable folder means no cache, not a failure. Safe against two programs at once (written aside, then renamed).
+/// buildSphereTree() with a cache on disk, keyed by mesh and options. A missing, truncated or corrupted entry is
+/// rebuilt. An unwritable folder disables the cache and is no failure. Safe for concurrent programs: an entry is
+/// written to a temporary file and then renamed.
 SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const std::filesystem::path& folder,
                             const BuildProgress& progress = {}, CacheReport* report = nullptr);
 
-/// Hash of what a tree depends on: vertices, triangles, options, the builder's version. Stable across runs.
+/// Hash of everything that a tree depends on: vertices, triangles, options and the builder's version. Stable across
+/// runs.
 std::uint64_t treeKey(const TriangleMesh& mesh, const TreeOptions& options);
 
 }  // namespace touchstone

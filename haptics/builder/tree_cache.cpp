@@ -9,7 +9,8 @@
 namespace touchstone {
 namespace {
 
-constexpr std::uint32_t kBuilder = 5;  // raise it when the same mesh and options make another tree
+// Version of the builder. Increase it when the same mesh and options give a different tree.
+constexpr std::uint32_t kBuilderVersion = 5;
 
 std::string hex(std::uint64_t value) {
     std::string out(16, '0');
@@ -17,14 +18,14 @@ std::string hex(std::uint64_t value) {
     return out;
 }
 
-/// The entry, or nothing and why, if there was one.
+/// The entry, or nothing. If a damaged entry exists, `remark` receives the reason.
 std::optional<SphereTree> load(const std::filesystem::path& file, std::uint64_t key, std::string& remark) {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) return {};
     try {
         TreeFile entry = readTree(file);
         if (entry.key == key) return std::move(entry.tree);
-        remark = file.string() + " holds another tree than its name says, so it is built again";
+        remark = file.string() + " holds a different tree than its name says, so it is built again";
     } catch (const std::invalid_argument& damage) {
         const std::string sentence = damage.what();
         remark = sentence.substr(0, sentence.find(';')) + ", so it is built again";
@@ -36,7 +37,7 @@ std::optional<SphereTree> load(const std::filesystem::path& file, std::uint64_t 
 
 std::uint64_t treeKey(const TriangleMesh& mesh, const TreeOptions& options) {
     Hash hash;
-    hash.add(kBuilder).add(mesh.vertices.size());
+    hash.add(kBuilderVersion).add(mesh.vertices.size());
     for (const Vec3& v : mesh.vertices) hash.add(v.data(), 3 * sizeof(double));
     for (const auto& t : mesh.triangles) hash.add(t);
     return hash.add(options.maxError > 0 ? 0 : options.leaves)
@@ -61,7 +62,7 @@ SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options
     out.built = true;
     SphereTree tree = buildSphereTree(mesh, options, progress);
     if (const std::string fault = refuteCertificate(tree, mesh); !fault.empty()) {
-        out.remark = fault + " It is not kept; please report the part.";
+        out.remark = fault + " The tree is not cached; please report the part.";
         return tree;
     }
     try {

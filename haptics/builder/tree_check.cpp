@@ -19,91 +19,99 @@
 namespace touchstone {
 namespace {
 
-constexpr double kFine = 2e-4;    // of the diagonal: pieces that bare and covered surface are told apart by
-constexpr double kBeside = 1e-9;  // of the diagonal: nearer to a leaf counts as covered where samples are sorted
-constexpr double kNudge = 1e-9;   // of a leaf's radius: out of the leaf itself, into whatever else is there
-constexpr std::int64_t kOverlaps = 10'000'000, kOverlapsEach = 200;  // of all leaves, and for each: 50 are usual
-constexpr double kSmallHollow = 5e-3;  // of the diagonal: hollows are told apart by so much
+// Length of the pieces that separate bare from covered surface, as a share of the diagonal.
+constexpr double kFine = 2e-4;
+// A surface point this near to a leaf counts as covered when samples are classified; a share of the diagonal.
+constexpr double kCoveredGap = 1e-9;
+// Step out of a leaf, as a share of its radius, to test whether another leaf contains the point.
+constexpr double kNudge = 1e-9;
+// Maximum number of overlaps: a constant, and a number for each leaf. About 50 for each leaf are usual.
+constexpr std::int64_t kMaxOverlaps = 10'000'000, kMaxOverlapsPerLeaf = 200;
+// Accuracy of the largest hollow, as a share of the diagonal.
+constexpr double kHollowAccuracy = 5e-3;
 
 using Beat = std::function<void(double)>;
 
-/// Fractions of the stages, made into one; at most every 20 ms.
+/// Combines the progress of the stages into one fraction. Reports at most every 20 ms inside a stage.
 class Stages {
   public:
-    explicit Stages(const BuildProgress& report) : report_(report) { tell(0); }
+    explicit Stages(const BuildProgress& callback) : callback_(callback) { report(0); }
 
-    /// A stage that ends at the given fraction of the whole.
+    /// Begins a stage that ends at the given fraction of the whole.
     Beat stage(double end) {
         const double begin = std::exchange(end_, end);
-        tell(begin);
+        report(begin);
         return [this, begin, end](double done) {
-            if (std::chrono::steady_clock::now() - told_ > std::chrono::milliseconds(20))
-                tell(begin + done * (end - begin));
+            if (std::chrono::steady_clock::now() - reported_ > std::chrono::milliseconds(20))
+                report(begin + done * (end - begin));
         };
     }
-    void finish() { tell(1); }
+    void finish() { report(1); }
 
   private:
-    void tell(double fraction) {
-        constexpr double kTooEarly = 0.05;  // to judge the time left
-        told_ = std::chrono::steady_clock::now();
-        const double spent = std::chrono::duration<double>(told_ - began_).count();
+    void report(double fraction) {
+        constexpr double kTooEarly = 0.05;  // fraction below which no remaining time is estimated
+        reported_ = std::chrono::steady_clock::now();
+        const double spent = std::chrono::duration<double>(reported_ - began_).count();
         const double left = fraction < kTooEarly ? -1 : spent * (1 - fraction) / fraction;
-        if (report_ && !report_({fraction, left})) throw BuildCancelled{};
+        if (callback_ && !callback_({fraction, left})) throw BuildCancelled{};
     }
 
-    const BuildProgress& report_;
+    const BuildProgress& callback_;
     double end_ = 0;
-    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), told_;
+    std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), reported_;
 };
 
 double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
 
-/// The body as the repair of the mesh understands it, in the frame of RepairedMesh.
+/// The body that results from repairing the mesh, in the frame of RepairedMesh.
 class Body {
   public:
     explicit Body(const TriangleMesh& source)
         : mesh(repairMesh(source)),
           walls_(pick({FaceRole::Wall, FaceRole::Cap})),
           sheets_(pick({FaceRole::Sheet})),
-          toWalls_(walls_),
-          toSheets_(sheets_) {
+          wallBvh_(walls_),
+          sheetBvh_(sheets_) {
         double extent = 0;
         for (const Triangle& t : mesh.cover)
             for (const Vec3& v : t) extent = std::max(extent, v.cwiseAbs().maxCoeff());
         rounding = 8 * std::numeric_limits<double>::epsilon() * extent;
-        if (!pick({FaceRole::Buried}).empty()) shells_.emplace(pick({FaceRole::Wall, FaceRole::Cap, FaceRole::Buried}));
+        if (!pick({FaceRole::Buried}).empty())
+            shellBvh_.emplace(pick({FaceRole::Wall, FaceRole::Cap, FaceRole::Buried}));
     }
 
     const RepairedMesh mesh;
-    double rounding = 0;  ///< of a computed distance, at most
+    double rounding = 0;  ///< upper bound on the rounding error of a computed distance
 
     bool hasVolume() const { return !walls_.empty(); }
-    bool inside(const Vec3& p) const { return hasVolume() && (shells_ ? *shells_ : toWalls_).windingNumber(p) >= 0.5; }
+    bool inside(const Vec3& p) const {
+        return hasVolume() && (shellBvh_ ? *shellBvh_ : wallBvh_).windingNumber(p) >= 0.5;
+    }
 
     struct Nearest {
         double distance;
         Vec3 point;
-        Vec3 normal;    ///< not of unit length; zero for a line of no area
-        bool oriented;  ///< the normal looks out
+        Vec3 normal;    ///< not of unit length; zero for a degenerate triangle
+        bool oriented;  ///< the normal points out of the body
     };
     Nearest nearest(const Vec3& p) const {
-        const TriangleBvh::Hit wall = toWalls_.closest(p), sheet = toSheets_.closest(p, wall.distance);
+        const TriangleBvh::Hit wall = wallBvh_.closest(p), sheet = sheetBvh_.closest(p, wall.distance);
         const TriangleBvh::Hit& hit = sheet.triangle >= 0 ? sheet : wall;
         const Triangle& t = (sheet.triangle >= 0 ? sheets_ : walls_)[hit.triangle];
         return {hit.distance, hit.point, (t[1] - t[0]).cross(t[2] - t[0]), sheet.triangle < 0};
     }
 
-    /// Distance from the walls for a point inside, minus the distance from the body for one outside. It changes no
-    /// faster than the point moves, so that a leaf reaches no further out than its radius - depth.
-    double depth(const Vec3& p) const { return inside(p) ? toWalls_.closest(p).distance : -nearest(p).distance; }
+    /// Distance to the walls for a point inside, minus the distance to the body for a point outside. It is 1-Lipschitz,
+    /// so a leaf protrudes at most by its radius - depth.
+    double depth(const Vec3& p) const { return inside(p) ? wallBvh_.closest(p).distance : -nearest(p).distance; }
 
-    /// depth(p) >= least, at less cost: a search that finds nothing too near ends early.
+    /// Whether depth(p) >= least. Costs less than depth(), because the search ends early if no triangle is too near.
     bool depthAtLeast(const Vec3& p, double least) const {
         const bool in = inside(p);
-        if (least > 0) return in && toWalls_.closest(p, least).triangle < 0;
+        if (least > 0) return in && wallBvh_.closest(p, least).triangle < 0;
         const double bound = std::max(-least * (1 + 4 * std::numeric_limits<double>::epsilon()), 1e-150);
-        return in || toWalls_.closest(p, bound).triangle >= 0 || toSheets_.closest(p, bound).triangle >= 0;
+        return in || wallBvh_.closest(p, bound).triangle >= 0 || sheetBvh_.closest(p, bound).triangle >= 0;
     }
 
   private:
@@ -115,12 +123,12 @@ class Body {
     }
 
     std::vector<Triangle> walls_, sheets_;
-    TriangleBvh toWalls_, toSheets_;
-    std::optional<TriangleBvh> shells_;  ///< with what is buried; none if nothing is
+    TriangleBvh wallBvh_, sheetBvh_;
+    std::optional<TriangleBvh> shellBvh_;  ///< closed shells with their buried faces; empty without buried faces
 };
 
-/// The leaves in the frame of the body, smaller by what rounding may do to a distance, so that what lies in them by the
-/// computed distance lies in the true ones.
+/// The leaves in the frame of the body, smaller by the rounding error of a distance: a point that lies in them by the
+/// computed distance lies in the true leaves.
 LeafUnion shrunkLeaves(const std::vector<Sphere>& spheres, const Body& body) {
     std::vector<Leaf> leaves;
     for (const Sphere& s : spheres)
@@ -128,17 +136,17 @@ LeafUnion shrunkLeaves(const std::vector<Sphere>& spheres, const Body& body) {
     return LeafUnion(std::move(leaves));
 }
 
-/// Every measurement asks which leaves are near a point, and takes as long as there are many.
+/// Every measurement searches the leaves near a point, and its time is proportional to their number.
 void requireFewOverlaps(const LeafUnion& leaves) {
     const auto count = static_cast<std::int64_t>(leaves.leaves().size());
-    const std::int64_t most = kOverlaps + kOverlapsEach * count;
-    if (leaves.overlaps(most) > most)
+    const std::int64_t limit = kMaxOverlaps + kMaxOverlapsPerLeaf * count;
+    if (leaves.overlaps(limit) > limit)
         throw std::invalid_argument("The " + std::to_string(count) + " leaves overlap in more than " +
-                                    std::to_string(most / 2) + " pairs, too many to be measured; thin them out.");
+                                    std::to_string(limit / 2) + " pairs, too many to be measured; thin them out.");
 }
 
-/// Points of low discrepancy in the unit cube. Source: M. Roberts, The Unreasonable Effectiveness of Quasirandom
-/// Sequences (2018): multiples of the powers of 1/g, g^(d+1) = g + 1.
+/// Low-discrepancy points in the unit cube: multiples of the powers of 1/g, where g^(d+1) = g + 1. Source: M. Roberts,
+/// The Unreasonable Effectiveness of Quasirandom Sequences (2018).
 template <int d>
 Eigen::Matrix<double, d, 1> quasiRandom(int i, std::uint64_t seed) {
     static const double g = [] {
@@ -154,15 +162,15 @@ Eigen::Matrix<double, d, 1> quasiRandom(int i, std::uint64_t seed) {
     return out;
 }
 
-/// Figures of the leaves' outside.
+/// Measures the leaves' outside: protrusion, distance to the surface and normal error.
 void measureOutside(const Body& body, const LeafUnion& leaves, const CheckOptions& options, Stages& progress,
                     TreeMetrics& out) {
     double area = 0, squares = 0, angles = 0, angleArea = 0;
-    const double beside = kBeside * body.mesh.diagonal;
-    const auto take = [&](const OutsidePatch& patch) {
+    const double coveredGap = kCoveredGap * body.mesh.diagonal;
+    const auto addPatch = [&](const OutsidePatch& patch) {
         const Body::Nearest surface = body.nearest(patch.point);
         const bool inside = body.inside(patch.point);
-        if (inside && leaves.gap(surface.point) <= beside) return;  // the wall of a hollow
+        if (inside && leaves.gap(surface.point) <= coveredGap) return;  // the patch is the wall of a hollow
         const double protrusion = inside ? 0 : surface.distance;
         out.protrusionMax = std::max(out.protrusionMax, protrusion);
         out.hausdorffToSurface = std::max(out.hausdorffToSurface, surface.distance);
@@ -175,7 +183,7 @@ void measureOutside(const Body& body, const LeafUnion& leaves, const CheckOption
         }
     };
 
-    // Of each leaf the point that is farthest out, if no other leaf holds it; it has no area of its own.
+    // Take the point of each leaf that protrudes most, if no other leaf contains it. It counts with zero area.
     Beat beat = progress.stage(0.2);
     const auto& all = leaves.leaves();
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -183,25 +191,25 @@ void measureOutside(const Body& body, const LeafUnion& leaves, const CheckOption
         const auto& [center, radius] = all[i];
         const Body::Nearest surface = body.nearest(center);
         const bool inside = body.inside(center);
-        // Sheets inside the body are no walls of it.
+        // A sheet inside the body is no wall, so it does not limit the depth.
         const double depth = !inside ? -surface.distance : surface.oriented ? surface.distance : body.depth(center);
         out.protrusionCertified = std::max(out.protrusionCertified, radius + body.rounding - depth + body.mesh.weld);
         if (!(surface.distance > 0) || radius < 0) continue;
         const Vec3 normal = (inside ? 1.0 : -1.0) * (surface.point - center).normalized();
-        if (!leaves.contains(center + (1 + kNudge) * radius * normal)) take({center + radius * normal, normal, 0});
+        if (!leaves.contains(center + (1 + kNudge) * radius * normal)) addPatch({center + radius * normal, normal, 0});
     }
 
     const std::vector<OutsidePatch> patches = leaves.outside(options.samples, options.seed, progress.stage(0.3));
     beat = progress.stage(0.5);
     for (std::size_t i = 0; i < patches.size(); ++i) {
         beat(static_cast<double>(i) / static_cast<double>(patches.size()));
-        take(patches[i]);
+        addPatch(patches[i]);
     }
     out.protrusionRms = area > 0 ? std::sqrt(squares / area) : 0;
     out.normalErrorMean = angleArea > 0 ? angles / angleArea : 0;
 }
 
-/// How far one gets from p along u until no leaf is left; `atMost` if that is not nearer.
+/// Distance from p along u to the first point that lies in no leaf; `atMost` if that distance is larger.
 double exitDistance(const LeafUnion& leaves, const Vec3& p, const Vec3& u, double atMost) {
     double t = 0;
     for (;;) {
@@ -218,11 +226,11 @@ double exitDistance(const LeafUnion& leaves, const Vec3& p, const Vec3& u, doubl
     }
 }
 
-/// The largest distance from a point of the surface to the leaves' outside: for points spread evenly over it, the
-/// shortest way out along the normal or, where that might be the largest of all, along the best direction that a search
-/// finds: some 2 % too long at most, where many are about as good.
+/// The largest distance from a point of the surface to the leaves' outside, over evenly distributed points. The
+/// distance of a point is the shortest way out along the normal. If that might be the largest of all, other directions
+/// are searched; the result is at most about 2 % too long where many directions are about equally good.
 double farthestFromOutside(const Body& body, const LeafUnion& leaves, const CheckOptions& options, const Beat& beat) {
-    constexpr int kDirections = 64, kPolish = 100;
+    constexpr int kDirections = 64, kPolish = 100;  // numbers of first directions and of local search steps
     const auto counts = [](const Face& f) { return f.role == FaceRole::Wall || f.role == FaceRole::Sheet; };
     double total = 0, sum = 0, farthest = 0;
     for (const Face& f : body.mesh.faces) total += counts(f) ? areaOf(f.corners) : 0;
@@ -235,7 +243,8 @@ double farthestFromOutside(const Body& body, const LeafUnion& leaves, const Chec
         Vec3 way = normal;
         const auto attempt = [&](const Vec3& u) {
             const double d = exitDistance(leaves, p, u, least);
-            if (!(d < least) || (wall && body.inside(p + d * u))) return false;  // the second: into a hollow
+            // An exit inside the body leads into a hollow, not to the leaves' outside.
+            if (!(d < least) || (wall && body.inside(p + d * u))) return false;
             least = d;
             way = u;
             return true;
@@ -248,7 +257,7 @@ double farthestFromOutside(const Body& body, const LeafUnion& leaves, const Chec
         }
         double spread = 0.3;
         for (int step = 0; step < kPolish && least > farthest; ++step) {
-            // Creases between leaves are narrow valleys of the distance: sides that turn find a way along them.
+            // Creases between leaves are narrow valleys of the distance. A rotating search direction follows them.
             const Vec3 u = way.unitOrthogonal(), v = way.cross(u);
             const double turn = step * 2 * std::numbers::pi / std::numbers::phi;
             const bool better = attempt((way + spread * (std::cos(turn) * u + std::sin(turn) * v)).normalized());
@@ -273,7 +282,7 @@ double farthestFromOutside(const Body& body, const LeafUnion& leaves, const Chec
     return farthest;
 }
 
-/// Volume of the leaves' union over that of the body, each by points spread over its own box.
+/// Volume of the leaves' union divided by the volume of the body, each from points distributed over its bounding box.
 double volumeRatio(const Body& body, const LeafUnion& leaves, const CheckOptions& options, const Beat& beat) {
     if (!body.hasVolume()) return NAN;
     Box bodyBox, leafBox;
@@ -293,9 +302,9 @@ double volumeRatio(const Body& body, const LeafUnion& leaves, const CheckOptions
     return inBody > 0 ? inLeaves * (leafBox.hi - leafBox.lo).prod() / (inBody * (bodyBox.hi - bodyBox.lo).prod()) : NAN;
 }
 
-/// Radius of the largest ball inside the body and clear of all leaves, if it is larger than `above` by more than
-/// `slack`; `above` if none is. What fits at p, min(depth(p), gap(p)), changes no faster than p moves, so a cube that
-/// cannot hold more is left; the others are cut into eight.
+/// Radius of the largest ball inside the body and clear of all leaves, within `slack`; `above` if no such ball is
+/// larger than `above` by more than `slack`. The largest ball at p has the radius min(depth(p), gap(p)), which is
+/// 1-Lipschitz. A cube that cannot contain a larger one is skipped; other cubes are divided into eight.
 double largestHollow(const Body& body, const LeafUnion& leaves, double above, double slack, const Beat& beat) {
     struct Cube {
         Vec3 center;
@@ -313,12 +322,12 @@ double largestHollow(const Body& body, const LeafUnion& leaves, double above, do
         waiting.pop_back();
         beat(0);
         const double reach = std::sqrt(3.0) * half, enough = largest + slack;
-        bool small = false;
+        bool tooSmall = false;
         leaves.near(center, std::max(0.0, enough - reach), [&](int i) {
             const Leaf& s = leaves.leaves()[i];
-            small = small || (s.center - center).norm() - s.radius + reach <= enough;
+            tooSmall = tooSmall || (s.center - center).norm() - s.radius + reach <= enough;
         });
-        if (small || !body.depthAtLeast(center, enough - reach)) continue;
+        if (tooSmall || !body.depthAtLeast(center, enough - reach)) continue;
         if (const double gap = leaves.gap(center); gap > largest && body.depthAtLeast(center, largest))
             largest = std::max(largest, std::min(gap, body.depth(center)));
         for (int octant = 0; octant < 8; ++octant) {
@@ -359,17 +368,17 @@ TreeMetrics measure(const SphereHierarchy& hierarchy, const SphereTree* tree, co
         findBareSurface(body.mesh.cover, leaves, kFine * body.mesh.diagonal, false, progress.stage(0.1));
     double area = 0;
     for (const Triangle& t : body.mesh.cover) area += areaOf(t);
-    out.coverageProven = bare.none;
+    out.coverageProven = bare.covered;
     out.uncoveredShare = bare.area / area;
     out.largestGap = bare.largestGap;
 
     measureOutside(body, leaves, options, progress, out);
     out.hausdorffToTree = farthestFromOutside(body, leaves, options, progress.stage(0.7));
     out.volumeRatio = volumeRatio(body, leaves, options, progress.stage(0.8));
-    out.hollow = largestHollow(body, leaves, 0, kSmallHollow * body.mesh.diagonal, progress.stage(0.85));
+    out.hollow = largestHollow(body, leaves, 0, kHollowAccuracy * body.mesh.diagonal, progress.stage(0.85));
     measureContainment(hierarchy, out);
 
-    // Lengths so far are in the frame of the repaired mesh.
+    // Convert the lengths from the frame of the repaired mesh to mm.
     const double mm = 1 / body.mesh.scale;
     out.diagonal = body.mesh.diagonal;
     for (double* length : {&out.diagonal, &out.largestGap, &out.protrusionMax, &out.protrusionRms,
@@ -399,7 +408,8 @@ std::string sentence(const Parts&... parts) {
 
 std::string at(const Vec3& p) { return sentence("(", p.x(), ", ", p.y(), ", ", p.z(), ") mm"); }
 
-/// Every leaf lies in every block above it, as sphere and as rounded box: what walks prune by.
+/// Checks that every leaf lies in every block above it, both in its sphere and in its rounded box. Walks prune by
+/// these. Returns a sentence about the first leaf that does not; empty if all do.
 std::string refuteBlocks(const SphereTree& tree) {
     const auto inSphere = [](const Sphere& leaf, const Sphere& block) {
         const Vec3 off = Vec3(leaf.x, leaf.y, leaf.z) - Vec3(block.x, block.y, block.z);
@@ -413,7 +423,7 @@ std::string refuteBlocks(const SphereTree& tree) {
             const Sphere leaf = tree.leaf(i);
             const int b = i / size;
             assert(b < level.count);
-            // A ball is a smaller one grown by the box's rounding.
+            // The rounded box contains the leaf if the inner box contains the leaf shrunk by the rounding.
             const double rest = double(leaf.r) - double(level.round[b]);
             bool inside = inSphere(leaf, tree.block(k, b)) && level.round[b] <= leaf.r;
             const std::array<double, 3> c{leaf.x, leaf.y, leaf.z};
@@ -464,17 +474,16 @@ std::string refuteCertificate(const SphereTree& tree, const TriangleMesh& mesh) 
     const LeafUnion leaves = shrunkLeaves(spheres, body);
     const Beat silent = [](double) {};
     if (claimed.covered)
-        if (const BareSurface bare = findBareSurface(body.mesh.cover, leaves, 0, true, silent); !bare.none)
+        if (const BareSurface bare = findBareSurface(body.mesh.cover, leaves, 0, true, silent); !bare.covered)
             return sentence("The surface at ", at(bare.where * mm),
                             " lies in no leaf of the sphere tree, though its certificate says that all of it does.");
     if (claimed.hollow >= 0) {
         const double limit = claimed.hollow * body.mesh.scale;
-        const double hollow = largestHollow(body, leaves, limit, kSmallHollow * body.mesh.diagonal, silent);
+        const double hollow = largestHollow(body, leaves, limit, kHollowAccuracy * body.mesh.diagonal, silent);
         if (hollow > limit)
             return sentence("A ball of radius ", hollow * mm,
-                            " mm fits between the leaves of the sphere tree, a larger "
-                            "one than the ",
-                            claimed.hollow, " mm that its certificate says.");
+                            " mm fits between the leaves of the sphere tree, more than the ", claimed.hollow,
+                            " mm that its certificate says.");
     }
     return {};
 }

@@ -14,7 +14,7 @@ namespace touchstone {
 namespace {
 
 constexpr char kMagic[8] = {'T', 'S', 'S', 'P', 'H', 'E', 'R', 'E'};
-constexpr std::uint32_t kVersion = 3;  // of this form
+constexpr std::uint32_t kVersion = 3;  // version of the file format
 
 template <class T>
 void append(std::string& out, const T& value) {
@@ -22,7 +22,7 @@ void append(std::string& out, const T& value) {
     out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Reads values one after the other; `ok` falls at the first that is not there.
+/// Reads consecutive values. `ok` becomes false at the first value that is missing.
 struct Reader {
     const std::string& bytes;
     std::size_t at = 0;
@@ -63,7 +63,7 @@ bool isSound(const Sphere& s) {
     return std::isfinite(s.x) && std::isfinite(s.y) && std::isfinite(s.z) && std::isfinite(s.r) && s.r >= 0;
 }
 
-/// Whole and of this version, or a sentence that says what is wrong.
+/// Decodes a complete file of this version. Throws one sentence about what is wrong otherwise.
 TreeFile decoded(const std::string& bytes, const std::string& name) {
     const auto fail = [&](const char* what) { throw std::invalid_argument(name + " " + what); };
     const std::string damaged = "is cut or damaged; build the tree again";

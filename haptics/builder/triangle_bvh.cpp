@@ -7,8 +7,11 @@
 namespace touchstone {
 namespace {
 
-constexpr double kNeedle = 1e-7;      // height over longest side below which the face plane carries no digits
-constexpr double kDipoleReach = 2.5;  // in radii of the group; the first-order error is then some 1e-2 of its share
+// Ratio of height to longest side below which rounding makes the plane of a face meaningless.
+constexpr double kNeedle = 1e-7;
+// Distance from which a group counts as a dipole, in radii of the group. The first-order error is then about 1e-2 of
+// the group's contribution.
+constexpr double kDipoleReach = 2.5;
 
 Vec3 closestOnSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
     const Vec3 ab = b - a;
@@ -77,7 +80,8 @@ TriangleBvh::TriangleBvh(std::vector<Triangle> triangles) : tree_(boxesOf(triang
             if (node.count[k] <= 0) continue;
             Pack pack;
             for (int lane = 0; lane < 4; ++lane) {
-                const int i = node.first[k] + std::min(lane, node.count[k] - 1);  // the last one fills up
+                // The last triangle fills the unused lanes.
+                const int i = node.first[k] + std::min(lane, node.count[k] - 1);
                 const auto& [a, b, c] = triangles_[i];
                 for (int x = 0; x < 3; ++x) {
                     pack.a[x][lane] = a[x];
@@ -93,7 +97,8 @@ TriangleBvh::TriangleBvh(std::vector<Triangle> triangles) : tree_(boxesOf(triang
         }
     }
 
-    // A node's dipole sums its children's; children stand behind their parent, so one backward sweep fills them.
+    // A node's dipole is the sum of its children's. Children come after their parent, so one backward pass computes
+    // all.
     struct Group {
         Vec3 area = Vec3::Zero(), moment = Vec3::Zero();
         double weight = 0;
@@ -132,7 +137,7 @@ TriangleBvh::TriangleBvh(std::vector<Triangle> triangles) : tree_(boxesOf(triang
     }
 }
 
-// The nearest of the three sides, or the face where the foot of p lies between them.
+// The distance to the nearest of the three sides, or to the face if the projection of p lies inside it.
 Eigen::Array4d TriangleBvh::Pack::squaredDistance(const Vec3& p) const {
     using Lane = Eigen::Array4d;
     const Lane apx = p[0] - a[0], apy = p[1] - a[1], apz = p[2] - a[2];
@@ -148,7 +153,7 @@ Eigen::Array4d TriangleBvh::Pack::squaredDistance(const Vec3& p) const {
                            .min(side(bpx, bpy, bpz, bcx, bcy, bcz, perBc2));
     const Lane nx = ab[1] * ac[2] - ab[2] * ac[1], ny = ab[2] * ac[0] - ab[0] * ac[2],
                nz = ab[0] * ac[1] - ab[1] * ac[0];
-    // n . (e x d) for a side e and the way d to p from its start: positive on the inner side.
+    // n . (e x d) for a side e and the vector d from its start to p: positive on the inner side.
     const auto within = [&](const Lane& ex, const Lane& ey, const Lane& ez, const Lane& x, const Lane& y,
                             const Lane& z) -> Lane {
         return nx * (ey * z - ez * y) + ny * (ez * x - ex * z) + nz * (ex * y - ey * x);
@@ -173,7 +178,7 @@ TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double bound, double enough
         const double distance = std::max(0.0, std::sqrt(square) - tolerance);
         return tolerance > 0 ? distance * distance : square;
     };
-    double worthwhile = lessTolerance(best);  // boxes beyond it hold nothing that matters
+    double worthwhile = lessTolerance(best);  // squared distance beyond which a box cannot improve the result
     int top = 0;
     stack[top++] = {0, 0};
     while (top > 0 && best >= stop) {
@@ -181,7 +186,7 @@ TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double bound, double enough
         if (w.squaredDistance >= worthwhile) continue;
         const BoxTree::Node& node = tree_.nodes()[w.node];
         const Eigen::Array4d d = node.squaredDistance(p);
-        // Nearest first: buckets are tested at once, nodes wait with the nearest on top.
+        // Nearest first: buckets are tested immediately, and nodes wait on the stack with the nearest on top.
         std::array<int, 4> rank{0, 1, 2, 3};
         const auto order = [&](int i, int j) {
             if (d[rank[j]] < d[rank[i]]) std::swap(rank[i], rank[j]);
@@ -192,7 +197,7 @@ TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double bound, double enough
             if (node.count[k] == 0) continue;
             const Eigen::Array4d near = packs_[packOf_[w.node][k]].squaredDistance(p);
             for (int lane = 0; lane < node.count[k]; ++lane) {
-                // The lanes round differently in the last digits; the point decides.
+                // The lanes round differently in the last digits, so the exact closest point decides.
                 if (!(near[lane] < best * (1 + 1e-12))) continue;
                 const int i = node.first[k] + lane;
                 const Vec3 q = closestPoint(p, triangles_[i], needle_[i]);
@@ -220,7 +225,8 @@ TriangleBvh::Hit TriangleBvh::closest(const Vec3& p, double bound, double enough
 }
 
 double TriangleBvh::tangentRadius(const Vec3& p, const Vec3& direction, double radius, double slack) const {
-    constexpr int kSteps = 12;  // onto one triangle: each lands on the ball through the point that stood in the way
+    // Maximum number of shrinking steps for one triangle. Each gives the ball limited by the point that was too deep.
+    constexpr int kSteps = 12;
     Vec3 center = p + radius * direction;
     double reach2 = 0;
     const auto shrinkTo = [&](double r) {
@@ -252,7 +258,7 @@ double TriangleBvh::tangentRadius(const Vec3& p, const Vec3& direction, double r
                     const Vec3 to = closestPoint(center, triangles_[i], needle_[i]) - p;
                     const double along = to.dot(direction);
                     if (!((to + p - center).squaredNorm() < reach2)) break;
-                    // |centre - q| = r - slack, solved for r.
+                    // Solves |center - q| = r - slack for r.
                     const double next = along > slack ? (to.squaredNorm() - slack * slack) / (2 * (along - slack)) : 0;
                     shrinkTo(std::clamp(next, 0.0, (1 - 1e-6) * radius));
                 }

@@ -1,5 +1,5 @@
 #pragma once
-// The surface that a sphere tree covers.
+// A triangle mesh: the surface that a sphere tree covers.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -8,7 +8,8 @@
 
 namespace touchstone {
 
-/// Triangles in mm, counter-clockwise seen from outside. Indices are valid and coordinates finite: readers see to it.
+/// Triangles in mm, counter-clockwise seen from outside. The readers of mesh files make sure that indices are valid and
+/// coordinates finite.
 struct TriangleMesh {
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;

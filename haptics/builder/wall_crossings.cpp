@@ -5,7 +5,7 @@
 namespace touchstone {
 namespace {
 
-constexpr int kCrowd = 100;  // faces near one that are looked at
+constexpr int kMaxNeighbors = 100;  // maximum number of neighbors that are tested for one face
 
 /// Squared distance of the segments p + s d and q + t e, s and t in [0, 1].
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
@@ -21,7 +21,8 @@ double squaredDistance(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& 
     return (r + s * d - t * e).squaredNorm();
 }
 
-/// Whether the segment comes within kTouching of the triangle: it goes through, or an end or a side lies near.
+/// Whether the segment comes within kTouching of the triangle: it passes through it, or it is near at an end or at a
+/// side.
 bool touches(const Vec3& p, const Vec3& q, const Triangle& t) {
     const Vec3 n = (t[1] - t[0]).cross(t[2] - t[0]);
     const double slack = kTouching * n.norm();
@@ -38,30 +39,36 @@ bool touches(const Vec3& p, const Vec3& q, const Triangle& t) {
     return near(p) || near(q);
 }
 
-/// What a face saw of the others: nothing yet, that none crosses it, that one may, or too many to tell.
-enum class Sight : char { None, Clear, Crossed, Crowded };
+/// Result of testing a face against the others.
+enum class Finding : char {
+    Unknown,  // not tested yet
+    Clear,    // no other face crosses it
+    Crossed,  // another face may cross it
+    Crowded,  // too many neighbors to decide
+};
 
 class Crossings {
   public:
     Crossings(const std::vector<Vec3>& vertices, const std::vector<Corners>& faces, Pulse& pulse)
-        : vertices_(vertices), faces_(faces), pulse_(pulse), sights_(faces.size(), Sight::None) {
+        : vertices_(vertices), faces_(faces), pulse_(pulse), findings_(faces.size(), Finding::Unknown) {
         std::vector<int> some(faces.size());
         std::iota(some.begin(), some.end(), 0);
-        // Those with many others about, such as fans around one vertex, are left to the others; then to each other.
+        // A crowded face, such as one of a fan around a vertex, may be decided from the tests of its neighbors. The
+        // faces that remain crowded are then tested only against each other, as long as that halves their number.
         for (std::size_t before = 2 * some.size() + 1; 2 * some.size() < before;) {
             before = some.size();
-            seek(some);
-            std::erase_if(some, [&](int f) { return sights_[f] != Sight::Crowded; });
+            test(some);
+            std::erase_if(some, [&](int f) { return findings_[f] != Finding::Crowded; });
         }
     }
 
-    bool clear(std::size_t face) const { return sights_[face] == Sight::Clear; }
+    bool clear(std::size_t face) const { return findings_[face] == Finding::Clear; }
 
   private:
     Triangle triangle(const Corners& c) const { return {vertices_[c[0]], vertices_[c[1]], vertices_[c[2]]}; }
 
-    // Looks at each of some faces among them, at a bounded cost.
-    void seek(const std::vector<int>& some) {
+    // Tests each face of `some` against the others in `some`, at a bounded cost.
+    void test(const std::vector<int>& some) {
         std::vector<Box> boxes(some.size());
         for (std::size_t i = 0; i < some.size(); ++i)
             for (const Vec3& v : triangle(faces_[some[i]])) boxes[i].add(v);
@@ -70,27 +77,27 @@ class Crossings {
         std::vector<Corners> faces;
         faces.reserve(some.size());
         for (const int i : tree.order()) faces.push_back(faces_[some[i]]);
-        std::vector<Sight> seen(some.size(), Sight::None);
+        std::vector<Finding> found(some.size(), Finding::Unknown);
         for (int f = 0; f < static_cast<int>(faces.size()); ++f) {
             pulse_();
-            if (seen[f] == Sight::Crossed) continue;
+            if (found[f] == Finding::Crossed) continue;
             Box around = boxes[f];
             around.lo.array() -= kTouching;
             around.hi.array() += kTouching;
             int tests = 0;
-            seen[f] = Sight::Clear;
+            found[f] = Finding::Clear;
             anyMeeting(tree, boxes, around, [&](int other) {
-                if (other == f || seen[other] == Sight::Clear) return false;
-                if (++tests > kCrowd) {
-                    seen[f] = Sight::Crowded;
+                if (other == f || found[other] == Finding::Clear) return false;
+                if (++tests > kMaxNeighbors) {
+                    found[f] = Finding::Crowded;
                     return true;
                 }
                 if (!mayCross(faces[f], faces[other])) return false;
-                seen[f] = seen[other] = Sight::Crossed;
+                found[f] = found[other] = Finding::Crossed;
                 return true;
             });
         }
-        for (std::size_t i = 0; i < some.size(); ++i) sights_[some[tree.order()[i]]] = seen[i];
+        for (std::size_t i = 0; i < some.size(); ++i) findings_[some[tree.order()[i]]] = found[i];
     }
 
     bool mayCross(const Corners& a, const Corners& b) const {
@@ -108,7 +115,7 @@ class Crossings {
     const std::vector<Vec3>& vertices_;
     const std::vector<Corners>& faces_;
     Pulse& pulse_;
-    std::vector<Sight> sights_;
+    std::vector<Finding> findings_;
 };
 
 }  // namespace

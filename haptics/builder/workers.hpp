@@ -1,5 +1,5 @@
 #pragma once
-// Work in blocks on a few threads, with signs of life from the thread that called.
+// Runs work in blocks on a few threads, with a heartbeat on the calling thread.
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -12,10 +12,11 @@
 
 namespace touchstone {
 
-/// Called now and then by long loops, always on the thread that started the work; throws to end it.
+/// Called regularly by long loops, always on the thread that started the work. It may throw to end the work.
 using Heartbeat = std::function<void()>;
 
-/// Results depend on the blocks, never on the threads: a block writes to a place of its own.
+/// Distributes blocks of work over threads. Each block writes to a separate place, so results depend on the blocks and
+/// never on the number of threads.
 class Workers {
   public:
     explicit Workers(int threads = 1, Heartbeat heartbeat = {})
@@ -25,8 +26,8 @@ class Workers {
         if (heartbeat_) heartbeat_();
     }
 
-    /// Calls work(block) for each block below `blocks`, in any order, and returns when all are done. The first
-    /// exception, from work or heartbeat, ends the others early and comes out here.
+    /// Calls work(block) for each block from 0 to `blocks` - 1, in any order, and returns when all are done. The first
+    /// exception, from the work or the heartbeat, stops the remaining blocks and is rethrown here.
     template <class Work>
     void each(std::size_t blocks, Work&& work) const {
         std::atomic<std::size_t> next{0};
@@ -53,7 +54,7 @@ class Workers {
         if (failure) std::rethrow_exception(failure);
     }
 
-    /// each() over ranges of at most `grain`: work(first, last).
+    /// Calls work(first, last) for consecutive ranges of at most `grain` items, like each().
     template <class Work>
     void eachRange(std::size_t count, std::size_t grain, Work&& work) const {
         each((count + grain - 1) / grain,

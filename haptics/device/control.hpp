@@ -1,35 +1,35 @@
 #pragma once
-// What the window and a device with hardware behind it say to each other.
+// The interface between the window and a device with hardware: status, reconnecting and the workspace.
 #include <string>
 
 #include "haptics/device/workspace.hpp"
 
 namespace touchstone {
 
-/// How a device stands.
+/// The state of a device.
 struct DeviceStatus {
     enum class State { Running, Fault, Lost, Connecting };
     State state = State::Running;
-    std::string text = {};     ///< one sentence: what happened last, or what runs
-    std::string details = {};  ///< library, names tried, serial number and so on, a line each
-    double temperature = -1;   ///< of the warmest motor, 0 to 1; negative: not known
-    double rate = 0;           ///< of the device's own scheduler as measured, Hz; 0: not known
+    std::string text = {};     ///< one sentence: the last event, or which device is running
+    std::string details = {};  ///< library, names tried, serial number and so on, one per line
+    double temperature = -1;   ///< of the warmest motor, 0 to 1; negative: unknown
+    double rate = 0;           ///< measured rate of the device's own scheduler, Hz; 0: unknown
 };
 const char* name(DeviceStatus::State state);
 
-/// Shared by a device and the window, for any one thread besides the haptic one.
+/// Shared by a device and the window. One thread other than the haptic thread may use it.
 class DeviceControl {
   public:
     virtual ~DeviceControl() = default;
     virtual DeviceStatus status() const { return {}; }
-    /// Tries to get a lost device back, on a thread of its own; status() tells how that goes. The force stays zero
-    /// until somebody engages it.
+    /// Tries to reconnect a lost device on a separate thread; status() reports the progress. The force stays zero until
+    /// the user engages the device.
     virtual void reconnect() {}
-    /// How much of a Workspace it follows; what is above stays as it is by default.
+    /// Which part of a Workspace the device applies: nothing, the axes (q_WD), or everything.
     enum class Maps { Nothing, Axes, All };
     virtual Maps maps() const { return Maps::Nothing; }
     virtual Workspace workspace() const { return {}; }
-    /// Acts at the next tick, without a jump of the tool; the scale only on a device that no loop has yet.
+    /// Takes effect at the next tick, without a jump of the tool. The scale is applied only before the first reading.
     virtual void setWorkspace(const Workspace&) {}
 };
 

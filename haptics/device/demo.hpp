@@ -1,16 +1,16 @@
 #pragma once
-// The scene's demonstration as a device.
+// A device that follows the scene's demonstration.
 #include "haptics/device/device.hpp"
 #include "haptics/device/motion.hpp"
 
 namespace touchstone {
 
-/// The scene's motion of that name; of no name, its demonstration. Throws std::runtime_error with one sentence when
-/// the scene has none.
+/// The scene's motion with that name; for an empty name, its demonstration. Throws std::runtime_error with one sentence
+/// if the scene has no such motion.
 std::shared_ptr<const Motion> chosenMotion(const DeviceContext& context, const std::string& name);
 
-/// Row of the device table: follows the demonstration, or with demo:NAME another of the scene's motions. Throws
-/// std::runtime_error when the scene has none.
+/// Row of the device table: follows the demonstration, or with demo:NAME another motion of the scene. Throws
+/// std::runtime_error if the scene has no such motion.
 std::unique_ptr<Device> makeDemo(const DeviceContext& context);
 
 }  // namespace touchstone

@@ -14,14 +14,13 @@ namespace touchstone {
 namespace {
 
 constexpr std::array kDevices{
-    DeviceInfo{"demo", "follows the demonstration that the scene carries, or as demo:NAME another of its motions",
-               makeDemo},
+    DeviceInfo{"demo", "follows the scene's demonstration, or with demo:NAME another of its motions", makeDemo},
     DeviceInfo{
         "hand",
         "a simulated hand that follows the demonstration, as hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, N/m, "
         "N·s/m and ticks",
         makeHand},
-    DeviceInfo{"insert", "a simulated hand that puts the tool into the hole at the goal by feel, as insert:SEED",
+    DeviceInfo{"insert", "a simulated hand that inserts the tool into the hole at the goal by feel, as insert:SEED",
                makeInsertingHand},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
     DeviceInfo{"phantom",

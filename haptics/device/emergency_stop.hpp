@@ -1,20 +1,20 @@
 #pragma once
-// Zero force as the last act of a process that ends by exit(), an exception nobody caught, or a signal.
+// The emergency stop: zero force when the process ends by exit(), by an uncaught exception or by a signal.
 #include <atomic>
 
 #include "haptics/device/device.hpp"
 
 namespace touchstone {
 
-/// Installs handlers of SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT (which is also
-/// where an exception that nobody catches ends), and of exit(): begin the last act, let go of every guarded device,
-/// wait until no tick that began before can still write, let go again, and do what the signal does by default, or, for
-/// the signals that StopRequest notes, return. A signal that is ignored stays so. For the program to call once, on its
-/// first thread.
+/// Installs handlers for SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT (which an
+/// uncaught exception also raises), and for exit(). A handler begins the emergency stop, releases the forces of every
+/// guarded device, waits until no tick that began before can still write, and releases the forces again. Then the
+/// default action of the signal follows; for a signal that a StopRequest takes, the handler returns instead. Signals
+/// that were ignored stay ignored. The program calls this once, on its first thread.
 void endWithZeroForce();
 
-/// While one lives, the first SIGINT, SIGTERM or SIGHUP only takes the force away and is noted, so that the holder can
-/// end its work cleanly; the next such signal ends the process. Needs endWithZeroForce().
+/// While such an object exists, the first SIGINT, SIGTERM or SIGHUP only releases the forces and is recorded, so that
+/// the owner can end its work cleanly. The next such signal ends the process. Needs endWithZeroForce().
 class StopRequest {
   public:
     StopRequest() noexcept;
@@ -22,14 +22,15 @@ class StopRequest {
     StopRequest(const StopRequest&) = delete;
     StopRequest& operator=(const StopRequest&) = delete;
 
-    /// Number of the signal that asked the process to stop; 0 before. Real time.
+    /// Number of the signal that requested the stop; 0 before. Real time.
     static int signal() noexcept;
 };
 
-/// Gives the calling thread a stack for signals, so that its own may overflow. Does nothing where it has one.
+/// Gives the calling thread a separate signal stack, so that a stack overflow can be handled. Does nothing if it has
+/// one.
 void useSignalStack();
 
-/// A device that is let go of when the process ends. At most 16 at once.
+/// Guards a device whose forces are released when the process ends. At most 16 at a time.
 class EmergencyStop {
   public:
     EmergencyStop() = default;
@@ -37,9 +38,9 @@ class EmergencyStop {
     EmergencyStop(const EmergencyStop&) = delete;
     EmergencyStop& operator=(const EmergencyStop&) = delete;
 
-    /// This device in place of the one before, if it has motors. Real time.
+    /// Guards this device in place of the previous one, if it has motors. Real time.
     void guard(Device& device, bool motors) noexcept;
-    /// The process is ending: whoever writes to a device writes zero.
+    /// Whether the emergency stop has begun: from then on only zero wrenches may be written to a device.
     static bool begun() noexcept;
 
   private:

@@ -35,10 +35,10 @@ Hand::Oscillator::Oscillator(double mass, double damping, double spring, double 
     const double decay = damping / (2 * mass);
     const double stiffness = spring / mass;
     const double discriminant = decay * decay - stiffness;
-    // u(t) = e^-γt (c u + s (v + γ u)); c and s here hold the exponential too, so that nothing overflows.
+    // u(t) = e^-γt (c u + s (v + γ u)). The variables c and s include the exponential, so that nothing overflows.
     double c, s;
     const double rate = std::sqrt(std::abs(discriminant));
-    if (rate * dt < 1e-4) {  // critical to within rounding: sin(x)/x = 1 - x²/6
+    if (rate * dt < 1e-4) {  // critical damping within rounding, since sin(x)/x = 1 - x²/6
         c = std::exp(-decay * dt);
         s = c * dt;
     } else if (discriminant < 0) {
@@ -46,7 +46,7 @@ Hand::Oscillator::Oscillator(double mass, double damping, double spring, double 
         c = e * std::cos(rate * dt);
         s = e * std::sin(rate * dt) / rate;
     } else {
-        // γ - rate as a quotient: the difference loses its digits when damping is strong.
+        // γ - rate is computed as a quotient, because the difference cancels for strong damping.
         const double slow = std::exp(-stiffness / (decay + rate) * dt), fast = std::exp(-(decay + rate) * dt);
         c = (slow + fast) / 2;
         s = (slow - fast) / (2 * rate);
@@ -82,15 +82,15 @@ const Pose& Hand::advance(const Pose& X_WT_target, const Wrench& wrench_o, doubl
         dt_ = dt;
     }
 
-    // Measured from where spring and wrench balance, each motion is a free oscillation.
+    // Relative to the equilibrium of spring and wrench, each motion is a free oscillation.
     const Vec3 balance = X_WT_target.p + wrench_o.force / h.spring;
     Vec3 u = X_WT_.p - balance;
     translation_.apply(u, v_);
     X_WT_.p = balance + u;
 
-    // The turn of the tick is solved in the flat space of rotation vectors and then made on the sphere of rotations.
-    // That creates no energy: in a space curved like the rotations the third side of a triangle is never longer than in
-    // the flat.
+    // The rotation of the tick is solved in the flat space of rotation vectors and then applied to the orientation.
+    // That creates no energy: in a space with the curvature of the rotations, the third side of a triangle is never
+    // longer than in flat space.
     const Vec3 start = logRotation(X_WT_.q * X_WT_target.q.conjugate());
     const Vec3 twistBalance = wrench_o.torque / h.torsionSpring;
     Vec3 turn = start - twistBalance;
@@ -101,7 +101,7 @@ const Pose& Hand::advance(const Pose& X_WT_target, const Wrench& wrench_o, doubl
 
 void Hand::setParameters(const HandParameters& parameters) noexcept {
     parameters_ = parameters;
-    dt_ = 0;  // the oscillators are made anew
+    dt_ = 0;  // recomputes the oscillators in the next tick
 }
 
 double Hand::energy(const Pose& X_WT_target) const {

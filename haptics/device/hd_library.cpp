@@ -10,29 +10,29 @@ namespace touchstone::hd {
 const char* words(Error code) {
     switch (code) {
         case 0x0100:
-            return "the library does not know a parameter";
+            return "the library does not know this parameter";
         case 0x0101:
             return "a value is out of the library's range";
         case 0x0102:
-            return "a call that is not possible now";
+            return "the call is not possible in this state";
         case 0x0103:
-            return "a parameter of the wrong type";
+            return "a parameter has the wrong type";
         case 0x0104:
             return "the device's handle is not valid";
         case 0x0200:
             return "the motors are warm: let them cool down";
         case 0x0201:
-            return "the greatest force was exceeded";
+            return "the maximum force was exceeded";
         case 0x0202:
             return "the force changed faster than the device allows";
         case 0x0203:
-            return "the greatest velocity was exceeded";
+            return "the maximum velocity was exceeded";
         case 0x0204:
             return "forces and motor values were mixed";
         case 0x0300:
-            return "the device reports a fault, or none of that name is connected";
+            return "the device reports a fault, or no device of that name is connected";
         case 0x0301:
-            return "another program, or this one, holds the device already";
+            return "another program, or this one, already uses the device";
         case 0x0302:
             return "the connection to the device is lost: check cable and power";
         case 0x0303:
@@ -42,17 +42,17 @@ const char* words(Error code) {
         case 0x0400:
             return "a frame was begun twice";
         case 0x0401:
-            return "a frame was ended that was not begun";
+            return "a frame was ended without being begun";
         case 0x0402:
-            return "a value was asked for or set outside a frame";
+            return "a value was read or set outside a frame";
         case 0x0500:
-            return "the scheduler refuses the priority";
+            return "the scheduler rejects the priority";
         case 0x0501:
-            return "the scheduler takes no more callbacks";
+            return "the scheduler accepts no more callbacks";
         case 0x0600:
-            return "the vendor's licence is not valid";
+            return "the vendor's license is not valid";
         default:
-            return "an error that has no name here";
+            return "unknown error";
     }
 }
 
@@ -64,8 +64,7 @@ bool losesDevice(Error code) {
 Library load(const std::string& file) {
     constexpr const char* kInstall =
         "Install the vendor's OpenHaptics and device driver (libHD 3.0 needs libPHANToMIO.so.4 and libncurses.so.5), "
-        "or "
-        "name the library in TOUCHSTONE_LIBHD";
+        "or name the library in TOUCHSTONE_LIBHD";
     const char* named = std::getenv("TOUCHSTONE_LIBHD");
     std::vector<std::string> names{"libHD.so", "libHD.so.3", "libHD.so.3.0"};
     if (!file.empty())
@@ -74,7 +73,7 @@ Library load(const std::string& file) {
         names = {named};
 
     const SharedLibrary found(names);
-    if (!found) throw std::runtime_error("OpenHaptics cannot be loaded (" + found.trouble() + "). " + kInstall);
+    if (!found) throw std::runtime_error("OpenHaptics cannot be loaded (" + found.errors() + "). " + kInstall);
 
     Library hd{};
     hd.name = found.name();
@@ -100,7 +99,7 @@ Library load(const std::string& file) {
     found.find("hdScheduleAsynchronous", hd.scheduleAsynchronous, missing);
     found.find("hdUnschedule", hd.unschedule, missing);
     if (!missing.empty())
-        throw std::runtime_error("OpenHaptics was loaded from " + hd.name + ", but that lacks " + missing + ". " +
+        throw std::runtime_error("OpenHaptics was loaded from " + hd.name + ", but this file lacks " + missing + ". " +
                                  kInstall);
     return hd;
 }

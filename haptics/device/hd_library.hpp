@@ -1,6 +1,6 @@
 #pragma once
-// OpenHaptics' device layer (libHD) as seen from outside: own prototypes and constants, found at run time. The vendor's
-// headers and library are no part of this project.
+// The device layer of OpenHaptics (libHD), loaded at run time. Prototypes and constants are declared here; the vendor's
+// headers and library are not part of this project.
 #include <cstdint>
 #include <string>
 
@@ -57,12 +57,12 @@ enum ErrorCode : Error {
     kInvalidLicense = 0x0600,
 };
 
-/// What the code means, in words; never empty.
+/// Describes an error code; never empty.
 const char* words(Error code);
-/// The device itself is gone, not only its force: it has to be connected anew.
+/// Whether the error means that the device itself is lost, not only its force, so that it must be reconnected.
 bool losesDevice(Error code);
 
-/// The functions of the library that are used; all or none are there.
+/// The functions of the library that are used. Either all of them are set or load() throws.
 struct Library {
     Handle (*initDevice)(const char*);
     void (*disableDevice)(Handle);
@@ -85,11 +85,11 @@ struct Library {
     ULong (*scheduleAsynchronous)(Callback, void*, UShort);
     void (*unschedule)(ULong);
 
-    std::string name;  ///< the file that was loaded
+    std::string name;  ///< name of the loaded file
 };
 
-/// Loads `file`, else the file that $TOUCHSTONE_LIBHD names, else libHD.so, libHD.so.3, libHD.so.3.0. Throws
-/// std::runtime_error with what was tried, the loader's own words and what to install.
+/// Loads `file`; if that is empty, the file in $TOUCHSTONE_LIBHD; otherwise the first of libHD.so, libHD.so.3 and
+/// libHD.so.3.0. Throws std::runtime_error with the names tried, the loader's messages and what to install.
 Library load(const std::string& file = {});
 
 }  // namespace touchstone::hd

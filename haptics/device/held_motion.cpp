@@ -18,7 +18,8 @@ HeldMotion::HeldMotion(std::shared_ptr<const Motion> motion, const HandParameter
 DeviceReading HeldMotion::read(double t, double dt) noexcept {
     const bool finished = t >= motion_->duration();
     const Pose target = motion_->at(t);
-    if (!target.isValid()) return {.X_WT_device = target, .finished = finished};  // the tick flags it; the hand waits
+    if (!target.isValid())
+        return {.X_WT_device = target, .finished = finished};  // the tick flags the pose, and the hand stays
     if (t <= 0 || !hand_.pose().isValid()) {
         hand_.reset(target);
         queue_.fill({});
@@ -27,7 +28,7 @@ DeviceReading HeldMotion::read(double t, double dt) noexcept {
         return {.X_WT_device = hand_.pose(), .finished = finished};
     }
     const Pose before = hand_.pose();
-    // write() has counted the tick before; with no delay its wrench is the one.
+    // write() has already advanced tick_. Without a delay, the wrench of the previous tick acts.
     const int size = static_cast<int>(queue_.size());
     const Wrench& felt = queue_[static_cast<std::size_t>((tick_ - 1 - delay_ + 2 * size) % size)];
     gain_ -= hand_.energy(target);

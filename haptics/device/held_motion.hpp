@@ -1,5 +1,5 @@
 #pragma once
-// A simulated hand that follows a motion and feels the wrench, late if asked: where passivity is measured.
+// A simulated hand that follows a motion and feels the wrench, optionally with a delay. Used to measure passivity.
 #include <array>
 
 #include "haptics/device/device.hpp"
@@ -8,11 +8,11 @@
 
 namespace touchstone {
 
-/// The wrench of a tick acts on the hand until the next reading, `delay` ticks later. Time 0 puts the hand to the
-/// motion's start.
+/// The wrench of a tick acts on the hand for one tick, `delay` ticks later. A reading at time 0 puts the hand at the
+/// start of the motion.
 class HeldMotion final : public Device {
   public:
-    static constexpr int kMaxDelay = 64;
+    static constexpr int kMaxDelay = 64;  ///< ticks; the size of the queue of wrenches
 
     /// Pre: 0 <= delay <= kMaxDelay.
     HeldMotion(std::shared_ptr<const Motion> motion, const HandParameters& hand, int delay = 0);
@@ -26,22 +26,24 @@ class HeldMotion final : public Device {
 
     /// Work of the wrench on the hand since time 0, ∫(F·v + T·ω)dt, mJ.
     double work() const { return work_; }
-    /// The same with the damping's: what mass and spring have gained, mJ, moving the hand's target not counted. A
-    /// wrench that is sampled and held always does a little work where the hand moves in contact; the tool feels
-    /// passive as long as damping takes it away again and this stays at or below zero.
+    /// Energy that mass and spring have gained since time 0, mJ: the work of the wrench minus the dissipation of the
+    /// damping, without the work of moving the hand's target. A wrench that is sampled and held always does a little
+    /// work when the hand moves in contact. The tool feels passive as long as the damping dissipates it and this value
+    /// stays at or below zero.
     double gain() const { return gain_; }
 
   private:
     std::shared_ptr<const Motion> motion_;
     Hand hand_;
     int delay_;
-    std::array<Wrench, kMaxDelay + 1> queue_{};  // of the last ticks, at tick modulo its size
+    std::array<Wrench, kMaxDelay + 1> queue_{};  // wrenches of the last ticks, at the index tick modulo size
     int tick_ = 0;
     double work_ = 0, gain_ = 0;
 };
 
-/// Row of the device table: hand[:MASS,SPRING,DAMPING,DELAY[,MOTION]] in kg, N/m, N·s/m and ticks, rotation like
-/// translation at a lever. Throws std::runtime_error with one sentence when the text or the motion will not do.
+/// Row of the device table: hand[:MASS,SPRING,DAMPING,DELAY[,MOTION]] in kg, N/m, N·s/m and ticks; see
+/// HandParameters::fromTranslation() for the rotation. Throws std::runtime_error with one sentence if the text is
+/// invalid or the scene has no such motion.
 std::unique_ptr<Device> makeHand(const DeviceContext& context);
 
 }  // namespace touchstone

@@ -11,19 +11,21 @@ namespace touchstone {
 namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
-constexpr double kTouched = 0.4;   // N, felt
-constexpr double kFeelMs = 10;     // over which the force is smoothed
-constexpr double kProgress = 0.3;  // mm; less than that in kStuckMs is none
-constexpr double kStuckMs = 120, kYieldMs = 60;
-constexpr double kAtGoal = 3;                     // mm above the goal where being stuck means being there
-constexpr double kFarBelow = 15;                  // mm below the goal, where it looks no further
-constexpr double kHomeMs = 300;                   // of being stuck there until it lets go
-constexpr double kLetGoMs = 300, kLookMs = 1200;  // until nothing presses, and until it has seen that the tool stays
-constexpr double kSettleMs = 700;                 // of which the tool may need until it does
+constexpr double kContactForce = 0.4;  // N, felt force that counts as a contact
+constexpr double kSmoothMs = 10;       // time constant with which the felt force is smoothed
+constexpr double kProgress = 0.3;      // mm; the tool is stuck if it moves in by less than this within kStuckMs
+constexpr double kStuckMs = 120;
+constexpr double kComplyMs = 60;     // time constant with which the target follows the hand where it complies
+constexpr double kGoalHeight = 3;    // mm above the goal; a tool that is stuck below this height has arrived
+constexpr double kFarBelow = 15;     // mm below the goal, where the hand stops going down
+constexpr double kArrivedMs = 300;   // time of being stuck at the goal until the hand stops pressing
+constexpr double kReleaseMs = 300;   // time in which the pressing force falls to zero
+constexpr double kObserveMs = 1200;  // least time after the release in which the hand observes whether the tool stays
+constexpr double kSettleMs = 700;    // time that the tool may need to come to rest, before it must stay at the goal
 constexpr double kDrawBackMs = 2000;
-constexpr double kGivesWay = 0.08;  // rad that the twist leads before it turns back
+constexpr double kMaxTwistLead = 0.08;  // rad by which the target's twist leads the tool's before the sweep reverses
 
-/// The same on every machine, unlike the library's distributions.
+/// Random numbers that are the same on every platform, unlike the distributions of the standard library.
 class Draw {
   public:
     explicit Draw(std::uint64_t seed) : random_(seed) {}
@@ -51,7 +53,8 @@ InsertingHand::InsertingHand(const Pose& X_WT_start, const Pose& X_WG, const Ins
     const Vec3 place = draw.vector(parameters.placeError), axis = draw.vector(parameters.axisError);
     X_WB_ = X_WG * Pose{place, expRotation({axis.x(), 0, axis.z()})};
     Place start = placeOf(X_WT_start);
-    start.p += Vec3(aside.x(), std::abs(aside.y()), aside.z());  // never nearer to what it might touch
+    // The error never moves the start down, toward the part.
+    start.p += Vec3(aside.x(), std::abs(aside.y()), aside.z());
     start.twist += twisted;
     X_WT_start_ = poseOf(start);
     for (std::size_t i = 0; i < tremor_.size(); i += 2) {
@@ -61,7 +64,7 @@ InsertingHand::InsertingHand(const Pose& X_WT_start, const Pose& X_WG, const Ins
     for (double* one : {&parameters_.speed, &parameters_.press, &parameters_.sweepSpeed, &parameters_.spiralSpeed,
                         &parameters_.patience})
         *one *= std::exp(0.15 * draw.normal());
-    firstWay_ = draw.uniform() < 0.5 ? -1 : 1;
+    firstSweepSign_ = draw.uniform() < 0.5 ? -1 : 1;
     begin();
 }
 
@@ -80,10 +83,10 @@ Pose InsertingHand::poseOf(const Place& place) const {
 void InsertingHand::begin() {
     hand_.reset(X_WT_start_);
     felt_ = {};
-    target_ = centre_ = {};
+    target_ = searchCenter_ = {};
     target_ = placeOf(X_WT_start_);
     push_ = searchMs_ = 0;
-    way_ = firstWay_;
+    sweepSign_ = firstSweepSign_;
     change(Act::Approach);
 }
 
@@ -98,9 +101,9 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
         begin();
         return {.X_WT_device = X_WT_start_};
     }
-    const Place own = placeOf(hand_.pose());
+    const Place current = placeOf(hand_.pose());
     const double push = X_WB_.q.conjugate()._transformVector(felt_.force).y();
-    push_ += (push - push_) * std::min(1.0, dt / kFeelMs);
+    push_ += (push - push_) * std::min(1.0, dt / kSmoothMs);
     actMs_ += dt;
     bool finished = false;
     switch (act_) {
@@ -108,78 +111,79 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
             approach(dt);
             break;
         case Act::Press:
-            press(own, dt);
+            press(current, dt);
             break;
         case Act::LetGo:
-            yield(own, dt);
+            comply(current, dt);
             target_.p.y() =
-                own.p.y() - std::max(0.0, 1 - actMs_ / kLetGoMs) * parameters_.press / parameters_.hand.spring;
-            finished = actMs_ > kLetGoMs + std::max(kLookMs, kSettleMs + parameters_.hold);
+                current.p.y() - std::max(0.0, 1 - actMs_ / kReleaseMs) * parameters_.press / parameters_.hand.spring;
+            finished = actMs_ > kReleaseMs + std::max(kObserveMs, kSettleMs + parameters_.hold);
             break;
         case Act::DrawBack:
             target_.p.y() += parameters_.speed * dt;
             finished = actMs_ > kDrawBackMs;
             break;
     }
-    return {.X_WT_device = hand_.advance(poseOf(trembling(t)), felt_, dt), .finished = finished};
+    return {.X_WT_device = hand_.advance(poseOf(withTremor(t)), felt_, dt), .finished = finished};
 }
 
 void InsertingHand::approach(double dt) {
     const double step = parameters_.speed * dt, aside = std::hypot(target_.p.x(), target_.p.z());
-    target_.tilt *= std::exp(-dt / kYieldMs);
+    target_.tilt *= std::exp(-dt / kComplyMs);
     if (aside > step) {
         target_.p -= step / aside * Vec3(target_.p.x(), 0, target_.p.z());
     } else {
         target_.p.y() -= step;
-        if (push_ > kTouched) change(Act::Press);
-        if (target_.p.y() < -kFarBelow) change(Act::DrawBack);  // nothing is there
+        if (push_ > kContactForce) change(Act::Press);
+        if (target_.p.y() < -kFarBelow) change(Act::DrawBack);  // there is no part to touch
     }
 }
 
-void InsertingHand::yield(const Place& own, double dt) {
-    const double keep = std::exp(-dt / kYieldMs), y = target_.p.y();
-    target_.p = own.p + keep * (target_.p - own.p);
+void InsertingHand::comply(const Place& current, double dt) {
+    const double keep = std::exp(-dt / kComplyMs), y = target_.p.y();
+    target_.p = current.p + keep * (target_.p - current.p);
     target_.p.y() = y;
-    target_.tilt = own.tilt + keep * (target_.tilt - own.tilt);
-    target_.twist = own.twist + keep * (target_.twist - own.twist);
+    target_.tilt = current.tilt + keep * (target_.tilt - current.tilt);
+    target_.twist = current.twist + keep * (target_.twist - current.twist);
 }
 
-void InsertingHand::press(const Place& own, double dt) {
+void InsertingHand::press(const Place& current, double dt) {
     target_.p.y() =
-        std::max(target_.p.y() - parameters_.speed * dt, own.p.y() - parameters_.press / parameters_.hand.spring);
+        std::max(target_.p.y() - parameters_.speed * dt, current.p.y() - parameters_.press / parameters_.hand.spring);
     stuckMs_ += dt;
-    if (own.p.y() < lowest_ - kProgress) {
-        lowest_ = own.p.y();
+    if (current.p.y() < lowest_ - kProgress) {
+        lowest_ = current.p.y();
         stuckMs_ = 0;
     }
-    const bool home = own.p.y() < kAtGoal;
-    if (stuckMs_ > kStuckMs && !home)
-        search(own, dt);
+    const bool arrived = current.p.y() < kGoalHeight;
+    if (stuckMs_ > kStuckMs && !arrived)
+        search(current, dt);
     else
-        yield(own, dt);
-    if (home && stuckMs_ > kHomeMs) change(Act::LetGo);
-    const bool throughTheHole = own.p.y() < -kFarBelow;
-    if (searchMs_ > parameters_.patience || throughTheHole) change(Act::DrawBack);
+        comply(current, dt);
+    if (arrived && stuckMs_ > kArrivedMs) change(Act::LetGo);
+    const bool throughHole = current.p.y() < -kFarBelow;
+    if (searchMs_ > parameters_.patience || throughHole) change(Act::DrawBack);
 }
 
-void InsertingHand::search(const Place& own, double dt) {
+void InsertingHand::search(const Place& current, double dt) {
     const InsertingParameters& h = parameters_;
     if (stuckMs_ <= kStuckMs + dt) {
-        centre_ = own;
-        spiral_ = 0;
+        searchCenter_ = current;
+        spiralAngle_ = 0;
     }
     searchMs_ += dt;
-    const double radius = h.pitch * spiral_ / kTau;
-    spiral_ = radius > h.spiral ? 0 : spiral_ + h.spiralSpeed * dt / std::max(radius, h.pitch);
-    target_.p.x() = centre_.p.x() + radius * std::cos(spiral_);
-    target_.p.z() = centre_.p.z() + radius * std::sin(spiral_);
-    target_.tilt = own.tilt + std::exp(-dt / kYieldMs) * (target_.tilt - own.tilt);
-    if (way_ * (target_.twist - centre_.twist) > h.sweep || way_ * (target_.twist - own.twist) > kGivesWay)
-        way_ = -way_;
-    target_.twist += way_ * h.sweepSpeed * dt;
+    const double radius = h.pitch * spiralAngle_ / kTau;
+    spiralAngle_ = radius > h.spiral ? 0 : spiralAngle_ + h.spiralSpeed * dt / std::max(radius, h.pitch);
+    target_.p.x() = searchCenter_.p.x() + radius * std::cos(spiralAngle_);
+    target_.p.z() = searchCenter_.p.z() + radius * std::sin(spiralAngle_);
+    target_.tilt = current.tilt + std::exp(-dt / kComplyMs) * (target_.tilt - current.tilt);
+    if (sweepSign_ * (target_.twist - searchCenter_.twist) > h.sweep ||
+        sweepSign_ * (target_.twist - current.twist) > kMaxTwistLead)
+        sweepSign_ = -sweepSign_;
+    target_.twist += sweepSign_ * h.sweepSpeed * dt;
 }
 
-InsertingHand::Place InsertingHand::trembling(double t) const {
+InsertingHand::Place InsertingHand::withTremor(double t) const {
     if (act_ == Act::LetGo) return target_;
     std::array<double, 6> shake;
     for (std::size_t i = 0; i < shake.size(); ++i) shake[i] = std::sin(tremor_[2 * i] * t + tremor_[2 * i + 1]);

@@ -1,5 +1,5 @@
 #pragma once
-// A simulated hand that puts the tool into a hole by feel: what stands for a person where trials are tests.
+// A simulated hand that inserts the tool into a hole by feel. It replaces a person when trials run as tests.
 #include <array>
 #include <cstdint>
 
@@ -8,29 +8,32 @@
 
 namespace touchstone {
 
-/// How a hand looks for the hole. The seed draws what differs from hand to hand: errors and tremor by these standard
-/// deviations, and how fast, hard and patient it is by some 15 % about what stands here.
+/// Parameters of the search for the hole. The random seed determines what differs between hands: errors with the
+/// standard deviations below, the phase and frequency of the tremor, and speed, force and patience, which vary by about
+/// 15 % around the values below.
 struct InsertingParameters {
     HandParameters hand;
     std::uint64_t seed = 1;
-    double startError = 2, startTwistError = 0.15;  ///< of the first pose, mm and rad
-    double placeError = 0.45, axisError = 0.012;    ///< of where it thinks the goal is, mm, and how tilted, rad
-    double tremor = 0.03, tremorAngle = 0.002;      ///< at 8 to 12 Hz, mm and rad
-    double speed = 0.03;                            ///< of the way there and in, mm/ms
-    double press = 2.5;                             ///< N
-    double sweep = 0.55, sweepSpeed = 0.002;        ///< turns to and fro about the axis, rad and rad/ms
-    double spiral = 1.2, pitch = 0.15, spiralSpeed = 1.2e-3;  ///< across the axis: radius, between turns, mm; mm/ms
-    double patience = 25'000;  ///< ms of searching after which it gives up and draws back
-    double hold = 0;           ///< ms that the tool is to stay at the goal: it looks on for at least that long
+    double startError = 2, startTwistError = 0.15;  ///< error of the first pose, mm and rad
+    double placeError = 0.45, axisError = 0.012;    ///< error of the assumed position, mm, and axis, rad, of the goal
+    double tremor = 0.03, tremorAngle = 0.002;      ///< amplitudes of the tremor at 8 to 12 Hz, mm and rad
+    double speed = 0.03;                            ///< speed of approach and insertion, mm/ms
+    double press = 2.5;                             ///< pressing force, N
+    double sweep = 0.55, sweepSpeed = 0.002;        ///< amplitude and speed of the twisting search, rad and rad/ms
+    double spiral = 1.2, pitch = 0.15;              ///< spiral search: maximum radius and distance of the turns, mm
+    double spiralSpeed = 1.2e-3;                    ///< speed along the spiral, mm/ms
+    double patience = 25'000;                       ///< ms of searching after which the hand gives up and draws back
+    double hold = 0;  ///< ms that the tool must stay at the goal; it is observed at least as long
 };
 
-/// A mass on a spring to a target that it moves by what a person has: its own pose, the wrench it feels, and roughly
-/// where the goal is. It goes above the goal, comes down along +y of the goal's frame until it feels something, and
-/// presses on. While that gets it nowhere it turns to and fro and moves along a spiral; while it gets in, it yields in
-/// all but the way in. When it is stuck near the goal it lets go. Real time: no allocation, lock or throw.
+/// A simulated hand whose spring pulls to a target. The target moves according to what a person knows: the hand's pose,
+/// the felt wrench and the approximate place of the goal. The hand moves above the goal, moves down along the y axis of
+/// the goal's frame until it feels a contact, and keeps pressing. While the tool is stuck, the target twists back and
+/// forth and follows a spiral; while the tool moves in, the hand complies in all other directions. When the tool is
+/// stuck near the goal, the hand stops pressing. Real time: no allocation, lock or throw.
 class InsertingHand final : public Device {
   public:
-    /// `X_WT_start`: without error; `X_WG`: the goal, its +y the way out.
+    /// `X_WT_start` is the start pose without error. `X_WG` is the goal, whose +y axis points out of the hole.
     InsertingHand(const Pose& X_WT_start, const Pose& X_WG, const InsertingParameters& parameters);
     DeviceReading read(double t, double dt) noexcept override;
     void write(const Wrench& wrench_o) noexcept override { felt_ = wrench_o; }
@@ -40,42 +43,42 @@ class InsertingHand final : public Device {
 
     enum class Act : std::uint8_t { Approach, Press, LetGo, DrawBack };
     Act act() const { return act_; }
-    /// Where it thinks the goal is.
+    /// The pose that the hand assumes for the goal.
     const Pose& belief() const { return X_WB_; }
 
   private:
-    /// Where the hand is in the frame of its belief.
+    /// A tool pose in the frame of the assumed goal.
     struct Place {
-        Vec3 p = Vec3::Zero();     // mm, y the way out
-        Vec3 tilt = Vec3::Zero();  // of the axis, rad; y is 0
-        double twist = 0;          // about it, before the tilt, rad; never jumps
+        Vec3 p = Vec3::Zero();     // mm; y points out of the hole
+        Vec3 tilt = Vec3::Zero();  // tilt of the axis, rad; y is 0
+        double twist = 0;          // rotation about the axis, before the tilt, rad; unwrapped, so that it never jumps
     };
     Place placeOf(const Pose& X_WT) const;
     Pose poseOf(const Place& place) const;
     void begin();
     void change(Act act);
     void approach(double dt);
-    void press(const Place& own, double dt);
-    void search(const Place& own, double dt);
-    void yield(const Place& own, double dt);
-    Place trembling(double t) const;
+    void press(const Place& current, double dt);
+    void search(const Place& current, double dt);
+    void comply(const Place& current, double dt);
+    Place withTremor(double t) const;
 
     InsertingParameters parameters_;
     Pose X_WT_start_, X_WB_;
-    std::array<double, 12> tremor_{};  // frequency and phase of each axis
+    std::array<double, 12> tremor_{};  // frequency, rad/ms, and phase, rad, of each axis
     Hand hand_;
     Wrench felt_;
-    Place target_, centre_;  // of the spring, and of the search
+    Place target_, searchCenter_;  // target of the spring; center of the search
     Act act_ = Act::Approach;
     double actMs_ = 0;
-    double push_ = 0;                   // felt along the way out, smoothed a little, N
-    double lowest_ = 0, stuckMs_ = 0;   // on the way in, mm, and since then
-    double searchMs_ = 0, spiral_ = 0;  // in all, and the angle along the spiral, rad
-    double firstWay_ = 1, way_ = 1;     // of turning
+    double push_ = 0;                            // felt force along the way out, smoothed, N
+    double lowest_ = 0, stuckMs_ = 0;            // lowest y with progress, mm, and the time since then
+    double searchMs_ = 0, spiralAngle_ = 0;      // total time of searching, and the angle along the spiral, rad
+    double firstSweepSign_ = 1, sweepSign_ = 1;  // direction of the twisting search, 1 or -1
 };
 
-/// Row of the device table: insert[:SEED]. Throws std::runtime_error with one sentence when the scene has no goal or
-/// the seed is no whole number.
+/// Row of the device table: insert[:SEED]. Throws std::runtime_error with one sentence if the scene has no goal or the
+/// seed is not a whole number.
 std::unique_ptr<Device> makeInsertingHand(const DeviceContext& context);
 
 }  // namespace touchstone

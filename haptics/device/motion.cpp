@@ -20,10 +20,11 @@ namespace {
 
 constexpr std::string_view kHeader = "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr int kColumns = 8;
-constexpr double kUnitTolerance = 1e-3;
-// Poses that no device can have are the tick's to hold (kBadInput); a motion of more than eleven days is a mistake.
+constexpr double kUnitTolerance = 1e-3;  // maximum deviation of a quaternion's length from 1
+// Coordinates are only required to be finite, because the tick flags invalid poses (kBadInput). Times are limited to
+// about eleven days, because a longer motion must be a mistake.
 constexpr double kLargest = std::numeric_limits<double>::max(), kLongestMs = 1e9;
-// Closer to unit length than this a quaternion keeps its bits, so that what was written is read back.
+// A quaternion with a smaller deviation than this is not normalized, so that written values are read back bit for bit.
 constexpr double kUnitExact = 1e-12;
 
 std::string_view trimmed(std::string_view text) {
@@ -33,7 +34,7 @@ std::string_view trimmed(std::string_view text) {
     return text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
 }
 
-/// One row into a key. Returns an empty string or what is wrong with it.
+/// Parses a row into a key. Returns an empty string, or what is wrong with the row.
 std::string readRow(std::string_view line, MotionKey& key) {
     std::array<double, kColumns> v{};
     for (int column = 0; column < kColumns; ++column) {
@@ -70,7 +71,7 @@ Pose RecordedMotion::at(double t) const noexcept {
         std::upper_bound(keys_.begin(), keys_.end(), t, [](double x, const MotionKey& k) { return x < k.t; });
     if (after == keys_.begin()) return keys_.front().X_WT;
     const MotionKey& a = *(after - 1);
-    // On a key the key itself, to the bit.
+    // At the time of a key, return its pose unchanged.
     if (after == keys_.end() || t == a.t) return a.X_WT;
     const double s = (t - a.t) / (after->t - a.t);
     return {a.X_WT.p + s * (after->X_WT.p - a.X_WT.p), a.X_WT.q.slerp(s, after->X_WT.q).normalized()};
@@ -83,7 +84,7 @@ RecordedMotion readMotion(const std::filesystem::path& file) {
     std::error_code error;
     if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
         throw std::runtime_error("cannot read the motion '" + file.string() +
-                                 "': it is no regular file; name a CSV file");
+                                 "': it is not a regular file; name a CSV file");
     std::ifstream in(file, std::ios::binary);
     if (!in)
         throw std::runtime_error("cannot read the motion '" + file.string() + "': check the path and its permissions");
@@ -96,7 +97,7 @@ RecordedMotion readMotion(const std::filesystem::path& file) {
     int blankAt = 0;
     for (int number = 2; std::getline(in, line); ++number) {
         const std::string_view row = trimmed(line);
-        // Blank lines may only end the file: in its middle one is more likely a lost row.
+        // Blank lines are accepted only at the end: in the middle, a blank line is more likely a lost row.
         if (row.empty()) {
             if (!blankAt) blankAt = number;
             continue;

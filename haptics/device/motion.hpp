@@ -1,5 +1,5 @@
 #pragma once
-// A pose over time: what demonstrations and recordings are to a device.
+// Poses over time, for demonstrations and recordings.
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -14,7 +14,7 @@ namespace touchstone {
 class Motion {
   public:
     virtual ~Motion() = default;
-    /// Pose at `t` ms since the start; the first and last pose hold outside [0, duration()].
+    /// Pose at `t` ms since the start. Outside [0, duration()] it is the first or the last pose.
     /// Real time: no allocation, lock or throw.
     virtual Pose at(double t) const noexcept = 0;
     virtual double duration() const noexcept = 0;  ///< ms
@@ -31,7 +31,7 @@ struct MotionKey {
     Pose X_WT;
 };
 
-/// Keys with linear interpolation of position and slerp of orientation (the shorter way) between them.
+/// Keys with linear interpolation of the position and slerp of the orientation (along the shorter arc).
 class RecordedMotion final : public Motion {
   public:
     /// Pre: at least one key, t strictly increasing, all finite.
@@ -44,13 +44,13 @@ class RecordedMotion final : public Motion {
     std::vector<MotionKey> keys_;
 };
 
-/// Reads CSV: the header `t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz`, then a key a row. Quaternions within 1e-3 of unit length
-/// are normalised. Throws std::runtime_error with one sentence naming file and line.
+/// Reads a CSV file: the header `t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz`, then one key per row. Quaternions within 1e-3 of
+/// unit length are normalized. Throws std::runtime_error with one sentence that names file and line.
 RecordedMotion readMotion(const std::filesystem::path& file);
-/// Writes what readMotion() reads back to the same bits. Throws std::runtime_error when the file cannot be written.
+/// Writes a file that readMotion() reads back bit for bit. Throws std::runtime_error if the file cannot be written.
 void writeMotion(const std::filesystem::path& file, std::span<const MotionKey> keys);
 
-/// A device that follows a motion and ignores the wrench: demonstrations and replays.
+/// A device that follows a motion and ignores the wrench, for demonstrations and replays.
 class MotionDevice final : public Device {
   public:
     explicit MotionDevice(std::shared_ptr<const Motion> motion) : motion_(std::move(motion)) {}

@@ -18,7 +18,7 @@ DeviceReading MouseDevice::read(double t, double dt) noexcept {
         X_WT_target_ = X_WT_start_;
         hand_.reset(X_WT_start_);
         wrench_o_ = {};
-        source_->update();  // what was asked for before the start is forgotten
+        source_->update();  // discards targets from before the start
         return {.X_WT_device = X_WT_start_};
     }
     if (source_->update()) {

@@ -1,28 +1,28 @@
 #pragma once
-// The mouse as a device: the window says where the hand wants the tool, a simulated hand goes there.
+// The mouse as a device: the window sets a target for the tool, and a simulated hand moves there.
 #include "haptics/device/device.hpp"
 #include "haptics/device/hand.hpp"
 #include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
 
-/// Where the window wants the hand; from the window's thread to the haptic thread, newest wins, wait-free. One writer
-/// (the window) and one reader (the device that holds it).
+/// The hand's target, passed from the window's thread to the haptic thread. Newest wins; wait-free. One writer (the
+/// window) and one reader (the device that owns it).
 class MouseTarget {
   public:
     struct State {
-        bool grabbed = false;  ///< false: the hand stays at the last target it was given
-        Pose X_WT;             ///< wanted pose of the tool node, scene frame
-        double strength = 1;   ///< of the hand's pull, kWeakest to kStrongest
+        bool grabbed = false;  ///< false: the hand keeps its last target
+        Pose X_WT;             ///< desired tool pose, scene frame
+        double strength = 1;   ///< strength of the hand's pull, kWeakest to kStrongest
     };
     static constexpr double kWeakest = 0.1, kStrongest = 4;
 
     /// Window only. An invalid pose (Pose::isValid) is ignored: a cursor may point past the horizon.
     void grab(const Pose& X_WT, double strength = 1) { states_.write({true, X_WT, strength}); }
-    /// Window only: the hand holds on where it was, so that the force stays while a slider is dragged.
+    /// Window only. The hand keeps its last target, so that the force stays while a slider is dragged.
     void release(double strength = 1) { states_.write({false, {}, strength}); }
 
-    /// Device only: takes the newest state; false if nothing came since the last call.
+    /// Device only. Takes the newest state. Returns false if there is none since the last call.
     bool update() { return states_.update(); }
     const State& get() const { return states_.get(); }
 
@@ -30,7 +30,7 @@ class MouseTarget {
     TripleBuffer<State> states_;
 };
 
-/// A hand on a mouse. Time 0 puts hand and target back to the start.
+/// A simulated hand that follows the mouse. A reading at time 0 resets hand and target to the start.
 class MouseDevice final : public Device {
   public:
     MouseDevice(std::shared_ptr<MouseTarget> target, const Pose& X_WT_start, const HandParameters& hand = {});
@@ -50,7 +50,7 @@ class MouseDevice final : public Device {
     Wrench wrench_o_;
 };
 
-/// Row of the device table. Throws std::runtime_error without a window's target.
+/// Row of the device table. Throws std::runtime_error if there is no window that sets a target.
 std::unique_ptr<Device> makeMouse(const DeviceContext& context);
 
 }  // namespace touchstone

@@ -5,7 +5,7 @@
 namespace touchstone {
 namespace {
 
-/// On the device's own axes, about the stylus's origin.
+/// The device in its own axes, with wrenches about the origin of the stylus.
 class PhantomDevice final : public Device {
   public:
     explicit PhantomDevice(std::shared_ptr<PhantomLink> link) : link_(std::move(link)) {}

@@ -1,13 +1,13 @@
 #pragma once
-// A Phantom, Touch or other arm that OpenHaptics' device layer drives: six axes in, force and torque out.
+// A Phantom, Touch or other arm through the device layer of OpenHaptics: a 6-DoF pose in, force and torque out.
 #include "haptics/device/device.hpp"
 
 namespace touchstone {
 
 /// Row of the device table: phantom[:NAME[,OPTION]...], see PhantomOptions. The hand's motion is mapped into the scene
-/// as makeMapped() says. Throws std::runtime_error with what was tried and what to do when it cannot start.
+/// by makeMapped(). If the device cannot start, throws std::runtime_error with what was tried and what to do.
 std::unique_ptr<Device> makePhantom(const DeviceContext& context);
-/// What works here; moves nothing.
+/// Reports what works on this machine, without moving the device.
 DeviceCheck examinePhantom();
 
 }  // namespace touchstone

@@ -15,16 +15,22 @@
 namespace touchstone {
 namespace {
 
-constexpr std::uint64_t kMs = 1'000'000;           // ns
-constexpr std::uint64_t kFaultHoldNs = 100 * kMs;  // an error that comes every tick is one fault
-// A scheduler below 250 Hz cannot hold a stiff wall. One long gap is a matter of stale samples, not of the mean.
-constexpr double kSlowestNs = 4e6, kLongestNs = 20e6, kMeanTicks = 100, kSettleTicks = 25;
+constexpr std::uint64_t kNsPerMs = 1'000'000;
+// Time for which a fault is held, so that an error in every tick counts as one fault.
+constexpr std::uint64_t kFaultHoldNs = 100 * kNsPerMs;
+// Longest mean period: a scheduler below 250 Hz cannot hold a stiff wall.
+constexpr double kSlowestNs = 4e6;
+// A longer period enters the mean as this: one long gap makes samples stale, but does not make the scheduler slow.
+constexpr double kLongestNs = 20e6;
+// Number of ticks over which the period is averaged, and number of first ticks that are not judged.
+constexpr double kMeanTicks = 100, kSettleTicks = 25;
 
-/// The vendor reads its configuration with the C library, which takes the decimal point from the locale.
-class NumbersWithPoints {
+/// Sets the C locale for numbers while it exists. The vendor's library reads its configuration with the C library,
+/// which takes the decimal point from the locale.
+class ScopedCLocale {
   public:
-    NumbersWithPoints() : plain_(newlocale(LC_NUMERIC_MASK, "C", nullptr)), before_(uselocale(plain_)) {}
-    ~NumbersWithPoints() {
+    ScopedCLocale() : plain_(newlocale(LC_NUMERIC_MASK, "C", nullptr)), before_(uselocale(plain_)) {}
+    ~ScopedCLocale() {
         uselocale(before_);
         freelocale(plain_);
     }
@@ -33,9 +39,9 @@ class NumbersWithPoints {
     locale_t plain_, before_;
 };
 
-Vec3 shortened(const Vec3& v, double most) {
+Vec3 clamped(const Vec3& v, double limit) {
     const double length = v.norm();
-    return length > most ? Vec3(v * (most / length)) : v;
+    return length > limit ? Vec3(v * (limit / length)) : v;
 }
 
 std::string errorText(hd::Error code) {
@@ -71,7 +77,7 @@ PhantomOptions phantomOptions(const std::string& text) {
                                             : false;
         if (!good)
             throw std::runtime_error("phantom: '" + part +
-                                     "' is no option: write phantom[:NAME][,library=FILE][,drive=loop or device]"
+                                     "' is not an option: write phantom[:NAME][,library=FILE][,drive=loop or device]"
                                      "[,rate=250 to 10000][,stale=1 to 1000 ms][,torque=1 to 10000 mN·m][,gimbal]");
     }
     return options;
@@ -100,7 +106,7 @@ DeviceCheck PhantomLink::examine() {
 }
 
 PhantomLink::PhantomLink(PhantomOptions options)
-    : options_(std::move(options)), staleNs_(static_cast<std::uint64_t>(options_.staleMs * kMs)) {
+    : options_(std::move(options)), staleNs_(static_cast<std::uint64_t>(options_.staleMs * kNsPerMs)) {
     hd_ = hd::load(options_.library);
     open();
 }
@@ -114,7 +120,7 @@ PhantomLink::~PhantomLink() {
 
 void PhantomLink::open() {
     try {
-        initialise();
+        initialize();
         calibrate();
         readLimits();
         startTicks();
@@ -124,29 +130,30 @@ void PhantomLink::open() {
     }
 }
 
-/// What the library complained of, in our words and its own; empty if of nothing.
-std::string PhantomLink::drained() {
+/// Takes all errors from the library's stack. Returns their descriptions, ours and the library's; empty if there are
+/// none.
+std::string PhantomLink::takeErrors() {
     std::string all;
     for (int i = 0; i < 64; ++i) {
         const hd::Error code = hd_.getError().code;
         if (code == hd::kSuccess) break;
-        const char* own = hd_.getErrorString(code);
-        all += (all.empty() ? "" : "; ") + errorText(code) + (own && *own ? std::string(", '") + own + "'" : "");
+        const char* text = hd_.getErrorString(code);
+        all += (all.empty() ? "" : "; ") + errorText(code) + (text && *text ? std::string(", '") + text + "'" : "");
     }
     return all;
 }
 
-void PhantomLink::initialise() {
-    const NumbersWithPoints locale;
+void PhantomLink::initialize() {
+    const ScopedCLocale locale;
     const char* const names[]{options_.name.c_str(), nullptr, "Default Device", "Default PHANToM"};
     std::string tried;
-    drained();
+    takeErrors();
     for (const char* const name : names) {
         if (name && !*name) continue;
         device_ = hd_.initDevice(name);
-        const std::string wrong = drained();
+        const std::string errors = takeErrors();
         const std::string called = name ? "'" + std::string(name) + "'" : "the default";
-        if (device_ != hd::kInvalidHandle && wrong.empty()) {
+        if (device_ != hd::kInvalidHandle && errors.empty()) {
             hd_.makeCurrentDevice(device_);
             const std::lock_guard lock(mutex_);
             details_ = "Library " + hd_.name + "\nDevice " + called + (tried.empty() ? "" : ", after " + tried);
@@ -154,7 +161,7 @@ void PhantomLink::initialise() {
         }
         if (device_ != hd::kInvalidHandle) hd_.disableDevice(device_);
         device_ = hd::kInvalidHandle;
-        tried += (tried.empty() ? "" : ", ") + called + ": " + (wrong.empty() ? "no reason given" : wrong);
+        tried += (tried.empty() ? "" : ", ") + called + ": " + (errors.empty() ? "no reason given" : errors);
     }
     throw std::runtime_error("OpenHaptics (" + hd_.name + ") opens no device; tried " + tried +
                              ". Connect and power the device, and run the vendor's setup and diagnostic programs");
@@ -166,15 +173,15 @@ void PhantomLink::calibrate() {
     hd_.beginFrame(device_);
     hd_.getIntegerv(hd::kCalibrationStyle, &style);
     hd_.endFrame(device_);
-    // Forces are not enabled yet: calibrating with force would jerk the arm.
+    // Forces are not enabled yet, because calibrating with a force would jerk the arm.
     if (state != hd::kCalibrationOk && (style & 7)) {
-        hd_.updateCalibration(style & 1 ? 1 : style & 2 ? 2 : 4);  // reset, automatic, by the inkwell
+        hd_.updateCalibration(style & 1 ? 1 : style & 2 ? 2 : 4);  // encoder reset, automatic, inkwell
         state = hd_.checkCalibration();
     }
-    const std::string wrong = drained();
+    const std::string errors = takeErrors();
     if (state == hd::kCalibrationOk) return;
     throw std::runtime_error(
-        std::string("The device is not calibrated") + (wrong.empty() ? "" : " (" + wrong + ")") +
+        std::string("The device is not calibrated") + (errors.empty() ? "" : " (" + errors + ")") +
         (style & 4 ? ": put the stylus into the inkwell" : ": hold the arm in its reset position") +
         " and choose the device again");
 }
@@ -188,7 +195,7 @@ void PhantomLink::readLimits() {
     const auto read = [&](hd::Enum name, double& to) {
         double value = 0;
         hd_.getDoublev(name, &value);
-        if (drained().empty() && std::isfinite(value) && value > 0) to = value;
+        if (takeErrors().empty() && std::isfinite(value) && value > 0) to = value;
     };
     hd_.beginFrame(device_);
     read(hd::kMaxForce, limits_.peakForce);
@@ -197,19 +204,20 @@ void PhantomLink::readLimits() {
     limits_.continuousForce = std::min(limits_.continuousForce, limits_.peakForce);
     hd::Int outputs = 6;
     hd_.getIntegerv(hd::kOutputDof, &outputs);
-    if (!drained().empty()) outputs = 6;  // not known: the first frame will show it
+    if (!takeErrors().empty()) outputs = 6;  // unknown: the first frame will show it
     torqueName_ = outputs >= 6 ? hd::kTorque : 0u;
     const auto text = [&](hd::Enum name) {
-        const char* own = hd_.getString(name);
-        drained();
-        return std::string(own && *own ? own : "not told");
+        const char* value = hd_.getString(name);
+        takeErrors();
+        return std::string(value && *value ? value : "unknown");
     };
     const std::string model = text(hd::kModel), serial = text(hd::kSerial), driver = text(hd::kDriverVersion);
     hd_.endFrame(device_);
-    drained();
+    takeErrors();
     const std::lock_guard lock(mutex_);
     char numbers[160];
-    std::snprintf(numbers, sizeof numbers, "Force to %g N, %g N for long; torque to %g mN·m; stiffness to %g N/mm",
+    std::snprintf(numbers, sizeof numbers,
+                  "Peak force %g N, continuous force %g N, peak torque %g mN·m, maximum stiffness %g N/mm",
                   limits_.peakForce, limits_.continuousForce, limits_.peakTorque, limits_.nominalStiffness);
     details_ += "\nModel " + model + ", serial number " + serial + ", driver " + driver + "\n" + numbers;
     text_ = model + " runs";
@@ -217,32 +225,32 @@ void PhantomLink::readLimits() {
 
 void PhantomLink::startTicks() {
     armed_ = false;
-    opened_ = steadyNanoseconds();  // before lost_: samples of an earlier connection are none of this one
+    openedNs_ = steadyNanoseconds();  // set before lost_, so that samples of an earlier connection are rejected
     lost_ = slow_ = false;
     ticks_ = 0;
     period_ = 0;
-    error_ = hd::kSuccess;
-    faultEnds_ = errors_ = called_ = 0;
+    lastError_ = hd::kSuccess;
+    faultEndNs_ = errorCount_ = lastCall_ = 0;
     hd_.enable(hd::kForceOutput);
     callback_ = hd_.scheduleAsynchronous([](void* self) { return static_cast<PhantomLink*>(self)->tick(); }, this,
                                          hd::kDefaultPriority);
     scheduled_ = true;
     if (options_.rate > 0) hd_.setSchedulerRate(static_cast<hd::ULong>(options_.rate));
-    if (const std::string wrong = drained(); !wrong.empty())
-        throw std::runtime_error("The vendor's scheduler does not start: " + wrong);
+    if (const std::string errors = takeErrors(); !errors.empty())
+        throw std::runtime_error("The vendor's scheduler does not start: " + errors);
     hd_.startScheduler();
     started_ = true;
-    for (int i = 0; i < 2000 && called_.load() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    if (called_.load() == 0)
+    for (int i = 0; i < 2000 && lastCall_.load() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (lastCall_.load() == 0)
         throw std::runtime_error("The vendor's scheduler never called back in two seconds: restart its driver");
 }
 
 void PhantomLink::close() noexcept {
     armed_ = false;
     if (started_) {
-        // Two frames with zero force before the scheduler goes; a scheduler that hangs is not waited for.
-        const std::uint64_t seen = called_.load();
-        for (int i = 0; i < 50 && called_.load() - seen < 2 * kMs; ++i)
+        // Let the scheduler run two frames with zero force before it stops. Wait at most 50 ms, in case it hangs.
+        const std::uint64_t seen = lastCall_.load();
+        for (int i = 0; i < 50 && lastCall_.load() - seen < 2 * kNsPerMs; ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
         hd_.stopScheduler();
     }
@@ -267,7 +275,7 @@ void PhantomLink::reconnect() {
         try {
             open();
         } catch (const std::exception& e) {
-            error_ = hd::kSuccess;  // what keeps the device away now is another
+            lastError_ = hd::kSuccess;  // the new error is in text_
             const std::lock_guard lock(mutex_);
             text_ = e.what();
         }
@@ -285,12 +293,14 @@ DeviceStatus PhantomLink::status() const {
         if (connecting_) status.state = DeviceStatus::State::Connecting;
     }
     if (status.state == DeviceStatus::State::Connecting) return status;
-    const bool lost = lost_.load(), fault = lost || faulty() || (!armed_.load() && errors_.load() + slow_.load() > 0);
+    const bool lost = lost_.load(),
+               fault = lost || faulty() || (!armed_.load() && errorCount_.load() + slow_.load() > 0);
     status.state = lost ? DeviceStatus::State::Lost : fault ? DeviceStatus::State::Fault : DeviceStatus::State::Running;
-    const hd::Error error = error_.load();
+    const hd::Error error = lastError_.load();
     if (error != hd::kSuccess) {
         if (fault) status.text = errorText(error);
-        status.details += "\nErrors so far: " + std::to_string(errors_.load()) + ", the last: " + errorText(error);
+        status.details +=
+            "\nErrors so far: " + std::to_string(errorCount_.load()) + "; the last one: " + errorText(error);
     } else if (fault && !lost) {
         status.text = "The vendor's scheduler is too slow for a stiff wall: close other programs";
     }
@@ -298,11 +308,11 @@ DeviceStatus PhantomLink::status() const {
         case hd::kTorque:
             break;
         case hd::kGimbalTorque:
-            status.details += "\nTorque on the gimbal's axes, as asked for; this way was never tried on hardware";
+            status.details += "\nTorque on the gimbal's axes, as requested; this was never tried on hardware";
             break;
         default:
             status.details +=
-                "\nForces only: the library takes no CURRENT_TORQUE; phantom:NAME,gimbal tries another way";
+                "\nForces only: the library rejects CURRENT_TORQUE; phantom:NAME,gimbal tries the gimbal's axes";
     }
     if (!lost) {
         status.rate = rate_.load();
@@ -315,15 +325,16 @@ DeviceStatus PhantomLink::status() const {
 
 void PhantomLink::trip(hd::Error error) noexcept {
     armed_.store(false, std::memory_order_relaxed);
-    faultEnds_.store(steadyNanoseconds() + kFaultHoldNs, std::memory_order_relaxed);
+    faultEndNs_.store(steadyNanoseconds() + kFaultHoldNs, std::memory_order_relaxed);
     if (error == hd::kSuccess) return;
-    error_.store(error, std::memory_order_relaxed);
-    errors_.fetch_add(1, std::memory_order_relaxed);
+    lastError_.store(error, std::memory_order_relaxed);
+    errorCount_.fetch_add(1, std::memory_order_relaxed);
     if (hd::losesDevice(error)) lost_.store(true, std::memory_order_relaxed);
 }
 
-/// Every error on the stack is a fault but the tolerated one; true if that was there.
-bool PhantomLink::drain(hd::Error tolerated) noexcept {
+/// Takes all errors from the library's stack. Each is a fault, except the tolerated one. Returns whether that one
+/// occurred.
+bool PhantomLink::checkErrors(hd::Error tolerated) noexcept {
     bool seen = false;
     for (int i = 0; i < 64; ++i) {
         const hd::Error code = hd_.getError().code;
@@ -338,7 +349,7 @@ bool PhantomLink::drain(hd::Error tolerated) noexcept {
 
 std::uint32_t PhantomLink::tick() noexcept {
     const std::uint64_t now = steadyNanoseconds();
-    const std::uint64_t before = called_.exchange(now, std::memory_order_relaxed);
+    const std::uint64_t before = lastCall_.exchange(now, std::memory_order_relaxed);
     if (before > 0) {
         const double period = std::min(static_cast<double>(now - before), kLongestNs);
         const auto ticks = static_cast<double>(ticks_);
@@ -353,11 +364,11 @@ std::uint32_t PhantomLink::tick() noexcept {
     hd_.beginFrame(device_);
     readSample(now);
     int turn = kOffered;
-    if (turn_.compare_exchange_strong(turn, kTicking, std::memory_order_acq_rel))
-        turn_.store((*driven_)() ? kOffered : kDone, std::memory_order_release);
+    if (turn_.compare_exchange_strong(turn, kRunning, std::memory_order_acq_rel))
+        turn_.store((*drivenTick_)() ? kOffered : kDone, std::memory_order_release);
     writeWrench(steadyNanoseconds());
     hd_.endFrame(device_);
-    drain();
+    checkErrors();
     return hd::kCallbackContinue;
 }
 
@@ -366,7 +377,7 @@ void PhantomLink::readSample(std::uint64_t now) noexcept {
     hd::Int buttons = 0;
     hd_.getDoublev(hd::kTransform, m.data());
     hd_.getIntegerv(hd::kButtons, &buttons);
-    drain();
+    checkErrors();
     Mat3 R;
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column) R(row, column) = m[static_cast<std::size_t>(4 * column + row)];
@@ -374,12 +385,12 @@ void PhantomLink::readSample(std::uint64_t now) noexcept {
     samples_.write(sample_);
     if (torqueName_.load(std::memory_order_relaxed) == hd::kGimbalTorque) {
         hd_.getDoublev(hd::kGimbalAngles, gimbal_.data());
-        drain();
+        checkErrors();
     }
     if (ticks_ % 128 != 1) return;
     std::array<double, 6> motors{};
     hd_.getDoublev(hd::kMotorTemperature, motors.data());
-    if (!drain(hd::kInvalidEnum)) temperature_.store(*std::max_element(motors.begin(), motors.end()));
+    if (!checkErrors(hd::kInvalidEnum)) temperature_.store(*std::max_element(motors.begin(), motors.end()));
 }
 
 void PhantomLink::writeWrench(std::uint64_t now) noexcept {
@@ -387,22 +398,22 @@ void PhantomLink::writeWrench(std::uint64_t now) noexcept {
     Wrench wrench;
     const Command& newest = commands_.get();
     if (armed_.load(std::memory_order_relaxed) && now - newest.time < staleNs_ && newest.wrench.isFinite()) {
-        wrench.force = shortened(newest.wrench.force, limits_.peakForce);
-        wrench.torque = shortened(newest.wrench.torque, limits_.peakTorque);
+        wrench.force = clamped(newest.wrench.force, limits_.peakForce);
+        wrench.torque = clamped(newest.wrench.torque, limits_.peakTorque);
     }
     hd_.setDoublev(hd::kForce, wrench.force.data());
-    drain();
+    checkErrors();
     const hd::Enum name = torqueName_.load(std::memory_order_relaxed);
     if (name == 0) return;
-    const Vec3 torque = name == hd::kGimbalTorque ? onGimbalAxes(wrench.torque) : wrench.torque;
+    const Vec3 torque = name == hd::kGimbalTorque ? gimbalComponents(wrench.torque) : wrench.torque;
     hd_.setDoublev(name, torque.data());
-    if (drain(hd::kInvalidEnum))
+    if (checkErrors(hd::kInvalidEnum))
         torqueName_.store(name == hd::kTorque && options_.gimbalTorque ? hd::kGimbalTorque : 0u);
 }
 
-/// Shares of the three gimbal joints in a torque. Taken to be a yaw about y, a pitch about x and a roll about z, in
-/// this order from the arm to the stylus; that is not confirmed by anyone's hardware.
-Vec3 PhantomLink::onGimbalAxes(const Vec3& torque) const noexcept {
+/// Components of a torque on the three gimbal joints. The joints are assumed to be a yaw about y, a pitch about x and a
+/// roll about z, in this order from the arm to the stylus. No hardware has confirmed this.
+Vec3 PhantomLink::gimbalComponents(const Vec3& torque) const noexcept {
     const Quat roll(Eigen::AngleAxisd(-gimbal_.z(), Vec3::UnitZ())),
         pitch(Eigen::AngleAxisd(-gimbal_.y(), Vec3::UnitX()));
     const Quat& q = sample_.X_DS.q;
@@ -415,12 +426,12 @@ Vec3 PhantomLink::onGimbalAxes(const Vec3& torque) const noexcept {
 bool PhantomLink::newest(Sample& sample) noexcept {
     samples_.update();
     sample = samples_.get();
-    return !lost_.load(std::memory_order_acquire) && sample.time > opened_.load(std::memory_order_relaxed) &&
+    return !lost_.load(std::memory_order_acquire) && sample.time > openedNs_.load(std::memory_order_relaxed) &&
            steadyNanoseconds() - sample.time < staleNs_ && sample.X_DS.isValid();
 }
 
 bool PhantomLink::faulty() const noexcept {
-    return lost_.load(std::memory_order_relaxed) || steadyNanoseconds() < faultEnds_.load(std::memory_order_relaxed);
+    return lost_.load(std::memory_order_relaxed) || steadyNanoseconds() < faultEndNs_.load(std::memory_order_relaxed);
 }
 
 void PhantomLink::command(const Wrench& wrench) noexcept { commands_.write({wrench, steadyNanoseconds()}); }
@@ -432,18 +443,18 @@ void PhantomLink::arm() noexcept {
 bool PhantomLink::drive(double rate, const std::function<bool()>& tick) noexcept {
     const auto stalled = [&] {
         return lost_.load(std::memory_order_relaxed) ||
-               steadyNanoseconds() - called_.load(std::memory_order_relaxed) > staleNs_;
+               steadyNanoseconds() - lastCall_.load(std::memory_order_relaxed) > staleNs_;
     };
-    const double own = options_.rate > 0 ? options_.rate : 1000;
-    if (!options_.deviceDrives || std::abs(rate - own) > 0.01 * own || stalled()) return false;
-    driven_ = &tick;
+    const double deviceRate = options_.rate > 0 ? options_.rate : 1000;
+    if (!options_.deviceDrives || std::abs(rate - deviceRate) > 0.01 * deviceRate || stalled()) return false;
+    drivenTick_ = &tick;
     turn_.store(kOffered, std::memory_order_release);
     while (turn_.load(std::memory_order_acquire) != kDone) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         int turn = kOffered;
-        if (stalled() && turn_.compare_exchange_strong(turn, kOurs, std::memory_order_acq_rel)) return false;
+        if (stalled() && turn_.compare_exchange_strong(turn, kIdle, std::memory_order_acq_rel)) return false;
     }
-    turn_.store(kOurs, std::memory_order_relaxed);
+    turn_.store(kIdle, std::memory_order_relaxed);
     return true;
 }
 

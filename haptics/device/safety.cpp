@@ -6,32 +6,37 @@
 #include <limits>
 #include <utility>
 
-// Lines that end in "guard" are each proven to be needed: tools/mutate_safety takes them out one by one, and a test
-// must fail.
+// Each line that ends in "guard" is needed: tools/mutate_safety removes these lines one by one, and a test must fail
+// each time.
 
 namespace touchstone {
 namespace {
 
 constexpr std::array<TripInfo, kTripCount> kTrips = {{
-    {"wrench not finite", Follows::Fault, "The tick gave a wrench that is no number: report the scene."},
-    {"solver failed", Follows::Fault, "The solver gave no finite answer: take the exact one, or report the scene."},
+    {"wrench not finite", Follows::Fault, "The tick computed a wrench with NaN or infinity: report the scene."},
+    {"solver failed", Follows::Fault,
+     "The solver returned no finite solution: choose the exact solver, or report the scene."},
     {"invalid pose", Follows::Fault,
-     "The device, or who moves obstacles, gave a pose that is not finite or beyond 1 km: look at its driver or file."},
-    {"contact list overflow", Follows::Fade, "More pairs are near than there is memory for: go back a little."},
-    {"device fault", Follows::Fault, "The device says that it has failed: look at its panel."},
-    {"device reading stale", Follows::Fade, "The device gave no fresh pose: its cable or its driver is slow."},
-    {"device lost", Follows::Fault, "The device gave no fresh pose for 100 ms: look at its cable."},
-    {"tick late", Follows::Fade, "A tick came ten periods late, so its force was old: see Late and Priority."},
-    {"force clamped", Follows::Limit, "The force is cut to what the device can give."},
-    {"torque clamped", Follows::Limit, "The torque is cut to what the device can give."},
-    {"force held to continuous", Follows::Limit,
-     "The motors are warm: the force goes down to what they bear for long."},
-    {"torque held to continuous", Follows::Limit, "The motors are warm: the torque goes down to what they bear."},
-    {"force slewed", Follows::Limit, "The force grew or turned faster than the device may: it follows."},
-    {"torque slewed", Follows::Limit, "The torque grew or turned faster than the device may: it follows."},
-    {"overload", Follows::Fault, "More than the device can give was asked for during 5 s: go back out of the part."},
-    {"buzz", Follows::Fault, "The force swung to and fro faster than a hand can: lower the stiffness."},
-    {"tick hung", Follows::Fault, "No tick came for so long that the device was told to let go: look at its driver."},
+     "The device or a moving obstacle supplied a pose that is not finite or lies beyond 1 km: check the driver or the "
+     "file."},
+    {"contact list overflow", Follows::Fade, "More pairs are near than the contact list can hold: move back a little."},
+    {"device fault", Follows::Fault, "The device reports a fault: see the Device panel."},
+    {"device reading stale", Follows::Fade, "The device supplied no fresh pose: its cable or its driver is slow."},
+    {"device lost", Follows::Fault, "The device supplied no fresh pose for 100 ms: check its cable."},
+    {"late tick", Follows::Fade, "A tick came ten periods late, so the force was outdated: see Late and Priority."},
+    {"force clamped", Follows::Limit, "The force is limited to the device's peak."},
+    {"torque clamped", Follows::Limit, "The torque is limited to the device's peak."},
+    {"force thermally limited", Follows::Limit, "The motors are warm: the force falls toward their continuous limit."},
+    {"torque thermally limited", Follows::Limit,
+     "The motors are warm: the torque falls toward their continuous limit."},
+    {"force slew-rate limited", Follows::Limit,
+     "The force grew or turned faster than the device allows: its rate is limited."},
+    {"torque slew-rate limited", Follows::Limit,
+     "The torque grew or turned faster than the device allows: its rate is limited."},
+    {"overload", Follows::Fault, "The wrench exceeded the device's peak for 5 s: move back out of the part."},
+    {"buzz", Follows::Fault, "The wrench oscillated faster than a hand can move: lower the stiffness."},
+    {"tick hung", Follows::Fault,
+     "No tick came for so long that the watchdog released the forces: check the device's driver."},
 }};
 
 constexpr std::uint32_t tripsThat(Follows follows) {
@@ -42,21 +47,24 @@ constexpr std::uint32_t tripsThat(Follows follows) {
 }
 constexpr std::uint32_t kFaults = tripsThat(Follows::Fault), kZeroing = kFaults | tripsThat(Follows::Fade);
 
-double length(const Vec3& v) { return std::hypot(v.x(), v.y(), v.z()); }  // does not overflow where squares would
+/// hypot does not overflow where the sum of the squares would.
+double length(const Vec3& v) { return std::hypot(v.x(), v.y(), v.z()); }
 
-/// Shortens v to `limit`, its direction kept. Torque is clamped by magnitude too: whatever way the device's axes are
-/// turned, none then gets more than its limit.
+/// Shortens v to the length `limit` and keeps its direction. Torque is also clamped by magnitude, so that no axis of
+/// the device exceeds its limit for any orientation of the axes.
 bool shorten(Vec3& v, double limit) {
     const double magnitude = length(v);
     if (magnitude <= limit) return false;
-    constexpr double kInside = 1 - 8 * std::numeric_limits<double>::epsilon();  // so that rounding does not exceed it
-    v = v / magnitude * (limit * kInside);  // direction first, since limit / magnitude could underflow
+    // Keeps the result within the limit despite rounding.
+    constexpr double kInside = 1 - 8 * std::numeric_limits<double>::epsilon();
+    v = v / magnitude * (limit * kInside);  // the direction comes first, since limit / magnitude could underflow
     return true;
 }
 
-/// No device is stronger than 1e6 or finer than 1e-9; the squares of what lies between are ordinary numbers.
+/// A usable limit: negative and NaN become 0, as do limits below 1e-9; larger ones are clamped to 1e6. No device is
+/// beyond these bounds, and squares of values between them neither overflow nor underflow.
 double limitOrZero(double limit) { return limit >= 1e-9 ? std::fmin(limit, 1e6) : 0; }
-double shareOrZero(double fade) { return fade >= 0 ? std::fmin(fade, 1) : 0; }
+double fadeOrZero(double fade) { return fade >= 0 ? std::fmin(fade, 1) : 0; }
 
 }  // namespace
 
@@ -95,7 +103,7 @@ void SafetyStage::inherit(const SafetyStage& before) noexcept {
     torque_.heat = before.torque_.heat;
 }
 
-bool SafetyStage::Swing::turns(double x, double swing) {
+bool SafetyStage::Swing::reverses(double x, double swing) {
     if (rising ? x >= extreme : x <= extreme) {
         extreme = x;
         return false;
@@ -107,30 +115,31 @@ bool SafetyStage::Swing::turns(double x, double swing) {
 }
 
 bool SafetyStage::Channel::buzzes(const Vec3& v, double dt) {
-    bool turned = false;
-    for (int axis = 0; axis < 3; ++axis) turned |= swings[axis].turns(v[axis], kBuzzSwing * peak);
-    turns = turns * std::exp(-dt / kBuzzMs) + turned;
-    return turns > kBuzzTurns;
+    bool reversed = false;
+    for (int axis = 0; axis < 3; ++axis) reversed |= swings[axis].reverses(v[axis], kBuzzSwing * peak);
+    reversals = reversals * std::exp(-dt / kBuzzMs) + reversed;
+    return reversals > kBuzzTurns;
 }
 
-/// The limit falls smoothly from the peak at half the heat that the motors bear to the continuous one at the whole,
-/// which is never exceeded.
-double SafetyStage::Channel::heldTo(double dt) const {
+/// The limit falls smoothly from the peak, at half the heat that the motors bear, to the continuous limit, at the full
+/// heat. The full heat is never exceeded.
+double SafetyStage::Channel::thermalLimit(double dt) const {
     if (continuous >= peak) return peak;
     const double kept = std::exp(-dt / kThermalMs), ratio = peak / continuous;
     const double smooth = 1 + (ratio * ratio - 1) * std::min(1.0, 2 * (1 - heat));
-    const double left = (1 - kept * heat) / (1 - kept);  // what this tick may add, should dt be long
+    // The squared share with which the heat reaches 1 at the end of this tick. It matters only if dt is long.
+    const double left = (1 - kept * heat) / (1 - kept);
     return continuous * std::sqrt(std::max(0.0, std::min(smooth, left)));
 }
 
-/// Moves v towards the way from the last wrench to zero until it is within `most` of it. It never ends further out than
-/// v was, so that no limit before is exceeded by it; and since what is shortened also comes nearer to that way, no
-/// limit after would undo it.
-bool SafetyStage::Channel::limitSlew(Vec3& v, double most) const {
+/// Moves v toward the segment from the last output to zero until its distance from the segment is at most
+/// `maxDistance`. The result is never longer than v, so it exceeds no earlier limit. Shortening also brings v nearer to
+/// the segment, so a limit that comes later would not violate this one.
+bool SafetyStage::Channel::limitSlew(Vec3& v, double maxDistance) const {
     const double squared = last.squaredNorm();
     const Vec3 nearest = (squared > 0 ? std::clamp(v.dot(last) / squared, 0.0, 1.0) : 0.0) * last;
     Vec3 away = v - nearest;
-    if (!shorten(away, most)) return false;
+    if (!shorten(away, maxDistance)) return false;
     v = nearest + away;
     return true;
 }
@@ -145,20 +154,21 @@ void SafetyStage::trip(Trip trip, bool acts) {
 }
 
 void SafetyStage::limit(Channel& channel, Vec3& v, int torque, const SafetyInput& in) {
-    const auto acts = [&](Trip ofForce, bool did) { trip(Trip(static_cast<int>(ofForce) + torque), did); };
-    acts(Trip::ForceClamped, shorten(v, channel.peak));                     // guard
-    if (motors_) acts(Trip::ForceHeld, shorten(v, channel.heldTo(in.dt)));  // guard
-    // After the clamps, so that a saturated force fades from its first tick on.
-    v *= shareOrZero(in.fade);                              // guard
+    // The torque's trip follows the force's in the enum.
+    const auto tripOf = [&](Trip ofForce, bool acted) { trip(Trip(static_cast<int>(ofForce) + torque), acted); };
+    tripOf(Trip::ForceClamped, shorten(v, channel.peak));                           // guard
+    if (motors_) tripOf(Trip::ForceHeld, shorten(v, channel.thermalLimit(in.dt)));  // guard
+    // The fade comes after the clamps, so that a saturated force is faded from its first tick on.
+    v *= fadeOrZero(in.fade);                               // guard
     trip(Trip::Buzz, motors_ && channel.buzzes(v, in.dt));  // guard
-    // Last, because it binds what the hand gets.
-    acts(Trip::ForceSlewed, channel.limitSlew(v, channel.slew * in.dt));  // guard
+    // The slew limit is last, because it must hold for the output.
+    tripOf(Trip::ForceSlewed, channel.limitSlew(v, channel.slew * in.dt));  // guard
 }
 
 Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     const std::uint32_t before = std::exchange(acting_, 0);
 
-    // Is there a force to trust? Every cause is looked at, so that each is counted.
+    // Is the wrench trustworthy? Every cause is checked, so that each one is counted.
     staleMs_ = in.fresh ? 0 : staleMs_ + in.dt;
     trip(Trip::NotFinite, !in.wrench_o.isFinite());                     // guard
     trip(Trip::SolverFailed, in.solverFailed);                          // guard
@@ -170,14 +180,14 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     trip(Trip::LateTick, motors_ && in.period > kLatePeriods * in.dt);  // guard
     trip(Trip::TickHung, motors_ && in.hung);                           // guard
 
-    bool open = (acting_ & kZeroing) == 0;
-    open &= isEngaged(engagement_);  // guard
+    bool allowed = (acting_ & kZeroing) == 0;
+    allowed &= isEngaged(engagement_);  // guard
     const bool small = length(in.wrench_o.force) <= kSmallShare * force_.peak &&
                        length(in.wrench_o.torque) <= kSmallShare * torque_.peak;
-    open &= small || !waiting_;  // guard
+    allowed &= small || !waiting_;  // guard
 
     Wrench out;
-    if (open) {
+    if (allowed) {
         waiting_ = false;
         out = in.wrench_o;
         limit(force_, out.force, 0, in);
@@ -186,21 +196,21 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     overloadMs_ = acting_ & (bit(Trip::ForceClamped) | bit(Trip::TorqueClamped)) ? overloadMs_ + in.dt : 0;
     trip(Trip::Overload, motors_ && overloadMs_ > kOverloadMs);  // guard
 
-    zeroed_ = !open || (acting_ & kZeroing);
+    zeroed_ = !allowed || (acting_ & kZeroing);
     if (zeroed_) out = {};  // guard
     if (acting_ & kFaults) {
         engagement_ = Engagement::Faulted;  // guard
         cause_ = static_cast<Trip>(std::countr_zero(acting_ & kFaults));
     } else if (engagement_ == Engagement::Engaged && zeroed_) {
         engagement_ = Engagement::Engaging;
-    } else if (open && in.fade >= 1) {
+    } else if (allowed && in.fade >= 1) {
         engagement_ = Engagement::Engaged;
     }
     force_.last = out.force;
     torque_.last = out.torque;
     for (Channel* channel : {&force_, &torque_}) {
         if (motors_) channel->warm(in.dt);
-        if (zeroed_) channel->turns = 0;
+        if (zeroed_) channel->reversals = 0;
     }
 
     for (int i = 0; i < kTripCount; ++i) {

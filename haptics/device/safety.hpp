@@ -1,6 +1,6 @@
 #pragma once
-// The last word before a device: what leaves pass() is finite, within every limit, grows no faster than the device
-// allows, and is zero when in doubt. docs/safety.md tells each guard's reason.
+// The safety stage before every device. The output of pass() is finite, within all limits, grows no faster than the
+// device allows, and is zero in case of doubt. docs/safety.md gives the reason for each guard.
 #include <array>
 #include <cstdint>
 
@@ -9,7 +9,7 @@
 
 namespace touchstone {
 
-/// Why the stage changed a wrench.
+/// The reasons why the stage changes a wrench.
 enum class Trip : std::uint8_t {
     NotFinite,
     SolverFailed,
@@ -19,7 +19,7 @@ enum class Trip : std::uint8_t {
     StaleReading,
     DeviceLost,
     LateTick,
-    ForceClamped,  // a limit of force is followed by the same of torque
+    ForceClamped,  // each limit of the force is followed by the same limit of the torque
     TorqueClamped,
     ForceHeld,
     TorqueHeld,
@@ -31,11 +31,11 @@ enum class Trip : std::uint8_t {
 };
 inline constexpr int kTripCount = 17;
 
-/// What a trip does.
+/// The consequence of a trip.
 enum class Follows : std::uint8_t {
-    Limit,  ///< the wrench goes out smaller
-    Fade,   ///< zero while it lasts, then the force fades in
-    Fault,  ///< zero until somebody engages anew
+    Limit,  ///< the wrench is reduced
+    Fade,   ///< the wrench is zero while the trip lasts, then it fades in
+    Fault,  ///< the wrench is zero until the user engages again
 };
 struct TripInfo {
     const char* name;
@@ -44,95 +44,96 @@ struct TripInfo {
 };
 const TripInfo& info(Trip trip);
 inline const char* name(Trip trip) { return info(trip).name; }
-/// Of TickRecord::trips.
+/// The bit of a trip in TickRecord::trips.
 constexpr std::uint32_t bit(Trip trip) { return 1u << static_cast<int>(trip); }
 
 enum class Engagement : std::uint8_t {
-    Stopped,   ///< zero force and the tool held until engage()
-    Engaging,  ///< the force fades in, with motors only once a small one is asked for
+    Stopped,   ///< zero force, and the tool is held until engage()
+    Engaging,  ///< the force fades in; with motors, only after the requested force was small
     Engaged,
-    Faulted,  ///< zero force until engage(); the tool goes on
+    Faulted,  ///< zero force until engage(); the tool keeps moving
 };
 const char* name(Engagement engagement);
-/// Engaging or engaged.
+/// Whether the stage is engaging or engaged.
 constexpr bool isEngaged(Engagement e) { return e == Engagement::Engaging || e == Engagement::Engaged; }
 
-/// How often a guard acted: `events` counts beginnings, `ticks` every tick.
+/// How often a guard acted: `events` counts the uninterrupted sequences of ticks, `ticks` counts every tick.
 struct TripCount {
     std::uint64_t events = 0;
     std::uint64_t ticks = 0;
 };
 
 struct SafetyInput {
-    Wrench wrench_o;            ///< the tick's, on the hand about the tool node's origin
-    bool solverFailed = false;  ///< the answer of the tick was not finite
-    bool badInput = false;      ///< the tick was given an invalid pose
-    bool listOverflow = false;  ///< neighbor lists were full
+    Wrench wrench_o;            ///< wrench of the tick on the hand, about the tool node's origin
+    bool solverFailed = false;  ///< the result of the tick was not finite
+    bool badInput = false;      ///< the tick received an invalid pose
+    bool listOverflow = false;  ///< the neighbor lists were full
     bool fresh = true;          ///< the device's reading was valid
-    bool fault = false;         ///< the device says that it has failed
-    bool hung = false;          ///< so long without a tick that the device was let go of
-    double fade = 1;            ///< share of the wrench to let through, 0 to 1
+    bool fault = false;         ///< the device reports a fault
+    bool hung = false;          ///< no tick came for so long that the watchdog released the forces
+    double fade = 1;            ///< factor on the wrench, 0 to 1
     double dt = 1;              ///< nominal time between ticks, ms; positive
-    double period = 0;          ///< that by the clock since the tick before, ms; 0 where nobody measures
+    double period = 0;          ///< measured time since the previous tick, ms; 0 if it is not measured
 };
 
-/// Guards in a fixed order; a new one is a Trip with its row and a line of pass(). A device with motors begins stopped,
-/// any other engaging. Real time: no allocation, lock, log or throw.
+/// Applies the guards in a fixed order. To add a guard, add a Trip with its row and a line in pass(). A device with
+/// motors begins stopped, any other device begins engaging. Real time: no allocation, lock, log or throw.
 class SafetyStage {
   public:
-    static constexpr double kLostMs = 100;        ///< without a fresh reading, until the device counts as lost
-    static constexpr double kLatePeriods = 10;    ///< from tick to tick, in nominal ones, that is too late
-    static constexpr double kOverloadMs = 5000;   ///< of pressing beyond the peak
-    static constexpr double kSmallShare = 0.05;   ///< of the peak: engaging begins below it
+    static constexpr double kLostMs = 100;        ///< time without a fresh reading after which the device is lost
+    static constexpr double kLatePeriods = 10;    ///< tick period, in nominal periods, above which a tick is late
+    static constexpr double kOverloadMs = 5000;   ///< maximum time of a force above the peak
+    static constexpr double kSmallShare = 0.05;   ///< share of the peak below which engaging begins
     static constexpr double kThermalMs = 30'000;  ///< time constant of a motor's winding
-    static constexpr double kBuzzSwing = 0.1;     ///< of the peak, between turns that count
-    static constexpr double kBuzzMs = 100;        ///< in which turns are counted, exponentially forgotten
-    static constexpr double kBuzzTurns = 8;       ///< so many are a buzz: 40 Hz if it lasts, 200 Hz within 25 ms
+    static constexpr double kBuzzSwing = 0.1;     ///< least swing between reversals that count, as a share of the peak
+    static constexpr double kBuzzMs = 100;        ///< time constant with which counted reversals are forgotten
+    static constexpr double kBuzzTurns = 8;       ///< reversals that are a buzz: 40 Hz if it lasts, 200 Hz within 25 ms
 
-    /// A limit that is negative or not a number lets nothing through.
+    /// A limit that is negative or NaN blocks every wrench.
     explicit SafetyStage(const DeviceLimits& limits);
 
-    /// The wrench for the device. For any input, to rounding: finite, |force| <= peakForce, |torque| <= peakTorque;
-    /// with motors their mean squares over kThermalMs within the continuous limits; and no further from the way from
-    /// the last wrench to zero than slew × dt, so that it may fall to zero at once.
+    /// Returns the wrench for the device. For any input and up to rounding, it is finite, |force| <= peakForce and
+    /// |torque| <= peakTorque. With motors, the mean squares over kThermalMs are within the continuous limits. Its
+    /// distance from the segment between the last output and zero is at most slew × dt, so it may fall to zero
+    /// immediately.
     Wrench pass(const SafetyInput& input) noexcept;
 
-    void stop() noexcept;    ///< zero from the next pass() on; a fault stays one
-    void engage() noexcept;  ///< does nothing where it is engaged
-    void begin() noexcept;   ///< as at the start, but for counts and heat
-    /// The motors stay as warm as the other stage left them.
+    void stop() noexcept;    ///< zero from the next pass() on; a fault remains a fault
+    void engage() noexcept;  ///< does nothing if it is engaging or engaged
+    void begin() noexcept;   ///< returns to the initial engagement; counts and heat stay
+    /// Takes the heat of the motors from the previous stage.
     void inherit(const SafetyStage& before) noexcept;
 
     bool motors() const { return motors_; }
     Engagement engagement() const { return engagement_; }
-    /// Of the last fault; meaningful while Faulted.
+    /// The trip of the last fault; meaningful while Faulted.
     Trip cause() const { return cause_; }
-    /// The last pass() let nothing through, because something was wrong or the stage is not engaged.
+    /// Whether the last pass() returned zero because of a trip or because the stage is not engaged.
     bool zeroed() const { return zeroed_; }
-    /// The guards that acted in the last pass(), by bit().
+    /// The guards that acted in the last pass(), as bits; see bit().
     std::uint32_t acting() const { return acting_; }
     bool active(Trip trip) const { return (acting_ & bit(trip)) != 0; }
     const TripCount& count(Trip trip) const { return counts_[static_cast<std::size_t>(trip)]; }
     const std::array<TripCount, kTripCount>& counts() const { return counts_; }
 
   private:
-    /// Turns of a value that swings far enough.
+    /// Detects reversals of a value that swings far enough.
     struct Swing {
         double extreme = 0;
         bool rising = true;
-        bool turns(double x, double swing);
+        bool reverses(double x, double swing);
     };
-    /// One of force and torque: its limits, and what the hand got so far.
+    /// The force or the torque: its limits and the history of its output.
     struct Channel {
         double peak, continuous, slew;  // N, N, N/ms or mN·m, mN·m, mN·m/ms
-        Vec3 last = Vec3::Zero();       // what went out
-        double heat = 0;                // mean square of that over kThermalMs, of continuous²
+        Vec3 last = Vec3::Zero();       // the last output
+        double heat = 0;                // mean square of the output over kThermalMs, in units of continuous²
         std::array<Swing, 3> swings{};
-        double turns = 0;
+        double reversals = 0;  // exponentially forgotten count
 
-        double heldTo(double dt) const;
+        double thermalLimit(double dt) const;
         bool buzzes(const Vec3& v, double dt);
-        bool limitSlew(Vec3& v, double most) const;
+        bool limitSlew(Vec3& v, double maxDistance) const;
         void warm(double dt);
     };
 
@@ -142,7 +143,7 @@ class SafetyStage {
     const bool motors_;
     Channel force_, torque_;
     Engagement engagement_;
-    bool waiting_;  // for a small force, before the engaging begins
+    bool waiting_;  // engaging begins only after a small force was requested
     Trip cause_ = Trip::NotFinite;
     double staleMs_ = 0, overloadMs_ = 0;
     std::uint32_t acting_ = 0;

@@ -11,10 +11,10 @@ SharedLibrary::SharedLibrary(const std::vector<std::string>& names) {
             name_ = name;
             return;
         }
-        const char* told = dlerror();
-        const std::string words = told ? told : "no reason given";
-        // The loader names most files itself.
-        trouble_ += (trouble_.empty() ? "" : "; ") + (words.rfind(name + ":", 0) == 0 ? "" : name + ": ") + words;
+        const char* reason = dlerror();
+        const std::string message = reason ? reason : "no reason given";
+        // Most messages of the loader begin with the name of the file.
+        errors_ += (errors_.empty() ? "" : "; ") + (message.rfind(name + ":", 0) == 0 ? "" : name + ": ") + message;
     }
 }
 

@@ -19,12 +19,15 @@
 namespace touchstone {
 namespace {
 
-constexpr double kFullDeflection = 350, kDeadBand = 0.1;
-constexpr double kUsualSpeed = 50, kTurnPerSpeed = 1.0 / 50;  // mm/s, rad/mm
-constexpr double kFirmForce = 10, kFirmTorque = 100;          // N, mN·m: the tool is pressed no harder than about this
-constexpr std::uint64_t kSilenceNs = 500'000'000;             // a deflected cap keeps sending; a silent one is at rest
+constexpr double kFullDeflection = 350;                       // axis value of libspnav at full deflection
+constexpr double kDeadBand = 0.1;                             // share of the full deflection in which the rate is zero
+constexpr double kUsualSpeed = 50, kTurnPerSpeed = 1.0 / 50;  // mm/s; rad/mm
+// N and mN·m at which the tool stops: the tool is pressed no harder than about this.
+constexpr double kFirmForce = 10, kFirmTorque = 100;
+// A deflected cap sends events all the time, so a cap that is silent for this long is at rest.
+constexpr std::uint64_t kSilenceNs = 500'000'000;
 
-/// libspnav's prototypes and events in words of our own.
+/// The events and functions of libspnav, declared here so that the build does not need its header.
 union SpnavEvent {
     int type;  ///< 1: motion, 2: button
     struct {
@@ -35,7 +38,7 @@ union SpnavEvent {
     struct {
         int type, press, number;
     } button;
-    char room[128];  ///< for kinds of event that are not ours
+    char room[128];  ///< space for other kinds of events
 };
 
 struct SpnavLibrary {
@@ -50,7 +53,7 @@ SpnavLibrary loadSpnav() {
     const SharedLibrary found(named && *named ? std::vector<std::string>{named}
                                               : std::vector<std::string>{"libspnav.so.0", "libspnav.so"});
     if (!found)
-        throw std::runtime_error("The SpaceMouse needs libspnav (" + found.trouble() +
+        throw std::runtime_error("The SpaceMouse needs libspnav (" + found.errors() +
                                  "): apt install libspnav0 spacenavd");
     SpnavLibrary spnav{};
     std::string missing;
@@ -68,7 +71,8 @@ struct CapState {
     std::uint64_t time = 0;  ///< ns
 };
 
-/// Reads the daemon's events on a thread of its own: that takes calls into the system. The daemon is opened once.
+/// Reads the daemon's events on a separate thread, because that takes system calls. The connection to the daemon is
+/// shared.
 class CapReader {
   public:
     static std::shared_ptr<CapReader> connect() {
@@ -146,7 +150,7 @@ class SpaceMouseControl final : public DeviceControl {
 
   private:
     const std::shared_ptr<CapReader> reader_;
-    Workspace newest_;  // the window's
+    Workspace newest_;  // used only by the window's thread
     TripleBuffer<Quat> axes_{Quat::Identity()};
 };
 
@@ -207,7 +211,7 @@ std::unique_ptr<Device> makeSpaceMouse(const DeviceContext& context) {
         const auto read = readNumber(text, 0.1, 1000);
         if (!read)
             throw std::runtime_error("spacemouse: '" + text +
-                                     "' is no speed: write spacemouse:SPEED, 0.1 to 1000 mm/s");
+                                     "' is not a speed: write spacemouse:SPEED, 0.1 to 1000 mm/s");
         speed = *read;
     }
     return std::make_unique<SpaceMouseDevice>(CapReader::connect(), context.X_WT_start, speed);

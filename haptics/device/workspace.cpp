@@ -10,8 +10,8 @@
 namespace touchstone {
 namespace {
 
-constexpr double kFadeOutMs = 50, kFadeInMs = 100;
-constexpr double kGlide = 0.05;  // mm/ms, of the tool to a new offset
+constexpr double kFadeOutMs = 50, kFadeInMs = 100;  // fades of the force when the clutch is pressed and released
+constexpr double kGlide = 0.05;                     // speed of the tool to a new offset, mm/ms
 
 class MappedControl final : public DeviceControl {
   public:
@@ -31,7 +31,7 @@ class MappedControl final : public DeviceControl {
 
   private:
     const std::shared_ptr<DeviceControl> raw_;
-    Workspace newest_;  // the window's
+    Workspace newest_;  // used only by the window's thread
     TripleBuffer<Workspace> buffer_;
 };
 
@@ -66,9 +66,9 @@ class MappedDevice final : public Device {
             X_WT_ = mapped(reading.X_WT_device);
             glide(dt);
         }
-        // What was clutched, or out of sight, takes the tool up anew in the next reading.
+        // After the clutch or a lost reading, the next usable reading takes the tool up again, without a jump.
         lost_ = !usable || clutched;
-        // A fresh but invalid pose is passed on, so that the tick can flag it.
+        // Pass on a fresh but invalid pose, so that the tick can flag it.
         if (sound || !reading.valid) reading.X_WT_device = X_WT_;
         return reading;
     }
@@ -95,7 +95,7 @@ class MappedDevice final : public Device {
         if (!control_->buffer().update()) return;
         const double scale = workspace_.scale;
         workspace_ = control_->buffer().get();
-        if (begun_) workspace_.scale = scale;  // the safety stage's limits are for that
+        if (begun_) workspace_.scale = scale;  // the limits of the safety stage were computed for this scale
         lost_ = true;
     }
 
@@ -120,10 +120,10 @@ class MappedDevice final : public Device {
     const std::shared_ptr<MappedControl> control_;
     const Pose X_WT_start_;
     Workspace workspace_;
-    Pose X_WT_;                   // the last given
-    Pose X_DS_held_, X_WT_held_;  // of hand and tool when it was taken up
+    Pose X_WT_;                   // the last pose that was returned
+    Pose X_DS_held_, X_WT_held_;  // poses of hand and tool when the tool was taken up
     Vec3 glided_ = Vec3::Zero();
-    bool lost_ = true;  // to be taken up at the next usable reading
+    bool lost_ = true;  // the next usable reading takes the tool up
     bool clutched_ = false, begun_ = false;
     Ramp share_{1};
 };
@@ -132,10 +132,11 @@ class MappedDevice final : public Device {
 
 std::string checkWorkspace(const Workspace& workspace) {
     if (!(workspace.scale >= kSmallestScale && workspace.scale <= kLargestScale))
-        return "the workspace's scale lies between 0.01 and 100 mm of the tool per mm of the hand";
+        return "the workspace's scale must be from 0.01 to 100 mm of the tool per mm of the hand";
     if (!workspace.offset.allFinite() || workspace.offset.norm() > 1e6)
-        return "the workspace's offset is three numbers in mm, no longer than a kilometre";
-    if (!(std::abs(workspace.q_WD.norm() - 1) < 1e-6)) return "the workspace's axes are a quaternion of unit length";
+        return "the workspace's offset must be three finite numbers in mm, with a length of at most 1 km";
+    if (!(std::abs(workspace.q_WD.norm() - 1) < 1e-6))
+        return "the workspace's axes must be a quaternion of unit length";
     return {};
 }
 

@@ -435,7 +435,7 @@ TEST_CASE("program: folders and pipes in place of files are named for what they 
     CHECK_THAT(touchstone("validate " + pipe).err, Contains("is a pipe"));
     for (const std::string& motion : {pipe, std::string("/dev/zero")})
         CHECK_THAT(touchstone("run " + pressFile(touchstone) + " --headless --device replay:" + motion).err,
-                   Contains("is no regular file"));
+                   Contains("is not a regular file"));
 }
 
 }  // namespace touchstone::program_tests

@@ -78,7 +78,7 @@ TEST_CASE("program: what tree cannot have is one sentence and exit code 1", "[sy
         {"/no/such.obj", "/no/such.obj"},
         {"nosuchscene", "nosuchscene"},
         {touchstone.with("mesh.step", "ISO-10303-21;\n"), ".obj, .ply, .stl, .glb or .gltf"},
-        {touchstone.with("nan.stl", binaryStlOf(broken)), "not finite"},
+        {touchstone.with("nan.stl", binaryStlOf(broken)), "non-finite"},
         {touchstone.with("nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n"), "nan.obj"},
         {touchstone.with("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), "range.obj"},
         {touchstone.with("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), "line"},

@@ -266,9 +266,9 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.onEnd = [&](sandbox::LiveSession& ended) {
         if (!options.report.empty()) outputs.write("report", [&] { writeReport(live.finish(ended), options.report); });
         // Also one that was stopped before; its reason stands in the log, too.
-        ended.stopRecording();
-        if (!ended.recordingFailure().empty())
-            outputs.write("recording", [&] { throw std::runtime_error(ended.recordingFailure()); });
+        ended.recording().stop();
+        if (!ended.recording().failure().empty())
+            outputs.write("recording", [&] { throw std::runtime_error(ended.recording().failure()); });
     };
     const StopRequest stop;
     const int code = sandbox::runWindow(window);

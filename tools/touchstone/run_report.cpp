@@ -106,7 +106,7 @@ void LiveReport::addFrame(const sandbox::FrameCost& cost) {
 
 sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
     const std::string scene = session.scene() ? sandbox::sceneName(*session.scene()) : "";
-    sandbox::Report report = sandbox::reportOf(scene, session.device(), session.settings());
+    sandbox::Report report = sandbox::reportOf(scene, session.device().choice, session.settings());
     statistics_.write(report);
     report.frameCpuMs = percentiles(frameMs_);
     report.drawCalls = percentiles(drawCalls_);
@@ -115,7 +115,7 @@ sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
         report.dropped = snapshot->dropped;
         for (const TripCount& trip : snapshot->trips) report.safetyTrips += trip.events;
         if (snapshot->engagement == Engagement::Faulted) report.safetyFault = name(snapshot->cause);
-        if (judge_) report.checks = judge_->checks(session.device() == "demo" && snapshot->finished);
+        if (judge_) report.checks = judge_->checks(session.device().choice == "demo" && snapshot->finished);
     }
     return report;
 }

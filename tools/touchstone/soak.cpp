@@ -83,8 +83,8 @@ class Soak {
         }
         if (StopRequest::signal() != 0) return stopped();
         if (!session_.running())
-            throw std::runtime_error(session_.messages().empty() ? "the scene did not start"
-                                                                 : session_.messages().back().text);
+            throw std::runtime_error(session_.log().messages().empty() ? "the scene did not start"
+                                                                       : session_.log().messages().back().text);
         began_ = Clock::now();
         for (int block = 0; seconds() < options_.seconds && StopRequest::signal() == 0; ++block)
             runBlock(block % 2 == 1);
@@ -105,12 +105,12 @@ class Soak {
 
     void judge(const TickRecord& record) {
         ++taken_;
-        const DeviceLimits& limits = session_.deviceFacts().limits;
+        const DeviceLimits& limits = session_.device().facts.limits;
         constexpr double kRounding = 1 + 1e-12;
         const Wrench& out = record.wrench_out;
         unsafe_ += !out.isFinite() || !(out.force.norm() <= kRounding * limits.peakForce) ||
                    !(out.torque.norm() <= kRounding * limits.peakTorque);
-        Times& times = session_.recorder() ? recorded_ : plain_;
+        Times& times = session_.recording().recorder() ? recorded_ : plain_;
         times.tick.add(record.totalUs);
         times.period.add(record.periodUs);
     }
@@ -118,7 +118,7 @@ class Soak {
     /// A frame of a window without one.
     void pass() {
         session_.update();
-        for (const sandbox::Message& message : session_.messages())
+        for (const sandbox::Message& message : session_.log().messages())
             if (message.kind == sandbox::Message::Kind::Error && message.seconds > toldUntil_) {
                 std::printf("  %.1f s: %s\n", message.seconds, message.text.c_str());
                 toldUntil_ = message.seconds;
@@ -150,7 +150,7 @@ class Soak {
             }
         }
         while (session_.opening()) pass();
-        if (session_.recorder()) endRecording();
+        if (session_.recording().recorder()) endRecording();
         memory_.push_back({seconds(), residentMegabytes()});
     }
 
@@ -178,9 +178,9 @@ class Soak {
                 session_.restart();
                 break;
             case 2:
-                session_.chooseDevice(scene.demonstration && session_.device() != "hand" ? "hand"
-                                      : scene.demonstration                              ? "demo"
-                                                                                         : "mouse");
+                session_.chooseDevice(scene.demonstration && session_.device().choice != "hand" ? "hand"
+                                      : scene.demonstration                                     ? "demo"
+                                                                                                : "mouse");
                 break;
             default: {
                 const engine::Entity obstacle = scene.roles.obstacles.front();
@@ -210,9 +210,9 @@ class Soak {
     }
 
     void endRecording() {
-        const std::uint64_t rows = session_.recorder()->rows();
-        lost_ += session_.recorder()->lost();
-        if (!session_.stopRecording()) throw std::runtime_error(session_.messages().back().text);
+        const std::uint64_t rows = session_.recording().recorder()->rows();
+        lost_ += session_.recording().recorder()->lost();
+        if (!session_.recording().stop()) throw std::runtime_error(session_.log().messages().back().text);
         sandbox::TickFileReader file(recording() / "ticks.npy");
         if (file.rows() != rows) ++broken_;
         rows_ += rows;

@@ -1,6 +1,6 @@
 #pragma once
-// The running window: what it remembers from frame to frame. One file for what a frame draws, one for mouse and keys,
-// one for what is then done; none of it is needed outside.
+// The running window and its state between frames. app_panels.cpp draws, app_input.cpp handles mouse and keyboard,
+// app_requests.cpp carries out requests. Private to this folder.
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -18,10 +18,10 @@
 
 namespace touchstone::sandbox {
 
-/// All that undo goes back to.
+/// The state that undo restores.
 struct UserState {
     std::vector<engine::SceneEdit> edits;
-    Settings settings;  ///< never paused: pausing is no change
+    Settings settings;  ///< `pause` is always off, since pausing cannot be undone
     friend bool operator==(const UserState&, const UserState&) = default;
 };
 
@@ -40,17 +40,17 @@ class App {
     void drawHints(const engine::Area& picture) const;
     void drawLeftPanel();
     void drawGuideWindow(const engine::Area& picture);
-    void drawPull(const engine::Area& picture) const;
+    void drawMousePull(const engine::Area& picture) const;
     void handleMouse(const engine::Area& picture);
     void handleKeys();
     void carryOut();
     void noteState();
-    void goTo(const std::optional<UserState>& state);
+    void restoreState(const std::optional<UserState>& state);
     void copyCommand();
     void toggleRecording();
     bool timeIsUp();
-    void lookAtAll(const engine::Area& picture);
-    /// Work for the graphics driver, whose processor time is told apart.
+    void frameAll(const engine::Area& picture);
+    /// Runs work for the graphics driver and adds its CPU time to `drawingMs_`.
     template <class Work>
     void draw(Work&& work) {
         const double began = threadCpuMicroseconds();
@@ -63,7 +63,7 @@ class App {
     using Clock = std::chrono::steady_clock;
 
     const WindowRunOptions& options_;
-    engine::PanelSizes sizes_;  // these two outlive the window, which writes them when it closes
+    engine::PanelSizes sizes_;  // sizes_ and iniFile_ must outlive the window, which writes them when it closes
     std::string iniFile_;
     engine::Window window_;
     engine::Renderer renderer_;
@@ -71,7 +71,7 @@ class App {
     std::vector<std::filesystem::path> scenes_;
     engine::RecentScenes recent_;
 
-    std::shared_ptr<HapticScene> viewed_;  // outlives the view of it
+    std::shared_ptr<HapticScene> viewed_;  // must outlive view_
     std::unique_ptr<SceneView> view_;
     std::uint64_t viewedNumber_ = 0;
     std::filesystem::path viewedFile_;
@@ -81,24 +81,24 @@ class App {
     MouseGrab grab_;
     std::uint64_t grabSession_ = 0;
     Selection selection_;
-    double strength_ = 1;  // of the hand that the mouse device was told of last
+    double strength_ = 1;  // stiffness of the hand last sent to the mouse device
     bool holding_ = false, everHeld_ = false, focused_ = false;
 
     DisplayOptions display_;
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
     InspectorState inspector_;
-    engine::Entity pageNode_;  // that the left panel's pages were of
+    engine::Entity pageNode_;  // node and device of the left panel's pages in the previous frame
     std::string pageDevice_;
     HapticsPanelState hapticsPanel_;
     DevicePanelState devicePanel_;
     MenuState menu_;
     PanelRequests requests_;
     engine::UndoStack<UserState> undo_;
-    std::filesystem::path undoFile_;  // that the states are of
+    std::filesystem::path undoFile_;  // scene that the undo states belong to
     engine::ItemRects items_, drawnItems_;
     FrameCost cost_, shownCost_;
-    double drawingMs_ = 0;  // of this frame
+    double drawingMs_ = 0;  // CPU time of drawing in this frame, ms
     std::optional<glm::vec2> toolOnScreen_;
     std::optional<Clock::time_point> runningSince_;
 };

@@ -10,9 +10,8 @@
 
 namespace touchstone::sandbox {
 
-/// While the tool is held: from the point that is held to where the mouse wants it. It lengthens where the tool is held
-/// back.
-void App::drawPull(const engine::Area& picture) const {
+/// Draws a line from the held point of the tool to the mouse target. The line gets longer when the tool is blocked.
+void App::drawMousePull(const engine::Area& picture) const {
     const TickRecord* record = session_.record();
     if (!grab_.holding() || !record) return;
     const glm::vec2 viewport(picture.size.x, picture.size.y);
@@ -31,7 +30,7 @@ void App::drawPull(const engine::Area& picture) const {
 ToolPoses App::toolPoses() const {
     const TickRecord* record = session_.record();
     if (!record) return {};
-    return {record->X_WT, session_.device() == "mouse" ? record->X_WT_device : record->X_WT, true};
+    return {record->X_WT, session_.device().choice == "mouse" ? record->X_WT_device : record->X_WT, true};
 }
 
 void App::handleMouse(const engine::Area& picture) {
@@ -57,7 +56,7 @@ void App::handleMouse(const engine::Area& picture) {
                         mouse.cursor.x < mouse.viewport.x && mouse.cursor.y < mouse.viewport.y;
     mouse.elsewhere = io.WantCaptureMouse || !inside;
 
-    // A device that is new begins where the tool is, not where the one before was left.
+    // A new device starts at the tool's pose, not where the previous one was left.
     if (const LoopSnapshot* loop = session_.snapshot())
         if (std::exchange(grabSession_, loop->session) != loop->session && !grab_.holding()) grab_.reset();
     const TickRecord* record = session_.record();
@@ -69,14 +68,14 @@ void App::handleMouse(const engine::Area& picture) {
         if (const auto at = camera_.project(glm::vec3(toMetres(record->X_WT * tool.tree->center())), mouse.viewport))
             toolOnScreen_ = *at + glm::vec2(picture.position.x, picture.position.y);
 
-    std::optional<Pose> wanted;  // where the hand is to go
+    std::optional<Pose> wanted;  // target pose of the hand
     if (viewed_ && !grab_.holding()) {
-        const Selection::Wish wish = selection_.update(mouse, camera_, *viewed_, poses, inspector_.ownAxes,
-                                                       5.5f * ImGui::GetFontSize(), io.KeyCtrl);
-        if (wish.edit) requests_.edits = {*wish.edit};
-        wanted = wish.hand;
+        const Selection::Result result = selection_.update(mouse, camera_, *viewed_, poses, inspector_.ownAxes,
+                                                           5.5f * ImGui::GetFontSize(), io.KeyCtrl);
+        if (result.edit) requests_.edits = {*result.edit};
+        wanted = result.hand;
     }
-    if (wanted) grab_.reset();  // the next grab goes on from where the handles left the hand
+    if (wanted) grab_.reset();  // the next grab continues from where the handles left the hand
     if (selection_.busy()) mouse.elsewhere = true;
     if (!selection_.dragging() && (ImGui::IsMousePosValid() || !grab_.holding()))
         grab_.update(mouse, camera_, record ? &tool : nullptr);
@@ -85,10 +84,10 @@ void App::handleMouse(const engine::Area& picture) {
 
     if (wanted) {
         everHeld_ = true;
-        if (session_.device() != "mouse") session_.chooseDevice("mouse");
-        if (MouseTarget* target = session_.mouse()) target->grab(*wanted, hapticsPanel_.strength);
-    } else if (session_.mouse() && (holding_ || strength_ != hapticsPanel_.strength)) {
-        session_.mouse()->release(hapticsPanel_.strength);
+        if (session_.device().choice != "mouse") session_.chooseDevice("mouse");
+        if (MouseTarget* target = session_.device().mouse.get()) target->grab(*wanted, hapticsPanel_.strength);
+    } else if (session_.device().mouse.get() && (holding_ || strength_ != hapticsPanel_.strength)) {
+        session_.device().mouse.get()->release(hapticsPanel_.strength);
         strength_ = hapticsPanel_.strength;
     }
     holding_ = wanted.has_value();
@@ -97,7 +96,7 @@ void App::handleMouse(const engine::Area& picture) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     list.PushClipRect(picture.position, {picture.position.x + picture.size.x, picture.position.y + picture.size.y});
     if (viewed_) selection_.draw(list, camera_, corner, mouse.viewport, *viewed_, poses);
-    drawPull(picture);
+    drawMousePull(picture);
     list.PopClipRect();
 }
 

@@ -8,7 +8,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kMessageSeconds = 8;  // how long a warning stays over the picture
+constexpr double kMessageSeconds = 8;  // s: display time of a warning over the picture
 
 bool beginPanel(const char* title, const engine::Area& area) {
     ImGui::SetNextWindowPos(area.position);
@@ -29,7 +29,7 @@ void endPanel() {
 }  // namespace
 
 void App::drawPanels(const engine::Layout& layout) {
-    const std::string& device = session_.device();
+    const std::string& device = session_.device().choice;
     const MenuView menu{.scenes = scenes_,
                         .recent = recent_.list(),
                         .file = session_.request().file,
@@ -40,7 +40,7 @@ void App::drawPanels(const engine::Layout& layout) {
                         .hasSelection = bool(selection_.node()),
                         .canUndo = undo_.canUndo(),
                         .canRedo = undo_.canRedo(),
-                        .recording = session_.recorder() != nullptr};
+                        .recording = session_.recording().recorder() != nullptr};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = engine::findScenes(options_.sceneFolders);
@@ -60,7 +60,7 @@ void App::drawPanels(const engine::Layout& layout) {
         endPanel();
         if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
         endPanel();
-        if (beginPanel("Log", layout.log)) drawLogPanel(session_.messages(), &items_);
+        if (beginPanel("Log", layout.log)) drawLogPanel(session_.log().messages(), &items_);
         endPanel();
         engine::drawSplitters(layout, ImGui::GetFontSize(), sizes_);
     }
@@ -75,7 +75,7 @@ void App::drawPanels(const engine::Layout& layout) {
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }
 
-/// At the bottom, whatever else is shown.
+/// Draws the status bar, which is shown even when the panels are hidden.
 void App::drawBar() {
     const float height = statusBarHeight();
     const glm::vec2 window = window_.size();
@@ -87,15 +87,15 @@ void App::drawBar() {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
                      ImGuiWindowFlags_NoFocusOnAppearing);
     const Gauge* gauge = viewed_ && viewed_->roles.gauge ? &*viewed_->roles.gauge : nullptr;
-    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device(), session_.deviceFacts(), shownCost_,
-                       session_.recorder(), gauge},
+    if (drawStatusBar({session_.snapshot(), session_.realTime(), session_.device().choice, session_.device().facts,
+                       shownCost_, session_.recording().recorder(), gauge},
                       &items_))
         requests_.stopOrEngage = true;
     ImGui::End();
     ImGui::PopStyleVar(2);
 }
 
-/// Over the picture: what the mouse does until it has done it, and the newest warning while it is new.
+/// Draws hints over the picture: how to use the mouse, until the tool was first held, and the newest warning.
 void App::drawHints(const engine::Area& picture) const {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float em = ImGui::GetFontSize(), width = picture.size.x - 4 * em;
@@ -108,29 +108,29 @@ void App::drawHints(const engine::Area& picture) const {
         list.AddText(nullptr, 0, at, ImGui::GetColorU32(color), text.c_str(), nullptr, width);
     };
     if (session_.running() && !everHeld_)
-        write("Drag the tool: left moves it, right turns it. F1 tells all.", ImGui::GetStyleColorVec4(ImGuiCol_Text),
-              true);
-    const auto& messages = session_.messages();
+        write("Drag the tool: left button moves it, right button turns it. Press F1 for help.",
+              ImGui::GetStyleColorVec4(ImGuiCol_Text), true);
+    const auto& messages = session_.log().messages();
     const auto warning = std::find_if(messages.rbegin(), messages.rend(),
                                       [](const Message& m) { return m.kind != Message::Kind::Note; });
-    if (warning == messages.rend() || session_.secondsSinceStart() - warning->seconds > kMessageSeconds) return;
+    if (warning == messages.rend() || session_.log().seconds() - warning->seconds > kMessageSeconds) return;
     const bool error = warning->kind == Message::Kind::Error;
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
-/// The settings; a device with hardware behind it, and what is selected, have pages beside them.
+/// Draws the settings, with additional pages for a hardware device and for the selected node.
 void App::drawLeftPanel() {
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
-        const Settings& own = viewed_ ? viewed_->settings : settings;
-        if (drawHapticsPanel(own, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
+        const Settings& scene = viewed_ ? viewed_->settings : settings;
+        if (drawHapticsPanel(scene, settings, hapticsPanel_, requests_, &items_)) session_.setSettings(settings);
     };
     const engine::Entity node = selection_.node();
     const bool isNew = node != pageNode_;
     pageNode_ = node;
     const bool selected = viewed_ && viewed_->scene.registry.alive(node);
-    const bool device = session_.deviceControl() || !session_.deviceTrouble().empty();
-    const std::string hardware = device ? session_.device() + session_.deviceTrouble() : "";
+    const bool device = session_.device().control.get() || !session_.device().trouble.empty();
+    const std::string hardware = device ? session_.device().choice + session_.device().trouble : "";
     const bool isNewDevice = hardware != std::exchange(pageDevice_, hardware);
     if (!selected && !device) {
         drawSettings();
@@ -144,8 +144,8 @@ void App::drawLeftPanel() {
     engine::noteItem(&items_, "page settings");
     if (device &&
         ImGui::BeginTabItem("Device", nullptr, isNewDevice ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
-        drawDevicePanel({session_.device(), session_.deviceFacts(), session_.settings(), session_.deviceControl(),
-                         session_.deviceTrouble()},
+        drawDevicePanel({session_.device().choice, session_.device().facts, session_.settings(),
+                         session_.device().control.get(), session_.device().trouble},
                         devicePanel_, requests_, &items_);
         ImGui::EndTabItem();
     }

@@ -24,7 +24,7 @@ void App::noteState() {
     undo_.note(now, !ImGui::IsAnyItemActive() && !selection_.dragging());
 }
 
-void App::goTo(const std::optional<UserState>& state) {
+void App::restoreState(const std::optional<UserState>& state) {
     if (!state) return;
     Settings settings = state->settings;
     settings.pause = session_.settings().pause;
@@ -35,15 +35,16 @@ void App::goTo(const std::optional<UserState>& state) {
 void App::copyCommand() {
     if (!session_.running()) return;
     if (!session_.newest().edits.empty()) {
-        session_.say(Message::Kind::Warning,
-                     "The command would run the file without your changes: save the scene first");
+        session_.log().say(Message::Kind::Warning,
+                           "The command would run the scene's file without your changes: save the scene first");
         return;
     }
-    std::string device = session_.device();
+    std::string device = session_.device().choice;
     if (device == "mouse") {
         if (!viewed_->demonstration) {
-            session_.say(Message::Kind::Warning,
-                         "A hand on the mouse cannot be repeated, and the scene has no demonstration: replay a motion");
+            session_.log().say(
+                Message::Kind::Warning,
+                "Mouse input cannot be repeated, and the scene has no demonstration: replay a motion instead");
             return;
         }
         device = "demo";
@@ -51,12 +52,12 @@ void App::copyCommand() {
     const std::string line =
         commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());
     ImGui::SetClipboardText(line.c_str());
-    session_.say(Message::Kind::Note, "Copied: " + line);
+    session_.log().say(Message::Kind::Note, "Copied: " + line);
 }
 
 void App::toggleRecording() {
-    if (session_.recorder()) {
-        session_.stopRecording();
+    if (session_.recording().recorder()) {
+        session_.recording().stop();
         return;
     }
     const std::time_t now = std::time(nullptr);
@@ -71,7 +72,7 @@ void App::carryOut() {
         menu_.leaving = std::exchange(requests, {});
         menu_.leaveDialog = true;
     }
-    if (!requests.refusal.empty()) session_.say(Message::Kind::Error, requests.refusal);
+    if (!requests.refusal.empty()) session_.log().say(Message::Kind::Error, requests.refusal);
     if (requests.open) session_.open({.file = *requests.open});
     if (requests.reload) session_.reload();
     if (requests.cancelOpening) session_.cancelOpening();
@@ -84,8 +85,8 @@ void App::carryOut() {
     if (requests.undo && session_.opening())
         session_.cancelOpening();
     else if (requests.undo)
-        goTo(undo_.undo());
-    if (requests.redo && !session_.opening()) goTo(undo_.redo());
+        restoreState(undo_.undo());
+    if (requests.redo && !session_.opening()) restoreState(undo_.redo());
     if (requests.view) camera_.look(*requests.view);
     if (requests.frameSelection && viewed_)
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
@@ -93,8 +94,8 @@ void App::carryOut() {
     if (requests.record) toggleRecording();
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.workspace) session_.setWorkspace(*requests.workspace);
-    if (requests.alignWithView && session_.deviceControl()) {
-        Workspace workspace = session_.deviceControl()->workspace();
+    if (requests.alignWithView && session_.device().control.get()) {
+        Workspace workspace = session_.device().control.get()->workspace();
         workspace.q_WD = toEigen(glm::dquat(glm::quat_cast(glm::transpose(glm::mat3(camera_.view())))));
         session_.setWorkspace(workspace);
     }

@@ -16,8 +16,8 @@
 namespace touchstone::sandbox {
 namespace {
 
-// Where the driver does not wait for the monitor; while a scene is opened with nothing to see, the processor is needed
-// there.
+// Shortest frame times. The first limits the frame rate if the driver does not wait for the monitor. The second leaves
+// the processor to the opening of a scene while nothing is shown yet.
 constexpr auto kShortestFrame = std::chrono::milliseconds(8), kOpeningFrame = std::chrono::milliseconds(60);
 
 }  // namespace
@@ -42,8 +42,8 @@ App::App(const WindowRunOptions& options)
     window_.onDrop([this](const std::vector<std::filesystem::path>& files) {
         requests_.open = files.front();
         if (files.size() > 1)
-            session_.say(Message::Kind::Warning, "Only the first of the files that were dropped is opened: " +
-                                                     files.front().filename().string());
+            session_.log().say(Message::Kind::Warning,
+                               "Only the first of the dropped files was opened: " + files.front().filename().string());
     });
     window_.onClose([this] { requests_.quit = true; });
     if (options.scene.empty())
@@ -80,18 +80,18 @@ int App::run() {
         items_.clear();
         if (viewedNumber_ != session_.sceneNumber()) {
             viewedNumber_ = session_.sceneNumber();
-            if (viewedFile_ != session_.request().file) lookAtAll(layout.picture);  // else it was only changed
+            if (viewedFile_ != session_.request().file) frameAll(layout.picture);  // an edited scene keeps the view
             viewedFile_ = session_.request().file;
         }
-        // Nobody looks: motors are not to push.
+        // The user may not be watching any more, so motors must not push.
         const bool focused = glfwGetWindowAttrib(window_.handle(), GLFW_FOCUSED);
-        if (focused_ && !focused && session_.deviceFacts().limits.motors) session_.stop();
+        if (focused_ && !focused && session_.device().facts.limits.motors) session_.stop();
         focused_ = focused;
         handleKeys();
         handleMouse(layout.picture);
         drawPicture(layout.picture);
         drawPanels(layout);
-        if (requests_.frameCamera) lookAtAll(layout.picture);
+        if (requests_.frameCamera) frameAll(layout.picture);
         carryOut();
         noteState();
 
@@ -99,7 +99,7 @@ int App::run() {
         engine::Image picture;
         ImGui::EndFrame();
         draw([&] { window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr); });
-        if (measure_.wantsPicture()) measure_.take(picture, window_.size(), session_);
+        if (measure_.wantsPicture()) measure_.savePicture(picture, window_.size(), session_);
         std::swap(items_, drawnItems_);
         noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
         if (wanted) engine::writePng(options_.screenshot, picture);
@@ -112,14 +112,14 @@ void App::noteCost(double cpuMs) {
     cost_ = {.cpuMs = cpuMs,
              .drawingMs = std::exchange(drawingMs_, 0),
              .drawCalls = (view_ ? renderer_.cost().calls : 0) + window_.interfaceDrawCalls()};
-    constexpr double kShare = 0.1;  // of the newest frame, so that one can read it
+    constexpr double kShare = 0.1;  // weight of the newest frame: smooths the display enough to be read
     const auto smooth = [](double shown, double now) { return shown + kShare * (now - shown); };
     shownCost_ = {.cpuMs = smooth(shownCost_.cpuMs, cost_.cpuMs),
                   .drawingMs = smooth(shownCost_.drawingMs, cost_.drawingMs),
                   .drawCalls = cost_.drawCalls};
 }
 
-/// False once the window is closed; before that it stays for one more frame if a picture of it is wanted.
+/// Returns false once the window is closed. A requested screenshot keeps it open for one more frame, with `last` set.
 bool App::beginFrame(bool& last) {
     if (window_.beginFrame()) return true;
     if (last || options_.screenshot.empty()) return false;
@@ -128,7 +128,7 @@ bool App::beginFrame(bool& last) {
     return window_.beginFrame();
 }
 
-/// What the last run's window had is known from its first frame on.
+/// Restores the window size of the last run in the first frame and keeps track of it afterwards.
 void App::rememberSize(bool first) {
     if (first && sizes_.window.x > 0) return window_.setSize(sizes_.window);
     sizes_.keepWindow(window_.size());
@@ -159,12 +159,12 @@ void App::refreshScene() {
     recent_.add(session_.request().file);
 }
 
-void App::lookAtAll(const engine::Area& picture) {
+void App::frameAll(const engine::Area& picture) {
     if (!view_) return;
     const TickRecord* record = session_.record();
     const Pose* X_WT = record ? &record->X_WT : viewed_->world ? &viewed_->world->X_WT_start : nullptr;
     const float aspect = picture.size.x / picture.size.y;
-    if (requests_.frameCamera)  // the direction one has turned to stays
+    if (requests_.frameCamera)  // keep the direction of view
         view_->fit(camera_, X_WT, aspect);
     else
         camera_ = view_->look(options_.view, record, session_.settings(), aspect);

@@ -12,16 +12,16 @@ namespace {
 constexpr float kOrbitPerPixel = 0.008f;     // radians
 constexpr float kTurnPerPixel = 0.006f;      // radians
 constexpr float kTurnPerWheelStep = 0.06f;   // radians
-constexpr float kClickPixels = 4;            // a press that moves further is a drag
-constexpr float kDepthPerWheelStep = 0.01f;  // of the distance to the eye
+constexpr float kClickPixels = 4;            // beyond this, a press is a drag
+constexpr float kDepthPerWheelStep = 0.01f;  // relative to the distance from the eye
 
-/// Nearest hit of a ray p + s d (|d| = 1, mm, the body's frame) among the leaves below a block.
+/// Finds the nearest hit of a ray p + s d (|d| = 1, mm, body frame) among the leaves of a tree.
 struct RayWalk {
     const SphereTree& tree;
     Vec3 p, d;
     double nearest = std::numeric_limits<double>::infinity();
 
-    /// Where the ray enters the sphere, 0 from inside; infinity if it misses.
+    /// Distance s at which the ray enters the sphere; 0 if it starts inside, infinity if it misses.
     double enter(const Sphere& sphere) const {
         const Vec3 c(sphere.x, sphere.y, sphere.z);
         const double r = sphere.r, along = (c - p).dot(d);
@@ -85,7 +85,8 @@ void MouseGrab::move(const engine::MouseFrame& mouse, const engine::OrbitCamera&
     const engine::Ray ray = camera.ray(mouse.cursor, mouse.viewport);
     Vec3 target = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
     const double step = static_cast<double>((mouse.wheel + mouse.depthKeys) * kDepthPerWheelStep);
-    target += step * (target - toMm(ray.origin));  // along the cursor's ray: the held point stays under the cursor
+    target +=
+        step * (target - toMm(ray.origin));  // moving along the cursor's ray keeps the held point under the cursor
     wanted_->p += target - anchor_;
     anchor_ = target;
 }
@@ -106,7 +107,7 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
     if (drag_ != Drag::None && (!anyButton || (holding() && !tool))) drag_ = Drag::None;
     if (drag_ == Drag::None) {
         begin(mouse, camera, tool);
-        if (drag_ != Drag::None) cursor_ = mouse.cursor;  // a drag begins without a jump
+        if (drag_ != Drag::None) cursor_ = mouse.cursor;  // a drag must not start with a jump
     }
     if (holding()) drag_ = mouse.right || mouse.turnKey ? Drag::Turn : Drag::Move;
 
@@ -122,7 +123,7 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
             turn(direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
                            kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
                  tool->tree->center());
-            // The held point turns with the tool, but the cursor does not follow it: dragging on goes from the cursor.
+            // The held point turns with the tool away from the cursor, so a following drag continues from the cursor.
             anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMetres(anchor_)));
             break;
         case Drag::Orbit:

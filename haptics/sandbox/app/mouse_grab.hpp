@@ -1,5 +1,5 @@
 #pragma once
-// The mouse over the scene: on the tool it moves the hand, elsewhere the camera.
+// Mouse input in the 3D view: on the tool it moves the hand, elsewhere the camera.
 #include <glm/glm.hpp>
 #include <optional>
 
@@ -10,36 +10,36 @@
 
 namespace touchstone::sandbox {
 
-/// First point, scene frame in mm, where a ray (metres) meets a leaf of the tree at X_WT; nothing if it misses all.
+/// First intersection of a ray (meters) with the leaves of the tree at X_WT, scene frame, mm; nothing if it misses.
 std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray);
 
-/// The tool as it is shown now.
+/// The tool as currently shown.
 struct GrabTool {
     const SphereTree* tree = nullptr;
-    Pose X_WT;         ///< graphic tool: what is seen and picked
-    Pose X_WT_device;  ///< where a first grab begins
+    Pose X_WT;         ///< tool pose: what is drawn and picked
+    Pose X_WT_device;  ///< device pose: where the first grab starts
 };
 
-/// Dragging, as a state machine fed once a frame. On the tool: left translates in the view plane, the wheel in depth
-/// along the cursor's ray, right (or Shift and left) turns about C on the view's axes, the wheel then about the line of
-/// sight. Elsewhere: left orbits, right, middle or Shift and left pan, the wheel zooms.
+/// State machine of dragging, updated once a frame. On the tool, left drag translates in the view plane, and the wheel
+/// translates along the cursor's ray. Right or Shift+left drag turns about C on the view's axes; the wheel then turns
+/// about the line of sight. Elsewhere, left drag orbits, right, middle or Shift+left drag pans, and the wheel zooms.
 class MouseGrab {
   public:
-    /// Moves `camera`, or the wanted pose of the tool. `tool` null: there is none to grab.
+    /// Moves `camera` or the target pose. `tool`: null if there is no tool to grab.
     void update(const engine::MouseFrame& mouse, engine::OrbitCamera& camera, const GrabTool* tool);
 
-    /// The left button was let go where it was pressed, in the picture.
+    /// The left button was pressed and released at the same place in the view.
     bool clicked() const { return clicked_; }
     bool holding() const { return drag_ == Drag::Move || drag_ == Drag::Turn; }
-    /// The cursor is on the tool, or holds it.
+    /// The cursor is on the tool or holds it.
     bool hovering() const { return hovering_; }
-    /// Pose the hand wants, scene frame; kept after release, so that a second grab goes on from there.
+    /// Target pose of the hand, scene frame. It is kept after release, so that the next grab continues from there.
     const std::optional<Pose>& wanted() const { return wanted_; }
-    /// The point of the tool that is held, mm, scene frame.
+    /// Target of the held point, mm, scene frame.
     const Vec3& anchor() const { return anchor_; }
-    /// The same point in the tool's frame: where the tool is held back, it stays behind anchor().
+    /// The held point in the tool's frame. It lags behind anchor() when the tool is blocked.
     const Vec3& heldPoint() const { return held_T_; }
-    /// Forgets the tool, e.g. after a restart.
+    /// Releases the tool and forgets the target pose, e.g. after a restart.
     void reset();
 
   private:
@@ -50,10 +50,10 @@ class MouseGrab {
     void turn(const Vec3& w, const Vec3& p_TC);
 
     Drag drag_ = Drag::None;
-    bool buttonsUp_ = true;  ///< a drag begins with a press, not by sliding in from a panel with a button down
+    bool buttonsUp_ = true;  ///< no button was down: a drag starts with a press inside the view, not in a panel
     bool hovering_ = false;
     bool clicked_ = false;
-    std::optional<glm::vec2> pressed_;  ///< where the left button went down, until it moves on
+    std::optional<glm::vec2> pressed_;  ///< where the left button was pressed; empty once the cursor has moved
     glm::vec2 cursor_{0};
     Vec3 anchor_ = Vec3::Zero(), held_T_ = Vec3::Zero();
     std::optional<Pose> wanted_;

@@ -8,7 +8,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-/// The handles move the hand that holds a running tool, and the node itself where it is anything else.
+/// The handles of a running tool move the hand that holds it. All other handles move the node itself.
 bool isHeld(const HapticScene& scene, engine::Entity node, const ToolPoses& tool) {
     return tool.running && node == scene.roles.tool;
 }
@@ -36,15 +36,15 @@ void Selection::moveTo(const engine::Scene& before, const engine::Scene& after) 
         node_ = after.nodes[static_cast<std::size_t>(index)];
 }
 
-Selection::Wish Selection::update(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera,
-                                  HapticScene& scene, const ToolPoses& tool, bool ownAxes, float size, bool snap) {
+Selection::Result Selection::update(const engine::MouseFrame& mouse, const engine::OrbitCamera& camera,
+                                    HapticScene& scene, const ToolPoses& tool, bool ownAxes, float size, bool snap) {
     place_.reset();
     if (!node_) return {};
     engine::Registry& registry = scene.scene.registry;
     if (!box_) box_ = engine::boxOf(registry, node_);
     const bool held = isHeld(scene, node_, tool);
     if (!held && tool.running && scene.roles.tool && engine::isBelow(registry, node_, scene.roles.tool)) {
-        gizmo_.reset();  // a part of the tool goes where the tool goes
+        gizmo_.reset();  // a part of the running tool moves with the tool only
         return {};
     }
     engine::GizmoPlace place{.body = held ? toRigidPart(tool.X_WT_device) : engine::worldPose(registry, node_),

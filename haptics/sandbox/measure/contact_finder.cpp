@@ -22,12 +22,13 @@ ContactFinder::ContactFinder(std::shared_ptr<const World> world)
       solver_(solverTable()[kExactSolver].make(kRows)) {
     int index = 0;
     for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
+    for (const Obstacle& obstacle : world_->obstacles) X_WO_.push_back(obstacle.X_WO);
 }
 
 void ContactFinder::collect(const TickRecord& record, double margin) {
     rows_.clear();
     for (std::size_t i = 0; i < lists_.size(); ++i) {
-        const Pose& X_WO = world_->obstacles[i].X_WO;
+        const Pose& X_WO = X_WO_[i];
         const Pose X_OT = X_WO.inverse() * record.X_WT;
         lists_[i].forget();
         if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // the overlap is deeper than any picture could show

@@ -29,8 +29,9 @@ class ContactFinder {
   public:
     explicit ContactFinder(std::shared_ptr<const World> world);
 
-    /// Replaces the world by one with the same trees at other poses.
-    void place(std::shared_ptr<const World> world) { world_ = std::move(world); }
+    /// Sets the poses of the obstacles, X_WO by obstacle; before that they are where the world starts them.
+    void place(std::span<const Pose> X_WO) { X_WO_.assign(X_WO.begin(), X_WO.end()); }
+    const Pose& obstacle(std::size_t i) const { return X_WO_[i]; }
 
     /// Pairs with gap <= margin mm at the tool pose of the record. Returns all pairs that carry load; of the others
     /// that lie close together only the nearest. Ordered by decreasing load, then increasing gap; at most `most`. Valid
@@ -46,6 +47,7 @@ class ContactFinder {
     void thin(int most);
 
     std::shared_ptr<const World> world_;
+    std::vector<Pose> X_WO_;
     double reach_;
     std::vector<NeighborList> lists_;
     RowSet rows_;

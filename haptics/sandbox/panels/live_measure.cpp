@@ -8,7 +8,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-/// Part of a picture; `area` as ItemRects, in units of which the picture holds `scale` pixels.
+/// Crops a picture to `area`, a rectangle as in ItemRects (screen units). `scale`: pixels per screen unit.
 engine::Image cropped(const engine::Image& whole, const glm::vec4& area, glm::vec2 scale) {
     const auto pixel = [](float v, int most) { return std::clamp(static_cast<int>(std::lround(v)), 0, most); };
     const int left = pixel(area.x * scale.x, whole.width), right = pixel(area.z * scale.x, whole.width);
@@ -28,18 +28,18 @@ engine::Image cropped(const engine::Image& whole, const glm::vec4& area, glm::ve
 void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
     const Settings& settings = session.settings();
     sweeps_.poll();
-    if (scene_ != session.sceneNumber()) {  // what was measured is of another scene
+    if (scene_ != session.sceneNumber()) {  // earlier measurements belong to another scene
         scene_ = session.sceneNumber();
         sweeps_.forget();
         panel.held.reset();
         panel.behind = 0;
     }
     if (settings.solver != drawn_.solver || settings.shadow != drawn_.shadow || settings.mode != drawn_.mode)
-        panel.cloudFrom = session.history().pushed();
+        panel.firstCloudTick = session.history().pushed();
     drawn_ = settings;
 
     drawing_ = !png_.empty();
-    panel.readOut = !drawing_;
+    panel.showValues = !drawing_;
     PlotsRequests requests;
     const std::optional<double> progress = sweeps_.running() ? std::optional(sweeps_.progress()) : std::nullopt;
     drawPlotsPanel({session.history(), settings, sweeps_.result(), progress, sweeps_.refusal()}, panel, requests,
@@ -50,10 +50,10 @@ void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
 void LiveMeasure::sweep(LiveSession& session) {
     const TickHistory& history = panel.held ? *panel.held : session.history();
     if (!session.running() || !history.newest()) {
-        session.say(Message::Kind::Warning, "There is no tick to sweep yet: open a scene and let it run");
+        session.log().say(Message::Kind::Warning, "There is no tick to sweep yet: open a scene and let it run first");
         return;
     }
-    sweeps_.start(session.scene()->world, session.snapshot()->settings, *history.before(), *history.newest(),
+    sweeps_.start(worldNow(*session.scene()), session.snapshot()->settings, *history.before(), *history.newest(),
                   panel.sweep);
 }
 
@@ -65,26 +65,26 @@ void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) 
         if (const auto& file = requests.ticksCsv; !file.empty()) {
             const TickHistory& history = panel.held ? *panel.held : session.history();
             writeTicks(history, shownStretch(history, panel, session.settings().rate), file);
-            session.say(Message::Kind::Note, "The ticks shown are in " + file.string());
+            session.log().say(Message::Kind::Note, "Saved the ticks shown to " + file.string());
         }
         if (const auto& file = requests.sweepCsv; !file.empty() && sweeps_.result()) {
             writeSweep(*sweeps_.result(), file);
-            session.say(Message::Kind::Note, "The sweep is in " + file.string());
+            session.log().say(Message::Kind::Note, "Saved the sweep to " + file.string());
         }
     } catch (const std::exception& e) {
-        session.say(Message::Kind::Error, e.what());
+        session.log().say(Message::Kind::Error, e.what());
     }
 }
 
-void LiveMeasure::take(const engine::Image& frame, glm::vec2 size, LiveSession& session) {
+void LiveMeasure::savePicture(const engine::Image& frame, glm::vec2 size, LiveSession& session) {
     const std::filesystem::path file = std::exchange(png_, {});
     drawing_ = false;
     try {
         const glm::vec2 scale = glm::vec2(frame.width, frame.height) / glm::max(size, glm::vec2(1));
         engine::writePng(file, cropped(frame, panel.area, scale));
-        session.say(Message::Kind::Note, "The plots are in " + file.string());
+        session.log().say(Message::Kind::Note, "Saved the plots to " + file.string());
     } catch (const std::exception& e) {
-        session.say(Message::Kind::Error, e.what());
+        session.log().say(Message::Kind::Error, e.what());
     }
 }
 

@@ -11,17 +11,18 @@ namespace touchstone::sandbox {
 /// Used from the window's thread.
 class LiveMeasure {
   public:
-    /// Draws the plots into the current ImGui window and does what is asked for there; what fails, and what was
-    /// written, is told as a message of the session.
+    /// Draws the plots into the current ImGui window and carries out the user's requests there. Failures and written
+    /// files are reported as messages of the session.
     void draw(LiveSession& session, engine::ItemRects* items);
 
-    /// Sweeps the contact of the newest tick shown, in place of a sweep that runs.
+    /// Sweeps the contact of the newest tick shown. Replaces a running sweep.
     void sweep(LiveSession& session);
     const SweepRun& sweeps() const { return sweeps_; }
 
-    /// The frame being drawn is wanted as a picture: then take() is to get it, with the window's size in screen units.
+    /// Whether the frame being drawn must be captured; if so, pass it to savePicture() with the window's size in screen
+    /// units.
     bool wantsPicture() const { return drawing_; }
-    void take(const engine::Image& frame, glm::vec2 size, LiveSession& session);
+    void savePicture(const engine::Image& frame, glm::vec2 size, LiveSession& session);
 
     PlotsPanelState panel;
 
@@ -30,9 +31,9 @@ class LiveMeasure {
 
     SweepRun sweeps_;
     std::uint64_t scene_ = 0;
-    Settings drawn_;             ///< of the frame before
-    std::filesystem::path png_;  ///< to be written of the next frame
-    bool drawing_ = false;       ///< ... which is this one
+    Settings drawn_;             ///< settings of the previous frame
+    std::filesystem::path png_;  ///< picture to write from the next frame; empty: none
+    bool drawing_ = false;       ///< whether that frame is the current one
 };
 
 }  // namespace touchstone::sandbox

@@ -10,8 +10,8 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kUsualLow = 0.1, kUsualHigh = 10;  // of the scale, where it is usually tuned
-constexpr int kButtons = 4;                         // offered as clutch
+constexpr double kLowScale = 0.1, kHighScale = 10;  // usual tuning range of the workspace scale
+constexpr int kButtons = 4;                         // number of device buttons offered as clutch
 
 void drawLabel(const char* label, const char* help) {
     ImGui::AlignTextToFramePadding();
@@ -24,14 +24,16 @@ void drawLabel(const char* label, const char* help) {
 void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::ItemRects* items) {
     const DeviceStatus status = view.facts.status.value_or(DeviceStatus{});
     using State = DeviceStatus::State;
-    const bool well = status.state == State::Running;
-    ImGui::TextColored(well ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s", view.device.c_str(),
-                       name(status.state));
+    const bool running = status.state == State::Running;
+    ImGui::TextColored(running ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s",
+                       view.device.c_str(), name(status.state));
     engine::noteItem(items, "device state");
     ImGui::TextWrapped("%s", status.text.c_str());
-    if (status.rate > 0) ImGui::Text("Its scheduler: %.0f Hz", status.rate);
+    if (status.rate > 0) ImGui::Text("Scheduler rate: %.0f Hz", status.rate);
     if (status.temperature >= 0) {
-        drawLabel("Warmest motor", "As the device reports it: at 1 it switches its motors off.");
+        drawLabel(
+            "Warmest motor",
+            "Temperature of the warmest motor as the device reports it. At 100 % the device switches its motors off.");
         std::array<char, 32> shown{};
         std::snprintf(shown.data(), shown.size(), "%.0f %%", 100 * status.temperature);
         ImGui::ProgressBar(static_cast<float>(status.temperature), {-1, 0}, shown.data());
@@ -41,7 +43,8 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::It
     if (ImGui::Button("Reconnect", {-1, 0})) requests.reconnect = true;
     engine::noteItem(items, "reconnect");
     engine::tooltip(
-        "Closes the device and opens it again. The force stays zero until the device is engaged, and the tool stays.");
+        "Closes and reopens the device. The force stays zero until you engage the device, and the tool keeps its "
+        "pose.");
     ImGui::EndDisabled();
     if (!status.details.empty() && ImGui::TreeNode("Details")) {
         ImGui::TextWrapped("%s", status.details.c_str());
@@ -49,7 +52,7 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::It
     }
 }
 
-/// Returns true when `workspace` is as the user wants it; while it is dragged it is in `state` alone.
+/// Returns true when the user has finished a change of `workspace`. An unfinished change is kept in `state`.
 bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRects* items) {
     if (state.edited) workspace = *state.edited;
     bool done = false, editing = false;
@@ -60,16 +63,18 @@ bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRe
     };
 
     drawLabel("Scale",
-              "Way of the tool per way of the hand. Forces are scaled back, so that the hand feels the gains as "
-              "they are set. A change takes the tool up anew, after a fade.");
-    ImGui::SliderScalar("##scale", ImGuiDataType_Double, &workspace.scale, &kUsualLow, &kUsualHigh, "%.3g",
+              "Ratio of tool motion to hand motion. Forces are scaled back, so the hand feels the gains as set. "
+              "After a change the force fades, and the hand then takes up the tool again.");
+    ImGui::SliderScalar("##scale", ImGuiDataType_Double, &workspace.scale, &kLowScale, &kHighScale, "%.3g",
                         ImGuiSliderFlags_Logarithmic);
     follow("device scale");
-    drawLabel("Offset", "Of the tool from where the hand took it at the start, scene axes; it glides there.");
+    drawLabel("Offset",
+              "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides to a new "
+              "offset.");
     ImGui::DragScalarN("##offset", ImGuiDataType_Double, workspace.offset.data(), 3, 0.2f, nullptr, nullptr, "%.1f mm");
     follow("device offset");
 
-    drawLabel("Clutch", "While this button is held the hand moves and the tool does not.");
+    drawLabel("Clutch", "While this button is held, the hand moves and the tool does not.");
     const auto buttonText = [](int number) {
         return number == 0 ? std::string("none") : "button " + std::to_string(number);
     };
@@ -92,17 +97,19 @@ bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRe
     return done;
 }
 
-/// Likewise.
+/// Returns true when `workspace` was changed.
 bool drawAxes(Workspace& workspace, PanelRequests& requests, engine::ItemRects* items) {
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Button("Axes of the view", {half, 0})) requests.alignWithView = true;
+    if (ImGui::Button("Align with view", {half, 0})) requests.alignWithView = true;
     engine::noteItem(items, "device view axes");
-    engine::tooltip("What is right, up and towards you at the device is so in the picture as it stands now.");
+    engine::tooltip(
+        "Aligns the device's axes with the current view: right, up and towards you mean the same at the device and in "
+        "the picture.");
     ImGui::SameLine();
-    const bool ofScene = ImGui::Button("Axes of the scene", {half, 0});
-    if (ofScene) workspace.q_WD.setIdentity();
+    const bool toScene = ImGui::Button("Align with scene", {half, 0});
+    if (toScene) workspace.q_WD.setIdentity();
     engine::noteItem(items, "device scene axes");
-    return ofScene;
+    return toScene;
 }
 
 }  // namespace
@@ -110,7 +117,7 @@ bool drawAxes(Workspace& workspace, PanelRequests& requests, engine::ItemRects* 
 void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, PanelRequests& requests,
                      engine::ItemRects* items) {
     if (!view.trouble.empty()) {
-        ImGui::TextColored({1, 0.6f, 0.4f, 1}, "The device chosen last did not start.");
+        ImGui::TextColored({1, 0.6f, 0.4f, 1}, "The selected device did not start.");
         ImGui::TextWrapped("%s", view.trouble.c_str());
         engine::noteItem(items, "device trouble");
         ImGui::Separator();
@@ -124,13 +131,13 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
     if (maps == Maps::All) {
         const DeviceLimits& limits = view.facts.limits;
         ImGui::Spacing();
-        ImGui::TextDisabled("The hand feels");
+        ImGui::TextDisabled("Gains and limits at the hand");
         ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
-        ImGui::TextDisabled("at most %.3g N and %.3g mN·m,", limits.peakForce, limits.peakTorque);
-        ImGui::TextDisabled("for long %.3g N and %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+        ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
+        ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);
     }
     ImGui::Spacing();
-    ImGui::TextDisabled("From hand to scene");
+    ImGui::TextDisabled("Workspace mapping");
     Workspace workspace = view.control->workspace();
     bool done = maps == Maps::All && drawWorkspace(workspace, state, items);
     done |= drawAxes(workspace, requests, items);

@@ -5,8 +5,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-/// Nodes with meshes of their own or below them that could be a body: roots, and where a root only groups, its
-/// children.
+/// Nodes that are likely bodies: the roots, or the children of a single root that only groups them.
 std::vector<engine::Entity> candidates(const engine::Scene& scene) {
     const engine::Registry& registry = scene.registry;
     const std::vector<engine::Entity>* level = &scene.roots;
@@ -21,10 +20,10 @@ std::vector<engine::Entity> candidates(const engine::Scene& scene) {
 void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, engine::ItemRects* items) {
     const engine::Scene& whole = scene.scene;
     const bool wantsTool = !scene.roles.tool;
-    ImGui::TextUnformatted(wantsTool ? "Which part do you hold?" : "What does the tool touch?");
+    ImGui::TextUnformatted(wantsTool ? "Choose the tool" : "Choose the obstacles");
     ImGui::PushTextWrapPos(0);
-    ImGui::TextDisabled("%s", wantsTool ? "Choose the tool here, or click it in the picture."
-                                        : "Choose an obstacle, or take all that is left.");
+    ImGui::TextDisabled("%s", wantsTool ? "Click the part you hold, in this list or in the picture."
+                                        : "Click a part that the tool touches, or choose all others.");
     ImGui::PopTextWrapPos();
     const std::vector<engine::Entity> nodes = candidates(whole);
     const Role role = wantsTool ? Role::Tool : Role::Obstacle;
@@ -43,13 +42,13 @@ void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests&
     }
     ImGui::EndChild();
     if (selected && selected != scene.roles.tool) {
-        const std::string text = (wantsTool ? "Hold " : "Touch ") + nodeText(whole, selected);
+        const std::string text = (wantsTool ? "Set as tool: " : "Set as obstacle: ") + nodeText(whole, selected);
         if (ImGui::Button(text.c_str(), {-1, 0}))
             requests.markings = {GiveRole{engine::nodeIndex(whole, selected), role}};
         engine::noteItem(items, "guide selected");
     }
     if (!wantsTool) {
-        if (ImGui::Button("Everything else is an obstacle", {-1, 0})) requests.markings = all;
+        if (ImGui::Button("Set all others as obstacles", {-1, 0})) requests.markings = all;
         engine::noteItem(items, "guide all");
     }
 }

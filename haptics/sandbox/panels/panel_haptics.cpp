@@ -6,8 +6,8 @@
 
 #include "haptics/device/mouse.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
-#include "haptics/sandbox/session/presets.hpp"
 #include "haptics/sandbox/panels/setting_control.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -25,10 +25,10 @@ constexpr SettingControl kApproximate[]{
 };
 constexpr SettingControl kContact[]{
     {"margin", "Margin", 0.02, 2},
-    {"trust", "Trust", 0.02, 2},
+    {"trust", "Trust radius", 0.02, 2},
     {"travel_budget", "Travel budget", 0, 5},
-    {"linearisations", "Linearisations", 1, 8},
-    {"rate", "Rate", 250, 10'000},
+    {"linearisations", "Linearizations", 1, 8},
+    {"rate", "Tick rate", 250, 10'000},
 };
 constexpr SettingControl kMore[]{
     {"slack", "List slack", 0.02, 4},
@@ -39,8 +39,8 @@ constexpr SettingControl kMore[]{
     {"solver_work", "Solver work", 1e4, 1e9},
     {"paper_rows", "Paper rows", 1, 4096},
     {"paper_work", "Paper work", 1e5, 1e10},
-    {"penalty_stiffness", "Penalty", 0.1, 1000},
-    {"dead_man", "Dead man's button", 0, 8},
+    {"penalty_stiffness", "Penalty stiffness", 0.1, 1000},
+    {"dead_man", "Dead-man button", 0, 8},
 };
 
 void drawHeading(const char* text) {
@@ -55,7 +55,7 @@ bool drawAll(const SettingControl (&controls)[N], Settings& settings, std::strin
     return changed;
 }
 
-/// One button for each preset, side by side.
+/// Draws one button per preset, side by side.
 bool drawPresets(const Settings& scene, Settings& settings, engine::ItemRects* items) {
     bool changed = false;
     const auto count = static_cast<float>(presetTable().size());
@@ -84,15 +84,15 @@ void drawStrength(HapticsPanelState& state, engine::ItemRects* items) {
     std::array<char, 32> shown{};
     std::snprintf(shown.data(), shown.size(), "%.3g N/mm", spring);
     ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted("Mouse hand");
+    ImGui::TextUnformatted("Mouse stiffness");
     ImGui::SameLine(8.5f * ImGui::GetFontSize());
     ImGui::SetNextItemWidth(-1);
     ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.strength, &kLow, &kHigh, shown.data(),
                         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoInput);
     engine::noteItem(items, "strength");
     engine::tooltip(
-        "How firmly the mouse's hand pulls the device to the cursor, N/mm. A weak hand stays behind where the tool is "
-        "held back; a strong one presses harder.");
+        "Stiffness of the virtual hand that pulls the device to the cursor, N/mm. A soft hand lags behind the cursor "
+        "when the tool is blocked; a stiff one presses harder.");
 }
 
 }  // namespace
@@ -103,23 +103,23 @@ bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelSta
     bool changed = false;
 
     const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Button(settings.pause ? "Go on" : "Pause", {half, 0})) {
+    if (ImGui::Button(settings.pause ? "Resume" : "Pause", {half, 0})) {
         settings.pause = !settings.pause;
         changed = true;
     }
     engine::noteItem(items, "pause");
-    engine::tooltip("Holds the tool where it is, with zero force.\n--set pause");
+    engine::tooltip("Holds the tool in place with zero force.\n--set pause");
     ImGui::SameLine();
     requests.restart |= ImGui::Button("Reset", {half, 0});
     engine::noteItem(items, "reset");
-    engine::tooltip("Device and tool back to the start of the scene; the demonstration begins again.\nKey R");
+    engine::tooltip("Returns device and tool to the start of the scene and restarts the demonstration.\nKey R");
 
     changed |= drawPresets(scene, settings, items);
     if (drawSetting(kMode, settings, requests.refusal, items)) {
         settings = withMode(before, settings.mode);
         changed = true;
     }
-    drawHeading("Between hand and tool");
+    drawHeading("Coupling of hand and tool");
     changed |= drawAll(kForce, settings, requests.refusal, items);
     drawStrength(state, items);
     drawHeading("Solvers");
@@ -130,21 +130,22 @@ bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelSta
         changed = true;
     }
     engine::noteItem(items, "swap");
-    engine::tooltip("The shadow solver renders, and the one that rendered is measured against it.");
+    engine::tooltip(
+        "Exchanges the two roles: the shadow solver renders, and the solver that rendered becomes the shadow.");
     ImGui::EndDisabled();
     changed |= drawAll(kApproximate, settings, requests.refusal, items);
     drawHeading("Contact");
     changed |= drawAll(kContact, settings, requests.refusal, items);
     ImGui::Spacing();
-    if (ImGui::CollapsingHeader("More")) changed |= drawAll(kMore, settings, requests.refusal, items);
+    if (ImGui::CollapsingHeader("More settings")) changed |= drawAll(kMore, settings, requests.refusal, items);
     engine::noteItem(items, "more");
     requests.copyCommand |= ImGui::Button("Copy as command line", {-1, 0});
     engine::noteItem(items, "copy command");
-    engine::tooltip("Puts the command that repeats this run without a window on the clipboard.\nCtrl+Shift+C");
+    engine::tooltip("Copies the command that repeats this run without a window to the clipboard.\nCtrl+Shift+C");
 
     if (!changed) return false;
-    if (settings.margin != before.margin && settings.trust != before.trust) return true;  // a preset
-    // Trust stays within the margin: whichever of the two was moved takes the other along.
+    if (settings.margin != before.margin && settings.trust != before.trust) return true;  // a preset sets both
+    // The trust radius must stay within the margin, so moving one of them adjusts the other.
     if (settings.margin != before.margin) settings.trust = std::min(settings.trust, settings.margin);
     if (settings.trust != before.trust) settings.margin = std::max(settings.trust, settings.margin);
     if (const std::string wrong = checkSettings(settings); !wrong.empty()) {

@@ -18,7 +18,7 @@ constexpr Role kRoles[]{Role::Tool, Role::Obstacle, Role::Goal, Role::Gauge, Rol
 
 float labelWidth() { return 6.5f * ImGui::GetFontSize(); }
 
-/// Text on the left; what comes next stands beside it and fills the line.
+/// Draws the label of the next control, which fills the rest of the line.
 void drawLabel(const char* text) {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(text);
@@ -35,7 +35,7 @@ std::size_t triangleCount(const engine::Registry& registry, engine::Entity node)
     return count;
 }
 
-/// Materials of a node's meshes and of those below it, each once.
+/// Collects the materials of the meshes at and below a node, each once.
 void collectMaterials(const engine::Registry& registry, engine::Entity node, std::vector<int>& materials) {
     if (const auto* instance = registry.find<engine::MeshInstance>(node))
         for (const engine::Primitive& primitive : instance->primitives)
@@ -61,11 +61,11 @@ void drawRole(const HapticScene& scene, engine::Entity node, int index, PanelReq
     }
     engine::noteItem(items, "role");
     engine::tooltip(
-        "What this node and all below it are to the hand: the tool moves with it, obstacles are fixed, the goal is "
-        "where the tool is to come to rest. The scene is opened again with the new role.");
+        "Role of this node and all nodes below it: the tool moves with the hand, obstacles are fixed, and the goal is "
+        "where the tool must come to rest. A new role reloads the scene.");
 }
 
-/// Three numbers to drag or type; true while they are being edited.
+/// Draws three numbers to drag or type. Returns true while they are being edited.
 bool drawTriple(const char* id, glm::dvec3& values, float speed, const char* format, bool& done,
                 engine::ItemRects* items, const char* help) {
     ImGui::DragScalarN(id, ImGuiDataType_Double, &values.x, 3, speed, nullptr, nullptr, format);
@@ -80,20 +80,20 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
     const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
     if (!state.placing) {
         state.position = kMmPerMetre * local.translation;
-        // About the vertical first: what stands upright is turned by one number.
+        // The turn about the vertical comes first, so that one number turns an upright part.
         glm::extractEulerAngleYXZ(glm::mat4_cast(local.rotation), state.angles.y, state.angles.x, state.angles.z);
-        constexpr double kShown = 1e-6;  // rounding is no angle
+        constexpr double kShown = 1e-6;  // rad: smaller angles are rounding errors
         for (int k = 0; k < 3; ++k)
             state.angles[k] = std::abs(state.angles[k]) < kShown ? 0 : glm::degrees(state.angles[k]);
     }
     bool done = false, active = false;
     drawLabel("Position");
     active |= drawTriple("##position", state.position, 0.1f, "%.2f", done, items,
-                         "x, y, z in the frame of the node above, mm. Drag, or Ctrl and click to type.");
+                         "x, y, z in the parent's frame, mm. Drag, or Ctrl+click to type.");
     drawLabel("Rotation");
     active |= drawTriple("##rotation", state.angles, 0.5f, "%.1f°", done, items,
-                         "About x, y and z, degrees: the turn about y first, then about the turned x, then about the "
-                         "turned z. Drag, or Ctrl and click to type.");
+                         "Angles about x, y and z, degrees: first about y, then about the rotated x, then about the "
+                         "rotated z. Drag, or Ctrl+click to type.");
     state.placing = active;
     if (done) {
         engine::LocalTransform to = local;
@@ -102,7 +102,8 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
         to.rotation = glm::normalize(glm::quat_cast(glm::eulerAngleYXZ(a.y, a.x, a.z)));
         if (to != local) requests.edits = {engine::PlaceNode{index, local, to}};
     }
-    if (node == scene.roles.tool && scene.demonstration) ImGui::TextDisabled("The demonstration starts elsewhere.");
+    if (node == scene.roles.tool && scene.demonstration)
+        ImGui::TextDisabled("The demonstration starts at another pose.");
 }
 
 void drawTree(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
@@ -112,9 +113,9 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     ImGui::Separator();
     if (!state.choosing) state.tree = body->tree;
     bool byError = state.tree.maxError > 0;
-    drawLabel("Tree by");
-    if (ImGui::BeginCombo("##by", byError ? "error" : "leaves")) {
-        if (ImGui::Selectable("leaves", !byError)) state.tree.maxError = 0;
+    drawLabel("Tree limit");
+    if (ImGui::BeginCombo("##by", byError ? "error" : "leaf count")) {
+        if (ImGui::Selectable("leaf count", !byError)) state.tree.maxError = 0;
         engine::noteItem(items, "tree by leaves");
         if (ImGui::Selectable("error", byError) && !byError) {
             const SphereTree* tree = treeOf(scene, node);
@@ -124,18 +125,18 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
         ImGui::EndCombo();
     }
     engine::noteItem(items, "tree by");
-    engine::tooltip("A sphere tree of so many leaves, or of as few as stay within an error.");
+    engine::tooltip("The sphere tree is limited by its leaf count, or has as few leaves as a maximum error allows.");
     byError = state.tree.maxError > 0;
-    drawLabel(byError ? "Largest error" : "Leaves");
+    drawLabel(byError ? "Max. error" : "Max. leaves");
     if (byError) {
         ImGui::InputDouble("##error", &state.tree.maxError, 0, 0, "%.4g mm");
         state.tree.maxError = std::clamp(state.tree.maxError, kMinError, kMaxError);
-        engine::tooltip("No leaf reaches further out of the surface, mm.");
+        engine::tooltip("Maximum protrusion of a leaf beyond the surface, mm.");
     } else {
         ImGui::InputInt("##leaves", &state.tree.leaves, 0);
         state.tree.leaves = std::clamp(state.tree.leaves, kMinLeaves, TreeOptions::kMostLeaves);
         engine::tooltip(
-            "At most so many leaves: more follow the surface more closely, and take longer to build and to touch.");
+            "Maximum leaf count. More leaves follow the surface more closely, but take longer to build and to query.");
     }
     engine::noteItem(items, byError ? "error" : "leaves");
     drawLabel("Quality");
@@ -143,36 +144,38 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     if (ImGui::Combo("##quality", &quality, kQualityNames.data(), int(kQualityNames.size())))
         state.tree.quality = TreeQuality(quality);
     engine::noteItem(items, "quality");
-    engine::tooltip("best is tighter at the same count and takes several times as long to build.");
+    engine::tooltip("best fits more tightly at the same leaf count and takes several times as long to build.");
     drawLabel("Interior");
     if (ImGui::Combo("##interior", &interior, kInteriorNames.data(), int(kInteriorNames.size())))
         state.tree.interior = Interior(interior);
     engine::noteItem(items, "interior");
     engine::tooltip(
-        "shell: leaves cover the surface. solid: they fill the part too, so that no small tool hides inside.");
+        "shell: the leaves cover the surface. solid: they also fill the part, so that a small tool cannot get inside.");
 
     state.choosing = !(state.tree == body->tree);
     ImGui::BeginDisabled(!state.choosing);
-    if (ImGui::Button("Build the tree", {-1, 0})) {
+    if (ImGui::Button("Build tree", {-1, 0})) {
         requests.markings = {ChooseTree{index, state.tree}};
         state.choosing = false;
     }
     engine::noteItem(items, "build tree");
-    engine::tooltip("Builds it beside the running loop; the scene goes on with the old one until then.");
+    engine::tooltip(
+        "Builds the tree in the background. The running scene keeps the old tree until the new one is ready.");
     ImGui::EndDisabled();
     if (const SphereTree* tree = treeOf(scene, node)) {
         const bool attention = needsAttention(tree->certificate);
         ImGui::PushTextWrapPos(0);
-        ImGui::PushStyleColor(ImGuiCol_Text, attention ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-        ImGui::Text("%d leaves, out by at most %s; %s", tree->leafCount(), protrusionWords(tree->certificate).c_str(),
-                    surfaceWords(tree->certificate).c_str());
+        ImGui::PushStyleColor(ImGuiCol_Text,
+                              attention ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        ImGui::Text("%d leaves, protrusion at most %s; %s", tree->leafCount(),
+                    protrusionWords(tree->certificate).c_str(), surfaceWords(tree->certificate).c_str());
         ImGui::PopStyleColor();
         ImGui::PopTextWrapPos();
         engine::noteItem(items, "tree words");
     }
 }
 
-/// Of one channel, as screens have it and as light adds up.
+/// Conversion of one color channel between linear light and sRGB.
 float toScreen(float linear) {
     return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
 }
@@ -191,7 +194,7 @@ void drawMaterial(const engine::Material& material, int index, PanelRequests& re
     glm::vec3 color{toScreen(now.baseColor.r), toScreen(now.baseColor.g), toScreen(now.baseColor.b)};
     if (ImGui::ColorEdit3("##color", &color.x, ImGuiColorEditFlags_NoInputs))
         looks.baseColor = {toLinear(color.r), toLinear(color.g), toLinear(color.b), now.baseColor.a};
-    note("color", "Base colour; a texture multiplies it.");
+    note("color", "Base color. A texture multiplies it.");
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
     ImGui::Text("%s%s", material.name.empty() ? "material" : engine::printable(material.name).c_str(),
@@ -205,7 +208,7 @@ void drawMaterial(const engine::Material& material, int index, PanelRequests& re
         ImGui::PopID();
     };
     drawFactor("Metallic", "metallic", looks.metallic,
-               "0: plastic, wood, stone. 1: metal, which colours what it mirrors.");
+               "0: plastic, wood, stone. 1: metal, which tints its reflections.");
     drawFactor("Roughness", "roughness", looks.roughness, "0: a mirror. 1: chalk.");
     ImGui::PopID();
     if (!(looks == now)) requests.edits = {engine::PaintMaterial{index, now, looks}};
@@ -233,7 +236,7 @@ void drawName(const HapticScene& scene, engine::Entity node, int index, Inspecto
     if (ImGui::IsItemDeactivatedAfterEdit() && now != state.name.data())
         requests.edits = {engine::RenameNode{index, now, state.name.data()}};
     engine::noteItem(items, "name");
-    engine::tooltip("How this node is called.");
+    engine::tooltip("Name of this node.");
 }
 
 }  // namespace
@@ -250,19 +253,19 @@ void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& stat
     drawName(scene, node, index, state, requests, items);
     if (auto* visibility = scene.scene.registry.find<engine::Visibility>(node)) {
         ImGui::SameLine(ImGui::GetContentRegionMax().x - 4.6f * ImGui::GetFontSize());
-        ImGui::Checkbox("shown", &visibility->visible);
+        ImGui::Checkbox("Show", &visibility->visible);
         engine::noteItem(items, "shown");
-        engine::tooltip("Shows this node and all below it.");
+        engine::tooltip("Shows this node and all nodes below it.");
     }
     drawRole(scene, node, index, requests, items);
     drawPlace(scene, node, index, state, requests, items);
-    ImGui::Checkbox("Own axes", &state.ownAxes);
+    ImGui::Checkbox("Local axes", &state.ownAxes);
     engine::noteItem(items, "own axes");
-    engine::tooltip("The handles in the picture stand along the node's axes in place of the scene's.\nKey E");
+    engine::tooltip("Aligns the handles in the picture with the node's axes instead of the scene's.\nKey E");
     ImGui::SameLine();
-    if (ImGui::Button("Frame")) requests.frameSelection = true;
+    if (ImGui::Button("Frame selected")) requests.frameSelection = true;
     engine::noteItem(items, "frame");
-    engine::tooltip("Brings it into view.\nKey F");
+    engine::tooltip("Moves the camera so that the node fills the view.\nKey F");
     drawTree(scene, node, index, state, requests, items);
     drawLooks(scene, node, requests, items);
 }

@@ -37,13 +37,13 @@ void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items
         ImGui::PopTextWrapPos();
     }
     engine::noteItem(items, "newest message");
-    // The newest message stays in view unless the user has scrolled back.
+    // Keep the newest message in view unless the user has scrolled back.
     if (ImGui::GetScrollY() >= ImGui::GetScrollMaxY()) ImGui::SetScrollHereY(1);
     ImGui::EndChild();
     ImGui::SameLine();
     if (ImGui::Button("Copy", {-1, 0})) ImGui::SetClipboardText(asText(messages).c_str());
     engine::noteItem(items, "copy log");
-    engine::tooltip("Puts all messages on the clipboard.");
+    engine::tooltip("Copies all messages to the clipboard.");
 }
 
 }  // namespace touchstone::sandbox

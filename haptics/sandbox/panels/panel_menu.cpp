@@ -10,10 +10,11 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keys",
-                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Not saved";
+constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion",
+                     *kHelpTitle = "Mouse and keyboard", *kSaveTitle = "Save the scene", *kAddTitle = "Add a part",
+                     *kLeaveTitle = "Unsaved changes";
 
-/// A dialog in the middle of the window, opened on request and closed by a click beside it or Escape.
+/// Begins a dialog in the middle of the window. It opens on request; Escape or a click outside closes it.
 bool beginDialog(const char* title, bool& open) {
     if (open) ImGui::OpenPopup(title);
     open = false;
@@ -25,7 +26,7 @@ bool beginDialog(const char* title, bool& open) {
     return true;
 }
 
-/// A path to type and the two buttons below it; true when it was confirmed.
+/// Draws a text field for a path with two buttons below it. Returns true when the path was confirmed.
 bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items) {
     ImGui::SetNextItemWidth(36 * ImGui::GetFontSize());
     bool confirmed = ImGui::InputText(id, path.data(), path.size(), ImGuiInputTextFlags_EnterReturnsTrue);
@@ -54,7 +55,7 @@ void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& reque
         engine::tooltip(scene.string());
         ImGui::PopID();
     }
-    if (!view.recent.empty()) ImGui::TextDisabled("Opened last");
+    if (!view.recent.empty()) ImGui::TextDisabled("Recent");
     for (const std::filesystem::path& scene : view.recent) {
         ImGui::PushID(("recent " + scene.string()).c_str());
         if (ImGui::Selectable(scene.c_str())) {
@@ -64,16 +65,16 @@ void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& reque
         engine::noteItem(items, "recent " + scene.stem().string());
         ImGui::PopID();
     }
-    if (view.scenes.empty() && view.recent.empty()) ImGui::TextDisabled("No scene was found.");
+    if (view.scenes.empty() && view.recent.empty()) ImGui::TextDisabled("No scenes were found.");
     ImGui::EndChild();
-    ImGui::TextDisabled("Or a .glb or .gltf file; files can also be dropped on the window.");
+    ImGui::TextDisabled("Or type the path of a .glb or .gltf file, or drop a file on the window.");
     if (drawPathInput("##open path", state.openPath, "Open", items)) requests.open = state.openPath.data();
     ImGui::EndPopup();
 }
 
 void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (!beginDialog(kReplayTitle, state.replayDialog)) return;
-    ImGui::TextDisabled("The folder of a recording, or a CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
+    ImGui::TextDisabled("Folder of a recording, or CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
     if (drawPathInput("##replay path", state.replayPath, "Replay", items))
         requests.device = "replay:" + std::string(state.replayPath.data());
     ImGui::EndPopup();
@@ -82,10 +83,10 @@ void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRec
 void drawSaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (state.saveDialog) std::snprintf(state.savePath.data(), state.savePath.size(), "%s", view.file.string().c_str());
     if (!beginDialog(kSaveTitle, state.saveDialog)) return;
-    ImGui::TextDisabled("Roles, places, trees and parts as they are now. What the file holds beyond that is kept.");
-    ImGui::Checkbox("with the present settings", &state.saveSettings);
+    ImGui::TextDisabled("Saves roles, poses, trees, materials and parts. All other content of the file is kept.");
+    ImGui::Checkbox("Include current settings", &state.saveSettings);
     engine::noteItem(items, "save settings");
-    engine::tooltip("They are then what the scene starts with.");
+    engine::tooltip("The saved scene starts with these settings.");
     if (drawPathInput("##save path", state.savePath, "Save", items)) {
         requests.save = state.savePath.data();
         requests.saveSettings = state.saveSettings;
@@ -95,7 +96,7 @@ void drawSaveDialog(const MenuView& view, MenuState& state, PanelRequests& reque
 
 void drawAddDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (!beginDialog(kAddTitle, state.addDialog)) return;
-    ImGui::TextDisabled("All shapes of a .glb or .gltf file as one body, where that file has them.");
+    ImGui::TextDisabled("Adds all meshes of a .glb or .gltf file as one body, at their poses in that file.");
     for (const Role role : {Role::Tool, Role::Obstacle}) {
         if (role != Role::Tool) ImGui::SameLine();
         if (ImGui::RadioButton(name(role), state.addRole == role)) state.addRole = role;
@@ -108,7 +109,7 @@ void drawAddDialog(MenuState& state, PanelRequests& requests, engine::ItemRects*
 
 void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (!beginDialog(kLeaveTitle, state.leaveDialog)) return;
-    ImGui::Text("The scene differs from %s.", view.file.filename().c_str());
+    ImGui::Text("The scene has changes that are not saved in %s.", view.file.filename().c_str());
     const auto button = [&](const char* label, const char* help) {
         const bool pressed = ImGui::Button(label);
         engine::noteItem(items, label);
@@ -117,12 +118,12 @@ void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requ
         if (pressed) ImGui::CloseCurrentPopup();
         return pressed;
     };
-    if (button("Save first ...", "Then ask for it again.")) state.saveDialog = true;
-    if (button("Go on without the changes", state.leaving.reload ? "Ctrl+Z brings them back." : "They are lost.")) {
+    if (button("Save ...", "Opens the save dialog. Repeat your command after saving.")) state.saveDialog = true;
+    if (button("Discard changes", state.leaving.reload ? "Ctrl+Z restores the changes." : "The changes are lost.")) {
         requests = state.leaving;
         requests.discard = true;
     }
-    button("Stay", "The scene stays as it is.");
+    button("Cancel", "Keeps the scene as it is.");
     ImGui::EndPopup();
 }
 
@@ -131,27 +132,27 @@ void drawHelpDialog(MenuState& state) {
     const struct {
         const char *what, *does;
     } rows[]{
-        {"Left button on the tool", "moves it in the view plane; the mouse takes over from any other device"},
-        {"Wheel, or Page up and down, while held", "moves it away from you and back"},
-        {"Right button, or Shift and left, on it", "turns it; the wheel then turns it about the line of sight"},
-        {"Arrows, comma and full stop while held", "turn it about the view's axes and about the line of sight"},
-        {"Click", "selects what is under the cursor; beside everything, nothing"},
-        {"Drag a handle of the selected", "moves or turns it; with Ctrl in steps of 1 mm and 5°; Escape takes it back"},
-        {"E", "handles along its own axes, or the scene's"},
-        {"Left button elsewhere", "turns the view"},
-        {"Right or middle button elsewhere", "shifts the view"},
-        {"Wheel", "nearer and further, towards the cursor"},
-        {"F", "bring the selected into view, or everything"},
-        {"A, Home", "bring everything into view"},
-        {"Keypad 1, 3, 7", "front, right, top; with Ctrl back, left, bottom"},
-        {"Space", "stop: zero force at once, the tool is held; again: engage"},
-        {"R", "reset: device and tool back to the start"},
+        {"Left drag on the tool", "move it in the view plane; the mouse replaces any other device"},
+        {"Wheel or Page Up/Down while held", "move it away from you and back"},
+        {"Right drag or Shift+left drag on the tool", "turn it; the wheel then turns it about the line of sight"},
+        {"Arrows, comma, period while held", "turn it about the view's axes and about the line of sight"},
+        {"Click", "select the part under the cursor; on the background, clear the selection"},
+        {"Drag a handle of the selection", "move or turn it; with Ctrl in steps of 1 mm and 5°; Escape cancels"},
+        {"E", "align the handles with the local axes or the scene axes"},
+        {"Left drag elsewhere", "orbit the view"},
+        {"Right or middle drag elsewhere", "pan the view"},
+        {"Wheel", "zoom towards the cursor"},
+        {"F", "frame the selection, or everything if nothing is selected"},
+        {"A, Home", "frame all"},
+        {"Keypad 1, 3, 7", "front, right and top view; with Ctrl back, left and bottom"},
+        {"Space", "stop (zero force at once, the tool is held) or engage"},
+        {"R", "reset device and tool to the start"},
         {"S", "swap rendering and shadow solver"},
-        {"H", "hide and show the panels"},
-        {"Ctrl+O, Ctrl+S", "open and save a scene"},
+        {"H", "show or hide the panels"},
+        {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
         {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
         {"Ctrl+Shift+C", "copy the run as a command line"},
-        {"F1, ?", "this page"},
+        {"F1, ?", "show this help"},
     };
     if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
@@ -200,10 +201,10 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         if (ImGui::BeginMenu("Scene")) {
             if (ImGui::MenuItem("Open ...", "Ctrl+O")) state.openDialog = true;
             engine::noteItem(items, "menu open");
-            if (ImGui::MenuItem("Open again", nullptr, false, view.hasScene)) requests.reload = true;
+            if (ImGui::MenuItem("Reload", nullptr, false, view.hasScene)) requests.reload = true;
             engine::noteItem(items, "menu reload");
-            engine::tooltip("As its file now is.");
-            if (ImGui::BeginMenu("Opened last", !view.recent.empty())) {
+            engine::tooltip("Reads the scene's file again.");
+            if (ImGui::BeginMenu("Recent", !view.recent.empty())) {
                 for (const std::filesystem::path& scene : view.recent)
                     if (ImGui::MenuItem(scene.c_str())) requests.open = scene;
                 ImGui::EndMenu();
@@ -216,7 +217,8 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
                                 view.running || view.recording))
                 requests.record = true;
             engine::noteItem(items, "menu record");
-            engine::tooltip("Every tick into a folder that replays to the same bits and that NumPy reads.");
+            engine::tooltip(
+                "Records every tick into a folder. The recording replays bit-reproducibly, and NumPy can read it.");
             ImGui::Separator();
             for (const std::filesystem::path& scene : view.scenes)
                 if (ImGui::MenuItem(scene.stem().c_str())) requests.open = scene;
@@ -242,8 +244,8 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         engine::noteItem(items, "menu device");
         if (ImGui::BeginMenu("View")) {
             ImGui::MenuItem("Panels", "H", &state.panels);
-            if (ImGui::MenuItem("Everything in view", "A")) requests.frameCamera = true;
-            if (ImGui::MenuItem("Selected in view", "F", false, view.hasSelection)) requests.frameSelection = true;
+            if (ImGui::MenuItem("Frame all", "A")) requests.frameCamera = true;
+            if (ImGui::MenuItem("Frame selected", "F", false, view.hasSelection)) requests.frameSelection = true;
             ImGui::Separator();
             const struct {
                 const char *text, *key;
@@ -289,9 +291,9 @@ void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engin
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings);
     ImGui::Text("Opening %s", progress.file.c_str());
-    const std::string what = progress.fraction >= 1  ? "starting"
-                             : progress.part.empty() ? "reading the file"
-                                                     : "sphere tree of " + progress.part;
+    const std::string what = progress.fraction >= 1  ? "Starting"
+                             : progress.part.empty() ? "Reading the file"
+                                                     : "Building the sphere tree of " + progress.part;
     std::string bar = std::to_string(static_cast<int>(100 * progress.fraction)) + " %";
     if (const std::string left = timeLeft(progress.secondsLeft); !left.empty()) bar += ", " + left;
     ImGui::ProgressBar(static_cast<float>(progress.fraction), {-1, 0}, bar.c_str());

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "haptics/sandbox/measure/pareto.hpp"
 #include "engine/scene/text.hpp"
+#include "haptics/sandbox/measure/pareto.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -16,10 +16,10 @@ namespace {
 constexpr glm::vec4 kBlue{0.40f, 0.68f, 1.00f, 1}, kOrange{1.00f, 0.62f, 0.25f, 1}, kViolet{0.74f, 0.58f, 1.00f, 1},
     kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGrey{0.62f, 0.64f, 0.67f, 1},
     kYellow{1.00f, 0.90f, 0.45f, 1}, kWhite{1};
-constexpr double kShortest = 0.01;  // s across the width
-constexpr double kReadable = 0.25;  // s for which numbers stand still
+constexpr double kShortest = 0.01;  // s: shortest time span across the width
+constexpr double kReadable = 0.25;  // s between updates of the numbers, so that one can read them
 
-/// The panel in one frame.
+/// Draws the panel in one frame.
 class Panel {
   public:
     Panel(const PlotsView& view, PlotsPanelState& state, PlotsRequests& requests, engine::ItemRects* items)
@@ -35,7 +35,7 @@ class Panel {
         if (ImGui::BeginTabBar("plots")) {
             tab(PlotsTab::Time, "Time", &Panel::drawTime);
             tab(PlotsTab::Contact, "Contact", &Panel::drawContact);
-            tab(PlotsTab::Trade, "Speed against error", &Panel::drawTrade);
+            tab(PlotsTab::Trade, "Speed vs. error", &Panel::drawTrade);
             ImGui::EndTabBar();
         }
         ImGui::EndGroup();
@@ -66,16 +66,16 @@ class Panel {
             if (ImGui::Button(label.c_str())) state_.seconds = seconds;
             if (!chosen) ImGui::PopStyleColor();
             engine::noteItem(items_, label);
-            engine::tooltip("Time across the plots. Wheel over a plot zooms, dragging one looks back.");
+            engine::tooltip("Time span of the plots. The wheel over a plot zooms; a drag scrolls back in time.");
         }
         ImGui::SameLine();
-        if (ImGui::Button(state_.held ? "Go on" : "Hold")) hold(!state_.held);
+        if (ImGui::Button(state_.held ? "Resume" : "Hold")) hold(!state_.held);
         engine::noteItem(items_, "hold plots");
-        engine::tooltip("Holds the plots, not the loop: zoom in with the wheel, drag to look back.");
+        engine::tooltip("Holds the plots while the loop runs on. Zoom with the wheel, drag to scroll back in time.");
         ImGui::SameLine();
         if (ImGui::Button("Export")) ImGui::OpenPopup("export");
         engine::noteItem(items_, "export");
-        engine::tooltip("The ticks shown as a table, the plots as a picture.");
+        engine::tooltip("Saves the ticks shown as a table or the plots as a picture.");
         if (ImGui::BeginPopup("export")) {
             drawExport();
             ImGui::EndPopup();
@@ -83,7 +83,7 @@ class Panel {
     }
 
     void drawExport() {
-        ImGui::TextUnformatted("File, without its ending");
+        ImGui::TextUnformatted("File name without extension");
         ImGui::SetNextItemWidth(20 * ImGui::GetFontSize());
         ImGui::InputText("##name", state_.exportName.data(), state_.exportName.size());
         engine::noteItem(items_, "export name");
@@ -118,7 +118,7 @@ class Panel {
 
     float& textHeight() { return state_.textHeight[static_cast<std::size_t>(tab_)]; }
 
-    /// Height of each of some plots that share from here on what the text between them left in earlier frames.
+    /// Height of each of `plots` plots that share the space left by the text between them, measured in earlier frames.
     float heightOf(int plots) {
         const float least = 2.2f * ImGui::GetTextLineHeightWithSpacing(), count = static_cast<float>(plots);
         const float height = std::max((ImGui::GetContentRegionAvail().y - textHeight()) / count, least);
@@ -140,7 +140,7 @@ class Panel {
         options.samplePeriodMs = static_cast<float>(1000 / rate());
         if (budget) options.marks = of(Channel::Late);
         options.cursor = state_.cursor;
-        options.readOut = state_.readOut;
+        options.showValues = state_.showValues;
         const engine::PlotMouse mouse = engine::drawSeries(title, {series.begin(), series.size()}, options);
         engine::noteItem(items_, std::string("plot ") + title);
         if (mouse.cursor || mouse.dragging) mouse_ = mouse;
@@ -154,58 +154,61 @@ class Panel {
         }
         ImGui::Text("%zu ticks: p50 %.1f, p99 %.1f, max %.1f µs", times.ticks, double(times.p50), double(times.p99),
                     double(times.most));
-        engine::tooltip("Processor time of the ticks shown, shadow included. The loop's own helpers are not in it.");
+        engine::tooltip(
+            "CPU time of the ticks shown, including the shadow solver. The loop's helper threads are not included.");
         ImGui::SameLine();
         ImGui::TextColored(times.late ? ImVec4(1, 0.78f, 0.35f, 1) : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled),
                            "%zu late", times.late);
-        engine::tooltip("Ticks that ended after their deadline; red marks at the top of the plot.");
+        engine::tooltip("Ticks that ended after their deadline, shown as red marks at the top of the plot.");
         engine::noteItem(items_, "late");
 
         const float height = heightOf(4);
-        plot("Time of a tick", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
+        plot("Tick time", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
              static_cast<float>(1e6 / rate()));
-        plot("Its stages", "µs", height,
+        plot("Stage times", "µs", height,
              {{"collision", of(Channel::CollisionUs), kGreen},
               {"solve", of(Channel::SolveUs), kOrange},
               {"shadow", of(Channel::ShadowUs), kViolet}},
              true);
-        const float rest = std::max(times.total - times.collision - times.solve - times.shadow, 0.f);
+        const float other = std::max(times.total - times.collision - times.solve - times.shadow, 0.f);
         const std::array<engine::Share, 4> shares{{{"collision", times.collision, kGreen},
                                                    {"solve", times.solve, kOrange},
                                                    {"shadow", times.shadow, kViolet},
-                                                   {"rest", rest, kGrey}}};
-        engine::drawShares("Mean of the stages", shares, "µs");
+                                                   {"other", other, kGrey}}};
+        engine::drawShares("Mean stage times", shares, "µs");
         const std::array<std::pair<const char*, float>, 3> levels{
             {{"p50", times.p50}, {"p99", times.p99}, {"max", times.most}}};
-        engine::drawHistogram("How often a tick takes how long", of(Channel::TotalUs), stretch_, kBlue,
+        engine::drawHistogram("Tick-time histogram", of(Channel::TotalUs), stretch_, kBlue,
                               {.unit = "µs",
                                .low = 0.1f,
                                .high = 10000,
                                .bins = 100,
                                .height = height,
                                .levels = levels,
-                               .readOut = state_.readOut});
-        plot("From tick to tick, by the clock", "µs", height, {{"period", of(Channel::PeriodUs), kBlue}});
+                               .showValues = state_.showValues});
+        plot("Tick period", "µs", height, {{"period", of(Channel::PeriodUs), kBlue}});
     }
 
     void drawContact() {
         const float height = heightOf(6);
-        plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"out", of(Channel::ForceOut), kOrange}});
+        plot("Force", "N", height, {{"tick", of(Channel::Force), kBlue}, {"output", of(Channel::ForceOut), kOrange}});
         plot("Torque about C", "mN·m", height, {{"tick", of(Channel::Torque), kBlue}});
-        plot("Near pairs", "", height, {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
+        plot("Near pairs and rows", "", height,
+             {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
         plot("Iterations", "", height,
              {{"shadow", of(Channel::ShadowIterations), kViolet}, {"solver", of(Channel::Iterations), kOrange}});
-        plot("Residual", "", height,
-             {{"entered, mm", of(Channel::ResidualGap), kRed}, {"missing, N", of(Channel::ResidualForce), kOrange}},
+        plot("Solver residuals", "", height,
+             {{"constraint violation, mm", of(Channel::ResidualGap), kRed},
+              {"stationarity residual, N", of(Channel::ResidualForce), kOrange}},
              true);
-        plot("Depth", "mm", height,
-             {{"device behind tool", of(Channel::Separation), kBlue},
-              {"hover", of(Channel::Hover), kGreen},
+        plot("Distances", "mm", height,
+             {{"tool to device", of(Channel::Separation), kBlue},
+              {"hover gap", of(Channel::Hover), kGreen},
               {"penetration", of(Channel::Penetration), kRed}},
              true);
     }
 
-    /// Where the shadow is exact it measures the rendering solver, whose time then counts.
+    /// An exact shadow is the reference for the rendering solver, so the rendering solver's time is plotted then.
     bool shadowIsExact() const {
         const int shadow = view_.settings.shadow;
         return shadow >= 0 && solverTable()[static_cast<std::size_t>(shadow)].exact;
@@ -215,9 +218,9 @@ class Panel {
         const int measured = shadowIsExact() ? view_.settings.solver : view_.settings.shadow;
         engine::Layer layer{.name = {}, .points = {}, .color = kViolet};
         if (measured < 0) return layer;
-        layer.name = "ticks, " + std::string(solverTable()[static_cast<std::size_t>(measured)].name);
-        // Ticks of other solvers are left out.
-        const std::uint64_t since = history_->pushed() - std::min(state_.cloudFrom, history_->pushed());
+        layer.name = "ticks: " + std::string(solverTable()[static_cast<std::size_t>(measured)].name);
+        // Leave out ticks of other solvers.
+        const std::uint64_t since = history_->pushed() - std::min(state_.firstCloudTick, history_->pushed());
         engine::Stretch stretch = stretch_;
         stretch.window = std::min<std::uint64_t>(stretch.window, since - std::min<std::uint64_t>(since, stretch.skip));
         const auto times = engine::samplesIn(of(shadowIsExact() ? Channel::SolveUs : Channel::ShadowUs), stretch);
@@ -232,10 +235,12 @@ class Panel {
     std::string note(const SweepPoint& p) const {
         const SolverInfo& info = solverTable()[static_cast<std::size_t>(p.solver)];
         std::string words(info.name);
-        if (!info.exact) words += engine::formatted(" at %.3g %s", p.tolerance, view_.sweep->mode == Mode::Paper ? "N·mm" : "N");
-        words += engine::formatted("\n%.3g µs, %.3g N, %.3g mN·m, %d iterations", p.us, p.forceError, p.torqueError, p.iterations);
+        if (!info.exact)
+            words += engine::formatted(" at %.3g %s", p.tolerance, view_.sweep->mode == Mode::Paper ? "N·mm" : "N");
+        words += engine::formatted("\n%.3g µs, %.3g N, %.3g mN·m, %d iterations", p.us, p.forceError, p.torqueError,
+                                   p.iterations);
         if (p.status != SolveStatus::Solved) words += std::string("\n") + name(p.status);
-        if (p.onFront) words += "\non the Pareto front: nothing is faster and less wrong";
+        if (p.onFront) words += "\non the Pareto front: no point is both faster and more accurate";
         return words;
     }
 
@@ -269,9 +274,9 @@ class Panel {
             engine::Layer marker{.name = {}, .points = {}, .color = kWhite};
             marker.style = engine::Layer::Style::Marker;
             if (const auto at = pointAt(*view_.sweep, static_cast<int>(solver), view_.settings.tolerance)) {
-                marker.name = engine::formatted("at the tolerance: %.3g µs, %.2g N", at->us, at->forceError);
+                marker.name = engine::formatted("current tolerance: %.3g µs, %.2g N", at->us, at->forceError);
                 marker.points.push_back(place(*at));
-                marker.notes.push_back("the tolerance of the slider\n" + note(*at));
+                marker.notes.push_back("at the current tolerance\n" + note(*at));
             }
             layers.push_back(marker);
         }
@@ -283,18 +288,18 @@ class Panel {
         std::vector<engine::Layer> layers = sweepLayers();
         layers.insert(layers.begin(), cloud());
         const float height = heightOf(5);
-        engine::drawChart("Time against force error", layers,
-                          {.xName = "time of the solver",
+        engine::drawChart("Solver time vs. force error", layers,
+                          {.xName = "solver time",
                            .xUnit = "µs",
-                           .yName = "force error against the exact answer",
+                           .yName = "force error relative to the exact solution",
                            .yUnit = "N",
-                           .xLeast = 1e-2f,
-                           .yLeast = static_cast<float>(kLeastError),
+                           .xFloor = 1e-2f,
+                           .yFloor = static_cast<float>(kLeastError),
                            .height = 3 * height,
-                           .readOut = state_.readOut});
+                           .showValues = state_.showValues});
         engine::noteItem(items_, "plot speed against error");
-        plot("Shadow's force error", "N", height, {{"error", of(Channel::ShadowForceError), kViolet}}, true);
-        plot("Its time", "µs", height, {{"shadow", of(Channel::ShadowUs), kViolet}}, true);
+        plot("Shadow force error", "N", height, {{"error", of(Channel::ShadowForceError), kViolet}}, true);
+        plot("Shadow solve time", "µs", height, {{"shadow", of(Channel::ShadowUs), kViolet}}, true);
     }
 
     void drawSweepControls() {
@@ -304,34 +309,34 @@ class Panel {
             ImGui::SameLine();
             ImGui::ProgressBar(static_cast<float>(*view_.sweepProgress), {-1, 0}, "sweeping");
         } else {
-            if (ImGui::Button("Sweep this contact")) requests_.sweep = true;
+            if (ImGui::Button("Sweep contact")) requests_.sweep = true;
             engine::noteItem(items_, "sweep");
             engine::tooltip(
-                "Takes the rows of the newest tick and runs every solver over its tolerances on them, beside the "
-                "loop: medians of repeated solves.");
+                "Runs every solver at all its tolerances on the rows of the newest tick, in parallel to the loop. "
+                "Times are medians of repeated solves.");
             ImGui::SameLine();
             ImGui::Checkbox("all rows", &state_.sweep.allRows);
             engine::noteItem(items_, "all rows");
             engine::tooltip(
-                "Of all pairs within the margin; else those that the tick's adaptive margin came to need, which are "
-                "few.");
+                "Uses the rows of all pairs within the margin instead of the few that the tick's adaptive margin "
+                "needed.");
             ImGui::SameLine();
-            ImGui::Checkbox("warm", &state_.sweep.warm);
+            ImGui::Checkbox("warm start", &state_.sweep.warm);
             engine::noteItem(items_, "warm");
             engine::tooltip(
-                "Solvers start from their answer to the tick before, as in the loop; else cold. Paper mode's are "
-                "cold always.");
+                "Solvers start from their solution of the previous tick, as in the loop. Without it they start cold. "
+                "In paper mode they always start cold.");
         }
         if (!view_.refusal.empty())
             ImGui::TextColored({1, 0.78f, 0.35f, 1}, "%s", view_.refusal.c_str());
         else if (view_.sweep)
-            ImGui::TextDisabled("Swept: tick %llu, %d rows", static_cast<unsigned long long>(view_.sweep->tick),
+            ImGui::TextDisabled("Sweep of tick %llu, %d rows", static_cast<unsigned long long>(view_.sweep->tick),
                                 view_.sweep->rows);
         else
-            ImGui::TextDisabled("Points are ticks; a sweep adds a curve a solver.");
+            ImGui::TextDisabled("Each point is a tick. A sweep adds one curve per solver.");
     }
 
-    /// What the mouse did over the plots.
+    /// Applies zoom and drag of the mouse over the plots.
     void follow() {
         const double kept = static_cast<double>(history_->size()) / rate();
         if (mouse_.dragging && mouse_.drag != 0 && !state_.held) hold(true);
@@ -339,7 +344,7 @@ class Panel {
             const double longest = static_cast<double>(TickHistory::kCapacity) / rate();
             const double seconds =
                 std::clamp(state_.seconds * static_cast<double>(mouse_.zoom), kShortest, std::max(longest, kShortest));
-            // The time under the mouse stays there, unless ticks come in: then the newest stay at the edge.
+            // Held plots zoom about the time under the mouse; live plots keep the newest tick at the edge.
             if (state_.held)
                 state_.behind += (1 - static_cast<double>(mouse_.cursor.value_or(1))) * (state_.seconds - seconds);
             state_.seconds = seconds;
@@ -355,7 +360,7 @@ class Panel {
     const TickHistory* history_;
     engine::Stretch stretch_;
     engine::PlotMouse mouse_;
-    PlotsTab tab_ = PlotsTab::Time;  // that is drawn
+    PlotsTab tab_ = PlotsTab::Time;  // tab being drawn
     float plotsTop_ = 0, plotsHeight_ = 0;
 };
 

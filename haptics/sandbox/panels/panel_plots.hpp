@@ -1,5 +1,5 @@
 #pragma once
-// The panel of plots: the tick over time, what it takes, what it gets, and speed against error.
+// The plots panel: times of the tick, contact quantities, and solver speed vs. error.
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -15,40 +15,40 @@ namespace touchstone::sandbox {
 enum class PlotsTab { Time, Contact, Trade };
 
 struct PlotsPanelState {
-    double seconds = 4;                         ///< across the width
-    double behind = 0;                          ///< of the right edge behind the newest tick, s; 0 while ticks come in
-    std::shared_ptr<const TickHistory> held;    ///< what is shown in place of the ticks that come in
-    std::uint64_t cloudFrom = 0;                ///< of the ticks pushed, the first one of the present solvers
+    double seconds = 4;                         ///< time span across the width, s
+    double behind = 0;                          ///< lag of the right edge behind the newest tick, s; 0 while live
+    std::shared_ptr<const TickHistory> held;    ///< history shown while the plots are held; null: live
+    std::uint64_t firstCloudTick = 0;           ///< number of the first tick pushed with the current solvers
     std::optional<PlotsTab> bring;              ///< a tab to bring to the front in the next frame
-    SweepOptions sweep;                         ///< of the next one
-    bool readOut = true;                        ///< values under the mouse are told
+    SweepOptions sweep;                         ///< options of the next sweep
+    bool showValues = true;                     ///< show the values under the mouse
     std::array<char, 512> exportName{"plots"};  ///< path without extension
     std::optional<float> cursor;                ///< shared by the plots, fraction of the width
-    StretchTimes times;                         ///< of the stretch, kept a moment to be readable
-    double timesAt = -1;                        ///< ImGui's time when they were taken
-    glm::vec4 area{0};                          ///< where tabs and plots were drawn, as ItemRects
-    std::array<float, 3> textHeight{};          ///< by tab, the most that stood between its plots
-    float width = 0;                            ///< for which that holds
+    StretchTimes times;                         ///< of the stretch, held briefly to stay readable
+    double timesAt = -1;                        ///< ImGui time when `times` was taken
+    glm::vec4 area{0};                          ///< rectangle of tabs and plots, as in ItemRects
+    std::array<float, 3> textHeight{};          ///< per tab, the largest height of the text between its plots
+    float width = 0;                            ///< window width for which `textHeight` is valid
 };
 
 struct PlotsView {
     const TickHistory& history;
     const Settings& settings;
     const Sweep* sweep = nullptr;         ///< null: none yet
-    std::optional<double> sweepProgress;  ///< of one that runs, 0 to 1
-    const std::string& refusal;           ///< why there is none, one sentence
+    std::optional<double> sweepProgress;  ///< of a running sweep, 0 to 1
+    const std::string& refusal;           ///< why there is no sweep, one sentence; empty: no failure
 };
 
-/// What the user asked for in a frame.
+/// What the user requested in a frame.
 struct PlotsRequests {
     bool sweep = false, cancelSweep = false;
-    std::filesystem::path ticksCsv, sweepCsv, png;  ///< to be written; empty: none
+    std::filesystem::path ticksCsv, sweepCsv, png;  ///< files to write; empty: none
 };
 
-/// Draws into the current ImGui window. Wheel over a plot: zoom; drag: hold and look back.
+/// Draws into the current ImGui window. The wheel over a plot zooms; a drag holds the plots and scrolls back in time.
 void drawPlotsPanel(const PlotsView& view, PlotsPanelState& state, PlotsRequests& requests, engine::ItemRects* items);
 
-/// The ticks that the panel shows of a history.
+/// The stretch of a history that the panel shows. `rate`: Hz.
 engine::Stretch shownStretch(const TickHistory& history, const PlotsPanelState& state, double rate);
 
 }  // namespace touchstone::sandbox

@@ -29,16 +29,16 @@ ImVec4 roleColor(Role role) {
     return ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
 }
 
-/// Below a part that has a sphere tree: how good it is, what is not as it should be, and on hover all that is known.
+/// Draws the quality of a part's sphere tree and its defects; the tooltip shows the full certificate.
 void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects* items) {
     const TreeCertificate& certificate = tree.certificate;
-    ImGui::PushStyleColor(ImGuiCol_Text,
-                          needsAttention(certificate) ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+    ImGui::PushStyleColor(
+        ImGuiCol_Text, needsAttention(certificate) ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     ImGui::Indent(ImGui::GetFontSize());
     ImGui::BeginGroup();
-    ImGui::Text("%d leaves, %.2g mm out", tree.leafCount(), certificate.protrusion);
-    if (!certificate.covered) ImGui::TextUnformatted("not proven covered");
-    if (!certificate.closed) ImGui::TextUnformatted("open");
+    ImGui::Text("%d leaves, protrusion %.2g mm", tree.leafCount(), certificate.protrusion);
+    if (!certificate.covered) ImGui::TextUnformatted("coverage not proven");
+    if (!certificate.closed) ImGui::TextUnformatted("open surface");
     if (certificate.hollow >= 0) ImGui::Text("hollow for balls up to %.2g mm", certificate.hollow);
     ImGui::EndGroup();
     ImGui::Unindent(ImGui::GetFontSize());
@@ -59,7 +59,7 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, e
         ImGui::Checkbox("##visible", &visibility->visible);
         ImGui::PopStyleVar();
         engine::noteItem(items, "visible " + text);
-        engine::tooltip("Shows this node and all below it.");
+        engine::tooltip("Shows this node and all nodes below it.");
         ImGui::SameLine();
     }
     ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth;
@@ -74,7 +74,7 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, e
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
     }
     if (const SphereTree* tree = treeOf(whole, node)) {
-        if (open) ImGui::Unindent();  // the lines are narrow enough as they are
+        if (open) ImGui::Unindent();  // further indentation would make the lines too wide
         drawTree(*tree, text, items);
         if (open) ImGui::Indent();
     }
@@ -107,12 +107,12 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, engine::Ite
     ImGui::SameLine(8.5f * ImGui::GetFontSize());
     ImGui::SetNextItemWidth(-1);
     ImGui::PushID(text);
-    // From left to right: none, the root, its children, down to the leaves.
+    // Slider positions from left to right: none, the root, its children, down to the leaves.
     int depth = level < 0 ? 0 : top - level + 1;
     if (ImGui::SliderInt("##level", &depth, 0, top + 1, shown.data(), ImGuiSliderFlags_NoInput))
         level = depth == 0 ? -1 : top + 1 - depth;
     engine::noteItem(items, text);
-    engine::tooltip("Level of the sphere tree that is drawn: none, then from the root down to the leaves.");
+    engine::tooltip("Level of the sphere tree to draw: none, or from the root down to the leaves.");
     ImGui::PopID();
 }
 
@@ -132,15 +132,16 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, engine::Item
     if (display.section) {
         ImGui::SetNextItemWidth(8.5f * ImGui::GetFontSize() - ImGui::GetStyle().WindowPadding.x);
         int axis = display.sectionAxis + 1;
-        if (ImGui::Combo("##axis", &axis, "facing you\0across x\0across y\0across z\0")) display.sectionAxis = axis - 1;
+        if (ImGui::Combo("##axis", &axis, "facing you\0normal to x\0normal to y\0normal to z\0"))
+            display.sectionAxis = axis - 1;
         engine::noteItem(items, "section axis");
-        engine::tooltip("How the section lies.");
+        engine::tooltip("Orientation of the section plane.");
         ImGui::SameLine(8.5f * ImGui::GetFontSize());
         ImGui::SetNextItemWidth(-1);
         const double most = scene.world->reach(), least = -most;
         ImGui::SliderScalar("##offset", ImGuiDataType_Double, &display.sectionOffset, &least, &most, "%.2f mm");
         engine::noteItem(items, "section offset");
-        engine::tooltip("How far the section lies from the contacts, mm towards you.");
+        engine::tooltip("Distance of the section plane from the contacts, mm towards you.");
     }
     drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);

@@ -1,8 +1,6 @@
 #pragma once
-// The panels. Each is a function that draws into the current ImGui window what `view` says and changes what it is
-// given; what it cannot do itself it asks for in PanelRequests. ItemRects may be null everywhere.
-#include <imgui.h>
-
+// The panels. Each is a function that draws `view` into the current ImGui window and changes the objects it is given.
+// Everything else that the user requests is returned in PanelRequests. ItemRects may be null everywhere.
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -16,25 +14,24 @@
 
 namespace touchstone::sandbox {
 
-/// What the user asked for in a frame.
+/// What the user requested in a frame.
 struct PanelRequests {
     std::optional<std::filesystem::path> open;
     std::optional<std::string> device;  ///< NAME or NAME:FILE
     std::optional<Workspace> workspace;
     bool reconnect = false, alignWithView = false;
-    std::vector<engine::SceneEdit> edits;  ///< of the scene that is shown
-    std::vector<Marking> markings;         ///< likewise: roles and trees
+    std::vector<engine::SceneEdit> edits;  ///< of the scene shown
     std::optional<std::filesystem::path> save;
-    bool saveSettings = false;                 ///< along with it
-    std::optional<engine::StandardView> view;  ///< the camera is to look from there
-    std::string refusal;                       ///< a value that was typed and not accepted
+    bool saveSettings = false;                 ///< include the settings in `save`
+    std::optional<engine::StandardView> view;  ///< new direction of the camera
+    std::string refusal;                       ///< why a typed value was rejected; empty: none was
     bool reload = false, restart = false, stopOrEngage = false, cancelOpening = false, quit = false;
-    bool discard = false;  ///< changes that are not saved: else the user is asked before they are lost
+    bool discard = false;  ///< discard unsaved changes without asking the user
     bool frameCamera = false, frameSelection = false;
     bool undo = false, redo = false, copyCommand = false;
-    bool record = false;  ///< begin, or stop
+    bool record = false;  ///< start or stop recording
 
-    /// The scene that is shown gives way to its file, to another one, or to nothing.
+    /// Whether the requests close the scene shown: reload it, open another one, or quit.
     bool leaves() const { return open || reload || quit; }
 };
 
@@ -43,39 +40,39 @@ inline const ImVec4 kAttentionColor{1.00f, 0.78f, 0.35f, 1};
 
 using PathInput = std::array<char, 1024>;
 
-/// Name of a node as the panels show it.
+/// Name of a node as shown in the panels.
 std::string nodeText(const engine::Scene& scene, engine::Entity node);
 
 struct ScenePanelState {
     engine::Entity selected;
 };
 
-/// Entities with visibility and roles, what is drawn besides, and the levels of the sphere trees.
+/// Draws the nodes with visibility and roles, the display switches, and the levels of the sphere trees.
 void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, engine::ItemRects* items);
 
 struct InspectorState {
-    engine::Entity node;  ///< that the rest belongs to
-    bool placing = false, choosing = false;
-    glm::dvec3 position{0}, angles{0};  ///< while they are edited: mm, degrees about x, y, z
-    TreeOptions tree;                   ///< while it is chosen
-    bool ownAxes = false;               ///< of the gizmo
+    engine::Entity node;                     ///< node that the other members refer to
+    bool placing = false, choosing = false;  ///< pose or tree is being edited
+    glm::dvec3 position{0}, angles{0};       ///< pose being edited: mm, degrees about x, y, z
+    TreeOptions tree;                        ///< tree options being edited
+    bool ownAxes = false;                    ///< the gizmo uses the node's axes
     bool naming = false;
-    std::array<char, 128> name{};  ///< while it is typed
+    std::array<char, 128> name{};  ///< name being typed
 };
 
-/// The node that is selected: name, place, role, sphere tree, looks. Pre: it is a node of the scene.
+/// Draws the selected node: name, pose, role, sphere tree, materials. Pre: `node` is a node of the scene.
 void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
                    engine::ItemRects* items);
 
-/// What to do with a scene in which roles are missing. `selected` may be null.
+/// Draws a guide for assigning roles in a scene that lacks some. `selected` may be null.
 void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, engine::ItemRects* items);
 
 struct HapticsPanelState {
-    double strength = 1;  ///< of the mouse's hand
+    double strength = 1;  ///< stiffness of the mouse's hand, relative to its default
 };
 
-/// Pause, reset, presets made from `scene` (the settings it asks for), and the settings one tunes. Returns true when
-/// `settings` changed; they then pass checkSettings().
+/// Draws pause, reset, the presets (derived from `scene`, the scene's own settings) and the tunable settings. Returns
+/// true when `settings` changed; they then pass checkSettings().
 bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
                       engine::ItemRects* items);
 
@@ -83,47 +80,47 @@ struct DevicePanelView {
     const std::string& device;
     const DeviceFacts& facts;
     const Settings& settings;
-    const DeviceControl* control = nullptr;  ///< null: nothing but `trouble` to tell
-    const std::string& trouble;              ///< why the device chosen last did not start
+    const DeviceControl* control = nullptr;  ///< null: only `trouble` is shown
+    const std::string& trouble;              ///< why the selected device did not start; empty: it did
 };
 struct DevicePanelState {
-    std::optional<Workspace> edited;  ///< while a value is dragged or typed
+    std::optional<Workspace> edited;  ///< value being dragged or typed
 };
 
-/// How a device with hardware behind it stands, what the hand feels, and how it lies in the scene.
+/// Draws the state of a hardware device, its gains and limits at the hand, and its workspace mapping.
 void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, PanelRequests& requests,
                      engine::ItemRects* items);
 
-/// What was told since the window opened, newest last, with a button that copies it.
+/// Draws all messages since the window opened, newest last, with a button that copies them.
 void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items);
 
 struct MenuView {
-    const std::vector<std::filesystem::path>& scenes;  ///< those found
-    const std::vector<std::filesystem::path>& recent;  ///< newest first
-    const std::filesystem::path& file;                 ///< of the scene that is shown
+    const std::vector<std::filesystem::path>& scenes;  ///< scenes found in the scene folders
+    const std::vector<std::filesystem::path>& recent;  ///< recent scenes, newest first
+    const std::filesystem::path& file;                 ///< of the scene shown
     const std::string& device;
     bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
     bool canUndo = false, canRedo = false, recording = false;
 };
 struct MenuState {
-    bool panels = true;  ///< all panels are shown
-    /// To be opened in this frame.
+    bool panels = true;  ///< show all panels
+    /// Dialogs to open in this frame.
     bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false,
          leaveDialog = false;
-    PanelRequests leaving;  ///< what the dialog asks about
+    PanelRequests leaving;  ///< requests that the "unsaved changes" dialog asks about
     PathInput openPath{}, replayPath{}, savePath{}, addPath{};
     bool saveSettings = true;
     Role addRole = Role::Obstacle;
 };
 
-/// The bar at the top.
+/// Draws the menu bar.
 void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display, PanelRequests& requests,
                  engine::ItemRects* items);
-/// The dialogs that `state` asks for, in windows of their own. After the panels: a window that appears later would
-/// close them.
+/// Draws the dialogs requested in `state`, each in its own window. Call after the panels: a window that appears after a
+/// dialog would close it.
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items);
 
-/// Tells how far the scene that is being opened has come, with a button to cancel. A window of its own.
+/// Draws the progress of opening a scene, with a cancel button, in its own window.
 void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engine::ItemRects* items);
 
 }  // namespace touchstone::sandbox

@@ -31,11 +31,11 @@ std::string help(const SettingInfo& info) {
     std::string text(info.help);
     if (info.min != 0 || info.max != 0)
         text += "\n" + compact(info.min) + " to " + compact(info.max) + (info.unit.empty() ? "" : " ") +
-                std::string(info.unit) + "; Ctrl and click to type";
+                std::string(info.unit) + "; Ctrl+click to type";
     return text + "\n--set " + std::string(info.key);
 }
 
-/// What the setting may be, for those that are chosen from a list; empty for numbers and switches.
+/// The values of a setting that is chosen from a list; empty for numbers and switches.
 std::vector<std::string> choices(std::string_view key) {
     if (key == "mode") return {modeNames().begin(), modeNames().end()};
     if (key == "screening") return {"none", "screen", "cluster"};
@@ -64,7 +64,7 @@ bool drawChoice(const char* id, const std::vector<std::string>& names, std::stri
 bool drawNumber(const char* id, const SettingControl& control, const SettingInfo& info, std::string& value) {
     double number = 0;
     std::from_chars(value.data(), value.data() + value.size(), number);
-    const bool whole = info.unit.empty();  // the table's rule: a number without unit is a count
+    const bool whole = info.unit.empty();  // in the table, a number without a unit is a count
     const std::string format = (whole ? "%.0f" : "%.6g ") + std::string(info.unit);
     const bool wide = control.low > 0 && control.high > 20 * control.low;
     double edited = number;
@@ -72,7 +72,8 @@ bool drawNumber(const char* id, const SettingControl& control, const SettingInfo
                              wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None) ||
         edited == number)
         return false;
-    const bool dragged = ImGui::IsMouseDown(ImGuiMouseButton_Left);  // else it was typed and is meant as it stands
+    // A dragged value is rounded, a typed one is kept exactly.
+    const bool dragged = ImGui::IsMouseDown(ImGuiMouseButton_Left);
     value = whole ? compact(std::round(edited), "%.9g") : compact(edited, dragged ? "%.3g" : "%.9g");
     return true;
 }

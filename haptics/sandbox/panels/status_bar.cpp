@@ -12,14 +12,15 @@ namespace touchstone::sandbox {
 namespace {
 
 HealthItem safetyItem(const LoopSnapshot& s) {
-    HealthItem item{.name = "Safety", .value = "ok", .help = "The safety stage lets the tick's wrench through."};
+    HealthItem item{.name = "Safety", .value = "ok", .help = "The safety stage passes the tick's wrench unchanged."};
     std::uint64_t events = 0;
     std::string past;
     for (std::size_t i = 0; i < s.trips.size(); ++i) {
         const Trip trip = static_cast<Trip>(i);
         if (s.trips[i].events > 0)
-            past += engine::formatted("\n%s: %llu times, %llu ticks", name(trip), static_cast<unsigned long long>(s.trips[i].events),
-                         static_cast<unsigned long long>(s.trips[i].ticks));
+            past += engine::formatted("\n%s: %llu times, %llu ticks", name(trip),
+                                      static_cast<unsigned long long>(s.trips[i].events),
+                                      static_cast<unsigned long long>(s.trips[i].ticks));
         events += s.trips[i].events;
         if (s.record.trips & bit(trip)) {
             item.value = name(trip);
@@ -28,20 +29,21 @@ HealthItem safetyItem(const LoopSnapshot& s) {
         }
     }
     if (s.engagement == Engagement::Stopped) {
-        item = {"Safety", "stopped", "Zero force, and the tool is held. Engage goes on from here.", true};
+        item = {"Safety", "stopped", "Zero force, and the tool is held. Press Engage to continue from here.", true};
     } else if (s.engagement == Engagement::Faulted) {
         item = {"Safety", std::string("fault: ") + name(s.cause),
-                std::string(info(s.cause).why) + " Zero force until you engage.", true};
+                std::string(info(s.cause).why) + " Zero force until you press Engage.", true};
     } else if (s.engagement == Engagement::Engaging && !item.attention) {
-        item = {"Safety", "engaging", "The force fades in, once a small one is asked for: go out of the contact.",
+        item = {"Safety", "engaging", "The force fades in once the requested force is small: move out of contact.",
                 false};
     }
-    if (!item.attention && events > 0) item.value += engine::formatted(", %llu trips", static_cast<unsigned long long>(events));
-    item.help += past.empty() ? "" : "\nSince the scene began:" + past;
+    if (!item.attention && events > 0)
+        item.value += engine::formatted(", %llu trips", static_cast<unsigned long long>(events));
+    item.help += past.empty() ? "" : "\nSince the scene started:" + past;
     return item;
 }
 
-/// In the hand's space, as all that is said of forces and gains here.
+/// Forces and torques are those at the hand: the workspace scale is divided out.
 HealthItem saturationItem(const LoopSnapshot& s, const DeviceFacts& facts) {
     const Wrench& wanted = s.record.wrench_o;
     const double force = wanted.force.norm() / facts.scale,
@@ -49,40 +51,42 @@ HealthItem saturationItem(const LoopSnapshot& s, const DeviceFacts& facts) {
     const DeviceLimits& limits = facts.limits;
     const double share = std::max(force / limits.peakForce, torque / limits.peakTorque);
     const bool saturated = s.record.trips & (bit(Trip::ForceClamped) | bit(Trip::TorqueClamped));
-    return {
-        .name = "Load",
-        .value = saturated ? engine::formatted("saturated") : engine::formatted("%.0f %%", 100 * share),
-        .help = engine::formatted("Wanted of what the device can give: %.2f of %g N, %.0f of %g mN·m on an axis. Beyond that the "
-                     "contact feels softer than it is.",
-                     force, limits.peakForce, torque, limits.peakTorque),
-        .attention = saturated};
+    return {.name = "Load",
+            .value = saturated ? engine::formatted("saturated") : engine::formatted("%.0f %%", 100 * share),
+            .help = engine::formatted(
+                "Requested share of the device's peak: %.2f of %g N, %.0f of %g mN·m per axis. Above 100 %% the "
+                "contact feels softer than it is.",
+                force, limits.peakForce, torque, limits.peakTorque),
+            .attention = saturated};
 }
 
 HealthItem passivityItem(const Settings& settings, const DeviceFacts& facts) {
     const std::optional<DeviceDynamics>& dynamics = facts.dynamics;
-    constexpr double kUsualDelay = 1;  // ticks: what a driver of its own adds
+    constexpr double kUsualDelay = 1;  // ticks: delay added by a device's own driver
     const double delay = dynamics ? dynamics->delay : kUsualDelay;
     const double least = leastDamping(settings.stiffness, settings.rate, delay);
     std::string law = engine::formatted(
-        "A contact of stiffness k that is sampled every T feels passive where the damping of device and hand is at "
-        "least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m, with a delay of d ticks. ",
+        "A contact of stiffness k with sample time T and a delay of d ticks is passive if the damping of device and "
+        "hand is at least k T (0.5 + d) = %g N/mm x %g ms x (0.5 + %g) = %.3g N·s/m. ",
         settings.stiffness, 1000 / settings.rate, delay, least);
     if (facts.scale != 1)
-        law += engine::formatted("The tool moves %g mm per mm of the hand; k is what the hand feels all the same. ", facts.scale);
+        law +=
+            engine::formatted("The tool moves %g mm per mm of the hand; k is the stiffness at the hand. ", facts.scale);
     if (!dynamics)
-        return {.name = "Passive",
-                .value = engine::formatted("from %.2g N·s/m", least),
-                .help = law +
-                        "This device does not say what damping it has, or nothing moves it; one tick of delay is "
-                        "taken."};
+        return {
+            .name = "Passivity",
+            .value = engine::formatted("min %.2g N·s/m", least),
+            .help =
+                law +
+                "The damping of this device is unknown, or the device does not move; a delay of one tick is assumed."};
     const double margin = dynamics->damping - least;
-    return {
-        .name = "Passive",
-        .value = engine::formatted("%+.2g N·s/m", margin),
-        .help = law + engine::formatted("This device has %.3g N·s/m: the margin is %+.3g. Below zero the tool may buzz: lower the "
-                           "stiffness or raise the rate.",
-                           dynamics->damping, margin),
-        .attention = margin < 0};
+    return {.name = "Passivity",
+            .value = engine::formatted("%+.2g N·s/m", margin),
+            .help = law + engine::formatted("This device has %.3g N·s/m, so the margin is %+.3g N·s/m. A negative "
+                                            "margin may cause buzzing: lower the "
+                                            "stiffness or raise the tick rate.",
+                                            dynamics->damping, margin),
+            .attention = margin < 0};
 }
 
 HealthItem tickItem(const LoopSnapshot& s) {
@@ -92,17 +96,18 @@ HealthItem tickItem(const LoopSnapshot& s) {
                         : s.fade < 1                ? "fading"
                         : (r.flags & kObstacleHeld) ? "obstacle held"
                                                     : name(r.status);
-    if (r.flags & kNonFinite) value += ", not finite";
+    if (r.flags & kNonFinite) value += ", non-finite";
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
-    return {.name = "Tick",
-            .value = value,
-            .help = engine::formatted("What the solver says of the newest tick, and what was out of the ordinary. Force %.2f N, "
-                         "torque %.0f mN·m about C.",
-                         r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
-            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput |
-                                     kObstacleHeld)) != 0};
+    return {
+        .name = "Tick",
+        .value = value,
+        .help =
+            engine::formatted("Solver status and warnings of the newest tick. Force %.2f N, torque %.0f mN·m about C.",
+                              r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
+        .attention =
+            (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput | kObstacleHeld)) != 0};
 }
 
 }  // namespace
@@ -116,24 +121,27 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
     std::vector<HealthItem> items{
         {.name = "Rate",
          .value = engine::formatted("%.0f Hz", s.rate),
-         .help = engine::formatted("Ticks per second over the last quarter of a second; %g are asked for.", s.settings.rate),
+         .help = engine::formatted(
+             "Ticks per second, averaged over the last quarter of a second. The set rate is %g Hz.", s.settings.rate),
          .attention = s.rate > 0 && s.rate < 0.98 * s.settings.rate},
         {.name = "Late",
          .value = count(s.overruns),
-         .help = engine::formatted("Ticks that ended after their deadline, of %llu since the loop began. The next tick then begins "
-                      "at once. More than one in a hundred is marked.",
-                      static_cast<unsigned long long>(s.ticks)),
+         .help = engine::formatted(
+             "Late ticks, which ended after their deadline, of %llu since the loop started. The next tick then starts "
+             "at once. More than one in a hundred is highlighted.",
+             static_cast<unsigned long long>(s.ticks)),
          .attention = s.ticks > 0 && double(s.overruns) > 0.01 * double(s.ticks)},
         {.name = "Dropped",
          .value = count(s.dropped),
-         .help =
-             "Ticks that the plots have not seen because the window was too slow. The loop itself waits for nobody.",
+         .help = "Ticks missing from the plots because the window was too slow. The loop itself never waits for the "
+                 "window.",
          .attention = s.dropped > 0},
         {.name = "Device",
          .value = view.device + (s.finished ? " (ended)"
                                  : troubled ? " (" + std::string(name(view.facts.status->state)) + ")"
                                             : ""),
-         .help = "What holds the tool. Menu Device chooses another." + (troubled ? "\n" + view.facts.status->text : ""),
+         .help = "The device that moves the tool. Choose another one in the Device menu." +
+                 (troubled ? "\n" + view.facts.status->text : ""),
          .attention = troubled},
         safetyItem(s),
         saturationItem(s, view.facts),
@@ -145,24 +153,26 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                  : view.realTime ? view.realTime->message
                                  : "",
          .attention = !realTime},
-        {.name = "Picture",
+        {.name = "Frame",
          .value = engine::formatted("%.1f ms", view.frame.cpuMs),
-         .help = engine::formatted(
-             "Processor time of the window's thread a frame: %.1f ms are drawing, in %d calls to the graphics "
-             "driver, %.1f ms all else. The loop has a thread of its own, and another beside it finds pair lists "
-             "ahead: that one took %.0f µs in the last tick.",
-             view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs, s.record.helperUs)},
+         .help = engine::formatted("CPU time of the window's thread per frame: %.1f ms for drawing, in %d draw calls, "
+                                   "and %.1f ms for everything "
+                                   "else. The loop has its own thread, and a helper thread prepares its pair lists: "
+                                   "the helper took %.0f µs in "
+                                   "the last tick.",
+                                   view.frame.drawingMs, view.frame.drawCalls, view.frame.cpuMs - view.frame.drawingMs,
+                                   s.record.helperUs)},
     };
     if (view.recorder)
         items.push_back({.name = "Recording",
                          .value = count(view.recorder->rows()),
-                         .help = "Ticks so far, to " + view.recorder->folder().string(),
+                         .help = "Ticks recorded so far to " + view.recorder->folder().string(),
                          .attention = true});
     if (view.gauge)
-        items.push_back({.name = "Depth",
-                         .value = engine::formatted("%.2f mm", view.gauge->depth(s.record.X_WT)),
-                         .help = view.gauge->name +
-                                 ": how far the tool's tip is below the plane of the gauge; negative above it."});
+        items.push_back(
+            {.name = "Depth",
+             .value = engine::formatted("%.2f mm", view.gauge->depth(s.record.X_WT)),
+             .help = view.gauge->name + ": depth of the tool's tip below the plane of the gauge; negative above it."});
     return items;
 }
 
@@ -174,13 +184,13 @@ bool drawStatusBar(const HealthView& view, engine::ItemRects* items) {
         const bool engaged = isEngaged(view.snapshot->engagement);
         pressed = ImGui::SmallButton(engaged ? "Stop" : "Engage");
         engine::noteItem(items, "engage");
-        engine::tooltip(engaged ? "Zero force at once, and the tool is held. Space does the same."
-                                : "The device goes on where the tool is, and the force fades in. Space does the same.");
+        engine::tooltip(engaged ? "Sets the force to zero at once and holds the tool.\nKey Space"
+                                : "Continues from the tool's pose, and the force fades in.\nKey Space");
         ImGui::SameLine(0, 0.6f * ImGui::GetFontSize());
     }
     const std::vector<HealthItem> all = healthItems(view);
-    if (all.empty()) ImGui::TextDisabled("No scene runs.");
-    // Closer together where they would not fit.
+    if (all.empty()) ImGui::TextDisabled("No scene is running.");
+    // Move the items closer together if they would not fit otherwise.
     const float em = ImGui::GetFontSize(), inside = 0.35f * em;
     float room = ImGui::GetContentRegionAvail().x;
     for (const HealthItem& item : all)

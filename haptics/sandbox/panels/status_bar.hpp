@@ -1,5 +1,5 @@
 #pragma once
-// Health of the loop at a glance.
+// The status bar: health of the loop at a glance.
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,10 +12,10 @@
 
 namespace touchstone::sandbox {
 
-/// What a frame took of the window's thread.
+/// Cost of a frame on the window's thread.
 struct FrameCost {
-    double cpuMs = 0;      ///< from the end of its wait for the frame before to the swap
-    double drawingMs = 0;  ///< of these in the graphics driver and the code that calls it, the swap included
+    double cpuMs = 0;      ///< CPU time from the end of the wait for the previous frame to the buffer swap
+    double drawingMs = 0;  ///< part of cpuMs spent in draw calls and the graphics driver, swap included
     int drawCalls = 0;
 };
 
@@ -26,25 +26,25 @@ struct HealthView {
     DeviceFacts facts;
     FrameCost frame = {};                ///< smoothed
     const Recorder* recorder = nullptr;  ///< null while nothing is recorded
-    const Gauge* gauge = nullptr;        ///< of the scene, if it has one
+    const Gauge* gauge = nullptr;        ///< of the scene; null if it has none
 };
 
-/// One statement: what, how it stands, and what that means.
+/// One item of the status bar: name, value, and an explanation.
 struct HealthItem {
     const char* name = "";
     std::string value;
     std::string help;
-    bool attention = false;  ///< not as it should be
+    bool attention = false;  ///< the value is out of the ordinary and is highlighted
 };
 
-/// Rate, late ticks, dropped records, device, safety, saturation, passivity, the tick's answer, priority and depth;
-/// none without a snapshot.
+/// Rate, late ticks, dropped records, device, safety, load, passivity, status of the tick, priority, frame time,
+/// recording and depth. Empty without a snapshot.
 std::vector<HealthItem> healthItems(const HealthView& view);
 
-/// In screen units.
+/// Height of the status bar, screen units.
 float statusBarHeight();
-/// The same in one line of the current ImGui window, each explained on hover. Returns true when the button before them
-/// was pressed, which stops or engages.
+/// Draws healthItems() in one line of the current ImGui window, each with a tooltip, after the Stop/Engage button.
+/// Returns true when that button was pressed.
 bool drawStatusBar(const HealthView& view, engine::ItemRects* items);
 
 }  // namespace touchstone::sandbox

@@ -9,21 +9,21 @@ namespace {
 
 constexpr std::array<DisplaySwitch, 11> kSwitches{{
     {"contacts", 'C', "Contacts", &DisplayOptions::contacts,
-     "Pairs that touch, with their normals: from yellow to red by the force they carry, blue without."},
+     "Pairs in contact with their normals, colored from yellow to red by the force they carry, or blue without force."},
     {"forces", 'V', "Force", &DisplayOptions::arrows,
-     "Force (red) and torque (violet) on the hand, at C. Long arrows are shortened."},
-    {"ghost", 'G', "Ghost", &DisplayOptions::ghost, "Where the device wants the tool, and a line to it."},
+     "Force (red) and torque (violet) on the hand, drawn at C. Arrow lengths are compressed."},
+    {"ghost", 'G', "Ghost", &DisplayOptions::ghost, "The device pose as a ghost of the tool, with a line to it."},
     {"clearance", 'N', "Clearance", &DisplayOptions::clearance, "The nearest pair of leaves and its gap in mm."},
-    {"goal", 'O', "Goal", &DisplayOptions::goal, "Where the tool is to come to rest, and the region that counts."},
-    {"trace", 'T', "Trace", &DisplayOptions::trace, "The way the tool's centre C has come."},
+    {"goal", 'O', "Goal", &DisplayOptions::goal, "Target pose of the tool, and the region that counts as reached."},
+    {"trace", 'T', "Trace", &DisplayOptions::trace, "Path of the tool's center C."},
     {"values", 'U', "Values", &DisplayOptions::values,
-     "Numbers beside the arrows (N, mN·m) and the clearance (mm), and the depth of a gauge."},
+     "Values at the arrows (N, mN·m), the clearance (mm) and the gauge depth (mm)."},
     {"section", 'X', "Section", &DisplayOptions::section,
-     "Cuts the scene open through the contacts, or through C, towards you; cut solids are hatched."},
-    {"trees", 'L', "Spheres", nullptr, "The spheres of both trees, down to the leaves; the sliders choose a level."},
+     "Cuts the scene open at the contacts, or at C without contacts. Cut solids are hatched."},
+    {"trees", 'L', "Spheres", nullptr, "Spheres of both sphere trees. The sliders below choose the level."},
     {"gaps", 'K', "By gap", &DisplayOptions::byGap,
-     "Colours the spheres by their gap, from red at 0 to grey at 1 mm, instead of by level."},
-    {"grid", 'B', "Grid", &DisplayOptions::grid, "The floor, with lines in powers of ten."},
+     "Colors the spheres by gap, from red at 0 mm to gray at 1 mm, instead of by level."},
+    {"grid", 'B', "Grid", &DisplayOptions::grid, "Floor grid, spaced in powers of ten."},
 }};
 
 std::string applyOne(DisplayOptions& options, std::string_view item) {
@@ -36,7 +36,7 @@ std::string applyOne(DisplayOptions& options, std::string_view item) {
     if (found == kSwitches.end()) {
         std::string names;
         for (const DisplaySwitch& s : kSwitches) names += (names.empty() ? "" : ", ") + std::string(s.name);
-        return quoted() + " is nothing to show; choose from " + names + ", or no- before one of them";
+        return quoted() + " is an unknown overlay; choose from " + names + ", each with an optional prefix no-";
     }
     turn(options, *found, !off);
     if (colon == std::string_view::npos) return {};
@@ -45,13 +45,13 @@ std::string applyOne(DisplayOptions& options, std::string_view item) {
         int level = -1;
         const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), level);
         if (error != std::errc() || end != value.data() + value.size() || level < 0)
-            return quoted() + " needs a level of the trees after the colon, 0 for the leaves";
+            return quoted() + " needs a tree level after the colon, 0 for the leaves";
         options.showTrees(level);
         return {};
     }
     constexpr std::string_view kAxes = "xyz";
     if (name != "section" || value.size() != 1 || kAxes.find(value) == std::string_view::npos)
-        return quoted() + " has a colon where none belongs; write section:x, section:y, section:z or trees:LEVEL";
+        return quoted() + " takes no such value after the colon; write section:x, section:y, section:z or trees:LEVEL";
     options.sectionAxis = static_cast<int>(kAxes.find(value));
     return {};
 }

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/scene/text.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -16,10 +16,10 @@ constexpr glm::vec4 kForceColor{1.00f, 0.36f, 0.22f, 1}, kTorqueColor{0.66f, 0.4
 constexpr glm::vec4 kContactColor{0.30f, 0.85f, 0.95f, 1}, kClearanceColor{0.55f, 1.00f, 0.60f, 1};
 constexpr glm::vec3 kLightLoad{1.00f, 0.82f, 0.25f}, kHeavyLoad{1.00f, 0.16f, 0.08f};
 constexpr glm::vec3 kTraceOld{0.25f, 0.32f, 0.45f}, kTraceNew{0.85f, 0.95f, 1.00f};
-constexpr double kLoaded = 1e-3;  // N: below, a contact is said to carry nothing
+constexpr double kLoaded = 1e-3;  // N: contacts below this are drawn as unloaded
 constexpr std::size_t kTracePoints = 4000;
 constexpr double kTracePointsPerReach = 200;
-constexpr double kNearCut = 0.06;  // of the reach
+constexpr double kNearCut = 0.06;  // relative to the reach
 constexpr float kFar = 1e30f;
 
 glm::vec3 point(const Vec3& mm) { return glm::vec3(toMetres(mm)); }
@@ -35,7 +35,7 @@ glm::vec4 sphereColor(bool tool, int level, int index) {
     struct Range {
         glm::vec3 low, high;
     };
-    // Warm for the tool, cold for obstacles.
+    // Warm colors for the tool, cold ones for obstacles.
     constexpr std::array<Range, 4> kTool{Range{{0.95f, 0.55f, 0.15f}, {1.00f, 0.85f, 0.40f}},
                                          {{0.95f, 0.35f, 0.30f}, {1.00f, 0.55f, 0.45f}},
                                          {{0.90f, 0.30f, 0.60f}, {1.00f, 0.50f, 0.80f}},
@@ -73,11 +73,6 @@ SceneOverlays::SceneOverlays(std::shared_ptr<const World> world)
       trace_(reach_ / kTracePointsPerReach),
       nearestPairs_(world_->obstacles.size()) {}
 
-void SceneOverlays::place(const std::shared_ptr<const World>& world) {
-    world_ = world;
-    finder_.place(world);
-}
-
 void SceneOverlays::follow(const TickRecord& record) { trace_.add(record.X_WT * world_->p_TC(), record.tick); }
 
 void SceneOverlays::find(const TickRecord& record, const Settings& settings, const DisplayOptions& options) {
@@ -103,7 +98,7 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
             keep(toolGaps_, pair.toolLeaf);
             keep(obstacleGaps_[static_cast<std::size_t>(pair.obstacle)], pair.obstacleLeaf);
         }
-        constexpr int kRest = 9;  // times as long as it took: in a tight fit tens of thousands of pairs are that near
+        constexpr int kRest = 9;  // pause, in durations of the search: a tight fit has tens of thousands of such pairs
         gapsDue_ = steadyNanoseconds() + kRest * (steadyNanoseconds() - now);
     }
 
@@ -133,17 +128,17 @@ void SceneOverlays::findNearest(const Pose& X_WT) {
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i) {
         const Obstacle& obstacle = world_->obstacles[i];
         LeafPair& pair = nearestPairs_[i];
-        const double gap = leastGap(*world_->tool, *obstacle.tree, obstacle.X_WO.inverse() * X_WT, 1e30, &pair);
+        const double gap = leastGap(*world_->tool, *obstacle.tree, finder_.obstacle(i).inverse() * X_WT, 1e30, &pair);
         if (gap >= least) continue;
         least = gap;
         const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
-        const Vec3 p = X_WT * a.center(), q = obstacle.X_WO * b.center(), n = (p - q).normalized();
+        const Vec3 p = X_WT * a.center(), q = finder_.obstacle(i) * b.center(), n = (p - q).normalized();
         nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
     }
 }
 
 void SceneOverlays::add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const {
-    // Seen from near, arrows and normals are drawn shorter.
+    // Arrows and normals get shorter when the camera comes close.
     const double unit = std::min(reach_, 0.3 * kMmPerMetre * double(frame.camera.distance));
     if (options.trace) {
         const auto& points = trace_.points();
@@ -160,7 +155,7 @@ void SceneOverlays::add(engine::Frame& frame, const TickRecord& record, const Di
         frame.lines.push_back({p, q, kClearanceColor, 2.5f});
         frame.lines.push_back({p, p, kClearanceColor, 8});
         frame.lines.push_back({q, q, kClearanceColor, 8});
-        const double gap = std::abs(nearest_->gap) < 5e-4 ? 0 : nearest_->gap;  // no -0.000
+        const double gap = std::abs(nearest_->gap) < 5e-4 ? 0 : nearest_->gap;  // avoids printing -0.000
         if (options.values) frame.labels.push_back({p, engine::formatted("%.3f mm", gap), kClearanceColor});
     }
 }
@@ -171,16 +166,16 @@ void SceneOverlays::addContacts(engine::Frame& frame, double unit) const {
         total += contact.load;
         most = std::max(most, contact.load);
     }
-    // The loaded ones come first and are to be drawn last, over the others.
+    // Loaded contacts come first in the list and must be drawn last, over the others.
     for (auto contact = contacts_.rbegin(); contact != contacts_.rend(); ++contact) {
         const bool loaded = contact->load > kLoaded;
         const glm::vec3 p = point(contact->p_W);
         if (!loaded && frame.section) {
-            // Those that carry nothing are worth their room only in the cut.
+            // Unloaded contacts are shown only near the cut, to keep the picture readable.
             const double behind = kMmPerMetre * double(glm::dot(*frame.section, glm::vec4(p, 1)));
             if (behind < 0 || behind > kNearCut * reach_) continue;
         }
-        // Normals of loaded contacts share out the length of the force's arrow.
+        // The normals of loaded contacts divide the length of the force arrow among them.
         const double share = contact->load / total;
         const double length = unit * (loaded ? 0.15 + 0.6 * arrowLength(total) * share : 0.05);
         const glm::vec3 q = point(contact->p_W + length * contact->n_W);
@@ -197,8 +192,8 @@ void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bo
         if (newtons < 1e-3) return;
         const glm::vec3 tip = point(C + unit * arrowLength(newtons) * v.normalized());
         frame.arrows.push_back({point(C), tip, static_cast<float>(toMetres(thickness * unit)), color});
-        constexpr double kWorthWords = 0.05;  // N
-        if (values && newtons > kWorthWords)
+        constexpr double kLabeled = 0.05;  // N: smaller arrows get no label
+        if (values && newtons > kLabeled)
             frame.labels.push_back({tip, engine::formatted(format, v.norm()), glm::mix(color, glm::vec4(1), 0.35f)});
     };
     const Wrench& wrench = record.wrench_C;
@@ -210,7 +205,7 @@ void SceneOverlays::addSpheres(engine::Frame& frame, const Pose& X_WT, const Dis
     const bool gaps = options.byGap && !toolGaps_.empty();
     addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gaps ? &toolGaps_ : nullptr);
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
-        addTree(frame, *world_->obstacles[i].tree, world_->obstacles[i].X_WO, options.obstacleLevel, false,
+        addTree(frame, *world_->obstacles[i].tree, finder_.obstacle(i), options.obstacleLevel, false,
                 gaps ? &obstacleGaps_[i] : nullptr);
 }
 
@@ -219,7 +214,7 @@ void SceneOverlays::addTree(engine::Frame& frame, const SphereTree& tree, const 
     if (level < 0) return;
     level = std::min(level, static_cast<int>(tree.levels.size()) - 1);
     const int count = tree.levels[static_cast<std::size_t>(level)].count;
-    const std::ptrdiff_t leaves = std::ptrdiff_t{1} << (3 * level);  // below each block
+    const std::ptrdiff_t leaves = std::ptrdiff_t{1} << (3 * level);  // leaves below each sphere of this level
     frame.spheres.reserve(frame.spheres.size() + static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) {
         const Sphere s = tree.block(level, i);

@@ -1,5 +1,5 @@
 #pragma once
-// What a tick does, drawn over the scene: contacts, arrows, nearest pair, trace, spheres.
+// Overlays of a tick: contacts, arrows, nearest pair, trace, spheres.
 #include <deque>
 #include <memory>
 #include <optional>
@@ -13,30 +13,30 @@
 
 namespace touchstone::sandbox {
 
-/// Length in the picture, in units of the tool's reach, of an arrow for a force in N: proportional while small, and
-/// never longer than 1.8, so that it stays in the picture. A torque is shown as the force that makes it at the reach.
+/// Drawn length of a force arrow, relative to the tool's reach, for a force in N: proportional for small forces and
+/// below 1.8, so that it stays in the picture. A torque is shown as the force that causes it at the reach.
 double arrowLength(double newtons);
 
-/// Colour of a sphere of a tree: each level has its hue, and neighbors differ a little in hue and brightness, so that
-/// each can be seen.
+/// Color of a sphere of a tree: each level has its own hue, and neighbors differ slightly in hue and brightness, so
+/// that they can be distinguished.
 glm::vec4 sphereColor(bool tool, int level, int index);
 
-/// Colour of a gap in mm: red where it is closed, over yellow and green to blue at kShownGap and beyond.
+/// Color of a gap in mm: red at 0, then yellow and green, to gray at kShownGap and beyond.
 glm::vec3 gapColor(double gap);
 inline constexpr double kShownGap = 1;  // mm
 
-/// Where bodies touch, or come nearest.
+/// Place where bodies touch or are nearest.
 struct ContactPlace {
     Vec3 p_W = Vec3::Zero();  ///< mm
-    Vec3 n_W = Vec3::Zero();  ///< from the obstacle to the tool, by load; shorter than 1 where normals differ
-    double reach = 0;         ///< mm from p_W to the furthest contact
+    Vec3 n_W = Vec3::Zero();  ///< from obstacle to tool, averaged by load; shorter than 1 if normals differ
+    double reach = 0;         ///< distance from p_W to the farthest contact, mm
 };
 
-/// The way of C, mm: points at least a spacing apart, the oldest dropped beyond a number.
+/// Path of C, mm: points at least `spacing` apart; the oldest are dropped beyond a maximum count.
 class ToolTrace {
   public:
     explicit ToolTrace(double spacing) : spacing_(spacing) {}
-    /// Forgets all when `tick` is not later than the last: the run began anew.
+    /// Clears the trace when `tick` is before the last one, since the run was reset then.
     void add(const Vec3& p_WC, std::uint64_t tick);
     const std::deque<Vec3>& points() const { return points_; }
 
@@ -46,25 +46,25 @@ class ToolTrace {
     std::deque<Vec3> points_;
 };
 
-/// Finds and draws what DisplayOptions asks of a tick. One thread.
+/// Computes and draws the overlays of a tick that DisplayOptions selects. Not thread-safe.
 class SceneOverlays {
   public:
     explicit SceneOverlays(std::shared_ptr<const World> world);
 
-    /// The same trees, elsewhere.
-    void place(const std::shared_ptr<const World>& world);
+    /// Sets where the obstacles are from now on, X_WO by obstacle; at first they are where the world starts them.
+    void place(std::span<const Pose> X_WO) { finder_.place(X_WO); }
 
-    /// To be called with every tick that the trace is to show.
+    /// Call with every tick that the trace should show.
     void follow(const TickRecord& record);
 
-    /// Finds the contacts and the nearest pair of a tick for what follows, as far as `options` needs them.
+    /// Finds the contacts and the nearest pair of a tick, as far as `options` needs them, for the functions below.
     void find(const TickRecord& record, const Settings& settings, const DisplayOptions& options);
-    std::optional<ContactPlace> contactPlace() const { return place_; }  ///< the mean of all contacts
-    std::optional<ContactPlace> nearestPlace() const;                    ///< where clearance is asked for
+    std::optional<ContactPlace> contactPlace() const { return place_; }  ///< mean of all contacts
+    std::optional<ContactPlace> nearestPlace() const;                    ///< only if clearance is shown
 
-    /// Appends what find() found and all else to the frame, seen with frame.camera and cut by frame.section.
+    /// Appends all overlays except the spheres to the frame, for frame.camera and frame.section.
     void add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const;
-    /// Likewise the spheres, which are there before the first tick.
+    /// Appends the spheres, which exist before the first tick.
     void addSpheres(engine::Frame& frame, const Pose& X_WT, const DisplayOptions& options) const;
 
   private:
@@ -89,7 +89,7 @@ class SceneOverlays {
     std::optional<Nearest> nearest_;
     std::vector<float> toolGaps_;                   ///< per leaf, mm
     std::vector<std::vector<float>> obstacleGaps_;  ///< per obstacle and leaf
-    std::uint64_t gapsDue_ = 0;                     ///< ns, to be found anew
+    std::uint64_t gapsDue_ = 0;                     ///< ns: time of the next update of the gaps
 };
 
 }  // namespace touchstone::sandbox

@@ -17,11 +17,11 @@ namespace {
 
 constexpr glm::vec3 kGhostTint{0.45f, 0.70f, 1.00f}, kGoalTint{0.25f, 0.85f, 0.40f}, kGaugeColor{0.80f, 0.70f, 1.00f};
 
-// Below these the device's ghost would only flicker on the tool.
+// Below these distances the ghost of the device pose would only flicker on the tool.
 constexpr double kApartMm = 0.05, kApartRad = 1e-3;
 
-constexpr float kYaw = 0.45f, kPitch = 0.32f;  // of the first view, radians
-constexpr float kAside = 0.25f;                // off the plane between two parts that stand side by side
+constexpr float kYaw = 0.45f, kPitch = 0.32f;  // initial view, radians
+constexpr float kAside = 0.25f;                // radians off the plane between two parts side by side
 
 std::pair<glm::vec3, glm::vec3> boxOf(const std::vector<glm::vec3>& points) {
     glm::vec3 low = points.front(), high = low;
@@ -52,17 +52,17 @@ std::string checkView(std::string_view name) {
         if (direction.name == name) return {};
         names += std::string(direction.name) + ", ";
     }
-    return "'" + std::string(name) + "' is no view; choose from " + names + std::string(kContactView);
+    return "'" + std::string(name) + "' is an unknown view; choose from " + names + std::string(kContactView);
 }
 
 void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points, float aspect) {
-    constexpr float kShare = 0.8f;  // of the picture, for the parts
+    constexpr float kShare = 0.8f;  // share of the picture that the points fill
     if (points.empty()) return;
     const auto [low, high] = boxOf(points);
     camera.target = 0.5f * (low + high);
     const float tanY = kShare * std::tan(camera.fovY / 2), tanX = aspect * tanY;
-    // How far the eye must stand back for every corner to lie inside the four planes through it; then centred once
-    // more.
+    // Finds the distance at which all points lie inside the four side planes of the view; the second pass repeats this
+    // after centering.
     for (int pass = 0; pass < 2; ++pass) {
         float left = 0, right = 0, down = 0, up = 0;
         for (const glm::vec3& p : points) {
@@ -83,7 +83,7 @@ void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points
 SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : scene_(scene) {
     const engine::Registry& registry = scene.scene.registry;
     const engine::Entity tool = scene.roles.tool;
-    std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it is one of colours
+    std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it holds colors
     const auto textureOf = [&](int image, bool colors) {
         if (image < 0) return engine::GpuTexture{};
         auto [texture, isNew] = textures.try_emplace({image, colors});
@@ -114,7 +114,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
                 part.item.normal = textureOf(material.normalTexture, false);
                 part.item.emissive = textureOf(material.emissiveTexture, true);
             }
-            // What a tree was built of and found closed has an inside to show.
+            // Only a mesh with a tree and a closed surface has an inside to show.
             if (const SphereTree* tree = owner ? treeOf(scene, owner) : nullptr; tree && tree->certificate.closed)
                 part.item.body = 1 + static_cast<int>(std::find(bodies.begin(), bodies.end(), owner) - bodies.begin());
             part.low = part.high = primitive.mesh->positions.front();
@@ -128,7 +128,7 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
 
     if (scene.world) reach_ = std::max(scene.world->reach(), 1e-3);
     floor_ = std::numeric_limits<float>::infinity();
-    // The tool may go below the floor: the floor does not follow it.
+    // The floor lies below the fixed parts only, since the tool moves.
     for (const glm::vec3& p : corners(nullptr, !scene.world, true)) floor_ = std::min(floor_, p.y);
     if (!std::isfinite(floor_)) floor_ = 0;
 }
@@ -167,8 +167,8 @@ engine::OrbitCamera SceneView::look(const Pose* X_WT, float aspect) const {
         const auto [toolLow, toolHigh] = boxOf(tool);
         const auto [restLow, restHigh] = boxOf(rest);
         const glm::vec3 across = toolLow + toolHigh - restLow - restHigh;
-        // Across the line between the two, unless one stands on the other; of the two sides the one nearer to the
-        // front.
+        // Look across the line between the two, unless one is above the other. Of the two sides, choose the one nearer
+        // to the front.
         if (glm::length(glm::vec2(across.x, across.z)) > 0.3f * std::abs(across.y)) {
             const float side = std::atan2(-across.z, across.x);
             camera.yaw = kAside + std::remainder(side, glm::pi<float>());
@@ -198,7 +198,7 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
     const auto place = found->contactPlace() ? found->contactPlace() : found->nearestPlace();
     if (!place) return camera;
     const Vec3& n = place->n_W;
-    // Across the normal, from the side that is nearer to the front; from above it all looks alike.
+    // Look across the normal, from the side nearer to the front. For a vertical normal all sides look alike.
     if (std::hypot(n.x(), n.z()) > 0.3)
         camera.yaw = kAside + static_cast<float>(std::remainder(std::atan2(-n.z(), n.x()), glm::pi<double>()));
     const double radius = std::max(0.3 * reach_, 1.2 * place->reach);
@@ -208,7 +208,7 @@ engine::OrbitCamera SceneView::look(std::string_view name, const TickRecord* rec
 
 SceneOverlays* SceneView::overlays() {
     if (!overlays_ && scene_.world) overlays_ = std::make_unique<SceneOverlays>(scene_.world);
-    if (overlays_) overlays_->place(scene_.world);
+    if (overlays_ && !scene_.X_WO.empty()) overlays_->place(scene_.X_WO);
     return overlays_.get();
 }
 
@@ -218,11 +218,11 @@ void SceneView::follow(const TickRecord& record) {
 
 glm::vec4 SceneView::section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const {
     const glm::vec3 forward = camera.forward();
-    glm::vec3 n(0);  // away from the viewer
+    glm::vec3 n(0);  // points away from the viewer
     if (options.sectionAxis >= 0) {
         n[options.sectionAxis] = forward[options.sectionAxis] < 0 ? -1.f : 1.f;
     } else {
-        constexpr float kSteep = 1;  // radians: beyond, one looks down on a level cut
+        constexpr float kSteep = 1;  // radians: beyond this pitch the cut is horizontal
         n = std::abs(camera.pitch) > kSteep ? glm::vec3(0, forward.y < 0 ? -1 : 1, 0)
                                             : glm::normalize(glm::vec3(forward.x, 0, forward.z));
     }
@@ -243,8 +243,8 @@ void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Setti
         drawn->find(*record, settings, options);
     }
     if (options.section) {
-        // Through the contacts, without jumping when they come and go.
-        constexpr double kFollow = 0.12;  // of the way in a frame
+        // The section follows the contacts smoothly, so that it does not jump when they come and go.
+        constexpr double kFollow = 0.12;  // share of the remaining distance per frame
         const auto place = record ? drawn->contactPlace() : std::nullopt;
         const Vec3 wanted = place ? place->p_W : X_WT * scene_.world->p_TC();
         cutAt_ = cutAt_ ? Vec3(*cutAt_ + kFollow * (wanted - *cutAt_)) : wanted;
@@ -300,7 +300,7 @@ void SceneView::addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint,
 void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const {
     const GoalRegion& goal = *scene_.roles.goal;
     if (!meshShown) addGhost(frame, goal.X_WT, kGoalTint, 0.8f, 0.14f);
-    // The ball in which the tool node's origin has to be, brighter once it is.
+    // The tool node's origin must be inside this ball, which is brighter once it is.
     const bool inside = goal.contains(X_WT);
     const glm::vec3 origin(toMetres(goal.X_WT.p)), node(toMetres(X_WT.p));
     frame.spheres.push_back({.center = origin,
@@ -309,7 +309,7 @@ void SceneView::addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) 
     frame.lines.push_back({node, node, glm::vec4(kGoalTint, 1), 6});
 }
 
-/// From the tool's tip up to the plane, where the depth stands.
+/// Draws a line from the tool's tip to the plane of the gauge, labeled with the depth.
 void SceneView::addGauge(engine::Frame& frame, const Pose& X_WT) const {
     const Gauge& gauge = *scene_.roles.gauge;
     const double depth = gauge.depth(X_WT);

@@ -11,7 +11,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-/// Brings bodies of any size to one metre about the origin, where the camera and its depth range are at home.
+/// Scales bodies of any size to one meter about the origin, which suits the camera and its depth range.
 struct Frame {
     Vec3 middle = Vec3::Zero();
     double scale = 1;
@@ -35,7 +35,8 @@ void renderTree(const SphereTree& tree, const TriangleMesh& mesh, const std::fil
     for (const Vec3& p : mesh.vertices) surface.positions.push_back(at(p));
     for (const auto& t : mesh.triangles) surface.indices.insert(surface.indices.end(), t.begin(), t.end());
     surface.normals = smoothNormals(surface);
-    // Where a leaf only just reaches the surface, neither rounding nor the facets that draw a sphere let it through.
+    // The mesh is drawn slightly inside, so that it does not show where a leaf only just reaches the surface, through
+    // rounding or the facets of a drawn sphere.
     constexpr float kBelow = 1e-3f;
     for (std::size_t i = 0; i < surface.positions.size(); ++i) surface.positions[i] -= kBelow * surface.normals[i];
 
@@ -51,7 +52,7 @@ void renderTree(const SphereTree& tree, const TriangleMesh& mesh, const std::fil
                                  .radius = static_cast<float>(at.scale * s.r),
                                  .color = sphereColor(true, 0, i)});
     }
-    // By the mesh, not by the leaves: trees of one mesh are all shown alike.
+    // The view fits the mesh, not the leaves, so that all trees of one mesh are shown at the same scale.
     fitPoints(frame.camera, surface.positions, static_cast<float>(width) / static_cast<float>(height));
     engine::DrawItem item;
     item.mesh = renderer.upload(surface);

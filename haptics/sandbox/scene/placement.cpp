@@ -18,7 +18,7 @@ glm::dmat4 placeOf(const HapticScene& scene, engine::Entity node, const Pose* X_
     for (engine::Entity body = node; body; body = registry.get<engine::Hierarchy>(body).parent) {
         const auto found = std::find(roles.obstacles.begin(), roles.obstacles.end(), body);
         if (found == roles.obstacles.end()) continue;
-        const Pose& X_WO = scene.world->obstacles[static_cast<std::size_t>(found - roles.obstacles.begin())].X_WO;
+        const Pose& X_WO = obstaclePose(scene, static_cast<std::size_t>(found - roles.obstacles.begin()));
         return X_WO == toPose(engine::worldPose(registry, body)) ? placed : along(body, X_WO);
     }
     return placed;

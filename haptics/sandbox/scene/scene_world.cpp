@@ -168,6 +168,19 @@ const SphereTree* treeOf(const HapticScene& scene, Entity node) {
                : scene.world->obstacles[static_cast<std::size_t>(found - obstacles.begin())].tree.get();
 }
 
+const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle) {
+    return scene.X_WO.empty() ? scene.world->obstacles[obstacle].X_WO : scene.X_WO[obstacle];
+}
+
+std::shared_ptr<const World> worldNow(const HapticScene& scene) {
+    const std::vector<Obstacle>& obstacles = scene.world->obstacles;
+    const auto isThere = [](const Pose& X, const Obstacle& obstacle) { return obstacle.X_WO == X; };
+    if (std::equal(scene.X_WO.begin(), scene.X_WO.end(), obstacles.begin(), isThere)) return scene.world;
+    auto world = std::make_shared<World>(*scene.world);
+    for (std::size_t k = 0; k < scene.X_WO.size(); ++k) world->obstacles[k].X_WO = scene.X_WO[k];
+    return world;
+}
+
 std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     updateWorldTransforms(scene.scene);
     scene.roles = assignRoles(scene.scene);

@@ -53,6 +53,7 @@ struct HapticScene {
     SceneRoles roles;
     Settings settings;                   ///< the defaults, changed by the scene
     std::shared_ptr<const World> world;  ///< null if it was not requested or the scene is incomplete, see `missing`
+    std::vector<Pose> X_WO;              ///< where the obstacles are now; empty: where `world` starts them
     std::vector<NamedMotion> motions;    ///< in file order
     std::shared_ptr<const Motion> demonstration;  ///< the first motion; null if the scene has none
     ExpectedOutcome outcome;                      ///< expected of the demonstration
@@ -60,6 +61,11 @@ struct HapticScene {
     std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
     std::vector<std::string> warnings;  ///< from the file, the roles and the world
 };
+
+/// Where an obstacle of the world is now. Pre: there is a world.
+const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle);
+/// The world that starts the obstacles where they are now: scene.world itself while none has moved.
+std::shared_ptr<const World> worldNow(const HapticScene& scene);
 
 /// The expected outcome of a run with this device: that of the motion which demo or demo:NAME follows; null for other
 /// devices.

@@ -2,24 +2,19 @@
 // A live session: scenes come and go off the loop's thread, the loop ticks, and the window asks how things stand.
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <stop_token>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "haptics/device/control.hpp"
-#include "haptics/device/mouse.hpp"
 #include "haptics/loop/haptic_loop.hpp"
-#include "haptics/sandbox/record/recorder.hpp"
-#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/session/device_facts.hpp"
+#include "haptics/sandbox/session/live_recording.hpp"
+#include "haptics/sandbox/session/message_log.hpp"
+#include "haptics/sandbox/session/obstacle_moves.hpp"
 #include "haptics/sandbox/session/scene_opening.hpp"
 #include "haptics/sandbox/session/tick_history.hpp"
 #include "haptics/sandbox/session/workspace_file.hpp"
@@ -36,13 +31,6 @@ struct SessionOptions {
     std::filesystem::path treeCache = treeCacheFolder();
     std::filesystem::path configFolder;  ///< for how devices lie in scenes; empty: remembered for this run alone
     LoopOptions loop;
-};
-
-struct Message {
-    enum class Kind { Note, Warning, Error };
-    Kind kind = Kind::Note;
-    std::string text;    ///< one sentence
-    double seconds = 0;  ///< since the session began
 };
 
 /// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then
@@ -108,37 +96,21 @@ class LiveSession {
     /// A scene or a device is about to take the place of what runs.
     bool switching() const { return next_.has_value(); }
 
-    /// NAME or NAME:FILE of the device that runs.
-    const std::string& device() const { return device_; }
-    const DeviceFacts& deviceFacts() const { return facts_; }
+    const SessionDevice& device() const { return device_; }
     /// Another device in place of the present one. It takes the tool over where it is, or all begins at the scene's
     /// start, as it always does where the device is the same.
     void chooseDevice(const std::string& choice, bool fromStart = false);
-    /// What can be asked of the device; null where it has nothing to tell.
-    const DeviceControl* deviceControl() const { return control_.get(); }
-    /// Why the device chosen last could not start, in full; empty when it did.
-    const std::string& deviceTrouble() const { return trouble_; }
     /// How the device lies in the scene, from now on and in later runs. Another scale takes the tool up anew where it
     /// is, after a fade.
     void setWorkspace(const Workspace& workspace);
     void reconnectDevice();
-    /// Where the mouse's hand is to go; null while another device holds the tool.
-    MouseTarget* mouse() { return mouse_.get(); }
-
     /// Records from now on into a folder of its own, while switching() from the first tick of what comes; the tool goes
     /// on as it is. Scenes, devices and settings may change.
     void record(const std::filesystem::path& folder);
-    /// False where nothing was recorded or it is not whole, which is told.
-    bool stopRecording();
-    const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
-    /// Why the newest recording had to stop; empty where none had to.
-    const std::string& recordingFailure() const { return recordingFailure_; }
-    /// Rows of the recording with the tick that onTick saw last; those that it is to see may be recorded already.
-    std::uint64_t recordedRows() const { return recordedRows_; }
-
-    void say(Message::Kind kind, std::string text);
-    const std::vector<Message>& messages() const { return messages_; }
-    double secondsSinceStart() const;
+    LiveRecording& recording() { return recording_; }
+    const LiveRecording& recording() const { return recording_; }
+    MessageLog& log() { return log_; }
+    const MessageLog& log() const { return log_; }
 
   private:
     struct Shown {
@@ -149,68 +121,40 @@ class LiveSession {
 
     void takeOpened();
     void change(SceneRequest request, const std::vector<engine::SceneEdit>& changes);
-    void moveObstacles();
-    void tellHeld();
     void show(Shown next);
+    /// What is shown, as a start from where the obstacles are now.
+    Shown shownNow() const;
     void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
     /// Starts, with the mouse where the device of that choice cannot.
     void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
-    void tellTrips(const LoopSnapshot& snapshot);
-    struct Taken {
-        RecordedTick tick;
-        std::uint64_t rows;  ///< of the recording, with it
-    };
-    /// Takes the next tick off the loop's ring, into the recording. Under ticksMutex_.
-    bool record(Taken& taken);
-    /// Records in place of a frame that is late, so that a crash in it costs no more than another.
-    void recordLate(const std::stop_token& stop);
+    void sayTrips(const LoopSnapshot& snapshot);
     void take(const RecordedTick& tick);
     void followRecordedSettings();
-    void tellDevice();
-    /// No more than the device is made for, which is told.
+    void sayDevice();
+    /// No more than the device is made for; what is lowered is a message.
     Settings capped(Settings settings);
 
     SessionOptions options_;
-    std::uint64_t began_;  ///< ns
-    std::vector<Message> messages_;
+    MessageLog log_;
     std::vector<std::unique_ptr<SceneOpening>> openings_;  ///< the last is wanted, the others are being cancelled
     Shown shown_;
     std::uint64_t sceneNumber_ = 0;
 
     Settings settings_;
-    std::string device_;
-    DeviceFacts facts_;  ///< limits as the hand has them
-    std::string trouble_;
-    std::shared_ptr<DeviceControl> control_;
+    SessionDevice device_;
     WorkspaceFile workspaces_;
-    std::shared_ptr<MouseTarget> mouse_;
     TickHistory history_;
-    std::array<std::uint64_t, kTripCount> toldTrips_{};
-    std::vector<Pose> targets_;  ///< X_WO that the loop was told; empty: none yet
-    int heldTicks_ = 0;          ///< in a row, in which an obstacle could not go on
-    bool toldHeld_ = false, toldNeverHeld_ = false, toldHang_ = false;
-    std::uint64_t loopSession_ = 0;  ///< number of the newest session given to the loop
-    std::optional<Shown> next_;      ///< given to the loop, shown when it ticks
-    /// What the loop was given under each number, for a recording.
-    struct Given {
-        std::uint64_t number;
-        RecordedScene scene;
-        std::string device;
-    };
-    std::vector<Given> given_;
-    std::recursive_mutex ticksMutex_;  ///< on the loop's ring, the recorder and the three below, against recordLate()
-    std::unique_ptr<Recorder> recorder_;
-    std::uint64_t recordFrom_ = 0;  ///< number of the session that it begins with
-    std::deque<Taken> waiting_;     ///< recorded by recordLate(), not seen by update() yet
-    std::uint64_t taken_ = 0;       ///< ns, when the ring was emptied last
-    std::uint64_t recordedRows_ = 0;
-    std::string recordingFailure_;
+    std::array<std::uint64_t, kTripCount> saidTrips_{};
+    ObstacleMoves obstacleMoves_;
+    bool saidHang_ = false;
+    std::uint64_t loopSession_ = 0;               ///< number of the newest session given to the loop
+    std::optional<Shown> next_;                   ///< given to the loop, shown when it ticks
     std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played
     std::size_t nextReplayed_ = 0;
     double replayMs_ = 0;
     bool ticked_ = false;  ///< the snapshot is of the scene shown
     std::unique_ptr<HapticLoop> loop_;
-    std::jthread lateRecorder_;  // last: joined before what it uses goes
+    LiveRecording recording_{log_};  // after the loop: it goes first
 };
 
 }  // namespace touchstone::sandbox

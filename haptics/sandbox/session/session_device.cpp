@@ -18,13 +18,13 @@ Settings inScene(Settings settings, double scale) {
 }  // namespace
 
 Settings LiveSession::capped(Settings settings) {
-    const DeviceLimits& limits = facts_.limits;
+    const DeviceLimits& limits = device_.facts.limits;
     const auto cap = [&](double& gain, double most, const char* name, const char* unit) {
         if (gain <= most) return;
         char text[200];
         std::snprintf(text, sizeof text, "The %s device is made for a %s of %g %s, so %g is lowered to that",
-                      device_.substr(0, device_.find(':')).c_str(), name, most, unit, gain);
-        say(Message::Kind::Warning, text);
+                      device_.choice.substr(0, device_.choice.find(':')).c_str(), name, most, unit, gain);
+        log_.say(Message::Kind::Warning, text);
         gain = most;
     };
     cap(settings.stiffness, limits.nominalStiffness, "stiffness", "N/mm");
@@ -51,11 +51,7 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     }
     const bool first = !loop_;
     const std::uint64_t number = first ? 0 : loopSession_ + 1;
-    given_.push_back({number, recordedScene(next.request.file, *next.world), choice});
-    {
-        const std::lock_guard lock(ticksMutex_);
-        if (recorder_) recorder_->announce(number, given_.back().scene, choice);
-    }
+    recording_.announce(number, recordedScene(next.request.file, *next.world), choice);
     if (first && !options_.record.empty()) record(options_.record);
     const std::shared_ptr<DeviceControl> control = device->control();
     DeviceFacts facts{device->limits(), device->dynamics()};
@@ -64,25 +60,24 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
         control->setWorkspace(workspace);  // before the loop asks for limits
         if (control->maps() == DeviceControl::Maps::All) facts.scale = workspace.scale;
     }
-    facts_ = std::move(facts);
-    device_ = choice;
+    device_.facts = std::move(facts);
+    device_.choice = choice;
     settings_ = capped(begin);
-    const Settings inForce = inScene(settings_, facts_.scale);
+    const Settings inForce = inScene(settings_, device_.facts.scale);
     if (loop_) {
         loop_->open(next.world, inForce, std::move(device));
         ++loopSession_;
     } else {
-        auto loop = std::make_unique<HapticLoop>(next.world, inForce, std::move(device), options_.loop);
-        const std::lock_guard lock(ticksMutex_);
-        loop_ = std::move(loop);
-        if (!loop_->realTime().message.empty()) say(Message::Kind::Warning, loop_->realTime().message);
+        loop_ = std::make_unique<HapticLoop>(next.world, inForce, std::move(device), options_.loop);
+        recording_.attach(*loop_);
+        if (!loop_->realTime().message.empty()) log_.say(Message::Kind::Warning, loop_->realTime().message);
     }
-    mouse_ = std::move(mouse);
-    control_ = control;
-    trouble_.clear();
+    device_.mouse = std::move(mouse);
+    device_.control = control;
+    device_.trouble.clear();
     replayed_ = std::move(replayed);
     next_ = next;
-    targets_.clear();
+    obstacleMoves_.reset();
 }
 
 void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
@@ -91,82 +86,82 @@ void LiveSession::startOrMouse(const Shown& next, const Settings& settings, cons
         start(next, settings, choice, X_WT_start);
     } catch (const std::runtime_error& e) {
         if (choice == "mouse") throw;
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
         start(next, settings, "mouse", X_WT_start);
-        trouble_ = e.what();
+        device_.trouble = e.what();
     }
 }
 
 void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
     if (!running() || next_) return;
     // The device is set onto the tool where it is free, never the tool onto the device.
-    const World& world = *shown_.scene->world;
+    const Shown now = shownNow();
     try {
-        start(shown_, settings_, choice, choice == device_ || fromStart ? world.X_WT_start : record()->X_WT);
-        say(Message::Kind::Note, "The " + device_ + " device holds the tool");
+        start(now, settings_, choice, choice == device_.choice || fromStart ? now.world->X_WT_start : record()->X_WT);
+        log_.say(Message::Kind::Note, "The " + device_.choice + " device holds the tool");
     } catch (const std::exception& e) {
-        trouble_ = e.what();
-        say(Message::Kind::Error, e.what());
+        device_.trouble = e.what();
+        log_.say(Message::Kind::Error, e.what());
     }
 }
 
 void LiveSession::setWorkspace(const Workspace& workspace) {
-    if (!control_ || control_->maps() == DeviceControl::Maps::Nothing || !running() || next_) return;
+    if (!device_.control || device_.control->maps() == DeviceControl::Maps::Nothing || !running() || next_) return;
     if (const std::string wrong = checkWorkspace(workspace); !wrong.empty()) {
-        say(Message::Kind::Error, wrong);
+        log_.say(Message::Kind::Error, wrong);
         return;
     }
     try {
-        workspaces_.save(shown_.request.file, device_, workspace);
+        workspaces_.save(shown_.request.file, device_.choice, workspace);
     } catch (const std::exception& e) {
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
     }
-    if (workspace.scale == control_->workspace().scale) {
-        control_->setWorkspace(workspace);
+    if (workspace.scale == device_.control->workspace().scale) {
+        device_.control->setWorkspace(workspace);
         return;
     }
     try {
-        start(shown_, settings_, device_, record()->X_WT);
+        start(shownNow(), settings_, device_.choice, record()->X_WT);
     } catch (const std::exception& e) {
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
     }
 }
 
 void LiveSession::reconnectDevice() {
-    if (control_) control_->reconnect();
+    if (device_.control) device_.control->reconnect();
 }
 
-void LiveSession::tellDevice() {
-    if (!control_) {
-        facts_.status.reset();
+void LiveSession::sayDevice() {
+    if (!device_.control) {
+        device_.facts.status.reset();
         return;
     }
-    DeviceStatus now = control_->status();
-    const bool first = !facts_.status;
-    if (first || now.state != facts_.status->state) {
+    DeviceStatus now = device_.control->status();
+    const bool first = !device_.facts.status;
+    if (first || now.state != device_.facts.status->state) {
         using State = DeviceStatus::State;
         const std::string text = "Device " + std::string(name(now.state)) + ": " + now.text;
         if (now.state == State::Lost || now.state == State::Fault)
-            say(Message::Kind::Error, text);
+            log_.say(Message::Kind::Error, text);
         else if (!first)
-            say(Message::Kind::Note, text);
+            log_.say(Message::Kind::Note, text);
     }
-    facts_.status = std::move(now);
+    device_.facts.status = std::move(now);
 }
 
 void LiveSession::setSettings(const Settings& settings) {
     if (const std::string wrong = checkSettings(settings); !wrong.empty()) {
-        say(Message::Kind::Error, wrong);
+        log_.say(Message::Kind::Error, wrong);
         return;
     }
     settings_ = capped(settings);
-    if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, facts_.scale));
+    if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, device_.facts.scale));
 }
 
 void LiveSession::restart() {
     if (!running() || next_) return;
-    if (mouse_ || control_)
-        chooseDevice(device_);
+    if (device_.mouse || device_.control)
+        chooseDevice(device_.choice);
     else
         loop_->restart();
 }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "haptics/sandbox/scene/units.hpp"
-
 namespace touchstone::sandbox {
 
 void LiveSession::open(SceneRequest request) {
@@ -39,7 +37,7 @@ void LiveSession::mark(const std::vector<Marking>& markings) {
     try {
         for (const Marking& marking : markings) appendMarking(edits, shown_.scene->scene, marking);
     } catch (const engine::SceneError& e) {
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
         return;
     }
     setEdits(std::move(edits));
@@ -79,16 +77,16 @@ void LiveSession::change(SceneRequest request, const std::vector<engine::SceneEd
         return;
     }
     try {
-        startOrMouse(next, settings_, device_);
+        startOrMouse(next, settings_, device_.choice);
     } catch (const std::exception& e) {
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
     }
 }
 
 bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
     if (!shown_.scene) return false;
     if (opening()) {
-        say(Message::Kind::Error, "The scene is still being opened: save it when it is shown");
+        log_.say(Message::Kind::Error, "The scene is still being opened: save it when it is shown");
         return false;
     }
     HapticScene& scene = *shown_.scene;
@@ -96,13 +94,13 @@ bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
         if (withSettings) sandbox::setSettings(scene.scene, scene.roles, settings_);
         engine::saveScene(scene.scene, file);
     } catch (const std::exception& e) {
-        say(Message::Kind::Error, e.what());
+        log_.say(Message::Kind::Error, e.what());
         return false;
     }
     scene.scene.file = file;
     shown_.request = {.file = file};
     if (next_) next_->request = shown_.request;
-    say(Message::Kind::Note, "The scene is saved in " + file.string());
+    log_.say(Message::Kind::Note, "The scene is saved in " + file.string());
     return true;
 }
 
@@ -112,18 +110,18 @@ void LiveSession::takeOpened() {
         const std::unique_ptr<SceneOpening> ready = std::move(opening);
         if (ready->cancelled()) continue;
         if (!ready->scene) {
-            say(Message::Kind::Error, ready->error);
+            log_.say(Message::Kind::Error, ready->error);
             continue;
         }
         const Shown next{ready->request, ready->scene, ready->scene->world};
-        for (const std::string& warning : next.scene->warnings) say(Message::Kind::Warning, warning);
+        for (const std::string& warning : next.scene->warnings) log_.say(Message::Kind::Warning, warning);
         try {
             const Settings settings = next.request.settings ? *next.request.settings
                                       : options_.adjust     ? options_.adjust(next.scene->settings)
                                                             : next.scene->settings;
             if (!next.scene->world) {
                 // A scene without roles is shown, so that they can be given; the tool of the old one lets go.
-                say(Message::Kind::Note, next.scene->missing);
+                log_.say(Message::Kind::Note, next.scene->missing);
                 if (loop_) {
                     Settings paused = settings_;
                     paused.pause = true;
@@ -135,19 +133,23 @@ void LiveSession::takeOpened() {
                 continue;
             }
             // What a hand holds stays in it.
-            const bool goesOn = control_ || (next.request.settings && !device_.empty() && device_ != "demo");
+            const bool goesOn =
+                device_.control || (next.request.settings && !device_.choice.empty() && device_.choice != "demo");
             startOrMouse(next, settings,
-                         goesOn                      ? device_
+                         goesOn                      ? device_.choice
                          : !options_.device.empty()  ? options_.device
                          : next.scene->demonstration ? "demo"
                                                      : "mouse");
-            say(Message::Kind::Note, next.request.file.filename().string() + " runs with the " + device_ + " device");
+            log_.say(Message::Kind::Note,
+                     next.request.file.filename().string() + " runs with the " + device_.choice + " device");
         } catch (const std::exception& e) {
-            say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
+            log_.say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
         }
     }
     std::erase(openings_, nullptr);
 }
+
+LiveSession::Shown LiveSession::shownNow() const { return {shown_.request, shown_.scene, worldNow(*shown_.scene)}; }
 
 void LiveSession::show(Shown next) {
     if (next.scene != shown_.scene) {
@@ -155,42 +157,13 @@ void LiveSession::show(Shown next) {
         history_.clear();
     }
     shown_ = std::move(next);
-    if (shown_.scene) shown_.scene->world = shown_.world;
-    toldTrips_ = {};
-}
-
-/// Obstacles go where the scene has them; its world has them where they are.
-void LiveSession::moveObstacles() {
-    HapticScene& scene = *shown_.scene;
-    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
-    const auto isThere = [](const Obstacle& obstacle, const Pose& X) { return obstacle.X_WO == X; };
-    if (!std::equal(scene.world->obstacles.begin(), scene.world->obstacles.end(), X_WO.begin(), X_WO.end(), isThere)) {
-        auto world = std::make_shared<World>(*scene.world);
-        for (std::size_t k = 0; k < X_WO.size(); ++k) world->obstacles[k].X_WO = X_WO[k];
-        scene.world = shown_.world = std::move(world);
+    if (shown_.scene) {
+        shown_.scene->world = shown_.world;
+        shown_.scene->X_WO.clear();
+        if (shown_.world)
+            for (const Obstacle& obstacle : shown_.world->obstacles) shown_.scene->X_WO.push_back(obstacle.X_WO);
     }
-    std::vector<Pose> targets;
-    for (const engine::Entity obstacle : scene.roles.obstacles)
-        targets.push_back(toPose(engine::worldPose(scene.scene.registry, obstacle)));
-    if (targets == targets_) return;
-    if (!targets_.empty() && settings_.mode != Mode::Default && !std::exchange(toldNeverHeld_, true))
-        say(Message::Kind::Warning, "In " + getSetting(settings_, "mode") +
-                                        " mode nothing holds an obstacle back: it may be moved into the tool");
-    loop_->moveObstacles(targets_ = targets);
-}
-
-void LiveSession::tellHeld() {
-    constexpr int kTellAfter = 20;  // ticks: an obstacle that finds its way in shorter moves is not worth a word
-    const std::vector<Pose>& X_WO = loop_->snapshot().X_WO;
-    const auto [held, target] = std::mismatch(X_WO.begin(), X_WO.end(), targets_.begin(), targets_.end());
-    if (held == X_WO.end() || target == targets_.end())
-        toldHeld_ = false;
-    else if (heldTicks_ >= kTellAfter && !std::exchange(toldHeld_, true))
-        say(Message::Kind::Warning,
-            shown_.scene->scene.registry
-                    .get<engine::Name>(shown_.scene->roles.obstacles[static_cast<std::size_t>(held - X_WO.begin())])
-                    .value +
-                " stays where it is while the tool has no room to give way: move it back, or the tool");
+    saidTrips_ = {};
 }
 
 }  // namespace touchstone::sandbox

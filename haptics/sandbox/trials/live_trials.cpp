@@ -20,18 +20,18 @@ Settings LiveTrials::settings(const Settings& scene) const {
     return options_.queue.empty() ? scene : condition().settings(scene);
 }
 
-/// What was opened, as its file has it.
-bool LiveTrials::untouched(const LiveSession& session) const {
+/// Whether the session shows the opened file without edits.
+bool LiveTrials::unedited(const LiveSession& session) const {
     return session.newest().file == file_ && session.newest().edits.empty();
 }
 
 bool LiveTrials::shown(const LiveSession& session) const {
-    return session.sceneNumber() != scene_ && session.running() && !session.opening() && untouched(session) &&
+    return session.sceneNumber() != scene_ && session.running() && !session.opening() && unedited(session) &&
            session.scene()->roles.goal;
 }
 
-bool LiveTrials::asStarted(const LiveSession& session) const {
-    return shown(session) && session.device() == device_ && session.settings() == settings_;
+bool LiveTrials::unchangedSinceStart(const LiveSession& session) const {
+    return shown(session) && session.device().choice == device_ && session.settings() == settings_;
 }
 
 bool LiveTrials::ready(const LiveSession& session) const {
@@ -46,31 +46,31 @@ void LiveTrials::open(LiveSession& session) {
         file_ = options_.sceneFile(condition().scene);
         session.open({.file = file_});
     } catch (const std::exception& error) {
-        session.say(Message::Kind::Error, error.what());
+        session.log().say(Message::Kind::Error, error.what());
     }
 }
 
 void LiveTrials::start(LiveSession& session) {
     if (!ready(session)) return;
     device_ = deviceOf(condition(), options_.queue.front());
-    // Whatever was done to them since the scene was opened.
+    // The user may have changed settings since the scene was opened.
     session.setSettings(settings(session.scene()->settings));
     session.chooseDevice(device_, true);
     settings_ = session.settings();
-    starting_ = session.device() == device_;  // else told by the session
-    // One with motors holds the tool at the start until it is engaged.
-    if (starting_ && !session.deviceFacts().limits.motors) begin(session);
+    starting_ = session.device().choice == device_;  // else the session reports why
+    // A device with motors holds the tool at the start until it is engaged.
+    if (starting_ && !session.device().facts.limits.motors) begin(session);
 }
 
 void LiveTrials::begin(LiveSession& session) {
     starting_ = false;
     folder_ = options_.folder(options_.queue.front());
     session.record(folder_);
-    if (!session.recorder()) return;  // told by the session
+    if (!session.recording().recorder()) return;  // the session reports why
     measures_.emplace(*session.scene()->roles.goal, protocol_.limits);
     last_.reset();
     end_.reset();
-    whole_ = broken_ = false;
+    complete_ = ticksLost_ = false;
 }
 
 void LiveTrials::abort() {
@@ -78,38 +78,38 @@ void LiveTrials::abort() {
 }
 
 void LiveTrials::add(const TickRecord& tick, LiveSession& session) {
-    // From where the recording begins to where it ends.
-    if (!running() || end_ || !session.recorder() || session.recordedRows() == 0) return;
-    broken_ |= last_ && tick.tick != last_->tick + 1;  // lost, or begun anew
+    // Measure exactly the ticks that are recorded.
+    if (!running() || end_ || !session.recording().recorder() || session.recording().rows() == 0) return;
+    ticksLost_ |= last_ && tick.tick != last_->tick + 1;  // ticks were lost, or the device was reset
     measures_->add(tick, 1000 / settings_.rate);
     last_ = tick;
     end_ = endOf(measures_->phases(), condition());
-    if (end_) whole_ = session.stopRecording();
+    if (end_) complete_ = session.recording().stop();
 }
 
 void LiveTrials::update(LiveSession& session) {
     if (options_.queue.empty()) return;
-    starting_ &= asStarted(session);
+    starting_ &= unchangedSinceStart(session);
     if (starting_ && !session.switching() && session.engaged()) begin(session);
-    if (running()) watch(session);
+    if (running()) checkRunning(session);
     if (running() || options_.queue.empty()) return;
-    const bool another = session.sceneNumber() != scene_ && !session.opening() && !untouched(session);
+    const bool another = session.sceneNumber() != scene_ && !session.opening() && !unedited(session);
     if (another || opened_ != options_.queue.front().number) open(session);
 }
 
-void LiveTrials::watch(LiveSession& session) {
+void LiveTrials::checkRunning(LiveSession& session) {
     const LoopSnapshot& loop = *session.snapshot();
     if (last_ && (loop.finished || loop.engagement == Engagement::Faulted)) abort();
-    if (!asStarted(session)) return redo(session, "its scene, its device or a setting was changed");
-    if (broken_) return redo(session, "ticks of it were lost, or it was restarted");
-    if (end_ && !whole_) whole_ = last_ && session.stopRecording();
-    if (!whole_ && (end_ || !session.recorder())) return redo(session, "it was not recorded to its end");
+    if (!unchangedSinceStart(session)) return repeat(session, "its scene, its device or a setting was changed");
+    if (ticksLost_) return repeat(session, "ticks were lost, or it was reset");
+    if (end_ && !complete_) complete_ = last_ && session.recording().stop();
+    if (!complete_ && (end_ || !session.recording().recorder())) return repeat(session, "its recording is incomplete");
     if (end_) finish(session);
 }
 
-void LiveTrials::redo(LiveSession& session, const char* why) {
-    if (!whole_) session.stopRecording();
-    session.say(Message::Kind::Warning, std::string("The trial is to be done again: ") + why);
+void LiveTrials::repeat(LiveSession& session, const char* why) {
+    if (!complete_) session.recording().stop();
+    session.log().say(Message::Kind::Warning, std::string("The trial must be repeated: ") + why);
     measures_.reset();
     opened_ = 0;
 }

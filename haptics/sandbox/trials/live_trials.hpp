@@ -1,5 +1,5 @@
 #pragma once
-// A study in the window: a person, or a scripted hand, does one trial after the other.
+// A study in the window: a person or a scripted hand does one trial after the other.
 #include <deque>
 #include <functional>
 
@@ -10,65 +10,65 @@
 namespace touchstone::sandbox {
 
 struct LiveTrialsOptions {
-    std::deque<Trial> queue;  ///< those to be done, in order
-    /// Of a condition's scene; throws std::exception with one sentence.
+    std::deque<Trial> queue;  ///< trials to do, in order
+    /// Returns the file of a condition's scene. Throws std::exception with one sentence.
     std::function<std::filesystem::path(const std::string&)> sceneFile;
-    /// A new folder for a trial's recording, with nothing in it.
+    /// Returns a new, empty folder for a trial's recording.
     std::function<std::filesystem::path(const Trial&)> folder;
-    /// A trial has ended, and its recording is whole.
+    /// Called when a trial has ended and its recording is complete.
     std::function<void(const Trial&, const nlohmann::ordered_json& row)> done;
 };
 
-/// Opens the scene of the first trial of the queue, waits for start(), records and measures until it ends, and goes on
-/// to the next. A trial whose scene, device or settings are changed on the way, or that is not recorded whole, is to be
-/// done again. Used by the window's thread.
+/// Opens the scene of the first trial in the queue, waits for start(), records and measures until the trial ends, and
+/// continues with the next one. A trial must be repeated if its scene, device or settings change on the way or if its
+/// recording is incomplete. Used by the window's thread.
 class LiveTrials {
   public:
     LiveTrials(const Protocol& protocol, LiveTrialsOptions options);
 
-    /// The device of the window while nothing runs: it must not move by itself.
+    /// The device between trials. It must not move by itself.
     std::string restingDevice() const;
-    /// For SessionOptions::adjust and onTick.
+    /// Callbacks for SessionOptions::adjust and SessionOptions::onTick.
     Settings settings(const Settings& scene) const;
     void add(const TickRecord& tick, LiveSession& session);
-    /// To be called once a frame.
+    /// Call once a frame.
     void update(LiveSession& session);
 
-    /// Puts the trial's device where the scene has the tool. A device with motors has to be engaged then.
+    /// Starts the trial's device at the scene's tool pose. A device with motors must then be engaged.
     void start(LiveSession& session);
     void abort();
-    /// Its panel in the upper left of the picture (x, y, x + width, y + height; screen units).
+    /// Draws the panel in the upper left of `picture` (x, y, x + width, y + height; screen units).
     void draw(LiveSession& session, const glm::vec4& picture, engine::ItemRects* items);
 
-    bool ready(const LiveSession& session) const;  ///< start() would do something
+    bool ready(const LiveSession& session) const;  ///< start() would start the trial
     bool running() const { return measures_.has_value(); }
     std::size_t left() const { return options_.queue.size(); }
 
   private:
     const Condition& condition() const;
-    bool untouched(const LiveSession& session) const;
+    bool unedited(const LiveSession& session) const;
     bool shown(const LiveSession& session) const;
-    bool asStarted(const LiveSession& session) const;
+    bool unchangedSinceStart(const LiveSession& session) const;
     void open(LiveSession& session);
     void begin(LiveSession& session);
-    void watch(LiveSession& session);
-    void redo(LiveSession& session, const char* why);
+    void checkRunning(LiveSession& session);
+    void repeat(LiveSession& session, const char* why);
     void finish(LiveSession& session);
 
     Protocol protocol_;
     LiveTrialsOptions options_;
-    int opened_ = 0;  // number of the trial whose scene was asked for last
+    int opened_ = 0;  // number of the trial whose scene was opened last
     std::filesystem::path file_;
-    std::uint64_t scene_ = 0;  // number of the session's scene before that
-    bool starting_ = false;    // waits to be engaged
-    std::string device_;       // as started
-    Settings settings_;        // likewise
+    std::uint64_t scene_ = 0;  // number of the session's scene before it was opened
+    bool starting_ = false;    // waiting for the user to engage
+    std::string device_;       // device at the start of the trial
+    Settings settings_;        // settings at the start of the trial
     std::filesystem::path folder_;
     std::optional<TrialMeasures> measures_;
     std::optional<TickRecord> last_;
     std::optional<TrialEnd> end_;
-    bool broken_ = false;  // a tick does not follow the one before
-    bool whole_ = false;   // the recording is written to the end
+    bool ticksLost_ = false;  // some ticks are missing
+    bool complete_ = false;   // the recording was written completely
 };
 
 }  // namespace touchstone::sandbox

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
-#include "haptics/sandbox/trials/live_trials.hpp"
 #include "haptics/sandbox/panels/setting_control.hpp"
+#include "haptics/sandbox/trials/live_trials.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-constexpr std::size_t kShown = 3;  // of those that are to come
+constexpr std::size_t kShown = 3;  // number of coming trials listed
 
 }  // namespace
 
@@ -38,17 +38,17 @@ void LiveTrials::draw(LiveSession& session, const glm::vec4& picture, engine::It
         if (ImGui::Button("Abort", {-1, 0})) abort();
         engine::noteItem(items, "trial abort");
     } else {
-        const bool failed = !shown(session) && !session.opening();  // or it was cancelled
+        const bool failed = !shown(session) && !session.opening();  // opening failed or was canceled
         ImGui::TextWrapped("%s", ready(session) ? "Ready."
-                                 : starting_    ? "The tool is held. Engage: Space."
-                                 : failed       ? "Its scene is not open."
-                                                : "Its scene is being opened.");
+                                 : starting_    ? "The tool is held. Press Space to engage."
+                                 : failed       ? "The scene is not open."
+                                                : "Opening the scene.");
         ImGui::BeginDisabled(!ready(session) && !failed);
-        if (ImGui::Button(failed ? "Open it" : "Start", {-1, 0})) failed ? open(session) : start(session);
+        if (ImGui::Button(failed ? "Open scene" : "Start", {-1, 0})) failed ? open(session) : start(session);
         engine::noteItem(items, "trial start");
         ImGui::EndDisabled();
     }
-    if (left() > 1) ImGui::TextDisabled("%zu to come:", left() - 1);
+    if (left() > 1) ImGui::TextDisabled("%zu remaining:", left() - 1);
     for (std::size_t i = 1; i < std::min(left(), kShown + 1); ++i)
         ImGui::TextDisabled("  %d: %s", options_.queue[i].number, nameOf(options_.queue[i]).c_str());
     ImGui::End();

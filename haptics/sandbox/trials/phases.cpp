@@ -26,27 +26,27 @@ void PhaseWatch::add(const TickRecord& tick, double dt) {
         touched_ = elapsed_;
         touchedDepth_ = depth_;
     }
-    phase_ = rests(tick, dt) ? Phase::Seated : phaseOf(X_GT);
+    phase_ = updateRest(tick, dt) ? Phase::Seated : phaseOf(X_GT);
     ms_[static_cast<std::size_t>(phase_)] += dt;
-    watchJam(force, dt);
+    updateJam(force, dt);
     if (end_) return;
-    if (restMs_ >= std::max(goal_.hold, limits_.leastHold))
+    if (restMs_ >= std::max(goal_.hold, limits_.minHold))
         end_ = TrialEnd::Seated;
-    else if (touched_ && depth_ < touchedDepth_ - limits_.drawnBack)
+    else if (touched_ && depth_ < touchedDepth_ - limits_.retraction)
         end_ = TrialEnd::Abort;
 }
 
-bool PhaseWatch::rests(const TickRecord& tick, double dt) {
-    const bool letGo = touched_ && goal_.contains(tick.X_WT) && tick.wrench_C.force.norm() <= limits_.letGoForce &&
-                       tick.wrench_C.torque.norm() <= limits_.letGoTorque;
-    if (!letGo) {
+bool PhaseWatch::updateRest(const TickRecord& tick, double dt) {
+    const bool released = touched_ && goal_.contains(tick.X_WT) && tick.wrench_C.force.norm() <= limits_.releaseForce &&
+                          tick.wrench_C.torque.norm() <= limits_.releaseTorque;
+    if (!released) {
         restPose_.reset();
         restMs_ = 0;
         return false;
     }
     const auto moved = [&] {
         const Vec6 way = incrementBetween(*restPose_, tick.X_WT);
-        return way.head<3>().norm() > limits_.still || way.tail<3>().norm() > limits_.stillAngle;
+        return way.head<3>().norm() > limits_.restMotion || way.tail<3>().norm() > limits_.restRotation;
     };
     if (!restPose_ || moved()) {
         restPose_ = tick.X_WT;
@@ -59,16 +59,17 @@ bool PhaseWatch::rests(const TickRecord& tick, double dt) {
 Phase PhaseWatch::phaseOf(const Pose& X_GT) const {
     if (!touched_) return Phase::Approach;
     const double tilt = std::acos(std::clamp((X_GT.q * Vec3::UnitY()).y(), -1.0, 1.0));
-    // Once in, it has to come out half of the way to count as out: no flicker at the edge.
+    // Hysteresis: once inserted, the tool must retreat to half the depth to count as out, so the phase does not
+    // flicker.
     const double engaged = phase_ >= Phase::Insert ? limits_.engaged / 2 : limits_.engaged;
     const double aside = std::hypot(X_GT.p.x(), X_GT.p.z());
-    // A tool that leans on the rim has its origin beside the axis, by no more than the hole is deep.
+    // The origin of a tool that leans on the rim is off the axis, by at most the tilt times the depth of the hole.
     const bool over = aside <= goal_.tolerance + limits_.tilt * goal_.depth;
     if (goal_.depth > 0 && depth_ >= engaged && tilt <= limits_.tilt && over) return Phase::Insert;
     return aside <= goal_.tolerance ? Phase::Align : Phase::Search;
 }
 
-void PhaseWatch::watchJam(double force, double dt) {
+void PhaseWatch::updateJam(double force, double dt) {
     const bool home = goal_.depth - depth_ <= goal_.tolerance;
     if (phase_ != Phase::Insert || home || force <= limits_.jamForce || depth_ > jamDepth_ + limits_.jamProgress) {
         jamDepth_ = depth_;

@@ -1,5 +1,5 @@
 #pragma once
-// What a trial is in: from the way there to a tool that stays where it belongs.
+// Phases of a trial, from the approach to the seated tool.
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -10,40 +10,40 @@
 namespace touchstone::sandbox {
 
 enum class Phase : std::uint8_t {
-    Approach,  ///< nothing was touched yet
-    Search,    ///< beside the hole: the origin further from its axis than the goal's tolerance
+    Approach,  ///< before the first contact
+    Search,    ///< beside the hole: the origin is farther from its axis than the goal's tolerance
     Align,     ///< over the hole, not yet in it
-    Insert,    ///< at least `engaged` deep, its axis along the hole's, and no further beside it than so tilted
-    Seated,    ///< at the goal and let go
+    Insert,    ///< at least `engaged` deep, with axis and origin within the tilt limit of the hole's axis
+    Seated,    ///< at the goal and released
 };
 inline constexpr int kPhaseCount = 5;
 const char* name(Phase phase);
 
 /// How a trial ended.
 enum class TrialEnd : std::uint8_t {
-    Seated,     ///< fully in, let go, and still for the goal's hold
-    Jam,        ///< the time was over while it was jammed
-    Abort,      ///< drawn back after the first contact, or the device ended or failed
-    TimeLimit,  ///< the time was over
+    Seated,     ///< at the goal, released, and at rest for the goal's hold time
+    Jam,        ///< jammed at the time limit
+    Abort,      ///< retracted after the first contact, or the device ended or failed
+    TimeLimit,  ///< not finished at the time limit
 };
 const char* name(TrialEnd end);
 
 struct PhaseLimits {
-    double engaged = 1;        ///< mm into the hole that count as in it
-    double tilt = 0.1;         ///< rad between tool and hole while it is in
-    double letGoForce = 0.1;   ///< N; a hand that has let go feels no more,
-    double letGoTorque = 5;    ///< nor more of this, mN·m
-    double still = 0.05;       ///< mm that it may move after that,
-    double stillAngle = 0.01;  ///< and turn, rad
-    double leastHold = 300;    ///< ms that it stays at least, where the goal asks for less
-    double jamForce = 2;       ///< N; in the hole and pressed by more,
-    double jamProgress = 0.2;  ///< mm; without getting deeper by more
-    double jamMs = 500;        ///< for so long is a jam, which ends when one of the two does
-    double drawnBack = 15;     ///< mm above where it first touched: given up
+    double engaged = 1;          ///< mm: depth in the hole from which the tool counts as inserted
+    double tilt = 0.1;           ///< rad: largest angle between tool and hole while inserted
+    double releaseForce = 0.1;   ///< N: largest force of a released tool
+    double releaseTorque = 5;    ///< mN·m: largest torque of a released tool
+    double restMotion = 0.05;    ///< mm: largest motion of a tool at rest
+    double restRotation = 0.01;  ///< rad: largest rotation of a tool at rest
+    double minHold = 300;        ///< ms: shortest rest, even if the goal's hold time is shorter
+    double jamForce = 2;         ///< N: an inserted tool is jammed if pressed by more than this
+    double jamProgress = 0.2;    ///< mm: ... without getting deeper by more than this
+    double jamMs = 500;          ///< ms: ... for this long; the jam ends with either condition
+    double retraction = 15;      ///< mm: retracting this far above the first contact aborts the trial
 };
 
-/// Sees a trial tick by tick; all that it tells follows from those ticks. Where the goal has no depth there is no way
-/// in to be judged: what is over it is aligned until it is seated.
+/// Determines the phase of a trial tick by tick, from the ticks alone. A goal without depth has no insertion: a tool
+/// over it is aligned until it is seated.
 class PhaseWatch {
   public:
     explicit PhaseWatch(const GoalRegion& goal, const PhaseLimits& limits = {}) : goal_(goal), limits_(limits) {}
@@ -51,19 +51,19 @@ class PhaseWatch {
     void add(const TickRecord& tick, double dt);
 
     Phase phase() const { return phase_; }
-    /// Seated or Abort, once it is; what the time limit makes of the rest is the caller's.
+    /// Seated or Abort, once reached. The caller applies the time limit; see endOf().
     std::optional<TrialEnd> end() const { return end_; }
     bool jammed() const { return jammed_; }
-    int jams() const { return jams_; }  ///< beginnings
+    int jams() const { return jams_; }  ///< number of jams so far
     double milliseconds(Phase phase) const { return ms_[static_cast<std::size_t>(phase)]; }
     double elapsed() const { return elapsed_; }                      ///< ms
     std::optional<double> firstContact() const { return touched_; }  ///< ms
     double depth() const { return depth_; }                          ///< into the hole, mm; negative above it
 
   private:
-    bool rests(const TickRecord& tick, double dt);
+    bool updateRest(const TickRecord& tick, double dt);
     Phase phaseOf(const Pose& X_GT) const;
-    void watchJam(double force, double dt);
+    void updateJam(double force, double dt);
 
     GoalRegion goal_;
     PhaseLimits limits_;
@@ -73,11 +73,11 @@ class PhaseWatch {
     double elapsed_ = 0, depth_ = 0;
     std::optional<double> touched_;
     double touchedDepth_ = 0;
-    std::optional<Pose> restPose_;  // where it was let go
+    std::optional<Pose> restPose_;  // tool pose at release
     double restMs_ = 0;
     bool jammed_ = false;
     int jams_ = 0;
-    double jamDepth_ = 0, jamMs_ = 0;  // of the deepest that it got to, and since then under force
+    double jamDepth_ = 0, jamMs_ = 0;  // greatest depth reached, mm, and time under force since then, ms
 };
 
 }  // namespace touchstone::sandbox

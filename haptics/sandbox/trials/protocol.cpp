@@ -18,10 +18,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kMostTrials = 1e6;
-constexpr int kMostKeys = 20'000;
+constexpr double kMaxTrials = 1e6;  // of a study
+constexpr int kMaxKeys = 20'000;    // of a protocol file: they are searched one by one
 
-/// One object of the file, whose keys are asked for one by one.
+/// Reads one object of the file, key by key.
 class Reader {
   public:
     Reader(std::string file, std::string path, const ordered_json& value)
@@ -31,8 +31,8 @@ class Reader {
 
     [[noreturn]] void fail(const std::string& key, const std::string& must) const {
         const std::string where = path_.empty() || key.empty() ? path_ + key : path_ + "." + key;
-        std::string sentence = (where.empty() ? "what it holds" : where) + " must be " + must;
-        if (sentence.size() > 1000) sentence = sentence.substr(0, 1000) + "...";  // keys are of any length
+        std::string sentence = (where.empty() ? "its content" : where) + " must be " + must;
+        if (sentence.size() > 1000) sentence = sentence.substr(0, 1000) + "...";  // keys can be of any length
         throw std::runtime_error(file_ + ": " + engine::printable(sentence));
     }
     const ordered_json* find(const std::string& key) {
@@ -80,7 +80,7 @@ class Reader {
         return set;
     }
     auto items() const { return value_.items(); }
-    /// A misspelt key would be a condition that is not what it says.
+    /// Refuses unknown keys, since a misspelled key would silently change a condition.
     void refuseUnknown() const {
         std::string names;
         for (const std::string& key : known_) names += (names.empty() ? "" : ", ") + key;
@@ -94,14 +94,14 @@ class Reader {
     std::set<std::string> known_;
 };
 
-/// FNV-1a, so that a name is a seed.
+/// Turns a name into a random seed by FNV-1a.
 std::uint64_t seedOf(const std::string& name) {
     std::uint64_t hash = 0xcbf29ce484222325ull;
     for (const unsigned char c : name) hash = (hash ^ c) * 0x100000001b3ull;
     return hash;
 }
 
-/// One seed of two. Source: Steele, Lea and Flood's SplitMix64 (2014).
+/// Combines two random seeds. Source: Steele, Lea and Flood's SplitMix64 (2014).
 std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
     std::uint64_t z = a * 0x9e3779b97f4a7c15ull + b + 0x9e3779b97f4a7c15ull;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -109,11 +109,11 @@ std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
     return z ^ (z >> 31);
 }
 
-/// Fit for tables, plots and a terminal.
+/// Whether a name can be shown in tables, plots and a terminal.
 bool isPlain(const std::string& name) { return name.find('"') == std::string::npos && engine::printable(name) == name; }
 
 std::vector<Participant> readParticipants(Reader& reader) {
-    constexpr const char* kMust = "a list of names or whole numbers (seeds), or how many there are, 1 to 10000";
+    constexpr const char* kMust = "a list of names or whole numbers (seeds), or the number of participants, 1 to 10000";
     const ordered_json& list = reader.get("participants", kMust);
     std::vector<Participant> participants;
     if (list.is_number_integer()) {
@@ -133,7 +133,7 @@ std::vector<Participant> readParticipants(Reader& reader) {
         if (!isPlain(participants.back().name))
             reader.fail("participants", "names without quotes and control characters");
         if (!names.insert(participants.back().name).second)
-            reader.fail("participants", "different from each other: '" + participants.back().name + "' is there twice");
+            reader.fail("participants", "different from each other: '" + participants.back().name + "' is given twice");
     }
     return participants;
 }
@@ -152,9 +152,9 @@ Condition readCondition(Reader reader, const Condition& usual) {
     }
     if (const auto settings = reader.object("settings")) {
         for (const auto& [key, value] : settings->items()) {
-            if (key == "shadow" || key == "pause") settings->fail(key, "left out: a trial has none");
-            // The mode brings a solver along, so it is set first.
-            if (key == "mode" || beside.count(key)) settings->fail(key, "left out here: its place is beside settings");
+            if (key == "shadow" || key == "pause") settings->fail(key, "left out: trials do not use it");
+            // The mode changes the solver as well, so it must be set first.
+            if (key == "mode" || beside.count(key)) settings->fail(key, "left out here: write it beside settings");
             condition.set.push_back(settings->setting(key));
         }
     }
@@ -187,21 +187,21 @@ Settings Condition::settings(Settings changed) const {
 std::vector<Trial> Protocol::trials() const {
     std::vector<Trial> all;
     for (std::size_t p = 0; p < participants.size(); ++p) {
-        const std::uint64_t own = mixed(seed, participants[p].seed);
-        std::vector<Trial> his;
+        const std::uint64_t ownSeed = mixed(seed, participants[p].seed);
+        std::vector<Trial> own;
         for (int repetition = 1; repetition <= repetitions; ++repetition)
             for (std::size_t c = 0; c < conditions.size(); ++c)
-                his.push_back(
+                own.push_back(
                     {.participant = static_cast<int>(p),
                      .condition = static_cast<int>(c),
                      .repetition = repetition,
-                     .seed = mixed(own, static_cast<std::uint64_t>(repetition)) >> 32});  // as a spreadsheet can hold
-        std::mt19937_64 random(own);  // the library's shuffle may differ from machine to machine
-        for (std::size_t i = his.size(); randomOrder && i > 1; --i) std::swap(his[i - 1], his[random() % i]);
-        for (std::size_t i = 0; i < his.size(); ++i) {
-            his[i].order = static_cast<int>(i) + 1;
-            his[i].number = static_cast<int>(all.size()) + 1;
-            all.push_back(his[i]);
+                     .seed = mixed(ownSeed, static_cast<std::uint64_t>(repetition)) >> 32});  // fits a spreadsheet cell
+        std::mt19937_64 random(ownSeed);  // std::shuffle may differ between standard libraries
+        for (std::size_t i = own.size(); randomOrder && i > 1; --i) std::swap(own[i - 1], own[random() % i]);
+        for (std::size_t i = 0; i < own.size(); ++i) {
+            own[i].order = static_cast<int>(i) + 1;
+            own[i].number = static_cast<int>(all.size()) + 1;
+            all.push_back(own[i]);
         }
     }
     return all;
@@ -212,7 +212,7 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
     protocol.source = source;
     Reader reader(file, "", source);
     if (reader.text("format", "") != "touchstone trials") reader.fail("format", "\"touchstone trials\"");
-    if (reader.whole("version", 1, 1, 1'000'000) != 1) reader.fail("version", "1, the one that this program knows");
+    if (reader.whole("version", 1, 1, 1'000'000) != 1) reader.fail("version", "1, the version that this program reads");
     protocol.seed = reader.whole("seed", protocol.seed, 0, 1e15);
     const std::string order = reader.text("order", "random");
     if (order != "random" && order != "fixed") reader.fail("order", "\"random\" or \"fixed\"");
@@ -230,11 +230,11 @@ Protocol readProtocol(const ordered_json& source, const std::string& file) {
         const std::string path = "conditions[" + std::to_string(protocol.conditions.size()) + "]";
         protocol.conditions.push_back(readCondition({file, path, one}, usual));
         if (const std::string& name = protocol.conditions.back().name; !names.insert(name).second)
-            reader.fail(path + ".name", "another than '" + name + "', which is there already");
+            reader.fail(path + ".name", "different from '" + name + "', which another condition has already");
     }
     const double trials =
         double(protocol.participants.size()) * double(protocol.conditions.size()) * protocol.repetitions;
-    if (trials > kMostTrials) reader.fail("repetitions", "smaller: the study has more than a million trials");
+    if (trials > kMaxTrials) reader.fail("repetitions", "smaller: the study has more than a million trials");
     if (auto jam = reader.object("jam")) {
         protocol.limits.jamForce = jam->number("force_N", protocol.limits.jamForce, 0, 1e3);
         protocol.limits.jamProgress = jam->number("progress_mm", protocol.limits.jamProgress, 0, 1e3);
@@ -249,11 +249,11 @@ Protocol readProtocol(const std::filesystem::path& file) {
     const std::vector<std::uint8_t> bytes = engine::readBytes(file);
     ordered_json source;
     int keys = 0;
-    // Keys are kept in their order, and looked for one by one.
+    // The keys keep their order and are searched linearly, so their number is limited.
     const auto count = [&](int, ordered_json::parse_event_t event, const ordered_json&) {
-        if (event == ordered_json::parse_event_t::key && ++keys > kMostKeys)
-            throw std::runtime_error(file.string() + ": it has more than " + std::to_string(kMostKeys) +
-                                     " keys, which no protocol needs: remove what does not belong to it");
+        if (event == ordered_json::parse_event_t::key && ++keys > kMaxKeys)
+            throw std::runtime_error(file.string() + ": it has more than " + std::to_string(kMaxKeys) +
+                                     " keys: remove those that do not belong to a protocol");
         return true;
     };
     try {
@@ -261,8 +261,8 @@ Protocol readProtocol(const std::filesystem::path& file) {
     } catch (const nlohmann::json::exception& error) {
         std::string what = error.what();
         what = what.substr(what.find("] ") + 2);
-        what = what.substr(0, what.find("; last read"));  // which may be the whole file
-        throw std::runtime_error(file.string() + ": this is not JSON, correct it: " + engine::printable(what));
+        what = what.substr(0, what.find("; last read"));  // the quoted part may be the whole file
+        throw std::runtime_error(file.string() + ": is not valid JSON, correct it: " + engine::printable(what));
     }
     return readProtocol(source, file.string());
 }

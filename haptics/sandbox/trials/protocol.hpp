@@ -1,5 +1,5 @@
 #pragma once
-// A study as a file: who does what, how often, in which order. docs/trials.md has the keys.
+// The protocol file of a study: participants, conditions, repetitions and order. docs/trials.md lists its keys.
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -13,14 +13,15 @@
 
 namespace touchstone::sandbox {
 
-/// What is varied: a scene, which brings its clearance, and what renders it.
+/// A condition of the study: a scene, which determines the clearance, a device and rendering settings.
 struct Condition {
     std::string name, scene, device;
-    double timeLimit = 30;                                 ///< s
-    std::vector<std::pair<std::string, std::string>> set;  ///< keys of settingTable() with their values, in order
+    double timeLimit = 30;  ///< s
+    std::vector<std::pair<std::string, std::string>>
+        set;  ///< keys of settingTable() with values, in the order of setting
 
-    /// The scene's settings changed to these, without a shadow. Throws std::runtime_error with one sentence when they
-    /// do not go together.
+    /// Applies the condition to the scene's settings, without a shadow solver. Throws std::runtime_error with one
+    /// sentence when the settings are inconsistent.
     Settings settings(Settings changed) const;
 };
 
@@ -34,8 +35,8 @@ struct Trial {
     int number = 0;  ///< from 1, over the whole study
     int participant = 0, condition = 0;
     int repetition = 0;      ///< from 1
-    int order = 0;           ///< from 1, of the participant's trials
-    std::uint64_t seed = 0;  ///< of what differs from trial to trial: the same under every condition
+    int order = 0;           ///< from 1, within the participant's trials
+    std::uint64_t seed = 0;  ///< random seed of the trial, the same for all conditions of a repetition
 };
 
 struct Protocol {
@@ -45,14 +46,14 @@ struct Protocol {
     std::vector<Participant> participants;
     std::vector<Condition> conditions;
     PhaseLimits limits;
-    nlohmann::ordered_json source;  ///< as it was read
+    nlohmann::ordered_json source;  ///< the JSON as read
 
-    /// All trials, participant by participant, each in its order: shuffled by the seed, or as listed, repetition by
-    /// repetition. The same for the same protocol, everywhere.
+    /// All trials, participant by participant. The trials of each participant are shuffled by the random seed, or
+    /// listed repetition by repetition. The result depends on the protocol only, not on the machine.
     std::vector<Trial> trials() const;
 };
 
-/// Throws std::runtime_error with one sentence that names the file and the field and says what to do.
+/// Reads a protocol. Throws std::runtime_error with one sentence that names file and field and says what to do.
 Protocol readProtocol(const std::filesystem::path& file);
 Protocol readProtocol(const nlohmann::ordered_json& source, const std::string& file);
 

@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The bits of all guards that make a wrench smaller.
+/// Bits of all trips that limit the wrench.
 std::uint32_t saturation() {
     std::uint32_t bits = 0;
     for (int i = 0; i < kTripCount; ++i)
@@ -91,7 +91,7 @@ void TrialMeasures::write(ordered_json& row, TrialEnd end) const {
     row["cpu_mean_us"] = cpuUs_ / std::max<double>(1, static_cast<double>(ticks_));
     row["cpu_max_us"] = mostCpuUs_;
     row["cpu_overrun_ticks"] = lateTicks_;
-    // Without a clock there is no deadline.
+    // Without a real-time clock there is no deadline.
     row["deadline_misses"] =
         before_ && before_->periodUs > 0 ? ordered_json(before_->overruns - overrunsBefore_) : ordered_json(nullptr);
 }
@@ -139,7 +139,7 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
     row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT);
     row["safety_trips"] = measures.trips();
     row["recording"] = folder.filename().string();
-    for (ordered_json& value : row)  // six digits are more than any of it means
+    for (ordered_json& value : row)  // six significant digits exceed the accuracy of every column
         if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
     return row;
 }
@@ -149,11 +149,11 @@ std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& p
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
     if (!scene.roles.goal)
         throw std::runtime_error("condition '" + condition.name + "': the scene '" + condition.scene +
-                                 "' has no goal, so no trial in it can end: give a node the role goal");
+                                 "' has no goal, so trials in it cannot end: give a node the role goal");
     const Settings settings = condition.settings(scene.settings);
     const std::string device = deviceOf(condition, trial);
     TickDriver driver(std::make_unique<Session>(scene.world, settings, startDevice(scene, device)));
-    driver.engage();  // nobody else is there to do it
+    driver.engage();  // there is no user who could engage
     Recorder recorder(folder);
     recorder.announce(driver.session().number, recordedScene(scene.scene.file, *scene.world), device);
 

@@ -1,5 +1,5 @@
 #pragma once
-// One trial: run without a window, recorded, and told as a row of the study's table.
+// One trial: run without a window, recorded, and reported as a row of the study's table.
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,16 +9,17 @@
 
 namespace touchstone::sandbox {
 
-/// Collects what a row tells, tick by tick. Contact is a force above kContactForce; RMS values are over those ticks.
+/// Accumulates the measures of a trial tick by tick. Contact means a force above kContactForce; RMS values and contact
+/// means are over the ticks in contact.
 class TrialMeasures {
   public:
     TrialMeasures(const GoalRegion& goal, const PhaseLimits& limits) : phases_(goal, limits) {}
     /// `dt`: length of the tick, ms.
     void add(const TickRecord& tick, double dt);
     const PhaseWatch& phases() const { return phases_; }
-    /// Beginnings of all guards of the safety stage.
+    /// Number of times that any trip of the safety stage has started.
     std::uint64_t trips() const { return trips_; }
-    /// Adds its columns to the row, unit in the name. `end`: how it ended.
+    /// Adds the measures to the row; column names end with the unit. `end`: how the trial ended.
     void write(nlohmann::ordered_json& row, TrialEnd end) const;
 
   private:
@@ -31,27 +32,27 @@ class TrialMeasures {
     int mostRows_ = 0;
 };
 
-/// The row's columns that hold what was measured by a clock and may differ from run to run.
+/// Whether a column holds a time measured by a clock, which may differ from run to run.
 bool isMeasuredTime(const std::string& column);
 
-/// The device of a trial: of insert the hand of its seed.
+/// The device of a trial. The scripted hand `insert` gets the random seed of the trial.
 std::string deviceOf(const Condition& condition, const Trial& trial);
-/// Such a device is not chosen before the trial starts.
+/// Whether the device moves without a user, so that it must not be chosen before the trial starts.
 bool movesByItself(const std::string& device);
-/// How the trial stands: ended by what was seen, or because the time is over.
+/// How the trial has ended, by its phases or its time limit; nothing while it goes on.
 std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& condition);
 
-/// The first columns of its row: which trial it is.
+/// The first columns of a row, which identify the trial.
 nlohmann::ordered_json trialColumns(const Protocol& protocol, const Trial& trial);
-/// The row of a trial that has ended with the tool at X_WT.
+/// The row of a trial that ended with the tool at X_WT.
 nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
                                 const Settings& settings, const TrialMeasures& measures, TrialEnd end, const Pose& X_WT,
                                 const std::filesystem::path& folder);
 
-/// Runs the trial from its start, tick by tick in simulated time, until it ends or its time is over, and records it
-/// into `folder`. The row repeats but for isMeasuredTime(); there is none when StopRequest::signal() asked to stop
-/// before the end. Pre: the scene is that of the trial's condition and has a world. Throws std::runtime_error with one
-/// sentence when the scene has no goal, the device cannot start or the recording had to stop.
+/// Runs the trial tick by tick in simulated time until it ends or reaches its time limit, and records it into `folder`.
+/// The row is reproducible except for the columns of isMeasuredTime(). Returns nothing when StopRequest::signal()
+/// requested a stop before the end. Pre: the scene is that of the trial's condition and has a world. Throws
+/// std::runtime_error with one sentence when the scene has no goal, the device cannot start or the recording failed.
 std::optional<nlohmann::ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
                                                const std::filesystem::path& folder);
 

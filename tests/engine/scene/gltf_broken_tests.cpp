@@ -49,7 +49,7 @@ const std::vector<BrokenCase> kBrokenCases = {
     {"no asset", [](json& j, Bytes&) { j.erase("asset"); }, "\"asset\" is missing"},
     {"version 1", [](json& j, Bytes&) { j["asset"]["version"] = "1.0"; }, "asset: is glTF 1.0; convert it"},
     {"version as number", [](json& j, Bytes&) { j["asset"]["version"] = 2; }, "\"asset.version\" must be text"},
-    {"too new", [](json& j, Bytes&) { j["asset"]["minVersion"] = "2.1"; }, "asset: asks for glTF"},
+    {"too new", [](json& j, Bytes&) { j["asset"]["minVersion"] = "2.1"; }, "asset: requires glTF"},
     {"nodes as text", [](json& j, Bytes&) { j["nodes"] = "none"; }, "\"nodes\" must be a list"},
     {"node as number", [](json& j, Bytes&) { j["nodes"][1] = 5; }, "node 1: must be an object"},
     {"root as list", [](json& j, Bytes&) { j = json::array({1}); }, "must be an object"},
@@ -61,7 +61,7 @@ const std::vector<BrokenCase> kBrokenCases = {
      },
      "node 0 \"a\\nb\""},
     {"required extension", [](json& j, Bytes&) { j["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
-     "extensionsRequired: asks for KHR_draco_mesh_compression"},
+     "extensionsRequired: requires KHR_draco_mesh_compression"},
     {"extension name as number", [](json& j, Bytes&) { j["extensionsRequired"] = {1}; },
      "\"extensionsRequired\" must be a list of texts"},
     {"extensions as list", [](json& j, Bytes&) { j["nodes"][1]["extensions"] = {1}; },
@@ -87,13 +87,13 @@ const std::vector<BrokenCase> kBrokenCases = {
          j["scenes"][0]["nodes"] = {0, 1};
      },
      "lists node 1 \"tool\", which is a child of node 0"},
-    {"zero triangles", [](json& j, Bytes&) { j["nodes"][1].erase("mesh"); }, "scene 0 \"main\": holds no triangles"},
-    {"only points", [](json& j, Bytes&) { j["meshes"][0]["primitives"][0]["mode"] = 0; }, "holds no triangles"},
+    {"zero triangles", [](json& j, Bytes&) { j["nodes"][1].erase("mesh"); }, "scene 0 \"main\": has no triangles"},
+    {"only points", [](json& j, Bytes&) { j["meshes"][0]["primitives"][0]["mode"] = 0; }, "has no triangles"},
     {"only degenerate triangles",
      [](json&, Bytes& b) {
          for (std::size_t i = 0; i < 6; ++i) poke<std::uint16_t>(b, 128 + 2 * i, 1);
      },
-     "holds no triangles"},
+     "has no triangles"},
     // Hierarchy
     {"own child", [](json& j, Bytes&) { j["nodes"][1]["children"] = {1}; }, "node 1 \"tool\": has two parents"},
     {"cycle through the root", [](json& j, Bytes&) { j["nodes"][1]["children"] = {0}; }, "is its own ancestor"},
@@ -140,7 +140,7 @@ const std::vector<BrokenCase> kBrokenCases = {
      "last row is not 0 0 0 1"},
     {"matrix and translation",
      [](json& j, Bytes&) { j["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; },
-     "has a matrix beside translation"},
+     "has a matrix as well as translation"},
     {"world overflow",
      [](json& j, Bytes&) {
          j["nodes"][0]["scale"] = j["nodes"][1]["scale"] = {1e9, 1, 1};
@@ -163,7 +163,7 @@ const std::vector<BrokenCase> kBrokenCases = {
     {"negative view offset", [](json& j, Bytes&) { j["bufferViews"][1]["byteOffset"] = -48; },
      "buffer view 1: \"byteOffset\" is -48"},
     {"odd stride", [](json& j, Bytes&) { j["bufferViews"][0]["byteStride"] = 13; },
-     "buffer view 0: has a byteStride that is no multiple of 4"},
+     "buffer view 0: has a byteStride that is not a multiple of 4"},
     {"small stride", [](json& j, Bytes&) { j["bufferViews"][0]["byteStride"] = 4; },
      "accessor 0: has elements of 12 bytes in a buffer view of stride 4"},
     {"large stride", [](json& j, Bytes&) { j["bufferViews"][0]["byteStride"] = 252; },
@@ -240,7 +240,7 @@ const std::vector<BrokenCase> kBrokenCases = {
      "mesh 0 \"square\", primitive 0: index 2 is 4 but there are only 4 vertices"},
     {"restart index", [](json&, Bytes& b) { poke<std::uint16_t>(b, 132, 0xFFFF); }, "index 2 is 65535"},
     {"corners no multiple of 3", [](json& j, Bytes&) { j["accessors"][3]["count"] = 5; },
-     "has 5 corners, which is no multiple of 3"},
+     "has 5 corners, which is not a multiple of 3"},
     {"indices without data", [](json& j, Bytes&) { j["accessors"][3].erase("bufferView"); },
      "mesh 0 \"square\": has indices without a buffer view"},
     {"fewer normals", [](json& j, Bytes&) { j["accessors"][1]["count"] = 3; },
@@ -250,14 +250,14 @@ const std::vector<BrokenCase> kBrokenCases = {
     {"material out of range", [](json& j, Bytes&) { j["meshes"][0]["primitives"][0]["material"] = 1; },
      "\"material\" is 1"},
     {"NaN vertex", [](json&, Bytes& b) { poke(b, 16, std::numeric_limits<float>::quiet_NaN()); },
-     "accessor 0: holds a number that is not finite or beyond 1e12 in element 1"},
+     "accessor 0: holds a non-finite number or one beyond 1e12 in element 1"},
     {"infinite vertex", [](json&, Bytes& b) { poke(b, 28, -std::numeric_limits<float>::infinity()); },
-     "accessor 0: holds a number that is not finite or beyond 1e12 in element 2"},
-    {"huge vertex", [](json&, Bytes& b) { poke(b, 0, 1e30f); }, "accessor 0: holds a number"},
+     "accessor 0: holds a non-finite number or one beyond 1e12 in element 2"},
+    {"huge vertex", [](json&, Bytes& b) { poke(b, 0, 1e30f); }, "accessor 0: holds a non-finite number"},
     {"NaN normal", [](json&, Bytes& b) { poke(b, 48, std::numeric_limits<float>::quiet_NaN()); },
-     "accessor 1: holds a number"},
+     "accessor 1: holds a non-finite number"},
     {"NaN coordinate", [](json&, Bytes& b) { poke(b, 96, std::numeric_limits<float>::quiet_NaN()); },
-     "accessor 2: holds a number"},
+     "accessor 2: holds a non-finite number"},
     // Materials and images
     {"colour of three",
      [](json& j, Bytes&) {
@@ -275,7 +275,7 @@ const std::vector<BrokenCase> kBrokenCases = {
          j["textures"] = {{{"source", 0}}};
          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
      },
-     "image 0 \"wood\": is no PNG or JPEG"},
+     "image 0 \"wood\": is neither PNG nor JPEG"},
     {"image in two places",
      [](json& j, Bytes&) {
          j["images"] = {{{"uri", "a.png"}, {"bufferView", 0}}};
@@ -289,17 +289,17 @@ const std::vector<BrokenCase> kBrokenCases = {
          j["textures"] = {{{"source", 0}}};
          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
      },
-     "image 0: names the missing file \"wood.png\""},
+     "image 0: refers to the missing file \"wood.png\""},
     {"image outside",
      [](json& j, Bytes&) {
          j["images"] = {{{"uri", "../wood.png"}}};
          j["textures"] = {{{"source", 0}}};
          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
      },
-     "image 0: names \"../wood.png\" outside the scene's folder"},
+     "image 0: refers to \"../wood.png\" outside the scene's folder"},
     // Animations
     {"sampler out of range", [](json& j, Bytes&) { j["animations"][0]["channels"][0]["sampler"] = 2; },
-     "animation 0 \"demo\": names sampler 2 of 2"},
+     "animation 0 \"demo\": refers to sampler 2 of 2"},
     {"channel node out of range", [](json& j, Bytes&) { j["animations"][0]["channels"][0]["target"]["node"] = 2; },
      "animation 0 \"demo\", channel 0: \"target.node\" is 2"},
     {"times fall", [](json&, Bytes& b) { poke(b, 144, 0.25f); },
@@ -307,9 +307,9 @@ const std::vector<BrokenCase> kBrokenCases = {
     {"times stand", [](json&, Bytes& b) { poke(b, 144, 0.5f); }, "key 1 is not later"},
     {"negative time", [](json&, Bytes& b) { poke(b, 140, -1.0f); }, "starts before time 0"},
     {"NaN time", [](json&, Bytes& b) { poke(b, 140, std::numeric_limits<float>::quiet_NaN()); },
-     "accessor 4: holds a number"},
+     "accessor 4: holds a non-finite number"},
     {"NaN value", [](json&, Bytes& b) { poke(b, 148, std::numeric_limits<float>::quiet_NaN()); },
-     "accessor 5: holds a number"},
+     "accessor 5: holds a non-finite number"},
     {"zero key rotation", [](json&, Bytes& b) { poke(b, 184, 0.0f); },
      "rotation of node 1 \"tool\": key 0 is a rotation of length zero"},
     {"fewer values", [](json& j, Bytes&) { j["accessors"][5]["count"] = 1; }, "has 1 values but its 2 keys need 2"},
@@ -353,20 +353,20 @@ TEST_CASE("broken glTF: containers", "[gltf]") {
     };
     writeFile(file, Bytes());
     checkSentence(file, "is empty");
-    checkSentence(folder / "absent.glb", "there is no such file");
+    checkSentence(folder / "absent.glb", "the file does not exist");
     checkSentence(folder.path(), "is a folder; name a file");
     checkSentence(damaged(4, 1), "header: has version 1, not 2");
-    checkSentence(damaged(8, 8), "header: promises 8 bytes");
-    checkSentence(damaged(8, 0xFFFFFFFF), "header: promises 4294967295 bytes");
-    checkSentence(damaged(12, 0xFFFFFFF0), "JSON chunk: ends behind the file");
-    checkSentence(damaged(16, 0x12345678), "has no single leading JSON chunk");
+    checkSentence(damaged(8, 8), "header: declares 8 bytes");
+    checkSentence(damaged(8, 0xFFFFFFFF), "header: declares 4294967295 bytes");
+    checkSentence(damaged(12, 0xFFFFFFF0), "JSON chunk: ends after the end of the file");
+    checkSentence(damaged(16, 0x12345678), "does not start with exactly one JSON chunk");
     for (std::size_t size = 1; size < whole.size(); size += 7) {
         CAPTURE(size);
         writeFile(file, Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size)));
         CHECK_THROWS_AS(readGltf(file), SceneError);
     }
     writeFile(file, glbBytes(squareDraft().json.dump(), {}));
-    checkSentence(file, "buffer 0: needs 204 bytes but only 0 are there");
+    checkSentence(file, "buffer 0: needs 204 bytes but only 0 are present");
 }
 
 TEST_CASE("broken glTF: JSON text", "[gltf]") {
@@ -378,7 +378,7 @@ TEST_CASE("broken glTF: JSON text", "[gltf]") {
     };
     checkSentence(text("{\"asset\":\n  {\"version\": }}"), "JSON: is broken at line 2, column 15");
     checkSentence(text("{"), "JSON: is broken at line 1");
-    checkSentence(text("hello"), "is some other text, not glTF");
+    checkSentence(text("hello"), "is a text file of another kind, not glTF");
     checkSentence(text("[]"), "must be an object");
     checkSentence(text("{\"asset\":{\"version\":\"2.0\"},\"scene\":1e999}"), "JSON: holds a number");
     checkSentence(text("{\"asset\":{\"version\":\"\xff\xfe\"}}"), "JSON: is broken");
@@ -416,10 +416,10 @@ TEST_CASE("broken glTF: external files stay inside the scene's folder", "[gltf]"
     checkSentence(withUri("inside.bin%00.png"), outside);
     checkSentence(withUri(""), outside);
     checkSentence(withUri("absent.bin"),
-                  "buffer 0: names the missing file \"absent.bin\"; put it into the scene's folder");
-    checkSentence(withUri(std::string(5000, 'a')), "names the missing file");
-    checkSentence(withUri("short.bin"), "buffer 0: needs 204 bytes but only 10 are there");
-    checkSentence(withUri("."), "buffer 0: names \".\", which is a folder");
+                  "buffer 0: refers to the missing file \"absent.bin\"; put it into the scene's folder");
+    checkSentence(withUri(std::string(5000, 'a')), "refers to the missing file");
+    checkSentence(withUri("short.bin"), "buffer 0: needs 204 bytes but only 10 are present");
+    checkSentence(withUri("."), "buffer 0: refers to \".\", which is a folder");
     checkSentence(withUri("data:application/octet-stream;base64,AAAA"), "buffer 0: needs 204 bytes but only 3");
     checkSentence(withUri("data:application/octet-stream,hello"), "has a data URI without base64");
     checkSentence(withUri("data:;base64,@@@@"), "needs 204 bytes but only 0");

@@ -138,7 +138,7 @@ TEST_CASE("foreign glTF: what the scene does not use may be broken", "[gltf]") {
          [](json& j) {
              j["nodes"].push_back({{"children", {1}}});
          },
-         "node 1 \"tool\": is a child of node 2, too, which is not in the scene: that parent is ignored."},
+         "node 1 \"tool\": is a child of node 2 as well, which is not in the scene; that parent is ignored."},
         {"scene",
          [](json& j) {
              j["scenes"].push_back({{"nodes", {0, 0, 77}}});
@@ -203,7 +203,7 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
     SECTION("a rotation that is not of unit length") {
         j["nodes"][0]["rotation"] = {0, 0, 3, 3};
         const Scene scene = draft.read(folder);
-        CHECK(warningOf(scene) == "node 0 \"base\": its rotation is not of unit length and was normalised.");
+        CHECK(warningOf(scene) == "node 0 \"base\": its rotation is not of unit length and was normalized.");
         const auto local = scene.registry.get<LocalTransform>(scene.nodes[0]);
         CHECK(glm::length(local.rotation) == Approx(1));
         CHECK(local.rotation.z == Approx(std::sqrt(0.5)));
@@ -216,24 +216,25 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
         j["animations"][0]["samplers"][1]["output"] = draft.add<float>({0, 0, 0, 2, 0, 0, 1, 0}, 5126, "VEC4", 2);
         CHECK(warningOf(draft.read(folder)) ==
               "animation 0 \"demo\", rotation of node 1 \"tool\": has rotations that are not of unit length; they were "
-              "normalised.");
+              "normalized.");
     }
     SECTION("a skin") {
         j["nodes"][1]["skin"] = 0;
         CHECK(warningOf(draft.read(folder)) ==
-              "node 1 \"tool\": its skin is left out: the mesh keeps its bind pose and is placed by this node.");
+              "node 1 \"tool\": its skin is ignored: the mesh keeps its bind pose and is placed by this node.");
     }
     SECTION("morph targets, with weights or without") {
         j["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
-        CHECK(warningOf(draft.read(folder)) == "mesh 0 \"square\": morph targets are left out.");
+        CHECK(warningOf(draft.read(folder)) == "mesh 0 \"square\": morph targets are ignored.");
         j["meshes"][0]["weights"] = {0.5};
         CHECK(warningOf(draft.read(folder)) ==
-              "mesh 0 \"square\": morph targets are left out, although their weights are not zero: it has its shape "
+              "mesh 0 \"square\": morph targets are ignored although their weights are not zero: the mesh keeps its "
+              "shape "
               "without them.");
     }
     SECTION("extensions that are not supported, but not those of looks") {
         j["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_texture_transform", "MSFT_lod"};
-        CHECK(warningOf(draft.read(folder)) == "extension MSFT_lod: is not supported, and what it adds is left out.");
+        CHECK(warningOf(draft.read(folder)) == "extension MSFT_lod: is not supported and is ignored.");
     }
     SECTION("compressed vertices without plain ones are refused") {
         j["accessors"][0].erase("bufferView");
@@ -249,7 +250,7 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
     SECTION("an animated property that is no node's") {
         j["animations"][0]["channels"].push_back({{"sampler", 0}, {"target", {{"path", "pointer"}}}});
         const Scene scene = draft.read(folder);
-        CHECK(warningOf(scene) == "animation 0 \"demo\": has channels that move no node; they are left out.");
+        CHECK(warningOf(scene) == "animation 0 \"demo\": has channels without a target node; they are ignored.");
         CHECK(scene.animations[0].channels.size() == 2);
     }
 }
@@ -265,7 +266,7 @@ TEST_CASE("foreign glTF: one fault of many objects is one warning", "[gltf]") {
         draft.json["meshes"].push_back({{"primitives", {{{"attributes", {{"NORMAL", 100 + i}}}}}}});
     const Scene scene = draft.read(folder);
     REQUIRE(scene.warnings.size() == 101);
-    CHECK(scene.warnings.back() == "201 more faults of this file are not listed.");
+    CHECK(scene.warnings.back() == "201 more problems of this file are not listed.");
 }
 
 TEST_CASE("foreign glTF: instances become part of the node's mesh", "[gltf]") {
@@ -275,7 +276,7 @@ TEST_CASE("foreign glTF: instances become part of the node's mesh", "[gltf]") {
     j.erase("animations");
     const int places = draft.add<float>({0, 0, 0, 10, 0, 0, 0, 20, 0}, 5126, "VEC3", 3);
     const int scales = draft.add<float>({1, 1, 1, 2, 2, 2, -1, 1, 1}, 5126, "VEC3", 3);
-    // Half a turn about z for the second one, as normalised bytes.
+    // Half a turn about z for the second one, as normalized bytes.
     const int turns = draft.add<std::int8_t>({0, 0, 0, 127, 0, 0, 127, 0, 0, 0, 0, 127}, 5120, "VEC4", 3, true);
     json& attributes = j["nodes"][1]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
     attributes = {{"TRANSLATION", places}, {"ROTATION", turns}, {"SCALE", scales}, {"_ID", 99}};
@@ -307,12 +308,12 @@ TEST_CASE("foreign glTF: instances become part of the node's mesh", "[gltf]") {
     }
     SECTION("rotations of unsigned integers") {
         j["accessors"][std::size_t(turns)]["componentType"] = 5121;
-        CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("VEC4 of floats or signed normalised integers"));
+        CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("VEC4 of floats or signed normalized integers"));
     }
     SECTION("rotations that are not of unit length") {
         attributes["ROTATION"] = draft.add<float>({0, 0, 0, 1, 0, 0, 0, 5, 0, 0, 0, 1}, 5126, "VEC4", 3);
         CHECK(warningOf(draft.read(folder)) ==
-              "node 1 \"tool\": has instances whose rotations are not of unit length; they were normalised.");
+              "node 1 \"tool\": has instances whose rotations are not of unit length; they were normalized.");
         attributes["ROTATION"] = draft.add<float>({0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1}, 5126, "VEC4", 3);
         CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("instance 1 has a rotation of length zero"));
     }
@@ -333,7 +334,7 @@ TEST_CASE("foreign glTF: hidden nodes are hidden with all below them, and named"
     CHECK_FALSE(isVisible(scene.registry, scene.nodes[1]));
     CHECK(cornersOf(scene).size() == 6);
     CHECK(warningOf(scene) ==
-          "node 0 \"base\": is hidden by KHR_node_visibility: it is not drawn, but with a role it collides.");
+          "node 0 \"base\": is hidden by KHR_node_visibility: it is not drawn, but it collides if it has a role.");
     Scene other;
     appendScene(other, scene, "part");  // what it shows: nothing
     CHECK(cornersOf(other).empty());
@@ -377,7 +378,7 @@ TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
     };
     check(smallPng(), "a PNG picture, not glTF");
     text("PK\x03\x04 and more", "a ZIP archive, not glTF; unpack it");
-    text("solid cube\nfacet normal 0 0 1", "an STL mesh, not glTF; make a scene of it by touchstone new");
+    text("solid cube\nfacet normal 0 0 1", "an STL mesh, not glTF; create a scene from it with touchstone new");
     Bytes stl(84 + 2 * 50);
     stl[80] = 2;
     check(stl, "an STL mesh");
@@ -385,8 +386,8 @@ TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
     text("ply\nformat ascii 1.0\n", "a PLY mesh");
     text("<!DOCTYPE html><html>", "a web page, not glTF; download the file itself");
     text("version https://git-lfs.github.com/spec/v1\n", "the pointer that Git LFS keeps");
-    text("Dear reader,\n", "some other text");
-    check(Bytes{1, 2, 3, 0, 0}, "some other kind of file");
+    text("Dear reader,\n", "a text file of another kind");
+    check(Bytes{1, 2, 3, 0, 0}, "a file of another kind");
     // Text with a mark of UTF-8 in front is still glTF.
     const std::string marked = "\xef\xbb\xbf" + squareDraft().json.dump();
     writeFile(folder / "file.gltf", marked);
@@ -413,7 +414,7 @@ TEST_CASE("foreign glTF: names reach sentences without control characters", "[gl
     CHECK(printable("\xff\xfe\xc3") == "\\xff\\xfe\\xc3");
     CHECK(printable(std::string(59, 'x') + "\xc3\xa4y") == std::string(59, 'x') + "…");
     CHECK(escaped(std::string(70, 'x') + "\n") == std::string(70, 'x') + "\\n");
-    CHECK(sentenceOf("no\x1b[2Jfile\n.glb").starts_with("no\\x1b[2Jfile\\n.glb: there is no such file"));
+    CHECK(sentenceOf("no\x1b[2Jfile\n.glb").starts_with("no\\x1b[2Jfile\\n.glb: the file does not exist"));
 }
 
 TEST_CASE("foreign glTF: four hundred thousand empty objects are read in linear time", "[gltf]") {

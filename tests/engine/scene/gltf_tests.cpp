@@ -111,10 +111,10 @@ TEST_CASE("glTF: strips and fans become triangles with their winding, and other 
     const Scene scene = draft.read(folder);
     CHECK(scene.meshes[0].primitives.size() == 1);
     REQUIRE(scene.warnings.size() == 1);
-    CHECK(scene.warnings[0] == "mesh 0 \"square\", primitive 1: is points, not triangles, and is left out.");
+    CHECK(scene.warnings[0] == "mesh 0 \"square\", primitive 1: is points, not triangles, and is ignored.");
 }
 
-TEST_CASE("glTF: interleaved, sparse and normalised accessors", "[gltf]") {
+TEST_CASE("glTF: interleaved, sparse and normalized accessors", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     auto& json = draft.json;
@@ -144,7 +144,7 @@ TEST_CASE("glTF: interleaved, sparse and normalised accessors", "[gltf]") {
         CHECK(firstMesh(draft.read(folder)).positions ==
               std::vector<glm::vec3>{{0, 0, 0}, {7, 7, 7}, {0, 0, 0}, {8, 8, 8}});
     }
-    SECTION("normalised texture coordinates") {
+    SECTION("normalized texture coordinates") {
         attributes["TEXCOORD_0"] = draft.add<std::uint8_t>({0, 255, 51, 0, 0, 0, 0, 0}, 5121, "VEC2", 4, true);
         CHECK(firstMesh(draft.read(folder)).texcoords[0] == glm::vec2(0, 1));
         CHECK(firstMesh(draft.read(folder)).texcoords[1].x == Approx(0.2));
@@ -161,7 +161,7 @@ TEST_CASE("glTF: interleaved, sparse and normalised accessors", "[gltf]") {
         CHECK(firstMesh(draft.read(folder)).positions[0] == glm::vec3(-1, 0, 0));
         CHECK(firstMesh(draft.read(folder)).positions[2] == glm::vec3(300, 300, 0));
     }
-    SECTION("normalised rotations of an animation") {
+    SECTION("normalized rotations of an animation") {
         json["animations"][0]["samplers"][1]["output"] =
             draft.add<std::int16_t>({0, 0, 0, 32767, 0, 0, 32767, 0}, 5122, "VEC4", 2, true);
         const Scene scene = draft.read(folder);
@@ -406,14 +406,14 @@ TEST_CASE("glTF: what cannot be written is refused, and the old file stays", "[g
         return scene;
     };
     check(withMesh({{{0, 0, 0}, {1, 0, 0}, {0, NAN, 0}}, {}, {}, {0, 1, 2}}),
-          "node 0 \"n\": its mesh holds a number that is not finite");
+          "node 0 \"n\": its mesh holds a non-finite number");
     check(withMesh({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {0, 1, 3}}), "beyond its vertices");
     check(withMesh({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {0, 1, 2}}, 0), "no texture coordinates");
     check(withMesh({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {0, 1, 2}}, 3), "material 3");
     Scene scene;
     const Entity node = addNode(scene, "n");
     scene.animations = {{"a", {{node, AnimationPath::Translation, Interpolation::Linear, {1, 1 + 1e-12}, {{}, {}}}}}};
-    check(scene, "do not increase");
+    check(scene, "are not increasing");
     CHECK_THROWS_WITH(writeGltf(withMesh({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {0, 1, 2}}), folder / "scene.obj"),
                       Catch::Contains("must be named .glb or .gltf"));
     CHECK_THROWS_WITH(

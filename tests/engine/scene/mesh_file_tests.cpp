@@ -128,7 +128,7 @@ TEST_CASE("mesh file: triangles without three distinct corners are dropped", "[m
     writeFile(folder / "part.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 1, 0, 0, 0, 1, 0}}));
     CHECK(readMeshFile(folder / "part.stl", 1).mesh.indices.size() == 3);
     writeFile(folder / "thin.stl", binaryStl({{1, 0, 0, 1, 0, 0, 0, 1, 0}}));
-    CHECK_THROWS_WITH(readMeshFile(folder / "thin.stl", 1), Catch::Contains("holds no triangle"));
+    CHECK_THROWS_WITH(readMeshFile(folder / "thin.stl", 1), Catch::Contains("has no triangles"));
 }
 
 TEST_CASE("mesh file: broken parts are refused in one sentence that names them", "[mesh]") {
@@ -137,14 +137,14 @@ TEST_CASE("mesh file: broken parts are refused in one sentence that names them",
     cut.resize(cut.size() - 60);
     const float nan = std::nanf(""), infinity = INFINITY;
     const std::vector<std::tuple<std::string, Bytes, std::string>> cases = {
-        {"cut.stl", cut, "is cut short"},
-        {"nan.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, nan, 0}}), "not finite"},
-        {"infinite.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, infinity, 0}}), "not finite"},
+        {"cut.stl", cut, "is truncated"},
+        {"nan.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, nan, 0}}), "non-finite"},
+        {"infinite.stl", binaryStl({{0, 0, 0, 1, 0, 0, 0, infinity, 0}}), "non-finite"},
         {"empty.stl", {}, ""},
         {"words.stl", {'h', 'e', 'l', 'l', 'o'}, ""},
         {"points.obj", {'v', ' ', '0', ' ', '0', ' ', '0', '\n'}, ""},
         {"empty.obj", {}, ""},
-        {"part.step", {'I', 'S', 'O'}, "is no .obj, .ply or .stl"},
+        {"part.step", {'I', 'S', 'O'}, "is not a .obj, .ply or .stl"},
     };
     for (const auto& [name, bytes, words] : cases) {
         CAPTURE(name);
@@ -162,8 +162,8 @@ TEST_CASE("mesh file: broken parts are refused in one sentence that names them",
     }
     writeFile(folder / "range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
     CHECK_THROWS_AS(readMeshFile(folder / "range.obj", 1), SceneError);
-    CHECK_THROWS_WITH(readMeshFile(folder / "absent.stl", 1), Catch::Contains("there is no such file"));
-    CHECK_THROWS_WITH(readMeshFile(folder.path(), 1), Catch::Contains("is no .obj, .ply or .stl"));
+    CHECK_THROWS_WITH(readMeshFile(folder / "absent.stl", 1), Catch::Contains("the file does not exist"));
+    CHECK_THROWS_WITH(readMeshFile(folder.path(), 1), Catch::Contains("is not a .obj, .ply or .stl"));
 }
 
 TEST_CASE("mesh file: mutated parts give a mesh or a sentence, nothing else", "[mesh][fuzz]") {

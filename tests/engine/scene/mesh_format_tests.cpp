@@ -125,12 +125,12 @@ TEST_CASE("OBJ: lines may end, begin and go on as they do elsewhere", "[mesh]") 
 TEST_CASE("OBJ: what is not read is noted by line, once for each kind", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
-        {"l 1 2\nl 2 3\np 1\n", "part.obj: line 5: lines and points are not read"},
+        {"l 1 2\nl 2 3\np 1\n", "part.obj: line 5: lines and points are ignored"},
         {"f 1 2\nf 1 1 2\nf 1 2 1 2\nf\n", "line 5: a face with fewer than three distinct corners is dropped (3 times"},
-        {"cstype bezier\ndeg 3\nsurf 0 1 0 1 1 2 \\\n3\nend\n", "line 5: free-form curves and surfaces are not read"},
-        {"bevel on\nlod 3\n", "line 5: unknown statements are ignored, as 'bevel' is (2 times"},
-        {"call other.obj\n", "line 5: the file that this line includes"},
-        {"v 0 0 0 2\n", "line 5: the weight of a vertex"},
+        {"cstype bezier\ndeg 3\nsurf 0 1 0 1 1 2 \\\n3\nend\n", "line 5: free-form curves and surfaces are ignored"},
+        {"bevel on\nlod 3\n", "line 5: unknown statements are ignored, for example 'bevel' (2 times"},
+        {"call other.obj\n", "line 5: the file included by this line"},
+        {"v 0 0 0 2\n", "line 5: vertex weights are ignored"},
         {"v 2 0 0\nf 1 2 4 2\n", "line 6: a polygon without area is dropped"},
     };
     for (const auto& [text, words] : cases) {
@@ -150,17 +150,17 @@ TEST_CASE("OBJ: what is malformed is refused by line", "[mesh]") {
         {kObj + "v 1 0 \n" + kFace, "line 4: a vertex has 2 numbers"},
         {kObj + "v 1 0 0 1 1\n" + kFace, "line 4: a vertex has 5 numbers"},
         {kObj + "v 1 0 3.1-e2\n" + kFace, "line 4: '3.1-e2'"},
-        {kObj + "f 1 2 4\n", "line 4: names vertex 4, but the file has 3"},
-        {kObj + "f 1 2 0\n", "line 4: names vertex 0"},
-        {kObj + "f 1 2 -4\n", "line 4: names vertex -4, but only 3"},
-        {kObj + "f 1 2 99999999999\n", "line 4: names vertex 99999999999"},
+        {kObj + "f 1 2 4\n", "line 4: refers to vertex 4, but the file has 3"},
+        {kObj + "f 1 2 0\n", "line 4: refers to vertex 0"},
+        {kObj + "f 1 2 -4\n", "line 4: refers to vertex -4, but only 3"},
+        {kObj + "f 1 2 99999999999\n", "line 4: refers to vertex 99999999999"},
         {kObj + "f 1 2 3.0\n", "line 4: '3.0' is not a corner"},
         {kObj + "f 1/a 2 3\n", "line 4: '1/a'"},
         {kObj + "f 1/1/1/1 2 3\n", "line 4: '1/1/1/1' has more than three indices"},
-        {kObj + "v nan 0 0\nf 1 2 4\n", "line 5: its vertex 4 is not finite"},
-        {kObj + "v 0 1e300 0\nf 1 2 4\n", "line 5: its vertex 4 is not finite or beyond 1e12 m"},
+        {kObj + "v nan 0 0\nf 1 2 4\n", "line 5: its vertex 4 is non-finite"},
+        {kObj + "v 0 1e300 0\nf 1 2 4\n", "line 5: its vertex 4 is non-finite or beyond 1e12 m"},
         {kObj + "v 0 -1.1e12 0\nf 1 2 4\n", "line 5: its vertex 4"},
-        {kObj + "p 1\n", "holds no triangle: line 4: lines and points"},
+        {kObj + "p 1\n", "has no triangles: line 4: lines and points"},
         {"", "is empty"},
         {"\xFF\xFEv", "UTF-16"},
     };
@@ -205,8 +205,8 @@ TEST_CASE("STL: what is left over is noted", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
         {stlOf(kFacet) + stlOf(""), "line 10: this solid has no facet"},
-        {stlOf(kFacet) + std::string(4, '\0'), "line 10: nothing is read from here on"},
-        {stlOf(kFacet) + kFacet, "line 10: nothing is read from here on"},
+        {stlOf(kFacet) + std::string(4, '\0'), "line 10: everything from here on is ignored"},
+        {stlOf(kFacet) + kFacet, "line 10: everything from here on is ignored"},
         {"solid a\n" + kFacet, "line 1: this solid has no end"},
         {binaryStl("part", 1) + std::string(7, 'x'), "7 bytes after the 1 triangles"},
         {binaryStl("solid part", 1) + std::string(60, '\0'), "60 bytes after the 1 triangles"},
@@ -228,16 +228,16 @@ TEST_CASE("STL: what is malformed is refused by line or triangle", "[mesh]") {
     const std::vector<std::pair<std::string, std::string>> cases{
         {stlOf(replaced(kFacet, "1 0 0", "1 0,5 0")), "line 5: '0,5' is not a number"},
         {stlOf(replaced(kFacet, "1 0 0", "1 0")), "line 6: 'vertex' is not a number"},
-        {stlOf(replaced(kFacet, "vertex 1", "vertx 1")), "line 5: 'vertx' stands where 'endloop'"},
-        {stlOf(replaced(kFacet, "1 0 0", "1 inf 0")), "line 2: its vertex 1 is not finite"},
+        {stlOf(replaced(kFacet, "vertex 1", "vertx 1")), "line 5: 'vertx' was found instead of 'endloop'"},
+        {stlOf(replaced(kFacet, "1 0 0", "1 inf 0")), "line 2: its vertex 1 is non-finite"},
         {stlOf("faset normal 0 0 1\n"), "line 2: 'faset'"},
         {stlOf(kFacet).substr(0, 57), "ends within a facet"},
-        {stlOf(""), "holds no triangle"},
-        {broken, "triangle 2: its vertex 3 is not finite"},
-        {binaryStl("part", 3).substr(0, 200), "would have 3 triangles, but only 2 are there"},
-        {binaryStl("solid part", 3).substr(0, 200), "would have 3 triangles, but only 2 are there"},
+        {stlOf(""), "has no triangles"},
+        {broken, "triangle 2: its vertex 3 is non-finite"},
+        {binaryStl("part", 3).substr(0, 200), "would have 3 triangles, but only 2 are present"},
+        {binaryStl("solid part", 3).substr(0, 200), "would have 3 triangles, but only 2 are present"},
         {"hello", "is neither ASCII STL"},
-        {kPly, "is cut short or no STL"},
+        {kPly, "is truncated or not STL"},
     };
     for (const auto& [text, words] : cases) {
         CAPTURE(text);
@@ -296,7 +296,7 @@ TEST_CASE("PLY: binary of both orders, every scalar type, and data that begin wi
                   Positions{{-0.75f, 5, -100}, {2.25f, 5, -100}, {2.25f, -300, -100}, {-0.75f, -300, -100}});
             CHECK(read.mesh.indices.size() == 6);
             REQUIRE(read.notes.size() == 1);
-            CHECK_THAT(read.notes[0], Contains("line 3: the element 'other' is not read"));
+            CHECK_THAT(read.notes[0], Contains("line 3: the element 'other' is ignored"));
 
             CHECK_THAT(readText(folder, "part.ply", text + "more").notes.back(), Contains("4 bytes after the data"));
             CHECK_THAT(refusal(folder, "part.ply", text.substr(0, text.size() - 1)), Contains("face 0: ends after"));
@@ -319,39 +319,40 @@ TEST_CASE("PLY: what is malformed is refused by line, and unknown header lines a
     const std::vector<std::pair<std::string, std::string>> cases{
         {replaced(kPly, "ply", "plx"), "does not begin with the line 'ply'"},
         {"ply", "the header does not end"},
-        {replaced(kPly, "ascii", "binary_middle_endian"), "line 2: 'binary_middle_endian' is no format"},
+        {replaced(kPly, "ascii", "binary_middle_endian"), "line 2: 'binary_middle_endian' is not a PLY format"},
         {replaced(kPly, "1.0", "1.1"), "line 2: has version '1.1'"},
-        {replaced(kPly, "format ascii 1.0\n", ""), "the header names no format"},
-        {replaced(kPly, "float x", "half x"), "line 5: 'half' is no type"},
+        {replaced(kPly, "format ascii 1.0\n", ""), "the header has no format line"},
+        {replaced(kPly, "float x", "half x"), "line 5: 'half' is not a PLY type"},
         {replaced(kPly, "float y", "float x"), "line 6: the property 'x' is declared twice"},
         {replaced(kPly, "element face", "element vertex"), "line 8: the element 'vertex' is declared twice"},
-        {replaced(kPly, "element vertex 3", "element vertex some"), "line 4: 'some' is no number of elements"},
+        {replaced(kPly, "element vertex 3", "element vertex some"), "line 4: 'some' is not a valid element count"},
         {replaced(kPly, "element vertex 3", "element vertex " + huge), "line 14: has more values"},
         {replaced(kPly, "element face 1", "element face " + huge), "line 8: the element 'face': the file ends after 1"},
         {replaced(kPly, "property float z\n", ""), "line 4: the element 'vertex': it has no property 'z'"},
         {replaced(kPly, "float z", "list int int z"), "its 'z' is a list"},
         {replaced(kPly, "vertex_indices", "corners"), "it has no property 'vertex_index'"},
-        {replaced(kPly, "uchar int", "uchar float"), "no list of whole numbers"},
-        {replaced(kPly, "uchar int", "float int"), "line 9: a list is counted in floating point"},
+        {replaced(kPly, "uchar int", "uchar float"), "not a list of whole numbers"},
+        {replaced(kPly, "uchar int", "float int"), "line 9: the count of a list has a floating-point type"},
         {replaced(kPly, "1 0 0", "1 0"), "line 12: has fewer values"},
         {replaced(kPly, "1 0 0", "1 0 0 0"), "line 12: has more values"},
         {replaced(kPly, "1 0 0", "1 0,5 0"), "line 12: '0,5' is not a number"},
-        {replaced(kPly, "1 0 0", "1 nan 0"), "line 14: its vertex 1 is not finite"},
-        {replaced(kPly, "3 0 1 2", "3 0 1 3"), "line 14: names vertex 3, but the file has 3"},
-        {replaced(kPly, "3 0 1 2", "3 0 1 -1"), "line 14: a vertex index is no whole number"},
-        {replaced(kPly, "3 0 1 2", "3 0 1 1.5"), "line 14: a vertex index is no whole number"},
-        {replaced(kPly, "3 0 1 2", "-3 0 1 2"), "line 14: a list has no whole number of entries"},
-        {replaced(kPly, "3 0 1 2", huge + " 0 1 2"), "line 14: a list has no whole number of entries"},
+        {replaced(kPly, "1 0 0", "1 nan 0"), "line 14: its vertex 1 is non-finite"},
+        {replaced(kPly, "3 0 1 2", "3 0 1 3"), "line 14: refers to vertex 3, but the file has 3"},
+        {replaced(kPly, "3 0 1 2", "3 0 1 -1"), "line 14: a vertex index is not a non-negative whole number"},
+        {replaced(kPly, "3 0 1 2", "3 0 1 1.5"), "line 14: a vertex index is not a non-negative whole number"},
+        {replaced(kPly, "3 0 1 2", "-3 0 1 2"), "line 14: the count of a list is not a whole number"},
+        {replaced(kPly, "3 0 1 2", huge + " 0 1 2"), "line 14: the count of a list is not a whole number"},
         {replaced(kPly, "3 0 1 2", "4000000000 0 1 2"), "line 14: has fewer values"},
-        {replaced(kPly, "element face 1", "element face 0"), "holds no triangle: "},
+        {replaced(kPly, "element face 1", "element face 0"), "has no triangles: "},
     };
     for (const auto& [text, words] : cases) {
         CAPTURE(text);
         CHECK_THAT(refusal(folder, "my part.ply", text), Contains(words) && Contains("my part.ply: "));
     }
     CHECK_THAT(readText(folder, "part.ply", replaced(kPly, "comment made", "Created")).notes.at(0),
-               Contains("line 3: this line of the header is not read, since 'Created' is unknown"));
-    CHECK_THAT(readText(folder, "part.ply", kPly + "more\n").notes.at(0), Contains("nothing is read from here on"));
+               Contains("line 3: this header line is ignored, since 'Created' is unknown"));
+    CHECK_THAT(readText(folder, "part.ply", kPly + "more\n").notes.at(0),
+               Contains("everything from here on is ignored"));
 }
 
 TEST_CASE("mesh file: a face of many corners is read, one that crosses itself all over refused", "[mesh]") {

@@ -66,7 +66,7 @@ TEST_CASE("shader: missing and circular files are told, not run into", "[gl]") {
                         Catch::Contains("absent.frag") && Catch::Contains("TOUCHSTONE_SHADERS"));
     folder.write("round.frag", "#version 330 core\n#include \"round.frag\"\n");
     REQUIRE_THROWS_WITH(ShaderProgram(folder.path / "good.vert", folder.path / "round.frag"),
-                        Catch::Contains("circle"));
+                        Catch::Contains("circular include"));
 }
 
 TEST_CASE("shader: the environment may name another folder", "[view]") {

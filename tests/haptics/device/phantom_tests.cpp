@@ -101,7 +101,7 @@ TEST_CASE("phantom: without calibration it does not start, and one it can do its
 
 TEST_CASE("phantom: options that are not understood are named", "[device]") {
     const FakeHd fake;
-    CHECK_THAT(refusal("left,drive=nobody"), Contains("'drive=nobody' is no option"));
+    CHECK_THAT(refusal("left,drive=nobody"), Contains("'drive=nobody' is not an option"));
     CHECK_THAT(refusal(",stale=never"), Contains("'stale=never'"));
     const PhantomOptions options = phantomOptions("left,drive=device,rate=500,gimbal,torque=60,stale=8,library=x.so");
     CHECK(options.name == "left");
@@ -117,7 +117,7 @@ TEST_CASE("phantom: every error code of the library has words of its own", "[dev
     for (const unsigned code : {0x100u, 0x101u, 0x102u, 0x103u, 0x104u, 0x200u, 0x201u, 0x202u, 0x203u, 0x204u, 0x300u,
                                 0x301u, 0x302u, 0x303u, 0x304u, 0x400u, 0x401u, 0x402u, 0x500u, 0x501u, 0x600u}) {
         INFO(std::hex << code);
-        CHECK_THAT(hd::words(code), !Contains("has no name"));
+        CHECK_THAT(hd::words(code), !Contains("unknown error"));
     }
 }
 
@@ -178,9 +178,9 @@ TEST_CASE("phantom: no more than its limits and nothing that is not a number lea
 TEST_CASE("phantom: faults are named, zero the force until engaged, and let it come back", "[device]") {
     const auto [fault, words] = GENERATE(table<std::string, std::string>({
         {"warm", "the motors are warm"},
-        {"max-force", "the greatest force was exceeded"},
+        {"max-force", "the maximum force was exceeded"},
         {"impulse", "the force changed faster"},
-        {"max-velocity", "the greatest velocity was exceeded"},
+        {"max-velocity", "the maximum velocity was exceeded"},
     }));
     INFO(fault);
     const FakeHd fake;

@@ -95,7 +95,7 @@ TEST_CASE("spacemouse: what is missing is told in a sentence", "[device]") {
     CHECK_FALSE(examineSpaceMouse().works);
     const FakeSpnav fake("none");
     CHECK(refusal() == "The SpaceMouse's daemon does not answer: start it with 'sudo systemctl start spacenavd'");
-    CHECK_THAT(refusal("fast"), Contains("'fast' is no speed"));
+    CHECK_THAT(refusal("fast"), Contains("'fast' is not a speed"));
 }
 
 TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "[device]") {

@@ -54,7 +54,7 @@ TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to
             case Start:
                 if (!session.running()) break;
                 session.chooseDevice(kPhantom);
-                REQUIRE(session.device() == kPhantom);
+                REQUIRE(session.device().choice == kPhantom);
                 phase = Engage;
                 break;
             case Engage:
@@ -140,7 +140,7 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
     user.until(isAtRest)
         .doing([&](WindowFrame& frame) { start = frame.session.record()->X_WT.p.y(); })
         .hold([](WindowFrame& frame) { return frame.toolOnScreen; })
-        .until([](WindowFrame& frame) { return frame.session.device() == "mouse"; })
+        .until([](WindowFrame& frame) { return frame.session.device().choice == "mouse"; })
         .moveBy({0, -100})  // up: away from the slab
         .until([&](WindowFrame& frame) { return frame.session.record()->X_WT.p.y() > start + 2; });
     CHECK(user.use(optionsFor(holdFile(folder))));
@@ -172,18 +172,17 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
     options.configFolder = folder.path() / "config";
     options.onFrame = [](WindowFrame& frame) {
         if (!isRunning(frame)) return;
-        CHECK(trueClearance(*frame.session.scene()->world, frame.session.record()->X_WT) >= -1e-3);
+        CHECK(trueClearance(*worldNow(*frame.session.scene()), frame.session.record()->X_WT) >= -1e-3);
     };
 
     const auto corner = [](WindowFrame& frame) { return glm::vec2(frame.picture.x, frame.picture.y); };
     const auto viewport = [](WindowFrame& frame) {
         return glm::vec2(frame.picture.z - frame.picture.x, frame.picture.w - frame.picture.y);
     };
-    const auto height = [](WindowFrame& frame) { return frame.session.scene()->world->obstacles[0].X_WO.p.y(); };
+    const auto height = [](WindowFrame& frame) { return obstaclePose(*frame.session.scene(), 0).p.y(); };
     const auto arrived = [](WindowFrame& frame) {
         const engine::Scene& scene = frame.session.scene()->scene;
-        return frame.session.scene()->world->obstacles[0].X_WO ==
-               toPose(engine::worldPose(scene.registry, scene.nodes[1]));
+        return obstaclePose(*frame.session.scene(), 0) == toPose(engine::worldPose(scene.registry, scene.nodes[1]));
     };
     const auto onSlab = [&](WindowFrame& frame) -> std::optional<glm::vec2> {
         // A corner of its upper face, beside the cube.
@@ -220,19 +219,19 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
             // Under more load it lies a little deeper in the ripple of the slab's leaves.
             if (up) CHECK(session.record()->X_WT.p.y() == Approx(toolStart + dragged).epsilon(0.02));
             CHECK(session.snapshot()->session == loopSession);  // the loop went on
-            CHECK(session.scene()->world->obstacles[0].X_WO.p.head<2>().x() == Approx(0).margin(1e-9));
+            CHECK(obstaclePose(*session.scene(), 0).p.head<2>().x() == Approx(0).margin(1e-9));
             engine::writeGltf(session.scene()->scene, saved);  // the session's own file stays, and with it undo
         })
         .click("menu scene")
         .click("menu reload")  // asks, for the change is not saved
-        .click("Stay")
+        .click("Cancel")
         .doing([&](WindowFrame& frame) {
             CHECK(editsOf(frame) == 1);
             CHECK(frame.session.sceneNumber() == 1);
         })
         .click("menu scene")
         .click("menu reload")
-        .click("Go on without the changes")
+        .click("Discard changes")
         .until([](WindowFrame& frame) {
             return frame.session.sceneNumber() == 2 && isRunning(frame) && editsOf(frame) == 0;
         })
@@ -274,7 +273,7 @@ TEST_CASE("window: a scene is chosen from the list, another is dropped, and a br
         .until(shows(dropped))
         .drop(broken)
         .until([](WindowFrame& frame) {
-            const Message& newest = frame.session.messages().back();
+            const Message& newest = frame.session.log().messages().back();
             return newest.kind == Message::Kind::Error && newest.text.find("broken.glb") != std::string::npos &&
                    frame.items.count("newest message") == 1;
         })
@@ -304,7 +303,7 @@ TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it
         .until([&](WindowFrame& frame) { return frame.session.sceneNumber() != number && isRunning(frame); })
         .doing([&](WindowFrame& frame) {
             CHECK(frame.session.settings() == tuned);
-            CHECK(frame.session.scene()->world->obstacles[0].X_WO.p.y() == Approx(-4));
+            CHECK(obstaclePose(*frame.session.scene(), 0).p.y() == Approx(-4));
         });
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
@@ -323,8 +322,8 @@ TEST_CASE("window: closing it with changes that are not saved asks first", "[ui]
             glfwSetWindowShouldClose(window, GLFW_TRUE);
             callback(window);
         })
-        .until([&](WindowFrame& frame) { return asked = frame.items.count("Stay") > 0; })
-        .click("Go on without the changes")
+        .until([&](WindowFrame& frame) { return asked = frame.items.count("Cancel") > 0; })
+        .click("Discard changes")
         .then([](WindowFrame&, int frames) { return frames > 100; });
     CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before the user lost patience
     CHECK(asked);
@@ -369,7 +368,7 @@ TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots
     };
     User user;
     user.until(isAtRest)
-        .click("tab Speed against error")
+        .click("tab Speed vs. error")
         .click("sweep")
         .until([](WindowFrame& frame) { return frame.measure.sweeps().result() != nullptr; })
         .doing([&](WindowFrame& frame) {
@@ -407,7 +406,7 @@ TEST_CASE("window: a scene that cannot be opened is told, and ends a run that ha
     WindowRunOptions options = optionsFor(folder.path() / "missing.glb");
     std::string told;
     options.onEnd = [&](LiveSession& session) {
-        for (const Message& message : session.messages()) told += message.text;
+        for (const Message& message : session.log().messages()) told += message.text;
     };
     CHECK(runWindow(options) == 1);
     CHECK(told.find("missing.glb") != std::string::npos);
@@ -424,13 +423,13 @@ TEST_CASE("window: a recording is begun and ended in the menu, and its folder is
         .click("menu scene")
         .click("menu record")
         .until([](WindowFrame& frame) {
-            const Recorder* recorder = frame.session.recorder();
+            const Recorder* recorder = frame.session.recording().recorder();
             return recorder && recorder->rows() > 50 && frame.items.count("health Recording") > 0;
         })
         .click("menu scene")
         .click("menu record")
-        .until([](WindowFrame& frame) { return !frame.session.recorder(); })
-        .doing([&](WindowFrame& frame) { told = frame.session.messages().back().text; });
+        .until([](WindowFrame& frame) { return !frame.session.recording().recorder(); })
+        .doing([&](WindowFrame& frame) { told = frame.session.log().messages().back().text; });
     REQUIRE(user.use(options));
     std::vector<std::filesystem::path> made;
     for (const auto& entry : std::filesystem::directory_iterator(options.recordings)) made.push_back(entry.path());

@@ -363,7 +363,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
         ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
         bench.frame(draw);
     };
-    over("plot Its stages");
+    over("plot Stage times");
     ImGui::GetIO().MouseWheel = 1;
     bench.frame(draw);
     ImGui::GetIO().MouseWheel = 0;
@@ -376,7 +376,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     tick();
     CHECK(state.held->pushed() == 5000);  // the ticks that come in do not move what is looked at
     // Dragged to the right, the plot shows what came before.
-    over("plot Its stages");
+    over("plot Stage times");
     ImGui::GetIO().MouseDown[0] = true;
     bench.frame(draw);
     ImGui::GetIO().MousePos.x += 40;
@@ -401,8 +401,8 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     bench.click("hold plots", draw);  // closes the popup
     bench.click("tab Contact", draw);
     bench.frame(draw);
-    CHECK(bench.items.count("plot Residual") == 1);
-    bench.click("tab Speed against error", draw);
+    CHECK(bench.items.count("plot Solver residuals") == 1);
+    bench.click("tab Speed vs. error", draw);
     bench.click("sweep", draw);
     CHECK(asked.sweep);
     bench.click("all rows", draw, 0.05f);
@@ -476,15 +476,15 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     CHECK(item("Load").attention);
 
     // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
-    CHECK(item("Passive").value == "from 1.5 N·s/m");
+    CHECK(item("Passivity").value == "min 1.5 N·s/m");
     facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
-    CHECK(item("Passive").value == "+0.4 N·s/m");
-    CHECK_FALSE(item("Passive").attention);
+    CHECK(item("Passivity").value == "+0.4 N·s/m");
+    CHECK_FALSE(item("Passivity").attention);
     snapshot.settings.stiffness = 2;
-    CHECK(item("Passive").value == "-0.1 N·s/m");
-    CHECK(item("Passive").attention);
+    CHECK(item("Passivity").value == "-0.1 N·s/m");
+    CHECK(item("Passivity").attention);
     snapshot.settings.rate = 10'000;
-    CHECK_FALSE(item("Passive").attention);
+    CHECK_FALSE(item("Passivity").attention);
 
     // Each is explained on hover.
     Bench bench;

@@ -25,7 +25,7 @@ struct Running {
         session.open({holdFile(folder)});
         REQUIRE(until([&] { return session.running(); }));
         session.chooseDevice(kPhantom);
-        REQUIRE(until([&] { return session.device() == kPhantom && settled(); }));
+        REQUIRE(until([&] { return session.device().choice == kPhantom && settled(); }));
     }
     SessionOptions options() const {
         SessionOptions its;
@@ -52,10 +52,10 @@ struct Running {
     }
     std::string told() const {
         std::string all;
-        for (const Message& message : session.messages()) all += message.text + "\n";
+        for (const Message& message : session.log().messages()) all += message.text + "\n";
         return all;
     }
-    const DeviceStatus& status() { return *session.deviceFacts().status; }
+    const DeviceStatus& status() { return *session.device().facts.status; }
 
   private:
     std::uint64_t last_ = 0;
@@ -75,8 +75,8 @@ TEST_CASE("device session: the phantom takes the tool over where it is, with gai
         const Vec3 moved = running.session.record()->X_WT_device.p - before.p;
         return (moved - Vec3(0, 30, 0)).norm() < 0.5;
     }));
-    REQUIRE(running.session.deviceControl());
-    CHECK(running.session.deviceControl()->maps() == DeviceControl::Maps::All);
+    REQUIRE(running.session.device().control.get());
+    CHECK(running.session.device().control.get()->maps() == DeviceControl::Maps::All);
 }
 
 TEST_CASE("device session: unplugged in mid-run it says so and the scene lives; reconnected it runs on", "[session]") {
@@ -93,16 +93,16 @@ TEST_CASE("device session: unplugged in mid-run it says so and the scene lives; 
     CHECK_THAT(running.told(), Contains("Device running: Fake Premium 6DOF runs"));
     running.session.chooseDevice("demo");
     CHECK(running.until([&] { return running.fake.state().handles == 0; }));
-    CHECK_FALSE(running.session.deviceControl());
+    CHECK_FALSE(running.session.device().control.get());
 }
 
 TEST_CASE("device session: a device that cannot start is told in full and leaves the one before", "[session]") {
     Running running;
     running.session.chooseDevice("phantom:,library=/no/such/libHD.so");
-    CHECK_THAT(running.session.deviceTrouble(), Contains("/no/such/libHD.so") && Contains("Install"));
-    CHECK(running.session.device() == kPhantom);
+    CHECK_THAT(running.session.device().trouble, Contains("/no/such/libHD.so") && Contains("Install"));
+    CHECK(running.session.device().choice == kPhantom);
     running.session.chooseDevice("demo");
-    CHECK(running.session.deviceTrouble().empty());
+    CHECK(running.session.device().trouble.empty());
 }
 
 TEST_CASE("device session: how a device lies in a scene is saved for the two of them", "[session]") {
@@ -114,7 +114,7 @@ TEST_CASE("device session: how a device lies in a scene is saved for the two of 
     workspace.clutch = 4;
     const Vec3 before = running.session.record()->X_WT.p;
     running.session.setWorkspace(workspace);
-    REQUIRE(running.until([&] { return running.session.deviceFacts().scale == 2 && running.settled(); }));
+    REQUIRE(running.until([&] { return running.session.device().facts.scale == 2 && running.settled(); }));
     CHECK((running.session.record()->X_WT.p - before).norm() <
           15);  // taken up where it is; it then glides by the offset
     CHECK(running.until([&] { return running.session.snapshot()->settings.torsion == 1200; }));  // felt as 300
@@ -145,7 +145,7 @@ TEST_CASE("workspace file: what is wrong in it is told with file and field", "[s
     CHECK_THAT(trouble(entry(R"("scale": "big")")), Contains(file.string()) && Contains(".scale must be a number"));
     CHECK_THAT(trouble(entry(R"("scale": -1)")), Contains("scale must be a number from 0.01 to 100"));
     CHECK_THAT(trouble(entry(R"("offset_mm": [1, 2])")), Contains(".offset_mm must be a list of 3 numbers"));
-    CHECK_THAT(trouble(entry(R"("axes_xyzw": [0, 0, 0, 0])")), Contains("axes are a quaternion of unit length"));
+    CHECK_THAT(trouble(entry(R"("axes_xyzw": [0, 0, 0, 0])")), Contains("axes must be a quaternion of unit length"));
     CHECK_THAT(trouble(entry(R"("clutch_button": 99)")), Contains(".clutch_button must be 0 for none to 32"));
     CHECK(trouble(entry(R"("scale": 3)")).empty());
 }

@@ -72,10 +72,12 @@ struct Study {
     /// The clock runs.
     bool started() {
         live.start(session);
-        return until([&] { return live.running() && session.recorder() && session.recorder()->rows() > 20; });
+        return until([&] {
+            return live.running() && session.recording().recorder() && session.recording().recorder()->rows() > 20;
+        });
     }
     bool told(const std::string& text) const {
-        return std::any_of(session.messages().begin(), session.messages().end(),
+        return std::any_of(session.log().messages().begin(), session.log().messages().end(),
                            [&](const Message& message) { return message.text.find(text) != std::string::npos; });
     }
 };
@@ -114,7 +116,7 @@ TEST_CASE("live trials: a trial begins at the start with its settings, whatever 
     const std::string device = GENERATE("mouse", "insert");
     INFO(device);
     Study study(device, 0.2);
-    study.session.mouse()->grab({{10, 5, 0}, Quat::Identity()});  // held against the slab
+    study.session.device().mouse.get()->grab({{10, 5, 0}, Quat::Identity()});  // held against the slab
     Settings soft = study.session.settings();
     soft.stiffness = 0.3;
     study.session.setSettings(soft);
@@ -169,19 +171,19 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
     }
     SECTION("the tool is put back") {
         session.restart();
-        why = "ticks of it were lost, or it was restarted";
+        why = "ticks were lost, or it was reset";
     }
     SECTION("the recording is stopped") {
-        session.stopRecording();
-        why = "it was not recorded to its end";
+        session.recording().stop();
+        why = "its recording is incomplete";
     }
     REQUIRE(study.until([&] { return !study.live.running() && study.live.ready(session); }));
     CHECK(study.rows.empty());
     CHECK(study.live.left() == 1);
-    CHECK(study.told("The trial is to be done again: " + why));
+    CHECK(study.told("The trial must be repeated: " + why));
     CHECK(session.request().file == study.file);
     CHECK(session.request().edits.empty());
-    CHECK(session.device() == "mouse");
+    CHECK(session.device().choice == "mouse");
     CHECK(session.settings().stiffness == 0.7);
     REQUIRE(study.started());
     study.live.abort();
@@ -213,7 +215,7 @@ TEST_CASE("live trials: what is changed before the start is opened anew", "[sess
 
 TEST_CASE("live trials: a device that cannot start has no trial", "[session]") {
     Study study("phantom:,library=/no/such/libHD.so");
-    CHECK(study.session.device() == "mouse");
+    CHECK(study.session.device().choice == "mouse");
     study.live.start(study.session);
     CHECK_FALSE(study.live.running());
     CHECK(study.until([&] { return study.live.ready(study.session); }));
@@ -257,10 +259,10 @@ TEST_CASE("live trials: with motors the clock waits until they are engaged, at t
 TEST_CASE("live trials: a trial that lost ticks is done again", "[session]") {
     Study study("mouse", 20, 64);
     study.live.start(study.session);
-    REQUIRE(study.until([&] { return study.live.running() && study.session.recorder()->rows() > 20; }));
+    REQUIRE(study.until([&] { return study.live.running() && study.session.recording().recorder()->rows() > 20; }));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     REQUIRE(study.until([&] { return !study.live.running(); }));
-    CHECK(study.told("The trial is to be done again: ticks of it were lost"));
+    CHECK(study.told("The trial must be repeated: ticks were lost"));
     CHECK(study.rows.empty());
 }
 

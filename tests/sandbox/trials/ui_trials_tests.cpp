@@ -105,7 +105,8 @@ TEST_CASE("window: a tool that was dragged away before the start is at the start
     study.user.hold(onTool).moveBy({150, 0}).release();
     study.user.until([&](WindowFrame& frame) { return aside(frame) > 10; });
     study.start();
-    study.user.until([&](WindowFrame& frame) { return frame.session.recorder()->rows() > 0 && aside(frame) < 0.1; });
+    study.user.until(
+        [&](WindowFrame& frame) { return frame.session.recording().recorder()->rows() > 0 && aside(frame) < 0.1; });
     study.user.hold(onTool).then([](WindowFrame&, int frames) { return frames > 20; });
     study.user.doing([&](WindowFrame& frame) { CHECK(aside(frame) < 1); });
     study.user.release().click("trial abort");
