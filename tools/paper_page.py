@@ -28,6 +28,10 @@ def steps(name, caption):
             "| " + " | ".join(plot(f"{name}-step-{k}", f"{caption}, step {k}", "png") for k in range(1, 5)) + " |"]
 
 
+def in_mode(mode, solver):
+    return f"{mode} {solver}"
+
+
 def claims():
     words = {True: "agrees", False: "**does not agree**", None: "agrees in part"}
     return ["| published | measured here | |", "|---|---|---|"] + [
@@ -35,7 +39,7 @@ def claims():
 
 
 def times(name):
-    out = ["| solver | collision, mean µs | optimisation, mean µs | total µs: mean / p99.9 / max | iterations: mean / max |"
+    out = ["| solver | collision, mean µs | optimization, mean µs | total µs: mean / p99.9 / max | iterations: mean / max |"
            " force error N, same rows: median / max | ticks solved / elastic / at their limit / invalid |", "|---|---|---|---|---|---|---|"]
     for r in motions[name]["rows"]:
         if r["mode"] == "paper":
@@ -48,22 +52,23 @@ def times(name):
 
 
 def classes():
-    solvers = ("active-set", "pqp", "dual-active-set")
-    out = ["| pairs | ticks | " + " | ".join(f"`{s}` µs: median / max" for s in solvers) + " | iterations, mean: `active-set` / `pqp` |",
-           "|---|---|---|---|---|---|"]
+    solvers = [key.removesuffix("_p50_us") for key in results["classes"][0] if key.endswith("_p50_us")]
+    paper = (results["solvers"]["former"], results["solvers"]["published"])
+    out = ["| pairs | ticks | " + " | ".join(f"`{s}` µs: median / max" for s in solvers) + " | iterations, mean: " + " / ".join(f"`{s}`" for s in paper) + " |",
+           "|---" * (len(solvers) + 3) + "|"]
     for c in results["classes"]:
         if c["ticks"]:
             out.append(f"| {c['pairs_from']} to {c['pairs_to']} | {c['ticks']} | "
                        + " | ".join(f"{number(c[s + '_p50_us'])} / {number(c[s + '_max_us'])}" for s in solvers)
-                       + f" | {number(c['active-set_iterations'])} / {number(c['pqp_iterations'])} |")
+                       + " | " + " / ".join(number(c[s + "_iterations"]) for s in paper) + " |")
     return out
 
 
 def phases():
-    out = ["| mode, solver | | axial force N: max / at the end | sideways N, max | torque mN·m, max | pairs, max | collision, optimisation: mean µs |"
-           " step µs, max | deepest mm |", "|---|---|---|---|---|---|---|---|---|"]
+    out = ["| mode, solver | | axial force N: max / at the end | lateral N, max | torque mN·m, max | pairs, max | collision, optimization: mean µs |"
+           " step µs, max | penetration mm, max |", "|---|---|---|---|---|---|---|---|---|"]
     for p in results["phases"]:
-        if p["case"] in ("paper active-set", "paper pqp", "paper dual-active-set", "default dual-active-set", "penalty"):
+        if p["case"].startswith("paper ") or p["case"] in ("penalty", in_mode("default", results["solvers"]["exact"])):
             out.append(f"| {p['case']} | {p['phase']} | {number(p['axial_max_N'])} / {number(p['axial_end_N'], 2)} | {number(p['lateral_max_N'])} |"
                        f" {number(p['torque_max_mNm'])} | {number(p['pairs_max'])} | {number(p['collision_mean_us'])}, {number(p['solve_mean_us'])} |"
                        f" {number(p['step_max_us'])} | {number(p['penetration_max_mm'], 2)} |")
@@ -71,8 +76,8 @@ def phases():
 
 
 def depths():
-    out = ["| motion | mode, solver | rows: median / max | step µs: median / p99 / p99.9 | deepest mm: median / max | hover mm, p99 | force N, max |"
-           " force, from the exact solver's run N: median / max |", "|---|---|---|---|---|---|---|---|"]
+    out = ["| motion | mode, solver | rows: median / max | step µs: median / p99 / p99.9 | penetration mm: median / max | hover mm, p99 | force N, max |"
+           " force difference from the run of the exact solver N: median / max |", "|---|---|---|---|---|---|---|---|"]
     for name, motion in motions.items():
         for r in motion["rows"]:
             out.append(f"| {name} | {r['case']} | {number(r['rows_p50'])} / {number(r['rows_max'])} |"
@@ -83,22 +88,23 @@ def depths():
 
 
 machine, shaft = results["machine"], motions["figure-7"]
+former, published = results["solvers"]["former"], results["solvers"]["published"]
 PICTURES.mkdir(parents=True, exist_ok=True)
 text = [BEGIN, f"One run of `touchstone paper{' --quick' if results['quick'] else ''}`: {machine['processor']}, {machine['cores']} cores shared with "
         f"other programs, commit {results['commit']}, {results['compiler']}, `{results['flags']}`.", "",
-        "## What was published and what is measured", "", *claims(), "",
+        "## Published claims and measurements", "", *claims(), "",
         "## Figure 5: a bunny on a bunny", "", *steps("figure-5", "Figure 5"), "",
-        plot("figure-5", "Pairs, time with active-set, time with pqp"), "",
-        "The same way, deeper:", "", plot("figure-5-deeper", "The same, with 200 to 1000 pairs"), "",
+        plot("figure-5", f"Pairs, time with {former}, time with {published}"), "",
+        "The same motion, deeper:", "", plot("figure-5-deeper", "The same, with 200 to 1000 pairs"), "",
         "Times by pairs, both motions together:", "", *classes(), "",
-        "## Figure 6: mean times", "", plot("figure-6", "Mean time of collision, optimisation and all, by solver"), "", *times("figure-5"), "",
+        "## Figure 6: mean times", "", plot("figure-6", "Mean time of collision, optimization and both, by solver"), "", *times("figure-5"), "",
         "And on the deeper motion:", "", *times("figure-5-deeper"), "",
         "## Figure 7: a splined shaft", "",
         f"{shaft['tool_leaves']:,} and {shaft['obstacle_leaves']:,} leaves, clearance 0.5 mm; the 200 deepest pairs form the constraints.", "",
-        *steps("figure-7", "Figure 7"), "", plot("figure-7", "Force, torque and time of the shaft in paper mode with pqp"), "",
+        *steps("figure-7", "Figure 7"), "", plot("figure-7", f"Force, torque and time of the shaft in paper mode with {published}"), "",
         "The same motion in default mode with the exact solver:", "",
         plot("figure-7-default", "Force, torque and time of the shaft in default mode"), "", *phases(), "",
-        "## Penetration of every kind, on the same motions", "",
+        "## Penetration with every mode and solver, on the same motions", "",
         plot("figure-5-penetration", "True penetration over time, figure 5"), "", plot("figure-7-penetration", "True penetration over time, figure 7"), "",
         *depths(), END]
 page = PAGE.read_text()

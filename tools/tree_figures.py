@@ -1,8 +1,9 @@
 """The measurements behind docs/sphere-trees.md.
 
-python3 tree_figures.py measure FOLDER TOUCHSTONE keeps in FOLDER what the program prints; write FOLDER makes
-of it the plots and the tables between the markers of the page.
+python3 tree_figures.py measure FOLDER TOUCHSTONE stores the program's results in FOLDER; write FOLDER makes the figures
+and the tables between the markers of the page from them.
 """
+import csv
 import json
 import math
 import os
@@ -40,7 +41,7 @@ TABLE = [  # name, label, source, options
 
 
 class Measurements:
-    """Runs of the program, each kept as a file that holds its JSON."""
+    """Runs of the program; the JSON of each is stored in a file."""
 
     def __init__(self, folder, touchstone=None):
         self.folder, self.touchstone = pathlib.Path(folder), touchstone
@@ -56,7 +57,7 @@ class Measurements:
         aside = self.folder / f"{name}.new"
         with open(aside, "w") as out:
             child = subprocess.Popen([self.touchstone, "tree", *arguments, "--json"], stdout=out)
-            _, status, usage = os.wait4(child.pid, 0)  # the memory of this child alone
+            _, status, usage = os.wait4(child.pid, 0)  # reports the peak memory of this child alone
         if status != 0:
             raise SystemExit(f"touchstone tree {' '.join(arguments)} failed")
         result = json.loads(aside.read_text())
@@ -69,7 +70,7 @@ class Measurements:
 
 
 def torus(around, along):
-    """A torus with waves, as OBJ."""
+    """A wavy torus, as OBJ."""
     lines = []
     for i in range(around):
         for j in range(along):
@@ -111,8 +112,8 @@ def measure(folder, touchstone):
 
 
 def curvature(m, names):
-    """The bunny's area in squared diagonals and, for each of its trees, the area mean of the diagonal over the radius
-    of the leaf that a point lies deepest in."""
+    """The bunny's area in squared diagonals and, for each of its trees, the mean over the surface of diagonal / r, where r
+    is the radius of the leaf that contains the point most deeply."""
     diagonal = m.load(f"{names[0]}-check")["diagonal_mm"]
     vertices, faces = [], []
     for line in open(BUNNY):
@@ -145,75 +146,25 @@ def curvature(m, names):
     return sum(areas) / diagonal ** 2, means
 
 
-STYLE = """set terminal svg size {size} dynamic font "sans-serif,14"
-set output "{out}"
-grey = "#808890"
-set border 3 linecolor rgb grey
-set tics nomirror textcolor rgb grey
-set xlabel textcolor rgb grey
-set ylabel textcolor rgb grey
-set title textcolor rgb grey
-set key textcolor rgb grey spacing 1.2
-set grid linecolor rgb grey linewidth 0.3
-set logscale xy
-set format x "%.0s%c"
-"""
-COLOURS = {"bunny-fast": "#2f81f7", "bunny-best": "#1f9d55", "shaft-fast": "#e07020", "shaft-best": "#c03060"}
-
-
-def plot(size, out, body):
-    script = STYLE.format(size=size, out=PICTURES / out) + body
-    subprocess.run(["gnuplot"], input=script, text=True, check=True)
-
-
-def block(name, points):
-    return f"${name} << EOD\n" + "".join(f"{x:.8g} {y:.8g}\n" for x, y in points) + "EOD\n"
-
-
-def curve(m, label, key, value):
-    runs = [m.load(f"{label}-{n}") for n in CURVES[label][2]]
-    return [(r[key], value(r)) for r in runs if r]
-
-
-def line(data, colour, title, style="linespoints pointtype 7 pointsize 0.6"):
-    return f'${data} with {style} linewidth 2 linecolor rgb "{colour}" title "{title}"'
+def write_table(file, header, rows):
+    with open(file, "w", newline="") as out:
+        csv.writer(out).writerows([header, *rows])
 
 
 def draw(m, constant):
-    data, lines = "", []
-    for label, colour in COLOURS.items():
-        name = label.replace("-", "_")
-        data += block(name, curve(m, label, "leaves", lambda r: r["protrusion_percent"]))
-        lines.append(line(name, colour, label.replace("-", ", ")))
-    data += block("theory", [(n, 100 * constant / n) for n in (LEAVES[0], LEAVES[-1])])
-    lines.append(line("theory", "#808890", "theory, bunny", "lines dashtype 2"))
-    plot("760,480", "tree-error.svg", data + f"""set xlabel "leaves"
-set ylabel "certified protrusion, % of the diagonal"
-set xrange [50:40000]
-set yrange [0.005:10]
-plot {', '.join(lines)}
-""")
-
-    data, left, right = "", [], []
-    for label, colour in COLOURS.items():
-        name = label.replace("-", "_")
-        data += block(name, curve(m, label, "leaves", lambda r: r["cpu_s"]))
-        left.append(line(name, colour, label.replace("-", ", ")))
-    for leaves, colour in zip(TORUS_LEAVES, ("#2f81f7", "#e07020")):
+    """Writes the tables of the figures and draws them."""
+    rows = []
+    for label, (_, _, counts) in CURVES.items():
+        runs = [m.load(f"{label}-{n}") for n in counts]
+        rows += [(label.replace("-", ", "), r["leaves"], r["protrusion_percent"], r["cpu_s"]) for r in runs if r]
+    rows += [("theory, bunny", n, 100 * constant / n, "") for n in (LEAVES[0], LEAVES[-1])]
+    write_table(m.folder / "tree-leaves.csv", ("series", "leaves", "protrusion_percent", "cpu_s"), rows)
+    rows = []
+    for leaves in TORUS_LEAVES:
         runs = [m.load(f"torus-{2 * a * b}-{leaves}") for a, b in TORI]
-        data += block(f"torus{leaves}", [(r["triangles"], r["cpu_s"]) for r in runs if r])
-        right.append(line(f"torus{leaves}", colour, f"{leaves:,} leaves"))
-    plot("960,440", "tree-time.svg", data + f"""set multiplot layout 1,2
-set key top left
-set ylabel "CPU seconds"
-set xlabel "leaves"
-set xrange [50:40000]
-plot {', '.join(left)}
-set xlabel "triangles of a wavy torus, fast"
-set xrange [700:1500000]
-plot {', '.join(right)}
-unset multiplot
-""")
+        rows += [(f"{leaves:,} leaves", r["triangles"], r["cpu_s"]) for r in runs if r]
+    write_table(m.folder / "tree-triangles.csv", ("series", "triangles", "cpu_s"), rows)
+    subprocess.run(["tools/plot", "trees", m.folder, PICTURES], check=True, stdout=subprocess.DEVNULL)
 
 
 def processor():
@@ -245,14 +196,14 @@ def write(folder):
     area, inverse = curvature(m, ["bunny-512", "bunny-4096", "bunny-32768"])
     constant = 0.19 * area * inverse[1] / 2
     draw(m, constant)
-    text = [BEGIN, f"""Processor: {processor()}. CPU seconds are of all threads, reading the mesh left out;
+    text = [BEGIN, f"""Processor: {processor()}. CPU seconds are those of all threads, without reading the mesh;
 the machine was not quiet.
 
-| mesh, asked for | leaves | protrusion %D: max / RMS / certified | bare surface | leaves outside an ancestor \
+| mesh, options | leaves | protrusion %D: max / RMS / certified | uncovered surface | leaves outside an ancestor \
 | pairs missed | walk µs | sphere tests | CPU s | peak MB |
 |---|---|---|---|---|---|---|---|---|---|"""]
     text += [row(m, name, label) for name, label, _, _ in TABLE]
-    text += ["", "| bunny, 4,096, fast; the fastest of three | seconds by the clock | CPU s |", "|---|---|---|"]
+    text += ["", "| bunny, 4,096, fast; the fastest of three | wall-clock s | CPU s |", "|---|---|---|"]
     for threads in (1, 2):
         best = min((m.load(f"threads-{threads}-{attempt}") for attempt in range(3)), key=lambda r: r["wall_s"])
         text.append(f"| {threads} thread{'s'[:threads - 1]} | {best['wall_s']:.1f} | {best['cpu_s']:.1f} |")
@@ -260,8 +211,8 @@ the machine was not quiet.
     small, large = (m.load(f"torus-{2 * a * b}-512") for a, b in TORI[-2:])
     if few and many and small and large:
         triangle, leaf = slope(small, large, "triangles", 1), slope(few, many, "leaves", 1000)
-        text += ["", f"""Peak memory of the program, two threads: {triangle:.0f} bytes a triangle (512 leaves,
-{small['triangles']:,} to {large['triangles']:,} triangles) and {leaf:.1f} kB a leaf (bunny,
+        text += ["", f"""Peak memory of the program, two threads: {triangle:.0f} bytes per triangle (512 leaves,
+{small['triangles']:,} to {large['triangles']:,} triangles) and {leaf:.1f} kB per leaf (bunny,
 {few['leaves']:,} to {many['leaves']:,} leaves)."""]
     text += ["", f"""The theory's line for the bunny: surface A = {area:.2f} D², ⟨1/R⟩ = {inverse[1]:.0f} / D, so
 N·e = {100 * constant:.0f} %D. Estimated from 512 leaves ⟨1/R⟩ is {inverse[0]:.0f} / D, from 32,768 it is

@@ -46,7 +46,7 @@ def interval(line, of="mean"):
 
 
 def study():
-    measures = [("seated_rate", "share seated"), ("time_s of seated", "time to be seated, s"), ("search_s", "search, s"),
+    measures = [("seated_rate", "share seated"), ("time_s of seated", "time until seated, s"), ("search_s", "search, s"),
                 ("force_peak_N", "peak force, N"), ("torque_peak_mNm", "peak torque, mN·m"), ("contacts_mean", "contacts"),
                 ("residual_penetration_mm", "residual penetration, mm")]
     lines = rows("clearance-study", "summary.csv")
@@ -59,9 +59,9 @@ def study():
 
 program = json.loads((folder / "five-trials" / "trial-0001" / "recording.json").read_text())["program"]
 PICTURES.mkdir(parents=True, exist_ok=True)
-text = [BEGIN, f"What came out here (commit {program['commit']}, {program['compiler']}):", "", *five(), "",
-        "A larger study, [`docs/examples/clearance-study.json`](examples/clearance-study.json), asks what clearance, stiffness and the "
-        "penalty method do to the same 24 hands, two of each participant. Means with 95 % intervals:", "", *study(), "",
+text = [BEGIN, f"Results (commit {program['commit']}, {program['compiler']}):", "", *five(), "",
+        "A larger study, [`docs/examples/clearance-study.json`](examples/clearance-study.json), measures the effect of clearance, stiffness and the "
+        "penalty method on the same 24 hands, two of each participant. Means with 95 % intervals:", "", *study(), "",
         plot("clearance-study", "summary", "Share seated, time and peak torque of each condition, with 95 % intervals"), "",
         plot("clearance-study", "phases", "Mean time in each phase, by condition"), END]
 page = PAGE.read_text()

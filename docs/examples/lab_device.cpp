@@ -1,4 +1,4 @@
-// A device of one's own: a program of the lab sends the stylus's pose by UDP and is sent the wrench.
+// Your own device: a program in the lab sends the pose of the stylus by UDP and receives the wrench.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -27,7 +27,7 @@ class LabDevice final : public Device {
     }
     ~LabDevice() override { close(socket_); }
 
-    // On the device's own axes: mm and a unit quaternion. Neither call may wait, allocate, lock or throw.
+    // In the device's own frame: mm and a unit quaternion. Neither call may wait, allocate, lock or throw.
     DeviceReading read(double, double dt) noexcept override {
         age_ += dt;
         std::array<double, 7> m;  // x, y, z, qw, qx, qy, qz
@@ -55,7 +55,7 @@ class LabDevice final : public Device {
 
 }  // namespace
 
-// The row of haptics/device/device_table.cpp: DeviceInfo{"lab", "our own arm, as lab:PORT", makeLab}
+// Its row in haptics/device/device_table.cpp: DeviceInfo{"lab", "our own arm, as lab:PORT", makeLab}
 std::unique_ptr<Device> makeLab(const DeviceContext& context) {
     const int port = context.file.empty() ? 5005 : std::atoi(context.file.c_str());
     return makeMapped(std::make_unique<LabDevice>(static_cast<std::uint16_t>(port)), context.X_WT_start);

@@ -13,11 +13,16 @@ namespace {
 
 using namespace simd;
 
-constexpr double kRounding = 1e-9;    // mm: more than two ways to compute a gap can differ by
-constexpr double kTouch = 1e-10;      // mm: leaves that slide along each other do not meet
-constexpr float kFloatError = 1e-6f;  // of a way: what following it in float may be off by
+/// Upper bound on the difference of a gap computed by two different expressions in double, mm. With a smaller value
+/// deepestGap() could miss the deepest pair; a larger one recomputes more pairs.
+constexpr double kRounding = 1e-9;
+/// Leaves count as meeting only if they approach by more than this, mm, so that leaves that slide along each other do
+/// not stop a flight. A larger value lets a flight enter by as much.
+constexpr double kTouch = 1e-10;
+/// Bound on the rounding error of a path in float, as a fraction of its length. A smaller value could miss a pair.
+constexpr float kFloatError = 1e-6f;
 
-/// Eight blocks of a level, or one of them eight times.
+/// Eight blocks of a level, or one block in all eight lanes.
 struct Blocks {
     Float8 at[3], r, lo[3], hi[3], round;
 
@@ -38,8 +43,9 @@ struct Blocks {
           round(get(l.round)) {}
 };
 
-/// Depth first, the least bounds first; a pair of blocks is left out when its bound is no less than the best so far.
-/// `Measure` gives what a leaf pair has, and of eight pairs of blocks what their leaves have at least.
+/// Branch and bound, depth first with the smallest bound first. A pair of blocks is skipped if its bound is not below
+/// the best value so far. `Measure` returns the value of a leaf pair, and for eight pairs of blocks lower bounds on the
+/// values of their leaf pairs.
 template <class Measure>
 class Search {
   public:
@@ -71,7 +77,7 @@ class Search {
                                                               Blocks::eight(obstacle_.levels[b - 1], children), best)
                                              : measure_.bound(Blocks::eight(tool_.levels[a - 1], children),
                                                               Blocks::one(obstacle_.levels[b], j), best);
-        // The lanes that may hold less, the least first.
+        // The lanes that may hold a smaller value, in ascending order of their bounds.
         std::array<int, 8> order;
         int count = 0;
         for (Mask open = lessEqual(bound, splat(best)) & blocks; open; open &= open - 1) {
@@ -94,7 +100,7 @@ class Search {
     LeafPair* nearest_;
 };
 
-/// The centres of tool blocks in the obstacle's frame.
+/// The centers of tool blocks in the obstacle's frame.
 class Placement {
   public:
     explicit Placement(const Pose& X_OT) : R_(X_OT.R().cast<float>()), p_(X_OT.p.cast<float>()) {}
@@ -117,15 +123,15 @@ class Gap {
     Float8 bound(const Blocks& tool, const Blocks& obstacle, float) const {
         Float8 apart2 = splat(0.0f), outside2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 c = place_.at(tool, k), way = c - obstacle.at[k],
+            const Float8 c = place_.at(tool, k), offset = c - obstacle.at[k],
                          outside = apart(c, c, obstacle.lo[k], obstacle.hi[k]);
-            apart2 += way * way;
+            apart2 += offset * offset;
             outside2 += outside * outside;
         }
         const Float8 reach = tool.r + guard_;
         const Float8 ball = simd::sqrt(apart2) - obstacle.r - reach,
                      box = simd::sqrt(outside2) - obstacle.round - reach;
-        // A box bounds how far leaves are apart, not how deep they overlap.
+        // A box bounds the distance of separate leaves, but not the depth of an overlap.
         return outside2 > 0.0f ? max(ball, box) : ball;
     }
 
@@ -135,7 +141,7 @@ class Gap {
     const float guard_;
 };
 
-/// No gap is less than that of the first pair within a margin, which ends the search.
+/// The value of the first pair within the margin is -infinity, which ends the search.
 class FirstWithin : public Gap {
   public:
     FirstWithin(const Pose& X_OT, float guard, double margin) : Gap(X_OT, guard), margin_(margin) {}
@@ -149,26 +155,27 @@ class FirstWithin : public Gap {
     const double margin_;
 };
 
-/// The share of a way after which leaves meet; infinite if they do not.
+/// The fraction of a course at which leaves meet; infinite if they do not.
 class Meeting {
   public:
-    /// An arc leaves the straight way by s² reach |turn|²/2; s up to atMost.
-    Meeting(const Course& way, const Vec3& center, double reach, double atMost, float guard)
-        : way_(way), place_(way.X_OT), center_(center), bend_(atMost * reach * way.turn.squaredNorm() / 2) {
-        const Vec3 c = way.X_OT * center;
+    /// After the fraction s <= atMost an arc deviates from the straight path by s² reach |turn|²/2.
+    Meeting(const Course& course, const Vec3& center, double reach, double atMost, float guard)
+        : course_(course), place_(course.X_OT), center_(center), bend_(atMost * reach * course.turn.squaredNorm() / 2) {
+        const Vec3 c = course.X_OT * center;
         for (int k = 0; k < 3; ++k) {
             c_[k] = float(c[k]);
-            shift_[k] = float(way.shift[k]);
-            turn_[k] = float(way.turn[k]);
+            shift_[k] = float(course.shift[k]);
+            turn_[k] = float(course.turn[k]);
         }
-        angle_ = float(way.turn.norm());
-        guard_ = guard + kFloatError * float(way.shift.norm() + reach * way.turn.norm());
+        angle_ = float(course.turn.norm());
+        guard_ = guard + kFloatError * float(course.shift.norm() + reach * course.turn.norm());
     }
 
-    /// Centres at d + s u meet where |d + s u| = R + s bend, or where it gets less than at the start.
+    /// With d the offset of the centers and u the path, leaves meet where |d + s u| = R + s bend. R is the sum of the
+    /// radii, or the distance at the start if that is smaller.
     double exact(const Sphere& tool, const Sphere& obstacle) const {
-        const Vec3 arm = way_.X_OT.q * (tool.center() - center_), d = way_.X_OT * tool.center() - obstacle.center(),
-                   u = way_.shift + way_.turn.cross(arm);
+        const Vec3 arm = course_.X_OT.q * (tool.center() - center_),
+                   d = course_.X_OT * tool.center() - obstacle.center(), u = course_.shift + course_.turn.cross(arm);
         const double distance = d.norm(), touch = std::min(double(tool.r) + double(obstacle.r), distance) - kTouch;
         const double a = u.squaredNorm() - bend_ * bend_, b = d.dot(u) - bend_ * touch,
                      c = (distance - touch) * (distance + touch);
@@ -177,7 +184,7 @@ class Meeting {
         return c / (std::sqrt(root2) - b);
     }
 
-    /// By the spheres of the blocks, and the box of the tool's way against that of the obstacle.
+    /// Bounds by the spheres of the blocks, and by the box around the tool's path and the obstacle's box.
     Float8 bound(const Blocks& tool, const Blocks& obstacle, float best) const {
         Float8 c[3], arm[3], u[3], d[3];
         for (int k = 0; k < 3; ++k) {
@@ -201,7 +208,7 @@ class Meeting {
             outside2 += outside * outside;
             near2 += at * at;
         }
-        // What the leaves of a block go beside its centre's way.
+        // The deviation of a block's leaves from the path of its center.
         const Float8 beside = float(bend_) + angle_ * tool.r, reach = tool.r + guard_ + best * beside;
         const Float8 ball = obstacle.r + reach, box = obstacle.round + reach;
         const Float8 soonest = (simd::sqrt(d2) - obstacle.r - tool.r - guard_) / (simd::sqrt(u2) + beside);
@@ -210,7 +217,7 @@ class Meeting {
     }
 
   private:
-    const Course& way_;
+    const Course& course_;
     const Placement place_;
     const Vec3& center_;
     const double bend_;
@@ -230,9 +237,10 @@ bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X
     return Search(tool, obstacle, first, margin).run() < margin;
 }
 
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& way, double reach, double atMost) {
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, double reach,
+                 double atMost) {
     const Vec3 center = tool.center();
-    const Meeting meeting(way, center, reach, atMost, floatGuard(tool, obstacle, way.X_OT));
+    const Meeting meeting(course, center, reach, atMost, floatGuard(tool, obstacle, course.X_OT));
     return std::max(0.0, Search(tool, obstacle, meeting, atMost).run());
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The least gap of two sphere trees, and how far one can go, by branch and bound.
+// The smallest gap of two sphere trees, and the free part of a motion, by branch and bound.
 #include "haptics/collision/tree_walk.hpp"
 
 namespace touchstone {
@@ -8,24 +8,24 @@ struct LeafPair {
     int toolLeaf = 0, obstacleLeaf = 0;
 };
 
-/// Least gap over all leaf pairs, mm, negative where they overlap; `atMost` if none is below it. X_OT: tool node in the
-/// obstacle's frame. Exact in double for the pair found. `nearest`: a pair to begin with, best that of a pose nearby,
-/// and replaced by the one found; it saves time and changes no result. This and the others are real time: no
-/// allocation, lock or throw.
+/// The smallest gap over all leaf pairs, mm, negative if they overlap; `atMost` if no gap is below it. X_OT: tool node
+/// in the obstacle's frame. Exact in double for the pair found. `nearest` is a pair to start from, best that of a
+/// nearby pose, and is replaced by the pair found; it saves time and does not change the result. Real time, like the
+/// other functions of this file: no allocation, lock or throw.
 double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double atMost = 1e30,
                 LeafPair* nearest = nullptr);
 
-/// Whether a pair has a gap below that, mm.
+/// Whether a pair has a gap below `margin`, mm.
 bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin);
 
-/// leastGap() with atMost 0, by a walk of the same trees: pairs that do not overlap are left out eight at a time.
+/// leastGap() with atMost = 0, by a walk of the same two trees, which discards pairs without overlap eight at a time.
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);
 
-/// The share of a way, `atMost` at most, up to which no pair of leaves meets; pairs that touch or overlap at its start
-/// must not get nearer. The way goes from its pose straight on while it turns about the tool's centre. Exact in double
-/// where it does not turn; else what a leaf leaves its own straight way by, up to reach |turn|²/2, is taken as met.
-/// `reach`: SphereTree::reach() of the tool, mm.
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& way, double reach,
+/// The fraction of a course, at most `atMost`, up to which no pair of leaves touches; pairs that touch or overlap at
+/// its start must not get nearer. The tool translates along a straight line while it rotates about its center. Exact in
+/// double without rotation; with rotation, each leaf is allowed to deviate from its straight path by up to
+/// reach |turn|²/2, so the result is a lower bound. `reach`: SphereTree::reach() of the tool, mm.
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, double reach,
                  double atMost = 1);
 
 }  // namespace touchstone

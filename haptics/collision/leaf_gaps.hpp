@@ -1,16 +1,17 @@
 #pragma once
-// One tool leaf against a bucket of eight obstacle leaves, exactly.
+// Exact gaps of one tool leaf and a bucket of eight obstacle leaves.
 #include "haptics/collision/sphere_tree.hpp"
 #include "haptics/math/simd.hpp"
 
 namespace touchstone {
 
-/// Offsets of the centres from obstacle to tool, their distance, the gap; mm, a lane an obstacle leaf.
+/// Offset of the tool leaf's center from each obstacle leaf's center, their distance and the gap; mm, one lane for each
+/// obstacle leaf.
 struct LeafGaps {
     simd::Double8 dx, dy, dz, distance, gap;
 };
 
-/// In double from the leaves as stored. c_O: centre of the tool leaf in the obstacle's frame.
+/// Computed in double from the leaves as stored. c_O: center of the tool leaf in the obstacle's frame.
 inline LeafGaps leafGaps(const Vec3& c_O, double radius, const SphereTree& obstacle, int bucket) {
     using namespace simd;
     const TreeLevel& leaves = obstacle.levels[0];
@@ -24,7 +25,7 @@ inline LeafGaps leafGaps(const Vec3& c_O, double radius, const SphereTree& obsta
     return g;
 }
 
-/// The gap of one pair alone, mm. X_OT: tool node in the obstacle's frame.
+/// The gap of one pair, mm. X_OT: tool node in the obstacle's frame.
 inline double leafGap(const Sphere& tool, const Sphere& obstacle, const Pose& X_OT) {
     return (X_OT * tool.center() - obstacle.center()).norm() - (double(tool.r) + double(obstacle.r));
 }

@@ -12,23 +12,56 @@ using namespace simd;
 
 namespace {
 
-constexpr double kNarrow = 0.12;                    // of the slack: how much further the narrow set reaches
-constexpr int kHandful = 64;                        // entries: not worth to be narrowed
-constexpr double kFew = 0.7;                        // of the pairs' margin: what pays to ask for along a course
-constexpr double kWide = 3;                         // times the narrow reserve: too much to look at every tick
-constexpr double kLongWay = 2;                      // times the margin: and more is
-constexpr double kLonger = 2;                       // curve that is found beyond what is asked for
-constexpr double kWalkTicks = 8, kNarrowTicks = 2;  // that a walk and the narrow set look ahead,
-constexpr double kShortest = 0.01, kLongest = 2;    // if that is longer than the one, mm, and up to the other
-constexpr float kMost = 0.5f;                       // of the deepest crossing: rows crossed that far are taken at once
-constexpr double kFloatError = 2e-6;  // of a step's length: what is left of a gap may be off by that in float
-constexpr int kFarRows = 1 << 18;
-constexpr double kCrossed = 1e-10;   // mm
-constexpr double kRounding = 1e-12;  // mm: a gap that falls by less has not fallen, poses that near are one
+// Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
+// every pair exactly.
 
-/// For a step that is.
-Within longer(Within within) {
-    within.curve *= kLonger;
+/// Reserve of the narrow set, as a fraction of the slack of the wide set: how much further than asked it reaches. With
+/// a larger reserve every query tests more entries; with a smaller one the set is selected again more often.
+constexpr double kNarrowReserve = 0.12;
+/// Number of entries up to which a set is used as it is. Selecting fewer from so few costs more than testing all.
+constexpr int kFewEntries = 64;
+/// A narrow set whose remaining reserve exceeds this multiple of its intended reserve is selected again, since it makes
+/// every query test too many entries. A larger multiple keeps wide sets longer; a smaller one selects more often.
+constexpr double kMaxReserve = 3;
+/// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
+/// the margin. Otherwise all pairs within the margin are taken, since a test along the course would save too little.
+constexpr double kUsefulFraction = 0.7;
+/// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
+/// that a search along one does not serve the next.
+constexpr double kLongStep = 2;
+/// Factor on the curve term of what a search is asked for. It leaves room for longer steps, up to √2 times as long,
+/// before another search is needed; a larger factor finds more pairs.
+constexpr double kCurveReserve = 2;
+/// Number of ticks that a walk of the trees and a selection of the narrow set look ahead along the expected motion.
+/// More ticks find more entries; fewer search more often. A shaft on its way into a hole keeps to its course, so
+/// that one walk serves up to eight ticks.
+constexpr double kWalkTicks = 8, kNarrowTicks = 2;
+/// Bounds on the length of that look-ahead, mm. Below the lower one the tool counts as resting, and the search is made
+/// around its pose; the upper one keeps the number of entries of a fast tool bounded.
+constexpr double kMinLookAhead = 0.01, kMaxLookAhead = 2;
+
+// Constants of the rows that a step crosses.
+
+/// Fraction of the deepest crossing down to which crossed rows are taken in one pass. The deepest rows come first,
+/// since an answer that satisfies them crosses few of the others. With a larger fraction a step needs more solves; with
+/// a smaller one the next solve has more rows.
+constexpr float kDeepestFraction = 0.5f;
+/// Bound on the rounding error of a predicted gap in float, as a fraction of the step's length. It must not be smaller
+/// than the true error, or a crossed row is missed.
+constexpr double kFloatError = 2e-6;
+/// Maximum number of candidate rows of one step, the same number as entries (PairEntries::kCapacity). If a step has
+/// more, appendCrossed() fails and the step is shortened by the re-measured gaps.
+constexpr int kCandidateCapacity = 1 << 18;
+/// A row counts as crossed only beyond this gap, mm. The exact solver satisfies rows to about 1e-14, so that a smaller
+/// value would add rows that its answer touches; a larger one lets a step enter by as much.
+constexpr double kCrossed = 1e-10;
+/// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less
+/// are the same.
+constexpr double kRounding = 1e-12;
+
+/// The same pairs for steps that are a little longer.
+Within withCurveReserve(Within within) {
+    within.curve *= kCurveReserve;
     return within;
 }
 
@@ -43,70 +76,71 @@ NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, i
     : tool_(&tool),
       obstacle_(&obstacle),
       extent_(tool),
-      meanSum_(meanRadius(tool) + meanRadius(obstacle)),
+      meanRadii_(meanRadius(tool) + meanRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
       finder_(tool, obstacle),
-      all_(tool, obstacle),
-      near_(tool, obstacle),
-      far_(int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kFarRows)) + 8) {}
+      wide_(tool, obstacle),
+      narrow_(tool, obstacle),
+      candidates_(
+          int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kCandidateCapacity)) + 8) {}
 
 bool NeighborList::complete(const Coverage& asked, double slack) {
     const Course& course = asked.course;
-    // Entries that are near no longer are looked at in vain: the narrow set is renewed before its reserve is spent.
-    const double narrow = kNarrow * slack;
-    const double left = finder_.reserve(near_, asked);
-    const bool serves = near_.count <= kHandful || (left <= kWide * narrow && finder_.strayed(near_, course) <= narrow);
+    // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
+    const double narrow = kNarrowReserve * slack;
+    const double left = finder_.reserve(narrow_, asked);
+    const bool serves = narrow_.count <= kFewEntries ||
+                        (left <= kMaxReserve * narrow && finder_.deviationFrom(narrow_, course) <= narrow);
     if (left >= 0 && serves) return true;
 
-    const double own = finder_.reserve(all_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
-    const PairEntries* from = left >= narrow ? &near_ : offered > own ? offered_ : &all_;
+    const double own = finder_.reserve(wide_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
+    const PairEntries* from = left >= narrow ? &narrow_ : offered > own ? offered_ : &wide_;
     if (!(left - narrow >= 0 || own >= 0 || offered >= 0)) {
-        from = &all_;
-        near_.within = {};
-        // Where others find entries, too, theirs will soon serve: little is enough till then.
+        from = &wide_;
+        narrow_.within = {};
+        // If another thread finds entries, its next ones will soon serve, and this search may be small.
         const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : kWalkTicks;
-        // Where the tool goes slowly, also for steps as long as a tick.
-        Within within = longer(asked.within);
+        // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
+        Within within = withCurveReserve(asked.within);
         if (const double tick = extent_.length({course.X_OT, shift_, turn_}); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
-        // Deep overlaps can fill the memory: then without slack, for this course alone.
-        if (!finder_.find({ahead(course, ticks, spare), within.wider(spare)}, all_) && !finder_.find(asked, all_))
+        // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
+        if (!finder_.find({ahead(course, ticks, spare), within.wider(spare)}, wide_) && !finder_.find(asked, wide_))
             return false;
     }
-    // Looking ahead pays while the tool keeps to its course, and where the next tick need not find anew in any case.
-    Coverage next{ahead(course, kNarrowTicks, narrow), longer(asked.within)};
-    if (finder_.strayed(*from, next.course) > narrow || extent_.length(next.course) > kNarrowTicks * slack)
+    // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
+    Coverage next{ahead(course, kNarrowTicks, narrow), withCurveReserve(asked.within)};
+    if (finder_.deviationFrom(*from, next.course) > narrow || extent_.length(next.course) > kNarrowTicks * slack)
         next.course = course;
     if (finder_.reserve(*from, next) < 0) next = asked;
     next.within = next.within.wider(std::min(narrow, finder_.reserve(*from, next)));
-    if (from->count <= kHandful) next = *from;
-    finder_.narrow(*from, next, near_);
+    if (from->count <= kFewEntries) next = *from;
+    finder_.narrow(*from, next, narrow_);
     return true;
 }
 
-/// What is expected of some ticks, as far as it is worth while to look ahead, if the course lies within half the slack
-/// of that; else the course itself.
+/// The course expected for some ticks, as far ahead as it pays, if the given course lies within half the slack of it;
+/// otherwise the given course.
 Course NeighborList::ahead(const Course& course, double ticks, double slack) const {
     const Course tick{course.X_OT, shift_, turn_};
     const double length = extent_.length(tick);
-    if (length * ticks < kShortest) return course;
-    const Course way = tick.times(std::min(ticks, kLongest / length));
-    return deviation(way, course, extent_) <= slack / 2 ? way : course;
+    if (length * ticks < kMinLookAhead) return course;
+    const Course expected = tick.times(std::min(ticks, kMaxLookAhead / length));
+    return deviation(expected, course, extent_) <= slack / 2 ? expected : course;
 }
 
-/// A distance of centres curves upwards by less than the square of their way over itself, and is no less than the sum
-/// of radii before they touch: a gap that stays above half of that has a plane that lies behind the end of the way.
-/// What turns ends beside its way by the bend of an arc.
+/// Along a straight path of length l the distance d of two centers lies above its linearization by less than l²/2d, and
+/// d is at least the sum of the radii until the leaves touch. A gap that stays above l²/(2 sum of radii) therefore has
+/// a plane beyond the end of the path. A rotating leaf ends beside its straight path by the bend of its arc.
 Coverage NeighborList::crossing(const Course& step, double margin) const {
     const double length = extent_.length(step), bend = extent_.reach * step.turn.squaredNorm() / 2;
-    const Within onWay{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
-    // Long ways differ too much from each other to look along each.
-    if (length <= kLongWay * margin && onWay.at(meanSum_) < kFew * margin) return {step, onWay};
+    const Within onPath{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
+    if (length <= kLongStep * margin && onPath.at(meanRadii_) < kUsefulFraction * margin) return {step, onPath};
     return {step.X_OT, margin};
 }
 
-/// visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within margin, by a float test that may hit a little
-/// too much, until it returns false.
+/// Calls visit(toolLeaf, c_O, bucket, mask) for every entry with a leaf within the margin, until it returns false. The
+/// test is in float and may include leaves a little farther away.
 template <class Visit>
 void NeighborList::forEachHit(const PairEntries& entries, const Pose& X_OT, double margin, Visit&& visit) const {
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
@@ -133,7 +167,7 @@ void NeighborList::forEachHit(const PairEntries& entries, const Pose& X_OT, doub
 
 namespace {
 
-/// Rows of one tool leaf against a bucket, a lane a row: (n, r x n) on world axes.
+/// Rows (n, r x n) of one tool leaf and a bucket, on world axes, one lane for each row.
 struct RowLanes {
     Double8 j[6];
 
@@ -153,15 +187,15 @@ struct RowLanes {
 
 }  // namespace
 
-bool NeighborList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int most) const {
+bool NeighborList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const {
     const Vec3 C = X_OT * extent_.center;
-    most = std::min(most, rows.capacity());
+    maxRows = std::min(maxRows, rows.capacity());
     int n = rows.size();
     bool fits = true;
-    forEachHit(near_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    forEachHit(narrow_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
-        fits = n + int(std::popcount(mask)) <= most;
+        fits = n + int(std::popcount(mask)) <= maxRows;
         if (!mask || !fits) return fits;
         RowLanes(l, R_WO, R_WO * (c_O - C))
             .store(rows, n, l.gap, contactId(obstacleIndex_, toolLeaf, bucket * SphereTree::kBranching), mask);
@@ -176,7 +210,7 @@ void NeighborList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, 
                              RowSet& rows) const {
     const Sphere s = tool_->leaf(toolLeaf);
     const int bucket = obstacleLeaf / SphereTree::kBranching, first = bucket * SphereTree::kBranching;
-    const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // to the last bit as the others have it
+    const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // the same expression as in forEachHit(), for equal bits
     const LeafGaps l = leafGaps(c_O, s.r, *obstacle_, bucket);
     if (!(l.gap[obstacleLeaf - first] <= margin) || rows.size() == rows.capacity()) return;
     RowLanes(l, R_WO, R_WO * (c_O - X_OT * extent_.center))
@@ -184,27 +218,28 @@ void NeighborList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, 
     rows.setSize(rows.size() + 1);
 }
 
-bool NeighborList::farHas(const Coverage& asked) const {
-    return farHas_.course.X_OT == asked.course.X_OT && finder_.reserve(farHas_, asked) >= -kRounding;
+bool NeighborList::hasCandidatesFor(const Coverage& asked) const {
+    return candidateCoverage_.course.X_OT == asked.course.X_OT &&
+           finder_.reserve(candidateCoverage_, asked) >= -kRounding;
 }
 
-/// The rows that a step may cross, in far_. False if they do not fit.
-bool NeighborList::findFar(const Course& step, double margin) {
+/// Collects the rows that a step may cross in candidates_. Returns false if they do not fit.
+bool NeighborList::collectCandidates(const Course& step, double margin) {
     const Pose& X_OT = step.X_OT;
     Coverage asked = crossing(step, margin);
     if (asked.within.margin >= margin || !isComplete(asked)) asked = {X_OT, margin};
-    // Rows of pairs further than the margin were not crossed: the margin is the step's length, or the greatest there
-    // is.
-    if (farHas(asked)) return true;
-    farHas_ = asked;
-    far_.clear();
+    // Pairs beyond the margin need no candidates: the margin is the step's length, beyond which it crosses nothing, or
+    // the settings' margin.
+    if (hasCandidatesFor(asked)) return true;
+    candidateCoverage_ = asked;
+    candidates_.clear();
     const float limit = float(margin) + floatGuard(*tool_, *obstacle_, X_OT);
     const TreeLevel& leaves = obstacle_->levels[0];
     const Mat3 R = X_OT.R();
     int placed = -1;
     float c[3] = {}, r[3] = {}, radius = 0;
     bool fits = true;
-    finder_.forEachWithin(near_, asked, [&](const LeafBucket& entry) {
+    finder_.forEachWithin(narrow_, asked, [&](const LeafBucket& entry) {
         if (entry.toolLeaf != placed) {
             placed = entry.toolLeaf;
             const Sphere s = tool_->leaf(placed);
@@ -212,33 +247,33 @@ bool NeighborList::findFar(const Course& step, double margin) {
             for (int k = 0; k < 3; ++k) c[k] = float(at[k]), r[k] = float(arm[k]);
             radius = s.r;
         }
-        fits = !far_.isFull();
-        if (fits) far_.append(placed, c, radius, r, leaves, entry.bucket * SphereTree::kBranching, limit);
+        fits = !candidates_.isFull();
+        if (fits) candidates_.append(placed, c, radius, r, leaves, entry.bucket * SphereTree::kBranching, limit);
         return fits;
     });
-    if (!fits) farHas_.within = {};
+    if (!fits) candidateCoverage_.within = {};
     return fits;
 }
 
-/// Bound on the error of what far_ says is left of a gap.
-float NeighborList::farError(const Course& step) const {
+/// Bound on the error of a predicted gap of candidates_, mm.
+float NeighborList::candidateError(const Course& step) const {
     return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent_.length(step));
 }
 
 bool NeighborList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by,
                                  const RowSet& rows, RowSet& crossed) {
     const Course step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
-    if (!findFar(step, margin)) return false;
+    if (!collectCandidates(step, margin)) return false;
     const Vec6 compliance = by.stiffness.cwiseInverse();
-    const float worst = far_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
-                                     compliance.tail<3>().minCoeff(), by.share);
-    const float error = farError(step);
+    const float worst = candidates_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
+                                            compliance.tail<3>().minCoeff(), by.share);
+    const float error = candidateError(step);
 
     const int before = crossed.size();
     bool fits = true;
     const auto check = [&](int i) {
-        const int t = far_.toolLeaf(i), o = far_.obstacleLeaf(i), n = crossed.size();
-        if (rows.find(contactId(obstacleIndex_, t, o)) >= 0) return true;  // a solver may leave a row it has crossed
+        const int t = candidates_.toolLeaf(i), o = candidates_.obstacleLeaf(i), n = crossed.size();
+        if (rows.find(contactId(obstacleIndex_, t, o)) >= 0) return true;  // the solver has this row and may violate it
         fits = rows.size() + n < rows.capacity();
         if (!fits) return false;
         appendRow(X_OT, R_WO, margin, t, o, crossed);
@@ -249,12 +284,12 @@ bool NeighborList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double marg
         if (g + j.dot(by.x) + by.slack * length > -kCrossed) crossed.setSize(n);
         return true;
     };
-    // The most crossed ones first: what they leave of the step crosses few of the others. A crossing that no float
-    // holds counts as the largest, so that halving it ends.
+    // The rows that are crossed furthest come first, see kDeepestFraction. An infinite crossing is replaced by the
+    // largest float, so that multiplying it by the fraction comes to an end.
     const float deepest = std::max(worst, std::numeric_limits<float>::lowest());
-    for (float limit = kMost * deepest; fits && worst <= error; limit *= kMost) {
+    for (float limit = kDeepestFraction * deepest; fits && worst <= error; limit *= kDeepestFraction) {
         const bool last = limit > -error;
-        far_.forEachBelow(last ? error : limit, check);
+        candidates_.forEachBelow(last ? error : limit, check);
         if (last || crossed.size() > before) break;
     }
     if (!fits) crossed.setSize(before);
@@ -276,7 +311,7 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
         j << n, r.cross(n);
         rows.push(j, best.gap, contactId(obstacleIndex_, best.toolLeaf, best.obstacleLeaf));
     };
-    forEachHit(near_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    forEachHit(narrow_, X_OT, margin, [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const LeafGaps l = leafGaps(c_O, tool_->leaf(toolLeaf).r, *obstacle_, bucket);
         mask &= lessEqual(l.gap, splat(margin));
         pairs += std::popcount(mask);
@@ -294,7 +329,7 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
 }
 
 std::optional<bool> NeighborList::anyWithin(const Pose& X_OT, double margin) const {
-    for (const PairEntries* entries : {&near_, &all_, offered_}) {
+    for (const PairEntries* entries : {&narrow_, &wide_, offered_}) {
         if (!entries || finder_.reserve(*entries, {X_OT, margin}) < 0) continue;
         bool any = false;
         forEachHit(*entries, X_OT, margin, [&](int toolLeaf, const Vec3&, int bucket, Mask mask) {
@@ -310,7 +345,7 @@ std::optional<bool> NeighborList::anyWithin(const Pose& X_OT, double margin) con
 NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& after, double tolerance) {
     Overlap overlap;
     const Mat3 R = before.R(), R_after = after.R();
-    const auto look = [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
+    const auto measure = [&](int toolLeaf, const Vec3& c_O, int bucket, Mask mask) {
         const Sphere s = tool_->leaf(toolLeaf);
         const LeafGaps now = leafGaps(c_O, s.r, *obstacle_, bucket);
         mask &= lessEqual(now.gap, splat(0.0));
@@ -328,19 +363,20 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
     };
     const Course step = Course::between(before, after, extent_.center);
     const double length = extent_.length(step);
-    const bool known = farHas({before, length}) || farHas(crossing(step, length));
-    if (!known || far_.leastDistance() < length) {
-        forEachHit(near_, after, 0, look);
+    const bool known = hasCandidatesFor({before, length}) || hasCandidatesFor(crossing(step, length));
+    if (!known || candidates_.leastDistance() < length) {
+        forEachHit(narrow_, after, 0, measure);
         return overlap;
     }
-    // A distance is convex along a straight way: no gap falls below what its row leaves but for the bend of an arc.
-    far_.measure(step.shift, step.turn, 0, 0, 0, 1);
+    // A distance is convex along a straight path, so no gap falls below the one that its row predicts, except by the
+    // bend of an arc. Only candidates with a small predicted gap need to be measured.
+    candidates_.measure(step.shift, step.turn, 0, 0, 0, 1);
     const double bend = extent_.reach * step.turn.squaredNorm() / 2;
-    far_.forEachBelow(float(bend) + farError(step), [&](int i) {
-        const Sphere s = tool_->leaf(far_.toolLeaf(i));
-        const int bucket = far_.obstacleLeaf(i) / SphereTree::kBranching;
-        return look(far_.toolLeaf(i), R_after * Vec3(s.x, s.y, s.z) + after.p, bucket,
-                    1u << far_.obstacleLeaf(i) % SphereTree::kBranching);
+    candidates_.forEachBelow(float(bend) + candidateError(step), [&](int i) {
+        const Sphere s = tool_->leaf(candidates_.toolLeaf(i));
+        const int bucket = candidates_.obstacleLeaf(i) / SphereTree::kBranching;
+        return measure(candidates_.toolLeaf(i), R_after * Vec3(s.x, s.y, s.z) + after.p, bucket,
+                       1u << candidates_.obstacleLeaf(i) % SphereTree::kBranching);
     });
     return overlap;
 }

@@ -20,7 +20,8 @@ LeafExtent::LeafExtent(const SphereTree& tool) : center(tool.center()), reach(to
 }
 
 double deviation(const Course& from, const Course& other, const LeafExtent& extent) {
-    // Leaves go straight on a course; turned ones get there by an arc that is off by up to half the angle squared.
+    // On a course leaves move along straight paths. A rotating leaf follows an arc, which deviates from the straight
+    // path by up to reach |turn|²/2.
     const auto bend = [&](const Vec3& turn) { return extent.reach * turn.squaredNorm() / 2; };
     const auto turned = [&](const Vec3& turn) { return extent.turned(from.X_OT.q, turn); };
     const double lever = from.turn.isZero(0) ? 0 : turned(from.turn) / from.turn.norm();
@@ -35,7 +36,7 @@ double deviation(const Course& from, const Course& other, const LeafExtent& exte
     };
     const double start = at(other.X_OT);
     if (other.stays()) return start;
-    // Between its ends a straight way is no further from another than at one of them.
+    // The distance between two straight paths is largest at an end.
     return std::max(start, at(other.end(extent.center)) + bend(other.turn));
 }
 
@@ -43,7 +44,7 @@ namespace {
 
 double leastRadius(const SphereTree& tree) {
     const auto first = tree.levels.front().r.begin();
-    return std::max(1e-9, double(*std::min_element(first, first + tree.leafCount())));  // points have none
+    return std::max(1e-9, double(*std::min_element(first, first + tree.leafCount())));  // the radius of a point is 0
 }
 
 }  // namespace
@@ -60,7 +61,7 @@ PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
     : tool_(&tool),
       obstacle_(&obstacle),
       extent_(tool),
-      leastSum_(leastRadius(tool) + leastRadius(obstacle)),
+      minRadii_(leastRadius(tool) + leastRadius(obstacle)),
       walk_(tool, obstacle),
       found_(std::size_t(PairEntries(tool, obstacle).capacity) + 1),
       placed_(std::size_t(paddedToEight(tool.leafCount())) / SphereTree::kBranching),
@@ -68,12 +69,12 @@ PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
 
 double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
     if (have.within.margin < 0) return -1;
-    const double widest = asked.within.at(leastSum_);
+    const double widest = asked.within.at(minRadii_);
     const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
-    return std::min(have.within.most - widest, have.within.margin - margin) - strayed(have, asked.course);
+    return std::min(have.within.most - widest, have.within.margin - margin) - deviationFrom(have, asked.course);
 }
 
-/// All tool leaves, or those of some entries, if these are few.
+/// Places all tool leaves, or only those of the given entries if these are fewer.
 void PairFinder::place(const Course& course, const PairEntries* of) {
     const Pose& X_OT = course.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
@@ -88,13 +89,13 @@ void PairFinder::place(const Course& course, const PairEntries* of) {
         placed.r = load(&leaves.r[i]);
         for (int k = 0; k < 3; ++k) placed.at[k] = R(k, 0) * x + R(k, 1) * y + R(k, 2) * z + p[k];
         if (stays) return;
-        Float8 way2 = splat(0.0f);
+        Float8 path2 = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
             const int a = (k + 1) % 3, b = (k + 2) % 3;
-            placed.way[k] = shift[k] + (turn[a] * (placed.at[b] - c[b]) - turn[b] * (placed.at[a] - c[a]));
-            way2 += placed.way[k] * placed.way[k];
+            placed.path[k] = shift[k] + (turn[a] * (placed.at[b] - c[b]) - turn[b] * (placed.at[a] - c[a]));
+            path2 += placed.path[k] * placed.path[k];
         }
-        placed.perWay2 = way2 > 1e-12f ? 1.0f / way2 : splat(0.0f);
+        placed.perPath2 = path2 > 1e-12f ? 1.0f / path2 : splat(0.0f);  // a shorter path counts as a point
     };
     if (of && of->count < leaves.count) {
         for (int i = 0, placed = -1; i < of->count; ++i)
@@ -105,11 +106,11 @@ void PairFinder::place(const Course& course, const PairEntries* of) {
     }
 }
 
-/// The obstacle leaves of an entry's bucket, as the tool leaf meets them on its course.
+/// Where the tool leaf of an entry is nearest to each obstacle leaf of the bucket on its course.
 template <bool moves>
 struct PairFinder::Meeting {
-    Float8 distance2;  ///< of the centres where they are nearest
-    Float8 sum;        ///< of the radii
+    Float8 distance2;  ///< squared distance of the centers there
+    Float8 sum;        ///< sum of the radii
 
     TOUCHSTONE_INLINE Meeting(LeafBucket entry, const AlignedVector<Placed>& placed, const TreeLevel& leaves) {
         const Placed& tool = placed[entry.toolLeaf / SphereTree::kBranching];
@@ -121,8 +122,8 @@ struct PairFinder::Meeting {
         Float8 dy = load(&leaves.y[first]) - of(tool.at[1]);
         Float8 dz = load(&leaves.z[first]) - of(tool.at[2]);
         if constexpr (moves) {
-            const Float8 wx = of(tool.way[0]), wy = of(tool.way[1]), wz = of(tool.way[2]);
-            Float8 s = (dx * wx + dy * wy + dz * wz) * of(tool.perWay2);
+            const Float8 wx = of(tool.path[0]), wy = of(tool.path[1]), wz = of(tool.path[2]);
+            Float8 s = (dx * wx + dy * wy + dz * wz) * of(tool.perPath2);
             s = max(s, splat(0.0f));
             s = s < 1.0f ? s : splat(1.0f);
             dx -= s * wx, dy -= s * wy, dz -= s * wz;
@@ -132,7 +133,7 @@ struct PairFinder::Meeting {
     }
 };
 
-/// What is within, in float, with guard.
+/// A Within in float, with the float guard added.
 struct PairFinder::Limit {
     Float8 margin, most, curve;
 
@@ -141,7 +142,8 @@ struct PairFinder::Limit {
           most(splat(float(within.most) + guard)),
           curve(splat(curveInFloat(within))) {}
 
-    /// Whether one of the leaves is: distance <= sum + min(margin + curve / sum, most), without the root.
+    /// Whether any leaf of the bucket is within: distance <= sum + min(margin + curve / sum, most), without a square
+    /// root.
     template <bool moves>
     TOUCHSTONE_INLINE bool holds(const Meeting<moves>& m) const {
         const Float8 bent = m.sum * (m.sum + margin) + curve, straight = m.sum + most;
@@ -149,7 +151,7 @@ struct PairFinder::Limit {
     }
 };
 
-/// Their gaps, which few entries get as far as needing.
+/// Computes the gaps of the entries. This is a separate pass, since a walk tests many more entries than it keeps.
 template <bool moves>
 void PairFinder::measure(PairEntries& entries) const {
     const TreeLevel& leaves = obstacle_->levels[0];
@@ -161,16 +163,16 @@ void PairFinder::measure(PairEntries& entries) const {
     }
 }
 
-/// The walk tested the buckets' boxes; the leaves themselves drop most of what it found. Returns how many it left:
-/// more than memory if that is full.
+/// The walk itself tests the boxes of the buckets; a test of the leaves removes most of the entries that it finds.
+/// Returns the number of entries kept in found_, or a number above the capacity if there are more.
 template <bool moves>
 int PairFinder::walk(const Coverage& asked) {
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
-    const int most = int(found_.size()) - 1;
+    const int capacity = int(found_.size()) - 1;
     int kept = 0;
     walk_.run(asked, [&](const LeafBucket* entries, int count) {
-        for (int i = 0; i < count && kept <= most; ++i) {
+        for (int i = 0; i < count && kept <= capacity; ++i) {
             found_[kept] = entries[i];
             kept += limit.holds(Meeting<moves>(entries[i], placed_, leaves));
         }
@@ -184,7 +186,7 @@ bool PairFinder::find(const Coverage& asked, PairEntries& out) {
     const int count = walk<moves>(asked);
     if (count > out.capacity) return false;
 
-    // Stable counting sort by tool leaf; its buckets are ascending already.
+    // A stable counting sort by tool leaf; the buckets of a tool leaf are in ascending order already.
     std::fill(offsets_.begin(), offsets_.end(), 0);
     for (int i = 0; i < count; ++i) ++offsets_[found_[i].toolLeaf];
     std::exclusive_scan(offsets_.begin(), offsets_.end(), offsets_.begin(), 0);

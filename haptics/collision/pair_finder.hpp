@@ -1,5 +1,6 @@
 #pragma once
-// Which leaves may meet for a while: one walk of two trees, kept as entries with their gaps.
+// The leaf pairs that may touch in the next ticks: the result of one walk of two trees, kept as entries with their
+// gaps.
 #include <cstdint>
 #include <vector>
 
@@ -8,63 +9,72 @@
 
 namespace touchstone {
 
-/// How far any leaf of a tool travels at most between two poses, mm: |δp| + ρ|δθ| about `center`, whose leaves reach
-/// `reach`.
+/// Upper bound on the travel of any leaf between two poses, mm: |δp| + ρ|δθ| about `center`, with ρ = `reach` the
+/// greatest distance of a leaf's center from it.
 double travel(const Pose& from, const Pose& to, const Vec3& center, double reach);
-/// How far a tool's leaves are from its centre. A long shaft turns about its axis with little way for any leaf.
+/// Distances of a tool's leaves from its center and axes. They bound the travel of a rotation: when a long shaft turns
+/// about its axis, no leaf travels far.
 struct LeafExtent {
     Vec3 center;
-    double reach;  ///< greatest distance of a leaf's centre, mm
-    Vec3 about;    ///< likewise from each axis of the tool's frame, mm
+    double reach;  ///< greatest distance of a leaf's center from `center`, mm
+    Vec3 about;    ///< greatest distance from each axis of the tool's frame through `center`, mm
 
     explicit LeafExtent(const SphereTree& tool);
-    /// How far a turn about the centre, on the obstacle's axes, takes any leaf of a tool that lies so at most, mm.
+    /// Upper bound on the travel of any leaf for a rotation about the center, mm. `turn` is on the obstacle's axes;
+    /// q_OT is the tool's orientation in its frame.
     double turned(const Quat& q_OT, const Vec3& turn) const {
         return std::min(reach * turn.norm(), (q_OT.conjugate() * turn).cwiseAbs().dot(about));
     }
-    /// How far any leaf goes on a course at most, mm.
+    /// Upper bound on the travel of any leaf along a course, mm.
     double length(const Course& course) const { return course.shift.norm() + turned(course.X_OT.q, course.turn); }
 };
-/// How far any leaf of a tool goes from one course at most while it follows another, mm.
+/// Upper bound on the distance of any leaf from course `from` while the tool follows course `other`, mm.
 double deviation(const Course& from, const Course& other, const LeafExtent& extent);
 
-/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket: every pair of the
-/// coverage. Found along a course for margin M they hold every pair with gap <= m wherever the tool deviates from it by
-/// at most M - m, since a gap changes by no more than a centre moves.
+/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket. They hold every pair of
+/// the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever the tool deviates
+/// from the course by at most M - m, since no gap changes by more than a center moves.
 struct PairEntries : Coverage {
+    /// Maximum number of entries. It bounds the memory (16 bytes an entry in each set) and the time of the longest
+    /// search; a tool deep inside an obstacle can exceed it, and the tick is then held (kListOverflow). A start deep
+    /// inside an obstacle was measured to list up to 100,000 rows.
     static constexpr int kCapacity = 1 << 18;
 
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 
     std::vector<LeafBucket> at;
-    AlignedVector<float> gap;  ///< least of the bucket along the course, exact to floatGuard()
-    AlignedVector<float> sum;  ///< of the radii, least of the bucket
+    AlignedVector<float> gap;  ///< smallest gap of the bucket along the course, mm, exact to floatGuard()
+    AlignedVector<float> sum;  ///< smallest sum of the radii in the bucket, mm
     int count = 0, capacity = 0;
 };
 
-/// Finds entries. Poses X_OT: tool node in the obstacle's frame, mm. Real time: all memory is taken in the constructor;
-/// no lock, no throw.
+/// Finds entries. Poses X_OT: tool node in the obstacle's frame, mm. Real time: the constructor takes all memory; no
+/// lock, no throw.
 class PairFinder {
   public:
     PairFinder(const SphereTree& tool, const SphereTree& obstacle);
 
-    /// All entries, from a walk of the trees. False if there are more than memory; `out` is then complete for nothing.
+    /// Finds all entries of a coverage by a walk of the trees. Returns false if they exceed the capacity; `out` is then
+    /// complete for no coverage.
     bool find(const Coverage& asked, PairEntries& out);
-    /// From entries that are complete for what is asked, or from `out` itself if it is.
+    /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself.
     void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
-    /// How much wider than asked entries of a coverage are complete, mm; negative: they are not complete.
+    /// The margin by which entries that cover `have` exceed what is asked, mm; negative if they are not complete for
+    /// it.
     double reserve(const Coverage& have, const Coverage& asked) const;
-    /// How far any leaf of the tool is off the entries' course at most somewhere on another, mm.
-    double strayed(const Coverage& have, const Course& course) const { return deviation(have.course, course, extent_); }
+    /// Upper bound on the distance of any leaf from the course of `have` while the tool follows `course`, mm.
+    double deviationFrom(const Coverage& have, const Course& course) const {
+        return deviation(have.course, course, extent_);
+    }
 
-    /// visit(entry) for every entry that may hold a pair that is asked for, until it returns false.
+    /// Calls visit(entry) for every entry that may hold a pair of the coverage `asked`, until it returns false.
     template <class Visit>
     void forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
 
   private:
-    /// Eight tool leaves in the obstacle's frame, and their ways.
+    /// Eight tool leaves in the obstacle's frame, with their paths along the course.
     struct Placed {
-        simd::Float8 at[3], r, way[3], perWay2;  ///< perWay2: 1 / |way|^2
+        simd::Float8 at[3], r, path[3], perPath2;  ///< perPath2: 1 / |path|²
     };
     template <bool moves>
     struct Meeting;
@@ -83,21 +93,22 @@ class PairFinder {
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     LeafExtent extent_;
-    double leastSum_;  ///< of the radii of a pair
+    double minRadii_;  ///< smallest sum of the radii of a pair, mm
     TreeWalk walk_;
-    std::vector<LeafBucket> found_;
-    AlignedVector<Placed> placed_;
-    std::vector<std::int32_t> offsets_;
+    std::vector<LeafBucket> found_;      ///< what a walk found, before it is sorted
+    AlignedVector<Placed> placed_;       ///< the tool leaves at the course in use
+    std::vector<std::int32_t> offsets_;  ///< of the counting sort, by tool leaf
 };
 
 template <class Visit>
 void PairFinder::forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
     using namespace simd;
-    const Within grown = asked.within.wider(strayed(entries, asked.course) +
+    const Within grown = asked.within.wider(deviationFrom(entries, asked.course) +
                                             2 * double(floatGuard(*tool_, *obstacle_, asked.course.X_OT)));
     const Float8 margin = splat(float(grown.margin)), most = splat(float(grown.most)),
                  curve = splat(curveInFloat(grown));
-    // First which, then what: a branch on each would be guessed wrong too often.
+    // The indices of the hits of a run are collected before they are visited, since a branch on each entry would be
+    // mispredicted too often. A run of 512 indices takes 2 KiB; the entries of the next run are prefetched meanwhile.
     constexpr int kRun = 512;
     std::int32_t run[kRun + 8];
     for (int first = 0; first < entries.count; first += kRun) {

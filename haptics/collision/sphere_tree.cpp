@@ -12,9 +12,9 @@
 namespace touchstone {
 namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::infinity();  // where padding is
+constexpr float kPaddingCoordinate = std::numeric_limits<float>::infinity();
 
-/// A box that, grown by the spheres' least radius, contains them.
+/// A box that contains the spheres when it is grown by `round`, their smallest radius.
 struct RoundedBox {
     Vec3 lo, hi;
     float round;
@@ -31,7 +31,7 @@ RoundedBox roundedBox(std::span<const Sphere> spheres) {
     return box;
 }
 
-/// The directions a cut may take: axes, face diagonals and space diagonals of the cube.
+/// The possible normals of a cut: axes, face diagonals and space diagonals of the cube.
 std::span<const Vec3> cutDirections() {
     static const std::vector<Vec3> directions = [] {
         std::vector<Vec3> all;
@@ -44,15 +44,15 @@ std::span<const Vec3> cutDirections() {
     return directions;
 }
 
-/// A leaf with its place along the direction of a cut: computed once, since g++ fuses multiplications here and not
-/// there, and a comparison must not change its mind.
+/// A leaf with its coordinate along the direction of a cut. It is computed once, since g++ fuses multiplications in
+/// some places and not in others, and all comparisons must agree.
 struct Placed {
     Sphere leaf;
     double place = 0;
 };
 
-/// What a group of leaves costs a walk, roughly: the cube of its extent. The mean of the radii stands for all, since
-/// the largest would hide how well the others are grouped.
+/// Estimate of what a group of leaves costs a walk: the cube of its extent. It uses the mean of the radii, since the
+/// largest radius would hide how compact the group is.
 double costOf(std::span<const Placed> leaves) {
     Vec3 lo = Vec3::Constant(HUGE_VAL), hi = -lo;
     double r = 0;
@@ -64,8 +64,8 @@ double costOf(std::span<const Placed> leaves) {
     return std::pow((hi - lo).norm() / 2 + r / double(2 * leaves.size()), 3);
 }
 
-/// Puts the `left` leaves that lie lowest along `direction` in front; ties by all coordinates, so that the cut is
-/// unique.
+/// Moves the `left` leaves with the lowest coordinates along `direction` to the front. Ties are broken by all
+/// coordinates, so that the cut is unique.
 void cutAlong(std::span<Placed> leaves, std::size_t left, const Vec3& direction) {
     for (Placed& p : leaves) p.place = direction.dot(p.leaf.center());
     std::nth_element(leaves.begin(), leaves.begin() + std::ptrdiff_t(left), leaves.end(),
@@ -75,8 +75,8 @@ void cutAlong(std::span<Placed> leaves, std::size_t left, const Vec3& direction)
                      });
 }
 
-/// Bisects until blocks of eight are left. Each cut is a multiple of the largest 8^k below the count, so every block
-/// but the last of its level is full, and the halves are as small as the best of the directions makes them.
+/// Bisects down to blocks of eight. Each cut is a multiple of the largest 8^k below the count, so every block except
+/// the last of its level is full. Of the cut directions the one with the lowest cost is taken.
 void order(std::span<Placed> leaves) {
     const std::size_t n = leaves.size();
     if (n <= SphereTree::kBranching) return;
@@ -99,10 +99,10 @@ void order(std::span<Placed> leaves) {
     order(leaves.subspan(left));
 }
 
-/// A small sphere around all of the given ones: Badoiu and Clarkson's walk towards the farthest, which comes within
-/// 1/steps of the least radius, then the exact radius about the centre found, rounded up.
+/// A small sphere that contains the given ones. Badoiu and Clarkson's iteration moves the center towards the farthest
+/// sphere and comes within 1/steps of the smallest radius; the exact radius about that center is then rounded up.
 Sphere boundingSphere(std::span<const Sphere> spheres) {
-    constexpr int kSteps = 64;
+    constexpr int kSteps = 64;  // the radius is within 1/64 of the smallest; more steps make the build longer
     const auto reachFrom = [](const Vec3& c, const Sphere& s) { return (s.center() - c).norm() + s.r; };
     Vec3 c = Vec3::Zero();
     for (const Sphere& s : spheres) c += s.center() / double(spheres.size());
@@ -112,7 +112,7 @@ Sphere boundingSphere(std::span<const Sphere> spheres) {
                               [&](const Sphere& a, const Sphere& b) { return reachFrom(c, a) < reachFrom(c, b); });
         const double distance = (farthest.center() - c).norm();
         if (distance == 0) break;
-        // Towards the sphere's far point, which lies its radius beyond its centre.
+        // Move towards the farthest point of that sphere, which lies its radius beyond its center.
         c += (farthest.center() - c) * ((distance + farthest.r) / distance / (step + 1));
     }
     Sphere bound{toSingle(c.x()), toSingle(c.y()), toSingle(c.z()), 0};
@@ -128,7 +128,7 @@ TreeLevel makeLevel(std::span<const Sphere> leaves, std::size_t blockSize) {
     const std::size_t padded = std::size_t(paddedToEight(level.count));
     for (auto* v : {&level.x, &level.y, &level.z, &level.lo[0], &level.lo[1], &level.lo[2], &level.hi[0], &level.hi[1],
                     &level.hi[2]})
-        v->assign(padded, kNowhere);
+        v->assign(padded, kPaddingCoordinate);
     level.r.assign(padded, 0);
     level.round.assign(padded, 0);
 

@@ -9,7 +9,9 @@ namespace {
 
 using namespace simd;
 
-constexpr int kFrontier = 4096;  // pairs a depth holds at once: three arrays of this size stay in the first cache
+/// Maximum number of block pairs of one depth in a run. Three arrays of this size (48 KiB) fit the first cache. With a
+/// larger run they do not; with a smaller one the overhead of a run is spread over fewer pairs.
+constexpr int kFrontier = 4096;
 
 double meanRadius(const TreeLevel& level) {
     double sum = 0;
@@ -24,26 +26,27 @@ float floatGuard(const SphereTree& tool, const SphereTree& obstacle, const Pose&
         const Sphere root = tree.block(int(tree.levels.size()) - 1, 0);
         return tree.center().norm() + root.r;
     };
-    // A coordinate passes through about eight roundings of 2^-24 of the largest intermediate.
+    // A coordinate is rounded about eight times, each time by up to 2^-24 of the largest intermediate value. The 1e-6
+    // mm covers trees so small that this bound itself would be lost in rounding.
     return float(8 * 0x1p-24 * (extent(tool) + extent(obstacle) + X_OT.p.norm()) + 1e-6);
 }
 
-/// The query in float: rotation and translation of the tool into the obstacle's frame and its course there, and what is
-/// within, with guard.
+/// The query in float: the tool's rotation and translation into the obstacle's frame, its course there, and the Within
+/// with the float guard added.
 struct TreeWalk::Query {
     float R[3][3], p[3], margin, most, curve;
-    float shift[3], turn[3], c[3];  ///< c: the tool's centre
-    float grown;  ///< the turn takes a block's leaves further than its centre, by its radius times this
+    float shift[3], turn[3], c[3];  ///< c: the tool's center
+    float radiusFactor;  ///< a rotation moves a block's leaves further than its center: a factor on its radius
     ErasedSink sink;
     void* context;
 
-    /// How near leaves are whose radii are no less than these.
+    /// The largest gap of leaf pairs whose radii are at least these.
     TOUCHSTONE_INLINE Float8 near(const Float8& toolLeast, const Float8& obstacleLeast) const {
         const Float8 bent = margin + curve / max(toolLeast + obstacleLeast, splat(1e-30f));
         return bent < most ? bent : splat(most);
     }
 
-    /// Where centres of tool blocks are, or for a course the boxes of their ways. T: float or Float8.
+    /// The centers of tool blocks, or the boxes around their paths if the tool moves. T: float or Float8.
     template <bool moves, class T>
     TOUCHSTONE_INLINE void place(const T& x, const T& y, const T& z, T lo[3], T hi[3]) const {
         T at[3];
@@ -51,8 +54,8 @@ struct TreeWalk::Query {
         if constexpr (moves)
             for (int k = 0; k < 3; ++k) {
                 const int i = (k + 1) % 3, j = (k + 2) % 3;
-                const T way = shift[k] + (turn[i] * (at[j] - c[j]) - turn[j] * (at[i] - c[i]));
-                const T end = at[k] + way;
+                const T path = shift[k] + (turn[i] * (at[j] - c[j]) - turn[j] * (at[i] - c[i]));
+                const T end = at[k] + path;
                 lo[k] = at[k] < end ? at[k] : end;
                 hi[k] = at[k] < end ? end : at[k];
             }
@@ -60,7 +63,7 @@ struct TreeWalk::Query {
 };
 
 TreeWalk::TreeWalk(const SphereTree& tool, const SphereTree& obstacle) : tool_(&tool), obstacle_(&obstacle) {
-    // Down to single tool leaves against buckets, the larger blocks first.
+    // The levels go down to single tool leaves and obstacle buckets; the side with the larger blocks is split first.
     int a = int(tool.levels.size()) - 1, b = int(obstacle.levels.size()) - 1;
     levels_.push_back({a, b});
     while (a > 0 || b > 1) {
@@ -89,14 +92,14 @@ void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) 
         query.turn[i] = float(course.turn[i]);
         query.c[i] = float(center[i]);
     }
-    query.grown = float(1 + course.turn.norm());
+    query.radiusFactor = float(1 + course.turn.norm());
     const float guard = floatGuard(*tool_, *obstacle_, X_OT);
     query.margin = float(asked.within.margin) + guard;
     query.most = float(asked.within.most) + guard;
     query.curve = curveInFloat(asked.within);
     query.sink = sink;
     query.context = context;
-    // What is far away is left out in double: floats whose squares overflow would let everything pass.
+    // Trees that are far apart are rejected in double: in float the squares could overflow, and every pair would pass.
     const float toolRadius = tool_->levels.back().r[0], obstacleRadius = obstacle_->levels.back().r[0];
     const double near = double(toolRadius) * (1 + course.turn.stableNorm()) + double(obstacleRadius) +
                         course.shift.stableNorm() + asked.within.most;
@@ -108,7 +111,8 @@ void TreeWalk::runErased(const Coverage& asked, ErasedSink sink, void* context) 
         descend<true>(query, 0, 1);
 }
 
-/// Expands the pairs of one depth run by run: as many as the next depth holds, then that run to the end, then the next.
+/// Expands the pairs of one depth run by run. A run is as long as the next depth can hold, and it is expanded down to
+/// the leaves before the next run begins.
 template <bool moves>
 void TreeWalk::descend(const Query& query, int depth, int count) {
     const Frontier& here = frontiers_[depth];
@@ -139,7 +143,7 @@ int TreeWalk::expandObstacle(const Query& query, int depth, int first, int count
         const int block = here.tool[i];
         if (block != placed) {
             query.place<moves>(tool.x[block], tool.y[block], tool.z[block], lo, hi);
-            reach = tool.r[block] * query.grown;
+            reach = tool.r[block] * query.radiusFactor;
             least = tool.round[block];
             placed = block;
         }
@@ -177,7 +181,7 @@ int TreeWalk::expandTool(const Query& query, int depth, int first, int count, in
         const int children = here.tool[i] * SphereTree::kBranching;
         if (children != placed) {
             query.place<moves>(load(&tool.x[children]), load(&tool.y[children]), load(&tool.z[children]), lo, hi);
-            reach = load(&tool.r[children]) * query.grown;
+            reach = load(&tool.r[children]) * query.radiusFactor;
             least = load(&tool.round[children]);
             blocks = tool.blocksFrom(children);
             placed = children;

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBuffer = std::size_t{1} << 20;  // bytes between calls of the system
+constexpr std::size_t kBuffer = std::size_t{1} << 20;  // bytes that are collected before a system call
 
 }  // namespace
 
@@ -35,7 +35,7 @@ OutputFile::OutputFile(fs::path file, std::string what)
     handle_ = ::open((part_.empty() ? target_ : part_).c_str(), flags, 0666);
     if (handle_ < 0) fail();
     if (exists && !part_.empty() && ::fchmod(handle_, status.st_mode & 07777) != 0) {
-        // Some file systems have no modes; the content is what counts.
+        // Some file systems have no modes. The file is still usable, so this is not an error.
     }
 }
 

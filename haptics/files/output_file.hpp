@@ -1,36 +1,36 @@
 #pragma once
-// Files that are complete or not there at all.
+// Writes files that are either complete or absent.
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 namespace touchstone {
 
-/// Writes a file beside its place and moves it there in close(), so that a full disk or a killed process leaves the
-/// earlier file as it was. Where `file` names a link, the file it points to is replaced; where it names something other
-/// than a regular file (a terminal, a pipe, /dev/null), the bytes go there directly.
-/// What fails throws std::runtime_error: one sentence with `what` ("the report"), the file and the system's reason.
+/// Writes to a temporary file in the same folder and renames it in close(), so that a full disk or a killed process
+/// leaves the earlier file unchanged. If `file` is a link, the file that it points to is replaced. If it is not a
+/// regular file (a terminal, a pipe, /dev/null), the bytes are written to it directly. Errors throw std::runtime_error
+/// with one sentence that names `what` ("the report"), the file and the system's reason.
 class OutputFile {
   public:
     OutputFile(std::filesystem::path file, std::string what);
-    ~OutputFile();  ///< without close(): removes what was written
+    ~OutputFile();  ///< removes the temporary file if close() was not called
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
 
     void write(std::string_view bytes);
-    /// The file is in its place when this returns.
+    /// When it returns, the file is complete and has its name.
     void close();
 
   private:
     [[noreturn]] void fail() const;
     void flush();
 
-    std::filesystem::path file_, target_, part_;  // part_ is empty where the bytes go to the target directly
+    std::filesystem::path file_, target_, part_;  // part_ is the temporary file; empty if bytes go to the target
     std::string what_, buffer_;
     int handle_ = -1;
 };
 
-/// All of a file at once.
+/// Writes a whole file at once.
 void writeFile(const std::filesystem::path& file, const std::string& what, std::string_view bytes);
 
 }  // namespace touchstone

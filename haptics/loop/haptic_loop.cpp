@@ -6,7 +6,7 @@
 namespace touchstone {
 namespace {
 
-/// Ticks per second over the last window.
+/// Measures the ticks per second over the last window.
 class RateMeter {
   public:
     double tick(std::uint64_t now) {
@@ -37,8 +37,8 @@ HapticLoop::HapticLoop(std::shared_ptr<const World> world, const Settings& setti
       ring_(options.ringCapacity),
       starts_(16, {.number = 0, .X_WO = std::vector<Pose>(kMaxObstacles)}),
       driver_(makeSession(std::move(world), settings, std::move(device))) {
-    newest_.settings = driver_.settings();
-    begun_.X_WO.reserve(kMaxObstacles);
+    newestRequests_.settings = driver_.settings();
+    nextStart_.X_WO.reserve(kMaxObstacles);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
     ready_.wait();
     if (options_.watchdogMs > 0) watchdog_ = std::jthread([this](const std::stop_token& stop) { watch(stop); });
@@ -59,20 +59,20 @@ std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> wo
 }
 
 void HapticLoop::setSettings(const Settings& settings) {
-    newest_.settings = checked(settings);
-    wishes_.write(newest_);
+    newestRequests_.settings = checked(settings);
+    requests_.write(newestRequests_);
 }
 
 void HapticLoop::moveObstacles(std::span<const Pose> X_WO) {
-    newest_.X_WO.assign(X_WO.begin(), X_WO.end());
-    wishes_.write(newest_);
+    newestRequests_.X_WO.assign(X_WO.begin(), X_WO.end());
+    requests_.write(newestRequests_);
 }
 
 void HapticLoop::open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device) {
     auto session = makeSession(std::move(world), settings, std::move(device));
-    session->number = newest_.session + 1;
-    newest_ = {.settings = session->settings, .X_WO = {}, .session = session->number};
-    incoming_.put(std::move(session));  // frees one that was never taken
+    session->number = newestRequests_.session + 1;
+    newestRequests_ = {.settings = session->settings, .X_WO = {}, .session = session->number};
+    incoming_.put(std::move(session));  // frees a session that the loop never took
     freeRetired();
 }
 
@@ -83,7 +83,7 @@ bool HapticLoop::poll() {
 
 bool HapticLoop::pop(RecordedTick& tick) {
     if (!ring_.pop(tick)) return false;
-    // A start whose tick was dropped is passed over.
+    // Skip starts whose tick was dropped.
     while (tick.input.start && start_.number < tick.starts && starts_.pop(start_)) {
     }
     return true;
@@ -97,22 +97,24 @@ bool HapticLoop::pop(TickRecord& record) {
 }
 
 void HapticLoop::takeRequests() {
-    // A session is taken only when there is room to hand the present one back.
+    // A session is taken only if there is room to hand the present one back.
     if (!driver_.opening() && outgoing_.empty())
         if (auto session = incoming_.take()) driver_.open(std::move(session));
 
-    wishesWait_ |= wishes_.update();
-    if (const PendingRequests& wishes = wishes_.get(); wishesWait_ && wishes.session <= driver_.newestSession()) {
-        if (wishes.session == driver_.newestSession()) {
-            driver_.request(wishes.settings);
-            driver_.moveObstacles(wishes.X_WO);
+    requestsWait_ |= requests_.update();
+    if (const PendingRequests& requests = requests_.get();
+        requestsWait_ && requests.session <= driver_.newestSession()) {
+        if (requests.session == driver_.newestSession()) {
+            driver_.request(requests.settings);
+            driver_.moveObstacles(requests.X_WO);
         }
-        wishesWait_ = false;
+        requestsWait_ = false;
     }
     if (restart_.load(std::memory_order_relaxed) && restart_.exchange(false, std::memory_order_relaxed))
         driver_.restart();
-    if (asked_.load(std::memory_order_relaxed) != Asked::Nothing) {
-        if (asked_.exchange(Asked::Nothing, std::memory_order_relaxed) == Asked::Stop)
+    using enum EngagementRequest;
+    if (engagementRequest_.load(std::memory_order_relaxed) != None) {
+        if (engagementRequest_.exchange(None, std::memory_order_relaxed) == Stop)
             driver_.stop();
         else
             driver_.engage();
@@ -140,24 +142,24 @@ void HapticLoop::watch(const std::stop_token& stop) {
         const std::lock_guard lock(freeing_);
         Device* const device = engaged_.load();
         if (!device) continue;
-        // First, so that a tick that goes on right now writes zero too.
+        // hung_ is set before the forces are released, so that a tick that resumes in between writes zero, too.
         hung_ = true;  // guard
         hangs_ = true;
         device->releaseForces();  // guard
     }
 }
 
-/// The newest tick, to who takes them one by one: with where it began, or not at all.
-void HapticLoop::hand(const TickRecord& record) {
+/// Pushes the newest tick to the ring. A tick with a start is dropped if the poses of its obstacles cannot be pushed.
+void HapticLoop::pushTick(const TickRecord& record) {
     const Session& session = driver_.session();
     const TickInput& input = session.state.input();
     if (input.start) {
         const std::span<const Pose> X_WO = session.state.obstaclesAtStart();
-        ++begun_.number;
-        begun_.X_WO.assign(X_WO.begin(), X_WO.end());
-        if (!starts_.push(begun_)) return;
+        ++nextStart_.number;
+        nextStart_.X_WO.assign(X_WO.begin(), X_WO.end());
+        if (!starts_.push(nextStart_)) return;
     }
-    ring_.push({input, record, session.number, begun_.number});
+    ring_.push({input, record, session.number, nextStart_.number});
 }
 
 void HapticLoop::run(const std::stop_token& stop) {
@@ -171,22 +173,22 @@ void HapticLoop::run(const std::stop_token& stop) {
     RateMeter meter;
     double rate = driver_.settings().rate;
     Pacer pacer(rate, realTime_.scheduled);
-    std::uint64_t begunBefore = steadyNanoseconds();
-    // Called here, or by the scheduler of the device that holds the tool; false: this thread is needed.
+    std::uint64_t lastBegan = steadyNanoseconds();
+    // Runs one tick; called here or by the device's scheduler. It returns false if control must return to this thread.
     const std::function<bool()> tick = [&] {
         takeRequests();
-        if (snapshot.ticks > 0 && beginAnew_.exchange(false, std::memory_order_relaxed))
+        if (snapshot.ticks > 0 && forgetHistory_.exchange(false, std::memory_order_relaxed))
             driver_.resume(snapshot.record);
         const Device* const device = driver_.session().device.get();
         const std::uint64_t began = steadyNanoseconds();
-        clocks.periodMs = 1e-6 * static_cast<double>(began - begunBefore);
+        clocks.periodMs = 1e-6 * static_cast<double>(began - lastBegan);
         snapshot.record = driver_.tick(clocks);
         snapshot.record.overruns = pacer.overruns();
-        begunBefore = began;
+        lastBegan = began;
 
         const std::span<const Pose> X_WO = driver_.session().state.obstacles();
         snapshot.X_WO.assign(X_WO.begin(), X_WO.end());
-        hand(snapshot.record);
+        pushTick(snapshot.record);
         snapshot.settings = driver_.settings();
         snapshot.session = driver_.session().number;
         ++snapshot.ticks;
@@ -196,7 +198,7 @@ void HapticLoop::run(const std::stop_token& stop) {
         snapshot.fade = driver_.fade();
         snapshot.finished = driver_.finished();
         const SafetyStage& safety = driver_.session().safety;
-        // Before a session that has ended is handed back, so that what is watched is not freed.
+        // Set before a replaced session is handed back, so that the watchdog never uses a freed device.
         engaged_ = safety.motors() && isEngaged(safety.engagement()) ? driver_.session().device.get() : nullptr;
         ticks_.store(snapshot.ticks, std::memory_order_release);
         snapshot.trips = safety.counts();
@@ -209,7 +211,8 @@ void HapticLoop::run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
         const bool driven = driver_.session().device->drive(rate, tick);
         if (!driven) tick();
-        if (auto retired = driver_.takeRetired()) outgoing_.put(std::move(retired));  // empty: see takeRequests()
+        if (auto retired = driver_.takeRetired())
+            outgoing_.put(std::move(retired));  // there is room, see takeRequests()
         if (driver_.settings().rate != rate) pacer.setRate(rate = driver_.settings().rate);
         if (!driven) pacer.wait();
     }

@@ -1,5 +1,5 @@
 #pragma once
-// The haptic thread: ticks at a steady rate, fed and watched without a lock.
+// The haptic thread: ticks at a constant rate, controlled and observed without a lock.
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -23,82 +23,85 @@ struct LoopOptions {
     RealTimeOptions realTime;
     std::size_t ringCapacity = 1 << 14;  ///< ticks: 16 s at 1 kHz
     WorkShares shares;
-    bool helper = std::thread::hardware_concurrency() > 1;  ///< a thread beside it finds lists ahead
-    double watchdogMs = 250;  ///< without a tick, until a device whose motors are engaged is let go of; 0: never
+    bool helper = std::thread::hardware_concurrency() > 1;  ///< run a NeighborListWorker for each session
+    /// Time without a tick after which the forces of a device with engaged motors are released, ms; 0: never. A shorter
+    /// time can release them during a pause of the system; with a longer one a hung loop holds its last force longer.
+    double watchdogMs = 250;
 };
 
 /// The newest tick and the loop's health.
 struct LoopSnapshot {
     TickRecord record;
-    std::vector<Pose> X_WO;                     ///< where the obstacles are after it
-    Settings settings;                          ///< in force, with the work limits of this machine
-    std::uint64_t session = 0;                  ///< 0 for the first, one more with each open()
+    std::vector<Pose> X_WO;                     ///< poses of the obstacles after the tick
+    Settings settings;                          ///< in effect, with the work limits of this machine
+    std::uint64_t session = 0;                  ///< 0 for the first session, one more with each open()
     std::uint64_t ticks = 0;                    ///< since the loop began
-    std::uint64_t overruns = 0;                 ///< ticks that ended after their deadline
-    std::uint64_t dropped = 0;                  ///< records lost to a full ring
+    std::uint64_t overruns = 0;                 ///< late ticks: those that ended after their deadline
+    std::uint64_t dropped = 0;                  ///< records lost because the ring was full
     double rate = 0;                            ///< measured over the last quarter of a second, Hz; 0 before
-    double fade = 0;                            ///< share of the force let through for a fade, 0 to 1
+    double fade = 0;                            ///< factor on the force while it fades in or out, 0 to 1
     bool finished = false;                      ///< the device's motion has ended
-    std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip; record.trips acted now
+    std::array<TripCount, kTripCount> trips{};  ///< of the session's safety stage, by Trip, since it began
     Engagement engagement = Engagement::Stopped;
-    Trip cause = Trip::NotFinite;  ///< of the fault, while faulted
+    Trip cause = Trip::NotFinite;  ///< of the fault, while the engagement is a fault
 };
 
-/// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's), none blocks,
-/// and nothing given to the loop is freed on it. Settings, a session or a restart act at a tick boundary as TickDriver
-/// says. A second thread lets go of the device (Device::releaseForces) when the first hangs while motors are engaged;
-/// should that go on, the safety stage takes it for a fault.
+/// Owns the thread, the tick's state and the device. All functions are for one other thread (the view's). None of them
+/// blocks, and nothing that is given to the loop is freed on its thread. Settings, a session or a restart take effect
+/// at a tick boundary, as TickDriver describes. A watchdog thread releases the forces of the device
+/// (Device::releaseForces) if the loop hangs while motors are engaged; after a hang the safety stage reports a fault.
 class HapticLoop {
   public:
-    /// Starts ticking. Throws std::invalid_argument with one sentence when checkSettings() objects, std::system_error
-    /// when no thread can be made.
+    /// Starts the ticks. Throws std::invalid_argument with one sentence if checkSettings() finds an error, and
+    /// std::system_error if no thread can be created.
     HapticLoop(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device,
                const LoopOptions& options = {});
-    /// Stops within a tick; the device is left with zero force.
+    /// Stops within a tick and leaves the device with zero force.
     ~HapticLoop();
 
-    /// Newest wins. Throws std::invalid_argument with one sentence when checkSettings() objects.
+    /// The newest settings win. Throws std::invalid_argument with one sentence if checkSettings() finds an error.
     void setSettings(const Settings& settings);
-    /// Where the obstacles of the newest world are to go, X_WO by obstacle: a little in every tick, see step().
+    /// Target poses for the obstacles of the newest world, X_WO by obstacle. They move a little in every tick, see
+    /// step().
     void moveObstacles(std::span<const Pose> X_WO);
-    /// Another world, device and settings in place of the present ones, which are freed by a later call of poll() or
-    /// open(). The tick's memory is made here, on the calling thread. Newest wins. Throws as setSettings().
+    /// Replaces world, device and settings. A later call of poll() or open() frees the old ones. The calling thread
+    /// allocates the tick's memory. The newest call wins. Throws as setSettings() does.
     void open(std::shared_ptr<const World> world, const Settings& settings, std::unique_ptr<Device> device);
-    /// Device and tool back to the start.
+    /// Resets device and tool to the start.
     void restart() { restart_.store(true, std::memory_order_relaxed); }
-    /// As TickDriver's, at the next tick; of the two the newest wins.
-    void stop() { asked_.store(Asked::Stop, std::memory_order_relaxed); }
-    void engage() { asked_.store(Asked::Engage, std::memory_order_relaxed); }
+    /// As in TickDriver, at the next tick; the newer of the two wins.
+    void stop() { engagementRequest_.store(EngagementRequest::Stop, std::memory_order_relaxed); }
+    void engage() { engagementRequest_.store(EngagementRequest::Engage, std::memory_order_relaxed); }
 
-    /// The state forgets what it may: from the tick whose input tells a start, a recording can repeat the run. The tool
-    /// goes on from where it is, to rounding.
-    void beginAnew() { beginAnew_.store(true, std::memory_order_relaxed); }
+    /// Makes the state forget its history at the next tick, whose input then has a start. A recording that begins with
+    /// that tick can reproduce the run. The tool continues from its pose, up to rounding.
+    void beginAnew() { forgetHistory_.store(true, std::memory_order_relaxed); }
 
-    /// Takes the newest snapshot; false if no tick has ended since the last call. Call it regularly: it also frees what
-    /// the loop has handed back.
+    /// Takes the newest snapshot; returns false if no tick has ended since the last call. Call it regularly, since it
+    /// also frees what the loop has handed back.
     bool poll();
     const LoopSnapshot& snapshot() const { return snapshots_.get(); }
-    /// The device was let go of for want of ticks, and none has come since.
+    /// Whether the watchdog has released the device's forces and no tick has ended since.
     bool hangs() const { return hangs_.load(std::memory_order_relaxed); }
-    /// The oldest tick not yet taken, in order and without gaps while `dropped` stays the same; false when there is
-    /// none.
+    /// Takes the oldest tick not yet taken; false if there is none. Ticks arrive in order, and without gaps as long as
+    /// `dropped` does not change.
     bool pop(RecordedTick& tick);
     bool pop(TickRecord& record);
-    /// Where the obstacles were at the start that the tick taken last tells; meaningless where it tells none.
+    /// Poses of the obstacles at the start in the input of the last tick taken; only valid if that input has a start.
     std::span<const Pose> obstaclesAtStart() const { return start_.X_WO; }
 
-    /// What the system allowed the thread.
+    /// The real-time properties that the system granted the thread.
     const RealTimeStatus& realTime() const { return realTime_; }
 
   private:
-    /// What the view wants of a session, which it names: the two arrive by different ways.
+    /// Requests of the view for a session. They carry its number, since sessions arrive through another channel.
     struct PendingRequests {
         Settings settings;
-        std::vector<Pose> X_WO;  ///< where obstacles are to go; empty: where they are
+        std::vector<Pose> X_WO;  ///< target poses of the obstacles; empty: they stay
         std::uint64_t session = 0;
     };
 
-    /// Where the obstacles were when a state began: too much for every tick to carry.
+    /// Poses of the obstacles when a state began; they have their own ring, since they are too large for every tick.
     struct StartPlaces {
         std::uint64_t number = 0;
         std::vector<Pose> X_WO;
@@ -111,33 +114,34 @@ class HapticLoop {
     void watch(const std::stop_token& stop);
     void freeRetired();
     void takeRequests();
-    void hand(const TickRecord& record);
+    void pushTick(const TickRecord& record);
 
     const LoopOptions options_;
     const double nanosecondsPerRowIteration_;
-    PendingRequests newest_;   // the view's: of the newest session
-    RealTimeStatus realTime_;  // written before ready_
+    PendingRequests newestRequests_;  // used by the view: for the newest session
+    RealTimeStatus realTime_;         // written before ready_
     std::latch ready_{1};
 
-    TripleBuffer<PendingRequests> wishes_;
-    bool wishesWait_ = false;  // the loop's: the newest are for a session still to come
-    std::atomic<bool> restart_ = false, beginAnew_ = false;
-    enum class Asked : std::uint8_t { Nothing, Stop, Engage };
-    std::atomic<Asked> asked_ = Asked::Nothing;
+    TripleBuffer<PendingRequests> requests_;
+    bool requestsWait_ = false;  // used by the loop: the newest requests are for a session that has not arrived
+    std::atomic<bool> restart_ = false, forgetHistory_ = false;
+    enum class EngagementRequest : std::uint8_t { None, Stop, Engage };
+    std::atomic<EngagementRequest> engagementRequest_ = EngagementRequest::None;
     Mailbox<Session> incoming_, outgoing_;
-    TripleBuffer<LoopSnapshot> snapshots_;  // with room for all obstacles that a world can have
+    TripleBuffer<LoopSnapshot> snapshots_;  // with room for the maximum number of obstacles
     Ring<RecordedTick> ring_;
-    Ring<StartPlaces> starts_;  // of ticks in ring_, in their order
-    StartPlaces start_;         // the view's: of the tick taken last
-    StartPlaces begun_;         // the loop's: the next for starts_
-    TickDriver driver_;         // the loop's
+    Ring<StartPlaces> starts_;  // of the ticks in ring_, in their order
+    StartPlaces start_;         // used by the view: of the last tick taken
+    StartPlaces nextStart_;     // used by the loop: the next entry of starts_
+    TickDriver driver_;         // used by the loop
 
-    std::mutex freeing_;                      // of sessions; against watch(), never the loop's
-    std::atomic<Device*> engaged_ = nullptr;  // the session's, while its motors are
+    std::mutex freeing_;  // protects sessions from being freed during watch(); never used by the loop
+    std::atomic<Device*> engaged_ = nullptr;  // the session's device while its motors are engaged
     std::atomic<std::uint64_t> ticks_ = 0;
-    std::atomic<bool> hung_ = false, hangs_ = false;
+    std::atomic<bool> hung_ = false;   // set by the watchdog for the safety stage, cleared by the next tick
+    std::atomic<bool> hangs_ = false;  // no tick has ended since the watchdog released the forces
     std::jthread watchdog_;
-    std::jthread thread_;  // last: joined, and watched until then, before anything it uses goes
+    std::jthread thread_;  // last member: it is joined, and watched until then, before what it uses is destroyed
 };
 
 }  // namespace touchstone

@@ -8,18 +8,34 @@
 namespace touchstone {
 namespace {
 
-constexpr double kLeadMs = 2, kLead = 2;  // of the course is left when it finds anew, and as much more as finding took
-constexpr double kUseMs = 2;              // is how long a course serves beside,
-constexpr double kLongest = 2.5;          // mm, at most
-constexpr double kRenew = 0.4;            // of the slack is spent when it finds anew, too
-constexpr double kResting = 0.02;         // of the slack a tick is rest
-constexpr double kStraight = 0.25;        // of the slack may the tool be off the way through where it was
-constexpr double kRest = 0.8, kLeastRestMs = 0.1;  // between looks at the mailbox, in ticks: none has to wake it
+// These constants change the time of a tick and never its result.
+
+/// A new search begins when the published course covers less than this time ahead: kLeadMs plus kLeadPerSearch times
+/// the duration of the last search. With less time a search ends after its entries are needed, and the tick has to
+/// search itself; with more time searches are more frequent.
+constexpr double kLeadMs = 2, kLeadPerSearch = 2;
+/// Time that a course covers beyond that lead, ms. A longer time makes longer lists, of which a tick tests more
+/// entries; a shorter one searches more often. Chosen by measurement on the splined peg, where 6 ms was slower.
+constexpr double kUseMs = 2;
+/// Maximum length of a course, mm: the upper bound on the size of its list for a fast tool.
+constexpr double kMaxCourse = 2.5;
+/// A new search also begins when this fraction of the slack is used up by deviation from the course. A larger fraction
+/// leaves less time for the search; a smaller one searches more often.
+constexpr double kUsedSlack = 0.4;
+/// The tool rests if it travels less than this fraction of the slack in a tick. The long course that brought it there
+/// is then replaced, since most of its entries would be tested in vain.
+constexpr double kResting = 0.02;
+/// Maximum deviation of the tool from the straight course through its earlier pose, as a fraction of the slack. If it
+/// deviates less, the course begins at that earlier pose. A larger fraction uses up slack that later motion needs.
+constexpr double kStraight = 0.25;
+/// Pause between looks at the mailbox, in ticks, and its minimum in ms. The thread polls, so that no tick has to wake
+/// it. A longer pause uses older poses; a shorter one costs processor time.
+constexpr double kPollTicks = 0.8, kMinPollMs = 0.1;
 
 }  // namespace
 
 NeighborListWorker::NeighborListWorker(const World& world)
-    : X_OT_(world.obstacles.size()), messages_({.asked = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
+    : X_OT_(world.obstacles.size()), messages_({.request = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
     for (const Obstacle& obstacle : world.obstacles) {
         parts_.push_back(std::make_unique<Part>(*world.tool, obstacle));
         newest_.push_back(&parts_.back()->entries.get());
@@ -38,7 +54,7 @@ std::span<const PairEntries* const> NeighborListWorker::newest() noexcept {
 
 void NeighborListWorker::request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept {
     Message& message = messages_.back();
-    message.asked = request;
+    message.request = request;
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         message.X_OT_before[k] = X_OT_[k];
         message.X_OT[k] = X_OT_[k] = X_WO[k].inverse() * X_WT;
@@ -49,8 +65,8 @@ void NeighborListWorker::request(const Request& request, const Pose& X_WT, std::
 void NeighborListWorker::run(const std::stop_token& stop) {
     double spent = threadCpuMicroseconds();
     while (!stop.stop_requested()) {
-        if (!messages_.update() || messages_.get().asked.within.margin < 0) {
-            const double ms = std::max(kRest * messages_.get().asked.tickMs, kLeastRestMs);
+        if (!messages_.update() || messages_.get().request.within.margin < 0) {
+            const double ms = std::max(kPollTicks * messages_.get().request.tickMs, kMinPollMs);
             std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(ms));
             continue;
         }
@@ -62,38 +78,39 @@ void NeighborListWorker::run(const std::stop_token& stop) {
 }
 
 void NeighborListWorker::serve(const Message& message) {
-    const Request& r = message.asked;
+    const Request& r = message.request;
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
         const Pose& X_OT = message.X_OT[k];
         const Vec3& center = part->extent.center;
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
-        const double fastest = kLongest / std::max(part->extent.length(tick), 1e-9);  // ticks
-        const Course string = Course::between(part->behind, X_OT, center);
+        const double maxTicks = kMaxCourse / std::max(part->extent.length(tick), 1e-9);
+        const Course string = Course::between(part->trailing, X_OT, center);
         const double length = part->extent.length(string);
-        if (length > r.slack) part->behind = string.times(1 - r.slack / length).end(center);
-        // What fits tightly goes back and forth: from where it came, if all lies on one way.
-        const auto along = [&](double ms) {
-            const Course ahead = tick.times(std::min(ms / r.tickMs, fastest));
-            const Course way = Course::between(part->behind, ahead.end(center), center);
-            return deviation(way, X_OT, part->extent) <= kStraight * r.slack ? way : ahead;
+        if (length > r.slack) part->trailing = string.times(1 - r.slack / length).end(center);
+        // A tool in a close fit moves back and forth. Its course begins at the trailing pose if the whole motion lies
+        // on one straight path.
+        const auto courseFor = [&](double ms) {
+            const Course ahead = tick.times(std::min(ms / r.tickMs, maxTicks));
+            const Course whole = Course::between(part->trailing, ahead.end(center), center);
+            return deviation(whole, X_OT, part->extent) <= kStraight * r.slack ? whole : ahead;
         };
-        const double leadMs = kLeadMs + kLead * part->findMs;
-        const Course next = along(leadMs + kUseMs);
-        // Where it rests, the course that brought it there is too long: most of its entries are in vain.
+        const double leadMs = kLeadMs + kLeadPerSearch * part->findMs;
+        const Course next = courseFor(leadMs + kUseMs);
+        // The course that brought a resting tool to its pose is too long, see kResting.
         const bool tooLong = part->extent.length(tick) < kResting * r.slack &&
                              part->extent.length(part->published.course) > part->extent.length(next) + r.slack;
-        const double left = part->finder.reserve(part->published, {along(leadMs), r.within});
-        if (!tooLong && left >= (1 - kRenew) * r.slack) continue;
+        const double left = part->finder.reserve(part->published, {courseFor(leadMs), r.within});
+        if (!tooLong && left >= (1 - kUsedSlack) * r.slack) continue;
         PairEntries& entries = part->entries.back();
-        // Steps may get as long as they may be.
+        // The entries must serve steps as long as trust allows.
         Within within = r.within;
         within.curve = std::max(within.curve, r.trust * r.trust / 2);
         within.most = std::max(within.most, r.trust);
         const Coverage asked{next, within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
-        if (!part->finder.find(asked, entries)) continue;  // too deep: the tick sees to it
+        if (!part->finder.find(asked, entries)) continue;  // more pairs than memory: the tick searches itself
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
         part->entries.publish();
         part->published = asked;

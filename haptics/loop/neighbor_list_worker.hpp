@@ -1,5 +1,5 @@
 #pragma once
-// A second thread that walks the trees ahead of the tool, so that ticks need not.
+// A second thread that walks the trees ahead of the tool, which saves this work in the ticks.
 #include <atomic>
 #include <span>
 #include <thread>
@@ -11,26 +11,26 @@
 
 namespace touchstone {
 
-/// Finds the pair entries of each obstacle for where the tool will be shortly. A tick takes them where they are
-/// complete for its pose and margin and finds its own where they are not, so the thread changes times and no result.
-/// All functions but the constructor and destructor are for the one thread that ticks; they are wait-free.
+/// Finds the pair entries of each obstacle for the poses that the tool will reach soon. A tick uses them if they are
+/// complete for its pose and margin and searches itself otherwise, so the thread changes times and never a result. All
+/// functions except constructor and destructor are for the thread of the ticks; they are wait-free.
 class NeighborListWorker {
   public:
-    /// Starts the thread. `world` must outlive it. Throws std::system_error when no thread can be made.
+    /// Starts the thread. `world` must outlive it. Throws std::system_error if no thread can be created.
     explicit NeighborListWorker(const World& world);
     ~NeighborListWorker();
     NeighborListWorker(const NeighborListWorker&) = delete;
     NeighborListWorker& operator=(const NeighborListWorker&) = delete;
 
     struct Request {
-        double tickMs = 1;
-        Within within;                ///< what the tick asked for; negative margin: nothing is near, nothing is wanted
+        double tickMs = 1;            ///< tick period
+        Within within;                ///< the pairs that the tick asked for; a negative margin: none, so none are found
         double trust = 0, slack = 0;  ///< mm, of the settings
     };
-    /// To be called after every tick, with where the graphic tool and the obstacles are then.
+    /// Call it after every tick with the poses of the graphic tool and the obstacles.
     void request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept;
 
-    /// The newest entries by obstacle, at first complete for nothing; valid until the next call.
+    /// The newest entries by obstacle, at first complete for no coverage; valid until the next call.
     std::span<const PairEntries* const> newest() noexcept;
     /// Processor time of the thread since the last call, µs.
     double takeCpuUs() noexcept { return cpuUs_.exchange(0, std::memory_order_relaxed); }
@@ -41,15 +41,15 @@ class NeighborListWorker {
             : extent(tool), finder(tool, *obstacle.tree), entries(PairEntries(tool, *obstacle.tree)) {}
 
         LeafExtent extent;
-        PairFinder finder;                  // the keeper's thread's
-        TripleBuffer<PairEntries> entries;  // from it to the tick
-        Coverage published;                 // of the last
-        Pose behind;                        // follows the tool as if on a string as long as the slack
-        double findMs = 0;                  // what finding them took
+        PairFinder finder;                  // used by the worker's thread
+        TripleBuffer<PairEntries> entries;  // from that thread to the tick
+        Coverage published;                 // of the newest entries
+        Pose trailing;                      // follows the tool at a distance of the slack, as if pulled by a string
+        double findMs = 0;                  // duration of the last search
     };
 
     struct Message {
-        Request asked;
+        Request request;
         std::vector<Pose> X_OT, X_OT_before;  ///< by obstacle; before: one tick earlier
     };
 
@@ -58,10 +58,10 @@ class NeighborListWorker {
 
     std::vector<std::unique_ptr<Part>> parts_;
     std::vector<const PairEntries*> newest_;
-    std::vector<Pose> X_OT_;  // the last that was told
+    std::vector<Pose> X_OT_;  // of the last request
     TripleBuffer<Message> messages_;
     std::atomic<double> cpuUs_ = 0;
-    std::jthread thread_;  // last: joined before anything it uses goes
+    std::jthread thread_;  // last member: it is joined before what it uses is destroyed
 };
 
 }  // namespace touchstone

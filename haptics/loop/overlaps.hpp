@@ -1,5 +1,5 @@
 #pragma once
-// Leaf pairs that overlap, for the modes that look for nothing else. Internal to step().
+// Leaf pairs that overlap, for the modes that need no other pairs. Internal to step().
 #include <bit>
 
 #include "haptics/collision/leaf_gaps.hpp"
@@ -7,8 +7,8 @@
 
 namespace touchstone {
 
-/// visit(obstacle, tool leaf, obstacle leaf, gap in mm) for every pair that overlaps with the tool at `q`, a pose of C,
-/// in an order that repeats.
+/// Calls visit(obstacle, tool leaf, obstacle leaf, gap in mm) for every pair that overlaps with the tool at `q`, a pose
+/// of C, in a reproducible order.
 template <class Visit>
 void forOverlaps(StepState::Impl& s, const Pose& q, Visit&& visit) {
     for (int k = 0; k < int(s.walks.size()); ++k) {
@@ -21,7 +21,7 @@ void forOverlaps(StepState::Impl& s, const Pose& q, Visit&& visit) {
                 const Sphere leaf = s.world->tool->leaf(toolLeaf);
                 const LeafGaps gaps = leafGaps(R * Vec3(leaf.x, leaf.y, leaf.z) + X_OT.p, leaf.r, obstacle, bucket);
                 const simd::Double8 zero = simd::splat(0.0);
-                simd::Mask mask = simd::lessEqual(gaps.gap, zero) & ~simd::lessEqual(zero, gaps.gap);  // below zero
+                simd::Mask mask = simd::lessEqual(gaps.gap, zero) & ~simd::lessEqual(zero, gaps.gap);  // gap < 0
                 for (; mask; mask &= mask - 1) {
                     const int lane = std::countr_zero(mask);
                     visit(k, toolLeaf, bucket * SphereTree::kBranching + lane, gaps.gap[lane]);

@@ -1,6 +1,6 @@
-// The paper's scheme as written: leaf pairs that intersect at the device's pose, constraints (8) linearised at the last
-// graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20), with no safeguard beyond a bound on rows
-// and work.
+// The paper's scheme as written: leaf pairs that intersect at the device's pose, constraints (8) linearized at the last
+// graphic pose (10)-(13), Euler angles (6), the QP (14) and the update (20). The only safeguards are bounds on rows and
+// work.
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +9,8 @@
 namespace touchstone {
 namespace {
 
-/// q = (x, y, z, γ, β, α) of (2): C and the angles of R = Rz(α) Ry(β) Rx(γ), the rotation that matrix (6) holds (its
-/// entry (1,2) lacks a term -sα·cγ in print).
+/// q = (x, y, z, γ, β, α) of (2): C and the angles of R = Rz(α) Ry(β) Rx(γ), the rotation of matrix (6), whose entry
+/// (1,2) lacks a term -sα·cγ in print.
 Vec6 configuration(const Pose& pose) {
     const Mat3 R = pose.R();
     Vec6 q;
@@ -24,15 +24,16 @@ Quat rotationX(double a) { return Quat(Eigen::AngleAxisd(a, Vec3::UnitX())); }
 
 Pose poseOf(const Vec6& q) { return {q.head<3>(), (rotationZ(q[5]) * rotationY(q[4]) * rotationX(q[3])).normalized()}; }
 
-/// The deepest pairs that intersect at `device`, in order of identity; returns how many intersect in all.
-int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
+/// Finds the deepest pairs that intersect at `device`, at most `maxPairs`, in order of identity. Returns the number of
+/// all pairs that intersect.
+int deepestPairs(StepState::Impl& s, const Pose& device, int maxPairs) {
     using Pair = StepState::Impl::DeepPair;
     const auto deeper = [](const Pair& a, const Pair& b) { return a.gap != b.gap ? a.gap < b.gap : a.id < b.id; };
     int pairs = 0;
     s.deepest.clear();
-    // A heap whose top is the shallowest pair kept.
+    // A heap with the shallowest kept pair on top.
     const auto keep = [&](const Pair& pair) {
-        if (int(s.deepest.size()) == most) {
+        if (int(s.deepest.size()) == maxPairs) {
             if (!deeper(pair, s.deepest.front())) return;
             std::pop_heap(s.deepest.begin(), s.deepest.end(), deeper);
             s.deepest.pop_back();
@@ -49,7 +50,7 @@ int deepestPairs(StepState::Impl& s, const Pose& device, int most) {
 }
 
 /// Rows J Δq >= d of (12), (13), written as J x >= -g with x = Δq = q_g - q_h.
-void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
+void linearize(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     const Quat Rz = rotationZ(q_g[5]), Rzy = Rz * rotationY(q_g[4]), R = Rzy * rotationX(q_g[3]);
     const Vec3 axis[3] = {Rzy * Vec3::UnitX(), Rz * Vec3::UnitY(), Vec3::UnitZ()};
     s.rows.clear();
@@ -68,7 +69,8 @@ void linearise(StepState::Impl& s, const Vec6& q_g, const Vec6& q_h) {
     }
 }
 
-/// Worst violation in mm: the rows are gradients of squared distances, brought to unit normals here.
+/// The largest constraint violation, mm. The rows are gradients of squared distances, so each is divided by the length
+/// of its normal.
 double violation(const RowSet& rows, const Vec6& x) {
     double worst = 0;
     for (int i = 0; i < rows.size(); ++i) {
@@ -81,7 +83,7 @@ double violation(const RowSet& rows, const Vec6& x) {
 
 }  // namespace
 
-bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
+bool paperTick(Tick& tick, const Pose& device, HandLoad& load) {
     StepState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Settings& set = tick.settings;
@@ -89,7 +91,7 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
 
     std::uint64_t start = tick.now();
     record.pairs = deepestPairs(s, device, std::min(set.paperRows, kPaperRowCapacity));
-    linearise(s, q_g, q_h);
+    linearize(s, q_g, q_h);
     tick.addTime(record.collisionUs, start);
     record.rows = s.rows.size();
     record.rowsTruncated = record.pairs - record.rows;
@@ -116,10 +118,9 @@ bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
     }
     s.graphic = record.rows ? poseOf(q_h + dq) : device;  // (20)
     record.hover = s.hoverAt(s.graphic);
-    // Measured only on demand: the scheme itself never looks.
+    // Measured for an audit only: the paper's scheme itself does not need it.
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
-    wrench.force = set.stiffness * dq.head<3>();  // (3)
-    wrench.torque = set.torsion * dq.tail<3>();
+    load = tick.loadOf(dq);
     return true;
 }
 

@@ -1,22 +1,22 @@
-// Penalty forces behind a virtual coupling, as the related work renders contact: every pair of leaves that overlaps
-// pushes with penalty_stiffness times its depth, the coupling G pulls the tool to the device, and the tool goes to
-// where the two balance, by one linearisation a tick. The tool itself has no mass (M. Wan and W. McNeely, Quasi-static
-// approximation for 6 degrees-of-freedom haptic rendering, 2003; J. Barbič and D. James, Six-DoF haptic rendering of
-// contact between geometrically complex reduced deformable models, 2008); the coupling is that of J. Colgate et al.
-// (1995), and no tick moves any leaf by more than `trust` (the MaxTravel of W. McNeely et al., 1999).
+// Penalty forces behind a virtual coupling, as the related work renders contact. Every overlapping pair of leaves
+// pushes with penalty_stiffness times its depth, the coupling G pulls the tool to the device, and each tick moves the
+// tool to the equilibrium of the two by one linearization. The tool itself has no mass (M. Wan and W. McNeely,
+// Quasi-static approximation for 6 degrees-of-freedom haptic rendering, 2003; J. Barbič and D. James, Six-DoF haptic
+// rendering of contact between geometrically complex reduced deformable models, 2008). The coupling is that of
+// J. Colgate et al. (1995). No tick moves a leaf by more than `trust` (the MaxTravel of W. McNeely et al., 1999).
 #include <Eigen/Cholesky>
 
 #include "haptics/loop/overlaps.hpp"
 
 namespace touchstone {
 
-bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
+bool penaltyTick(Tick& tick, const Pose& device, HandLoad& load) {
     StepState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Vec6 G = tick.stiffness();
     const double k = tick.settings.penaltyStiffness;
 
-    // Balance of the coupling's force G (h - x) and each pair's k (depth - j'x) j.
+    // Equilibrium of the coupling's force G (h - x) and of each pair's force k (depth - j'x) j.
     std::uint64_t start = tick.now();
     Eigen::Matrix<double, 6, 6> A = G.asDiagonal();
     Vec6 b = G.cwiseProduct(incrementBetween(s.graphic, device));
@@ -25,7 +25,7 @@ bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
         ++record.pairs;
         const Vec3 r = R * (s.world->tool->leaf(toolLeaf).center() - s.p_TC);
         const Vec3 c_O = s.X_WO[obstacle] * s.world->obstacles[obstacle].tree->leaf(obstacleLeaf).center();
-        const Vec3 n = (s.graphic.p + r - c_O).normalized();  // zero for centres that coincide: no way out is known
+        const Vec3 n = (s.graphic.p + r - c_O).normalized();  // zero if the centers coincide: no direction leads out
         Vec6 j;
         j << n, r.cross(n);
         A.selfadjointView<Eigen::Lower>().rankUpdate(j, k);
@@ -48,9 +48,7 @@ bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
 
     s.contacts.clear();
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
-    const Vec6 pull = G.cwiseProduct(incrementBetween(device, s.graphic));
-    wrench.force = pull.head<3>();
-    wrench.torque = pull.tail<3>();
+    load = tick.loadOf(incrementBetween(device, s.graphic));
     return true;
 }
 

@@ -28,69 +28,86 @@ struct Row {
     Field field;
 };
 
-// The tick's memory for these rows, and more work than any tick has time for.
+// The row limits are those of the tick's memory (step_state.hpp). The work limit is more than any tick has time for.
 constexpr double kMaxPaperRows = 1024, kMaxShadowRows = 4096, kMaxWork = 1e12;
 
 constexpr Row kRows[] = {
     {{"mode", "",
-      "default is what a hand should feel; paper is the paper's method as written, failures included; penalty lets the "
-      "tool sink in and pushes it back, without a solver",
+      "default: the method that a hand should feel; paper: the paper's method as written, with its failures; penalty: "
+      "the tool sinks in and is pushed back, without a solver",
       0, 0},
      &Settings::mode},
-    {{"solver", "", "solver that moves the tool; an approximate one is moved onto the contacts afterwards", 0, 0},
+    {{"solver", "", "solver that moves the tool; the answer of an approximate one is projected onto the constraints", 0,
+      0},
      SolverName{&Settings::solver, false}},
-    {{"shadow", "", "second solver on the same rows, measured without touching the result; none saves its time", 0, 0},
+    {{"shadow", "",
+      "second solver, run on the same rows to measure its time and error without changing the result; none saves its "
+      "time",
+      0, 0},
      SolverName{&Settings::shadow, true}},
-    {{"stiffness", "N/mm", "force per mm between hand and tool; too high for the device and rate, and it buzzes", 0.001,
+    {{"stiffness", "N/mm", "force per mm between hand and tool; a value too high for device and rate vibrates", 0.001,
       100},
      &Settings::stiffness},
-    {{"torsion", "mN·m/rad", "torque per rad between hand and tool; too high for the device and rate, and it buzzes", 1,
+    {{"torsion", "mN·m/rad", "torque per rad between hand and tool; a value too high for device and rate vibrates", 1,
       1e6},
      &Settings::torsion},
-    {{"tolerance", "N", "where an approximate solver stops (N·mm in paper mode); larger is faster and less true", 1e-9,
-      100},
+    {{"tolerance", "N",
+      "error at which an approximate solver stops (N·mm in paper mode); a larger value is faster and less accurate",
+      1e-9, 100},
      &Settings::tolerance},
     {{"screening", "",
-      "rows removed before an approximate solver in default mode: none, screen (exact within trust), cluster (fewer, "
-      "less true)",
+      "rows removed before an approximate solver in default mode: none; screen: redundant rows, exact within trust; "
+      "cluster: similar rows, faster and less accurate",
       0, 0},
      &Settings::screening},
-    {{"iteration_cap", "", "iterations an approximate solver may take in default mode; too few leave the tool behind",
-      1, 1e6},
+    {{"iteration_cap", "",
+      "maximum iterations of an approximate solver in default mode; with too few the tool lags behind", 1, 1e6},
      &Settings::iterationCap},
-    {{"margin", "mm", "pairs this near become rows; larger costs time, smaller slows the tool near contact", 0.01, 20},
+    {{"margin", "mm",
+      "pairs within this distance become rows; a larger value costs time, a smaller one slows the tool near contact",
+      0.01, 20},
      &Settings::margin},
-    {{"trust", "mm", "greatest travel of the tool per linearisation; at most the margin, or pairs are missed", 0.01,
-      20},
+    {{"trust", "mm", "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed",
+      0.01, 20},
      &Settings::trust},
-    {{"slack", "mm", "travel before the list of near pairs is built anew; larger makes fewer, longer lists", 0, 20},
+    {{"slack", "mm",
+      "travel after which the list of near pairs is rebuilt; a larger value makes fewer but longer lists", 0, 20},
      &Settings::slack},
-    {{"travel_budget", "mm/ms", "travel beyond the device's own while in contact; larger lets force drop faster", 0,
+    {{"travel_budget", "mm/ms",
+      "travel of the tool beyond the device's own while in contact; a larger value lets the force drop faster", 0,
       1000},
      &Settings::travelBudget},
-    {{"linearisations", "", "solves per tick while in contact; more follow a fast hand further and cost time each", 1,
-      64},
+    {{"linearisations", "",
+      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time",
+      1, 64},
      &Settings::linearisations},
     {{"adaptive_margin", "",
-      "solve with the rows that the step would cross; off: with those of all pairs within the margin, which is slower",
+      "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "
+      "which "
+      "is slower",
       0, 0},
      &Settings::adaptiveMargin},
-    {{"elastic_weight", "", "how hard contradicting contacts are held when they cannot all be", 1, 1e9},
+    {{"elastic_weight", "", "weight of the violation when contacts contradict each other; a larger value violates less",
+      1, 1e9},
      &Settings::elasticWeight},
-    {{"paper_rows", "", "deepest pairs that paper mode keeps", 1, kMaxPaperRows}, &Settings::paperRows},
-    {{"paper_work", "", "rows² x iterations a tick of paper mode's solver before it gives up", 1, kMaxWork},
+    {{"paper_rows", "", "maximum number of pairs in paper mode; the deepest are kept", 1, kMaxPaperRows},
+     &Settings::paperRows},
+    {{"paper_work", "", "maximum rows² x iterations of the solver in a tick of paper mode", 1, kMaxWork},
      &Settings::paperWork},
-    {{"solver_work", "", "rows x iterations a tick of an approximate solver before it gives up", 1, kMaxWork},
+    {{"solver_work", "", "maximum rows x iterations of an approximate solver in a tick", 1, kMaxWork},
      &Settings::solverWork},
-    {{"shadow_work", "", "rows x iterations a tick of the shadow before it gives up", 1, kMaxWork},
-     &Settings::shadowWork},
-    {{"shadow_rows", "", "deepest rows that the shadow takes", 1, kMaxShadowRows}, &Settings::shadowRows},
-    {{"penalty_stiffness", "N/mm", "of each overlapping pair in penalty mode; smaller sinks in deeper", 0.001, 1e6},
+    {{"shadow_work", "", "maximum rows x iterations of the shadow in a tick", 1, kMaxWork}, &Settings::shadowWork},
+    {{"shadow_rows", "", "maximum number of rows of the shadow; the deepest are kept", 1, kMaxShadowRows},
+     &Settings::shadowRows},
+    {{"penalty_stiffness", "N/mm",
+      "stiffness of each overlapping pair in penalty mode; with a smaller value the tool sinks in deeper", 0.001, 1e6},
      &Settings::penaltyStiffness},
-    {{"rate", "Hz", "ticks per second; higher is stiffer without buzzing and leaves less time a tick", 250, 10000},
+    {{"rate", "Hz",
+      "ticks per second; a higher rate allows a higher stiffness without vibration and leaves less time for a tick",
+      250, 10000},
      &Settings::rate},
-    {{"pause", "", "hold the tool where it is, with zero force", 0, 0}, &Settings::pause},
-    {{"dead_man", "", "button of the device, from 1, that must be held or the force is zero; 0 is none", 0, 32},
+    {{"pause", "", "hold the tool with zero force", 0, 0}, &Settings::pause},
+    {{"dead_man", "", "button of the device, from 1, that must be held for any force; 0: no button", 0, 32},
      &Settings::deadMan},
 };
 
@@ -120,7 +137,7 @@ std::string text(auto number) {
     return {buffer, std::to_chars(buffer, std::end(buffer), number).ptr};
 }
 
-/// Insertions, deletions and replacements between two words (Levenshtein).
+/// Number of insertions, deletions and replacements between two words (Levenshtein distance).
 std::size_t editDistance(std::string_view a, std::string_view b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
@@ -170,7 +187,7 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
     const SettingInfo& info = row->info;
 
     const auto setWhole = [&](auto member) -> std::string {
-        const auto number = readNumber(value, info.min, info.max);  // so that 1e8 is a count
+        const auto number = readNumber(value, info.min, info.max);  // read as a double, so that 1e8 is a valid count
         if (!number || *number != std::floor(*number)) return refuse(info, value, range(info, true));
         settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(*number);
         return {};
@@ -268,7 +285,7 @@ std::string checkSettings(const Settings& settings) {
             field);
         if (!wrong.empty()) return wrong;
     }
-    // A pair further than the margin is not listed, so a longer travel could hit it.
+    // Pairs beyond the margin are not listed, so the tool could hit one if it travelled further.
     if (settings.trust > settings.margin)
         return "trust is " + text(settings.trust) + " mm but must be at most the margin of " + text(settings.margin) +
                " mm: lower trust or raise margin";

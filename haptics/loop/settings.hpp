@@ -1,5 +1,5 @@
 #pragma once
-// Everything a user can tune, in one struct and one table.
+// All settings that a user can change, in one struct and one table.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -11,62 +11,74 @@
 namespace touchstone {
 
 enum class Mode : std::uint8_t {
-    Default,  ///< pairs with margin, half-space rows, trust cap: what a hand should feel
-    Paper,    ///< Yu, Wang and Zhang as written, to be measured against
-    Penalty,  ///< springs against overlaps behind a virtual coupling, to be measured against
+    Default,  ///< pairs within a margin, half-space rows, trust cap: what a hand should feel
+    Paper,    ///< Yu, Wang and Zhang as written, for comparison
+    Penalty,  ///< springs against overlaps behind a virtual coupling, for comparison
 };
-/// In the order of the enumeration, as on the command line.
+/// The names on the command line, in the order of the enumeration.
 std::span<const std::string_view> modeNames();
 
-/// Constant within a tick. A plain struct: it travels by value from the panels to the loop.
+/// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp
+/// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
     int solver = kExactSolver;  ///< index into solverTable()
     int shadow = 1;             ///< likewise; -1 for none
-    double stiffness = 1;       ///< k_t, N/mm
-    double torsion = 1000;      ///< k_r, mN·m/rad
-    double tolerance = 0.01;    ///< of the rendering or shadowing approximate solver: N; N·mm in paper mode
-    Screening screening = Screening::None;  ///< before an approximate solver, in default mode
-    int iterationCap = 1000;                ///< of the approximate solvers in default mode
-    double margin = 0.5;                    ///< m, mm: pairs this near become rows
-    double trust = 0.5;                     ///< t, mm: greatest travel of any leaf per linearisation
-    double slack = 0.75;                    ///< mm of travel before the neighbor list is built anew
-    double travelBudget = 0.5;              ///< v, mm/ms: travel beyond the device's own while in contact
-    int linearisations = 2;
-    bool adaptiveMargin = true;  ///< solve with the rows that the step would cross
+    double stiffness = 1;       ///< k_t, N/mm; the paper's value
+    double torsion = 1000;      ///< k_r, mN·m/rad; the paper's value
+    double tolerance = 0.01;    ///< of an approximate solver or shadow: N; in paper mode N·mm, where it is the paper's
+    Screening screening = Screening::None;  ///< before an approximate solver in default mode
+    /// Maximum iterations of an approximate solver in default mode. In a static hold of 3.235 N, pqp gave 3.049 N with
+    /// 10 iterations, 3.132 N with chatter with 100, and the exact force with 1,000 and a tolerance of 1e-6.
+    int iterationCap = 1000;
+    /// m, mm: pairs within it become rows. Measured on bodies of 100 mm; close fits use about 0.75 x clearance.
+    double margin = 0.5;
+    /// t, mm: maximum travel of any leaf in a linearization; t <= m. It bounds the speed that the tool can follow in
+    /// contact: linearisations x trust in a tick.
+    double trust = 0.5;
+    double slack = 0.75;  ///< travel after which the neighbor list is rebuilt, mm; close fits use 0.1
+    /// v, mm/ms: travel of the tool beyond the device's own while in contact. It bounds the force of a slip-off: a drop
+    /// into a keyway had 7.2 N in one ms without the budget and 0.54 N with 0.5 mm/ms.
+    double travelBudget = 0.5;
+    int linearisations = 2;      ///< maximum number of linearizations in a tick that begins with force
+    bool adaptiveMargin = true;  ///< solve only with the rows that the step would cross
+    /// w of ½ w s² when rows contradict each other, for rows of unit length in the metric of G. Chosen by measurement.
     double elasticWeight = 1000;
-    int paperRows = 1024;                  ///< deepest pairs kept in paper mode
-    std::int64_t paperWork = 100'000'000;  ///< rows² x iterations a tick in paper mode
-    std::int64_t solverWork = 20'000'000;  ///< rows x iterations a tick of an approximate rendering solver
+    int paperRows = 1024;  ///< maximum number of pairs, the deepest, in paper mode
+    /// rows² x iterations a tick in paper mode: the only bound of that mode's time, since rows that contradict each
+    /// other never converge.
+    std::int64_t paperWork = 100'000'000;
+    std::int64_t solverWork = 20'000'000;  ///< rows x iterations a tick of an approximate solver that moves the tool
     std::int64_t shadowWork = 5'000'000;   ///< rows x iterations a tick of the shadow
-    int shadowRows = 300;                  ///< deepest rows the shadow takes
+    int shadowRows = 300;                  ///< maximum number of rows of the shadow, those with the smallest gaps
     double penaltyStiffness = 10;          ///< N/mm of each pair in penalty mode
     double rate = 1000;                    ///< Hz
-    bool pause = false;                    ///< hold the tool where it is, force zero
-    int deadMan = 0;                       ///< button of the device without which there is no force, from 1; 0: none
+    bool pause = false;                    ///< the tool is held with zero force
+    int deadMan = 0;                       ///< button of the device that must be held for any force, from 1; 0: none
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };
 
-/// What the solver that moves the tool is given in these settings' mode.
+/// Settings of the solver that moves the tool, in the mode of these settings.
 SolverSettings solverSettings(const Settings& settings);
 
-/// One tunable value by name: the row that the command line, scene files, panels and help all read.
+/// One setting by name: the table row that the command line, scene files, panels and help read.
 struct SettingInfo {
     std::string_view key;   ///< as in --set KEY=VALUE
     std::string_view unit;  ///< "" for counts and names
-    std::string_view help;  ///< one sentence: what it does and what breaks
+    std::string_view help;  ///< what it does, and what happens if it is larger or smaller
     double min, max;        ///< accepted range of numbers; both 0 for names and switches
 };
 
 std::span<const SettingInfo> settingTable();
 
-/// Sets one value from text. Returns an empty string, or one sentence that says what is wrong and what is accepted;
-/// `settings` is then untouched.
+/// Sets one value from text. Returns an empty string, or one sentence that says what is wrong and what is accepted; in
+/// that case `settings` is unchanged.
 std::string setSetting(Settings& settings, std::string_view key, std::string_view value);
 /// The value as text that setSetting() reads back to the same bits. Pre: key is in the table.
 std::string getSetting(const Settings& settings, std::string_view key);
-/// Whether the values go together and lie in their ranges, whoever set them. Returns an empty string, or one sentence.
+/// Checks that all values are in their ranges and consistent. Returns an empty string, or one sentence that says what
+/// is wrong.
 std::string checkSettings(const Settings& settings);
 
 }  // namespace touchstone

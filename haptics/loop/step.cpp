@@ -11,8 +11,12 @@
 namespace touchstone {
 namespace {
 
-constexpr double kObstacleSpeed = 0.25;        // mm/ms
-constexpr double kLeastPace = 1.0 / (1 << 8);  // that an obstacle is slowed down to: 1 µm a tick
+/// Maximum speed of an obstacle on the way to its target, mm/ms. A faster obstacle pushes the tool in larger steps,
+/// more of which are refused because a pair would overlap; a slower one lags behind the user who drags it.
+constexpr double kObstacleSpeed = 0.25;
+/// Lower bound of the fraction of the maximum move that an obstacle tries. Refused moves halve the fraction; at 1 kHz
+/// the bound is a move of about 1 µm a tick. A smaller bound makes an obstacle take longer to get going again.
+constexpr double kSmallestPace = 1.0 / (1 << 8);
 
 Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacle) {
     return obstacle < X_WO.size() ? X_WO[obstacle] : world.obstacles[obstacle].X_WO;
@@ -23,7 +27,7 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
 StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
-        reaches.push_back(obstacle.tree->reach());
+        obstacleReaches.push_back(obstacle.tree->reach());
         lists.emplace_back(*w.tool, *obstacle.tree, index++);
         walks.emplace_back(*w.tool, *obstacle.tree);
     }
@@ -32,7 +36,7 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     R_WO.resize(lists.size());
     paces.resize(lists.size(), 1);
     for (int k = 0; k < index; ++k) place(k, w.obstacles[k].X_WO.isValid() ? w.obstacles[k].X_WO : Pose{});
-    misplaced =
+    hasInvalidObstacle =
         std::any_of(w.obstacles.begin(), w.obstacles.end(), [](const Obstacle& o) { return !o.X_WO.isValid(); });
     for (const SolverInfo& info : solverTable()) {
         renderers.push_back(info.make(kRowCapacity));
@@ -41,8 +45,8 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     projector = solverTable()[kExactSolver].make(kRowCapacity);
     reference = solverTable()[kExactSolver].make(kRowCapacity);
     deepest.reserve(kPaperRowCapacity);
-    order.resize(kRowCapacity);
-    ways.resize(w.obstacles.size());
+    shadowOrder.resize(kRowCapacity);
+    courses.resize(w.obstacles.size());
     contacts.reserve(kRowCapacity);
 }
 
@@ -53,23 +57,23 @@ StepState& StepState::operator=(StepState&&) noexcept = default;
 
 void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexcept {
     Impl& s = *impl;
-    // What is no pose is not taken over, so that the record of a tick that is held stays finite.
-    if (X_WO.size() >= s.X_WO.size()) s.misplaced = false;
+    // Invalid poses are not taken over, so that the record of a held tick stays finite.
+    if (X_WO.size() >= s.X_WO.size()) s.hasInvalidObstacle = false;
     for (std::size_t k = 0; k < std::min(X_WO.size(), s.X_WO.size()); ++k)
         if (X_WO[k].isValid())
             s.place(int(k), X_WO[k]);
         else
-            s.misplaced = true;
+            s.hasInvalidObstacle = true;
     s.X_WO_start = s.X_WO;
     s.start = start;
     s.tick = start.tick;
-    s.sound = !s.misplaced && start.X_WT.isValid() && start.X_WT_device.isValid();
+    s.hasValidStart = !s.hasInvalidObstacle && start.X_WT.isValid() && start.X_WT_device.isValid();
     if (start.X_WT.isValid()) s.graphic = s.referencePose(start.X_WT);
     if (start.X_WT_device.isValid()) s.device = s.referencePose(start.X_WT_device);
     s.loaded = start.loadedBefore;
     s.lastSteps.fill({Vec6::Zero(), Vec6::Zero()});
     s.asked = {};
-    for (std::size_t k = 0; k < s.ways.size(); ++k) s.ways[k] = s.inObstacle(int(k), s.graphic);
+    for (std::size_t k = 0; k < s.courses.size(); ++k) s.courses[k] = s.inObstacle(int(k), s.graphic);
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
@@ -81,8 +85,8 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
 }
 
 void StepState::resume(const TickRecord& record) noexcept {
-    const bool loaded = !record.wrench_C.force.isZero(0) || !record.wrench_C.torque.isZero(0);
-    begin({record.tick + 1, record.X_WT, record.X_WT_device, loaded});
+    // A record holds the wrench and not the load; the wrench is zero exactly in ticks without load, see HandLoad.
+    begin({record.tick + 1, record.X_WT, record.X_WT_device, !record.wrench_C.isZero()});
 }
 
 std::span<const Pose> StepState::obstacles() const noexcept { return impl->X_WO; }
@@ -94,7 +98,7 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
     R_WO[obstacle] = X.R();
 }
 
-int StepState::Impl::badTarget(std::span<const Pose> targets) const {
+int StepState::Impl::findInvalidTarget(std::span<const Pose> targets) const {
     const int n = int(std::min(targets.size(), X_WO.size()));
     for (int k = 0; k < n; ++k)
         if (!targets[k].isValid()) return k;
@@ -110,16 +114,16 @@ int StepState::Impl::nextToMove(std::span<const Pose> targets) const {
     return -1;
 }
 
-void StepState::Impl::moveObstacle(int k, const Pose& target, double most) {
+void StepState::Impl::moveObstacle(int k, const Pose& target, double maxTravel) {
     const Vec3 center = world->obstacles[k].tree->center();
     const Pose from{X_WO[k] * center, X_WO[k].q}, to{target * center, target.q};
-    const double whole = travel(X_WO[k], target, center, reaches[k]);
-    obstacleTravel = std::min(whole, most);
-    if (whole <= most) {
+    const double distance = travel(X_WO[k], target, center, obstacleReaches[k]);
+    obstacleTravel = std::min(distance, maxTravel);
+    if (distance <= maxTravel) {
         place(k, target);
     } else {
-        const Pose there = moved(from, incrementBetween(from, to) * (most / whole));
-        place(k, {there.p - there.q * center, there.q});
+        const Pose reached = moved(from, incrementBetween(from, to) * (maxTravel / distance));
+        place(k, {reached.p - reached.q * center, reached.q});
     }
     lastMoved = k;
 }
@@ -132,7 +136,7 @@ std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderer
 
 void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
     contacts.clear();
-    // A paper row is the gradient of a squared distance: its length turns the multiplier into newtons.
+    // A row of paper mode is the gradient of a squared distance; its length converts the multiplier to newtons.
     for (const Multiplier& m : result.multipliers)
         contacts.push_back({from.id(m.row), m.value * from.row(m.row).head<3>().norm()});
 }
@@ -154,6 +158,10 @@ Vec6 Tick::stiffness() const {
     return G;
 }
 
+HandLoad Tick::loadOf(const Vec6& deviation) const {
+    return {{settings.stiffness * deviation.head<3>(), settings.torsion * deviation.tail<3>()}, !deviation.isZero(0)};
+}
+
 void Tick::note(const SolveResult& result) {
     record.iterations += result.iterations;
     record.status = std::max(record.status, result.status);
@@ -170,21 +178,21 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     const std::uint64_t start = now();
     const bool paper = settings.mode == Mode::Paper;
     QpProblem shared = problem;
-    if (!solverTable()[settings.shadow].exact) shared.rows = &screened(*problem.rows);
-    const int most = std::min(settings.shadowRows, paper ? kPaperRowCapacity : kShadowRowCapacity);
-    record.shadowRowsCut = std::max(0, problem.rows->size() - std::min(most, shared.rows->size()));
-    if (shared.rows->size() > most) {
-        // The deepest, ties by identity, in the order they had.
+    if (!solverTable()[settings.shadow].exact) shared.rows = &screened(state.shadowScreen, *problem.rows);
+    const int maxRows = std::min(settings.shadowRows, paper ? kPaperRowCapacity : kShadowRowCapacity);
+    record.shadowRowsCut = std::max(0, problem.rows->size() - std::min(maxRows, shared.rows->size()));
+    if (shared.rows->size() > maxRows) {
+        // Keep the rows with the smallest gaps, ties by identity, in their order.
         const RowSet& rows = *shared.rows;
-        const auto first = state.order.begin(), middle = first + most, last = first + rows.size();
-        for (int i = 0; i < rows.size(); ++i) state.order[i] = i;
+        const auto first = state.shadowOrder.begin(), middle = first + maxRows, last = first + rows.size();
+        for (int i = 0; i < rows.size(); ++i) state.shadowOrder[i] = i;
         std::nth_element(first, middle, last, [&](int a, int b) {
             return rows.gap()[a] != rows.gap()[b] ? rows.gap()[a] < rows.gap()[b] : rows.id(a) < rows.id(b);
         });
         std::sort(first, middle);
-        state.relaxed.clear();
-        for (auto i = first; i != middle; ++i) state.relaxed.push(rows.row(*i), rows.gap()[*i], rows.id(*i));
-        shared.rows = &state.relaxed;
+        state.shadowRows.clear();
+        for (auto i = first; i != middle; ++i) state.shadowRows.push(rows.row(*i), rows.gap()[*i], rows.id(*i));
+        shared.rows = &state.shadowRows;
     }
     record.shadowRows = shared.rows->size();
 
@@ -195,7 +203,8 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     record.shadowStatus = shadow.status;
     addTime(record.shadowUs, start);
 
-    // Its error is against the exact answer to the same rows; an exact shadow measures the rendering solver instead.
+    // The error is measured against the exact answer to the same rows. If the shadow itself is exact, the difference is
+    // the rendering solver's error.
     const bool renderedIsExact = solverTable()[settings.solver].exact;
     Vec6 exact = rendered;
     if (record.shadowRowsCut || !(renderedIsExact || solverTable()[settings.shadow].exact))
@@ -207,33 +216,33 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
 
 namespace {
 
-/// The mode's tick; false: the tool stays where it is, without force.
-bool advance(Tick& tick, const Pose& device, Wrench& wrench) {
+/// Runs the mode's tick. If it returns false, the tool stays where it is, without force.
+bool advance(Tick& tick, const Pose& device, HandLoad& load) {
     StepState::Impl& state = tick.state;
     const Pose before = state.graphic;
     constexpr decltype(&defaultTick) kTicks[] = {defaultTick, paperTick, penaltyTick};  // by Mode
-    const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, wrench);
-    if (done && state.graphic.isFinite() && wrench.isFinite()) return true;
+    const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, load);
+    if (done && state.graphic.isFinite() && load.wrench.isFinite()) return true;
     if (done) tick.record.flags |= kNonFinite;
     state.graphic = before;
     return false;
 }
 
-/// Likewise, with an obstacle on its way, that stays where the tool cannot give way.
-bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wrench& wrench) {
+/// The same with a moving obstacle that may push the tool. If the tool cannot move out of its way, the obstacle stays.
+bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, HandLoad& load) {
     StepState::Impl& s = tick.state;
     const Settings& set = tick.settings;
     const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
-    const double most = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
-    s.moveObstacle(k, target, s.paces[k] * most);
-    bool fits = advance(tick, device, wrench);
+    const double maxMove = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
+    s.moveObstacle(k, target, s.paces[k] * maxMove);
+    bool fits = advance(tick, device, load);
     if (set.mode != Mode::Default) return fits;
     if (fits) {
         const Pose after = s.inObstacle(k, s.graphic);
         fits = s.lists[k].complete({after, 0}, set.slack) &&
                !s.lists[k].remeasure(before, after, kOverlapTolerance).deeper();
     }
-    s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kLeastPace, 1.0);
+    s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kSmallestPace, 1.0);
     if (fits) return true;
 
     s.place(k, X_WO);
@@ -242,10 +251,10 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;
     tick.record.flags = kObstacleHeld;
-    tick.record.collisionUs = tried.collisionUs;  // what was tried has cost its time
+    tick.record.collisionUs = tried.collisionUs;  // the refused attempt took time, too
     tick.record.solveUs = tried.solveUs;
     tick.record.shadowUs = tried.shadowUs;
-    return advance(tick, device, wrench);
+    return advance(tick, device, load);
 }
 
 }  // namespace
@@ -263,15 +272,15 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     for (std::size_t k = 0; k < state.lists.size(); ++k)
         state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
 
-    Wrench wrench;
+    HandLoad load;
     Pose device = state.device;
     bool hold = true;
-    const int badTarget = state.badTarget(input.X_WO);
-    if (!state.sound || !input.X_WT_device.isValid() || badTarget >= 0) {
+    const int invalidTarget = state.findInvalidTarget(input.X_WO);
+    if (!state.hasValidStart || !input.X_WT_device.isValid() || invalidTarget >= 0) {
         record.flags |= kBadInput;
-        if (badTarget >= 0) {  // a replay has to be given it, too
-            state.given.obstacle = badTarget;
-            state.given.X_WO = input.X_WO[badTarget];
+        if (invalidTarget >= 0) {  // a replay needs the invalid target to repeat this tick
+            state.given.obstacle = invalidTarget;
+            state.given.X_WO = input.X_WO[invalidTarget];
         }
     } else {
         device = state.referencePose({input.X_WT_device.p, input.X_WT_device.q.normalized()});
@@ -284,18 +293,18 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
                 state.given.obstacle = k;
                 state.given.X_WO = input.X_WO[k];
             }
-            hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
+            hold = !(k < 0 ? advance(tick, device, load) : advancePushed(tick, device, k, input.X_WO[k], load));
         }
     }
-    if (hold) wrench = {};
+    if (hold) load = {};
     state.device = device;
-    state.loaded = !wrench.force.isZero(0) || !wrench.torque.isZero(0);
+    state.loaded = load.loaded;
 
     record.X_WT_device = state.nodePose(device);
     record.X_WT = state.nodePose(state.graphic);
-    record.wrench_C = wrench;
-    record.wrench_o = wrench;
-    record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(wrench.force);
+    record.wrench_C = load.wrench;
+    record.wrench_o = load.wrench;
+    record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(load.wrench.force);
     return record;
 }
 
@@ -311,8 +320,9 @@ PenetrationMeter::PenetrationMeter(const World& world) : world_(&world) {
 }
 
 double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO) {
-    // The walk meets every overlapping pair, which are few unless the last pose was deep in; the search then prunes.
-    constexpr double kDeep = 0.1;  // mm
+    // Depth at the last pose, mm, from which the branch-and-bound search replaces the walk. The walk visits every
+    // overlapping pair; a deep pose has many, most of which the search prunes. At shallow poses the walk is faster.
+    constexpr double kDeep = 0.1;
     const bool deep = depth_ > kDeep;
     depth_ = 0;
     for (std::size_t k = 0; k < walks_.size(); ++k) {

@@ -1,5 +1,5 @@
 #pragma once
-// The haptic tick: device pose in, tool pose and wrench out.
+// The haptic tick: from a device pose to a tool pose and a wrench.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,97 +13,98 @@
 
 namespace touchstone {
 
-/// Why a tick is not an ordinary one. Bits of TickRecord::flags; more than one may be set.
+/// What was unusual about a tick. Bits of TickRecord::flags; more than one may be set.
 enum TickFlag : std::uint32_t {
-    kInfeasible = 1 << 0,      ///< rows contradicted each other; the softened answer was used
-    kNotDeeper = 1 << 1,       ///< ... and was replaced by the one that deepens no overlap
-    kIterationLimit = 1 << 2,  ///< the solver's work limit came first
-    kNonFinite = 1 << 3,       ///< the answer was not finite: tool held, force zero
-    kRowsTruncated = 1 << 4,   ///< more pairs than rows
-    kListOverflow = 1 << 5,    ///< more list entries than memory: tool held, force zero
-    kCapped = 1 << 6,          ///< trust or travel budget shortened a move
-    kHalved = 1 << 7,          ///< the re-measurement shortened a move
-    kUnfinished = 1 << 8,      ///< the tool has not reached where it would go; made up in the next tick
-    kBadInput = 1 << 9,        ///< the tick was given an invalid pose (Pose::isValid): tool held, force zero
-    kProjected = 1 << 10,      ///< an approximate answer was moved onto the rows
-    kPaused = 1 << 11,
-    kObstacleHeld = 1 << 12,  ///< an obstacle was on its way, and the tool could not give way: it stayed
+    kInfeasible = 1 << 0,      ///< the rows contradicted each other; the softened answer was used
+    kNotDeeper = 1 << 1,       ///< ... and was replaced by the answer that deepens no overlap
+    kIterationLimit = 1 << 2,  ///< the work limit ended a solve
+    kNonFinite = 1 << 3,       ///< the answer was not finite: tool held, zero force
+    kRowsTruncated = 1 << 4,   ///< there were more pairs than rows
+    kListOverflow = 1 << 5,    ///< there were more list entries than memory: tool held, zero force
+    kCapped = 1 << 6,          ///< trust or the travel budget shortened a move
+    kHalved = 1 << 7,          ///< a pair that got deeper shortened a move
+    kUnfinished = 1 << 8,      ///< the tool did not reach its goal in this tick; the next tick continues
+    kBadInput = 1 << 9,        ///< the tick was given an invalid pose (Pose::isValid): tool held, zero force
+    kProjected = 1 << 10,      ///< an approximate answer was projected onto the rows
+    kPaused = 1 << 11,         ///< the setting `pause` held the tool
+    kObstacleHeld = 1 << 12,   ///< a moving obstacle stayed where it was because the tool could not move out of its way
 };
 
 struct StepInput {
-    Pose X_WT_device;  ///< tool node where the device wants it, scene frame
-    /// Pair entries found elsewhere, by obstacle, if any; used where they are complete for what the tick asks. They
-    /// save time and change no result.
+    Pose X_WT_device;  ///< where the device wants the tool node, scene frame
+    /// Pair entries from another thread, by obstacle, if any. The tick uses them if they are complete for what it asks.
+    /// They save time and do not change the result.
     std::span<const PairEntries* const> entries = {};
-    /// Where obstacles are to go, X_WO by obstacle; none: they stay where they are.
+    /// Target poses of the obstacles, X_WO by obstacle; empty: they stay.
     std::span<const Pose> X_WO = {};
 };
 
-/// All that a StepState knows when it begins. Where a pose is invalid (Pose::isValid), every tick is held until the
-/// state begins with better ones.
+/// Everything that a StepState knows when it begins. If a pose is invalid (Pose::isValid), every tick is held until the
+/// state begins again with valid ones.
 struct StepStart {
     std::uint64_t tick = 0;     ///< number of the next tick
-    Pose X_WT;                  ///< tool node where the graphic tool is
-    Pose X_WT_device;           ///< tool node where the device wanted it last
-    bool loadedBefore = false;  ///< the tick before carried force
+    Pose X_WT;                  ///< pose of the tool node (the graphic tool)
+    Pose X_WT_device;           ///< where the device last wanted the tool node
+    bool loadedBefore = false;  ///< the last tick put force on the hand
 };
 
-/// What a tick was given. With the world and the ticks since the last `start`, all that its result depends on.
+/// The input of a tick. Together with the world and the ticks since the last `start` it determines the result.
 struct TickInput {
-    Pose X_WT_device;  ///< as StepInput's, before anything was made of it
+    Pose X_WT_device;  ///< StepInput's pose, unchanged
     Settings settings;
-    std::optional<StepStart> start;  ///< the state began anew, right before this tick
-    int obstacle = -1;               ///< whose turn it was to move; -1: none was on its way
-    Pose X_WO = {};                  ///< where that one was to go
+    std::optional<StepStart> start;  ///< set if the state began right before this tick
+    int obstacle = -1;               ///< the obstacle whose turn it was to move; -1: none was moving
+    Pose X_WO = {};                  ///< its target pose
 };
 
-/// What a tick did. A plain struct that is copied through rings and written to files; every field is finite.
+/// The result of a tick. A plain struct that is copied through rings and written to files; every field is finite.
 struct TickRecord {
     std::uint64_t tick = 0;
-    Pose X_WT_device;   ///< tool node where the device wants it
-    Pose X_WT;          ///< tool node where it is (the graphic tool)
-    Wrench wrench_C;    ///< on the hand, about C of the device pose (the report's)
-    Wrench wrench_o;    ///< the same about the tool node's origin (the device's)
-    Wrench wrench_out;  ///< what the safety stage let through, about o
+    Pose X_WT_device;   ///< where the device wants the tool node
+    Pose X_WT;          ///< where the tool node is (the graphic tool)
+    Wrench wrench_C;    ///< on the hand, about C of the device pose; reports use it
+    Wrench wrench_o;    ///< the same about the tool node's origin; devices use it
+    Wrench wrench_out;  ///< the wrench after the safety stage, about o
     std::uint32_t flags = 0;
-    std::uint32_t trips = 0;  ///< guards of the safety stage that acted, a bit each in the order of Trip
+    std::uint32_t trips = 0;  ///< guards of the safety stage that acted, one bit each, in the order of Trip
     SolveStatus status = SolveStatus::Solved;
 
-    int pairs = 0, rows = 0;  ///< of the accepted solve of the tick's largest linearisation
+    int pairs = 0, rows = 0;  ///< of the accepted solve of the tick's largest linearization
     int rowsTruncated = 0;
-    int rowsScreened = 0;   ///< what screening left of `rows` for an approximate solver; `rows` without it
-    int screenInexact = 0;  ///< linearisations whose answer left the ball in which screening is exact
-    int iterations = 0;     ///< sum over the tick
-    int linearisations = 0;
+    int rowsScreened = 0;    ///< rows that remain after screening for an approximate solver; `rows` without screening
+    int screenInexact = 0;   ///< linearizations whose answer lies outside the ball in which screening is exact
+    int iterations = 0;      ///< sum over the tick
+    int linearisations = 0;  ///< number of linearizations, flights included
     double marginUsed = 0;   ///< mm
     double projection = 0;   ///< greatest correction of an approximate answer, mm
     double hover = 0;        ///< greatest true gap over loaded contacts after the move, mm
     double penetration = 0;  ///< deepest overlap of the listed pairs after the move, mm
-    KktResiduals kkt;        ///< worst over the tick's linearisations
+    KktResiduals kkt;        ///< worst over the tick's linearizations
 
-    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;  ///< cut: by screening or to shadow_rows
+    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;  ///< cut: removed by screening or by shadow_rows
     SolveStatus shadowStatus = SolveStatus::Solved;
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
-    double helperUs = 0;         ///< of the thread beside the ticks, set by the caller
-    double periodUs = 0;         ///< by the clock, since the tick before began; set by the loop, 0 without one
-    std::uint64_t overruns = 0;  ///< deadlines missed by the ticks before this one; set by the loop
+    double helperUs = 0;         ///< processor time of the neighbor list thread; set by the caller
+    double periodUs = 0;         ///< time since the previous tick began; set by the loop, 0 without a clock
+    std::uint64_t overruns = 0;  ///< number of late ticks before this one; set by the loop
 };
 
-/// A tick whole, as it is recorded.
+/// A complete tick, as it is recorded.
 struct RecordedTick {
     TickInput input;
     TickRecord record;
-    std::uint64_t session = 0;  ///< the holder's; tells the world
-    std::uint64_t starts = 0;   ///< of the holder's states so far; counted by the loop
+    std::uint64_t session = 0;  ///< the session's number, which identifies the world
+    std::uint64_t starts = 0;   ///< number of starts of a state up to this tick; counted by the loop
 };
 
-/// FNV-1a over what repeats: tick, both poses, wrench_C, flags and status. Chain by passing the last hash.
+/// FNV-1a over the bit-reproducible fields: tick, both poses, wrench_C, flags and status. Chain by passing the last
+/// hash.
 std::uint64_t hashTick(const TickRecord& record, std::uint64_t previous = 0xcbf29ce484222325ull);
 
-/// All memory of the tick and what it remembers from the last: graphic tool, neighbor lists, warm starts. One thread
-/// at a time. Build it off the loop; it allocates and touches everything in the constructor.
+/// All memory of the tick, and what it remembers from the last tick: graphic tool, neighbor lists, warm starts. Only
+/// one thread may use it at a time. Construct it off the loop: the constructor allocates and touches all memory.
 class StepState {
   public:
     explicit StepState(const World& world);
@@ -111,50 +112,50 @@ class StepState {
     StepState(StepState&&) noexcept;
     StepState& operator=(StepState&&) noexcept;
 
-    /// Forgets everything but for where the obstacles are: what follows depends on that, `start` and what step() is
-    /// given. X_WO: the obstacles are there, as far as it tells.
+    /// Forgets everything except where the obstacles are. All later ticks depend only on that, on `start` and on the
+    /// inputs of step(). X_WO: new poses of the first obstacles, if any.
     void begin(const StepStart& start, std::span<const Pose> X_WO = {}) noexcept;
     /// Begins with graphic tool and device at X_WT.
     void reset(const Pose& X_WT) noexcept { begin({.X_WT = X_WT, .X_WT_device = X_WT}); }
 
-    /// Puts both where a tick left them, as far as its record tells: the next tick answers as it would have, to
-    /// rounding.
+    /// Begins with graphic tool and device where a tick left them, from its record. The next tick gives the same answer
+    /// as without this call, up to rounding.
     void resume(const TickRecord& record) noexcept;
 
-    /// Where the obstacles are, X_WO by obstacle: at first where the world has them.
+    /// Poses of the obstacles, X_WO by obstacle; at first those of the world.
     std::span<const Pose> obstacles() const noexcept;
-    /// Which pairs the last step() asked for; negative margin: none.
+    /// The pairs that the last step() asked its lists for; a negative margin: none.
     const Within& asked() const noexcept;
-    /// Where the obstacles were when it last began.
+    /// Poses of the obstacles at the last begin().
     std::span<const Pose> obstaclesAtStart() const noexcept;
-    /// What the last step() was given.
+    /// The input of the last step().
     const TickInput& input() const;
 
-    /// The solver that moves the tool, by index into solverTable(), for who wants to put one in between that watches.
+    /// The solver that moves the tool, by index into solverTable(). A caller may replace it by one that observes it.
     std::unique_ptr<Solver>& renderer(int solver);
 
     struct Impl;
     std::unique_ptr<Impl> impl;
 };
 
-/// One tick. Pre: `state` was made for `world`. Pure: the result depends on the arguments alone; no lock, log, I/O,
-/// allocation, throw or clock. A failure is a flag in the record, the tool held where it was and zero force.
-/// With `audit` the exact solver also runs on the last linearisation's rows so that hover is known for any solver.
-/// Obstacles on their way take turns: one moves in a tick, by at most min(trust / 2, 0.25 mm/ms), and pushes the tool.
-/// In default mode it is taken back, and the tick repeated without it, where a pair would end in a gap below
-/// min(its gap before, -0.5 µm); it then tries shorter moves. An invalid pose (Pose::isValid), of the device or of
-/// where an obstacle is to go, is kBadInput: nothing moves in that tick.
+/// One tick. Pre: `state` was made for `world`. Pure: the result depends only on the arguments; no lock, log, I/O,
+/// allocation, throw or clock. If the tick fails, the record has a flag, the tool is held and the force is zero.
+/// With `audit` the exact solver also runs on the rows of the last linearization, so that hover is known for any
+/// solver. Moving obstacles take turns: one moves in a tick, by at most min(trust / 2, 0.25 mm/ms), and pushes the
+/// tool. In default mode the move is undone and the tick repeated without it if a pair would end with a gap below
+/// min(its gap before, -0.5 µm); the obstacle then tries shorter moves. An invalid pose (Pose::isValid) of the device
+/// or of an obstacle's target sets kBadInput, and nothing moves in that tick.
 TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& state,
                 const StageClock& clock = {}, bool audit = false) noexcept;
 
-/// True least gap of tool and obstacles at X_WT, mm, negative when they overlap, by branch and bound over the trees; at
-/// most `atMost`. Not the tick's own measurement: reports and tests judge the tick by it. X_WO: where the obstacles
-/// are, if not where the world has them.
+/// The true smallest gap of tool and obstacles at X_WT, mm, negative if they overlap, but at most `atMost`. It is found
+/// by branch and bound over the trees and independently of the tick, so that reports and tests can judge the tick by
+/// it. X_WO: poses of the obstacles, if they differ from the world's.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {});
 
-/// The deepest overlap alone, for who asks at every tick: max(0, -trueClearance), the same to the last bit, in a
-/// fraction of the time where surfaces conform. By a walk of its own, not from the tick's lists. Allocates in the
-/// constructor only.
+/// Measures only the deepest overlap, for callers that need it at every tick: max(0, -trueClearance), equal to the last
+/// bit, in a fraction of the time where surfaces conform. It walks the trees itself and does not use the tick's lists.
+/// Only the constructor allocates.
 class PenetrationMeter {
   public:
     explicit PenetrationMeter(const World& world);
@@ -163,7 +164,7 @@ class PenetrationMeter {
   private:
     const World* world_;
     std::vector<TreeWalk> walks_;
-    double depth_ = 0;  ///< at the last pose
+    double depth_ = 0;  ///< at the last pose, mm
 };
 
 }  // namespace touchstone

@@ -9,10 +9,19 @@
 
 namespace touchstone {
 
+/// Maximum number of contact rows of a solve. A tool that starts inside an obstacle lists up to 100,000 pairs; of more
+/// pairs than this, default mode takes the nearest pair of each tool leaf and sets kRowsTruncated. A larger value costs
+/// memory (64 bytes a row in each row set) and time in such ticks; a smaller one truncates earlier.
 inline constexpr int kRowCapacity = 1 << 15;
+/// Maximum number of rows in paper mode: at 1,024 rows the matrix Q that PQP forms takes 8 MiB, and an iteration reads
+/// all of it. The paper reports 50 to 200 pairs.
 inline constexpr int kPaperRowCapacity = 1024;
+/// Maximum number of rows that the shadow solver may be given (setting shadow_rows).
 inline constexpr int kShadowRowCapacity = 4096;
-inline constexpr double kOverlapTolerance = 0.5e-3;  // mm: what a linearisation may enter
+/// Overlap that one linearization may leave, mm; a gap that ends below it and below its old value shortens the move.
+/// The accuracy target for penetration is 1 µm, and the second-order error of a rotation is up to t²/2ρ (2 µm on the
+/// bunny). A larger value lets overlaps grow from tick to tick; a smaller one halves moves for the sake of rounding.
+inline constexpr double kOverlapTolerance = 0.5e-3;
 
 /// Poses of the tick are those of C: p is C in the world, q the tool's rotation.
 struct StepState::Impl {
@@ -22,72 +31,84 @@ struct StepState::Impl {
     const World* world;
     Vec3 p_TC;
     double reach;
-    std::vector<double> reaches;  ///< of the obstacles, as World::reach()
+    std::vector<double> obstacleReaches;  ///< of the obstacles, as World::reach() of the tool
 
     // Where the obstacles are.
     std::vector<Pose> X_WO, X_OW;
-    std::vector<Pose> X_WO_start;  ///< when the state last began
+    std::vector<Pose> X_WO_start;  ///< at the last begin()
     std::vector<Mat3> R_WO;
-    std::vector<double> paces;  ///< share of the greatest move that an obstacle tries next
-    bool misplaced = false;     ///< an obstacle is to be where no pose is
-    bool sound = true;          ///< it began with poses that are valid, and no obstacle is misplaced
-    int lastMoved = 0;          ///< obstacles take turns
-    double obstacleTravel = 0;  ///< of this tick, mm
+    std::vector<double> paces;        ///< by obstacle: the fraction of the maximum move that it tries next
+    bool hasInvalidObstacle = false;  ///< an obstacle was given an invalid pose
+    bool hasValidStart = true;        ///< begin() was given valid poses, and no obstacle has an invalid one
+    int lastMoved = 0;                ///< the obstacle that moved last, since obstacles take turns
+    double obstacleTravel = 0;        ///< in this tick, mm
 
-    // Working memory.
+    // Working memory. Every buffer has one use.
     std::vector<NeighborList> lists;
-    std::vector<TreeWalk> walks;  ///< of the modes that keep no list
-    RowSet rows{kRowCapacity};
-    RowScreen screen{kRowCapacity};
-    RowSet relaxed{kRowCapacity};                    ///< rows with violated gaps set to zero; the shadow's deepest rows
+    std::vector<TreeWalk> walks;                     ///< for the modes that keep no list
+    RowSet rows{kRowCapacity};                       ///< of the present linearization
+    RowSet crossedRows{kRowCapacity};                ///< rows that an answer crosses, before they join `rows`
+    RowSet notDeeperRows{kRowCapacity};              ///< `rows` with every negative gap set to zero
+    RowSet shadowRows{kShadowRowCapacity};           ///< the rows with the smallest gaps, for the shadow
+    std::vector<int> shadowOrder;                    ///< indices that select them
+    RowScreen screen{kRowCapacity};                  ///< of the rendering solver
+    RowScreen shadowScreen{kRowCapacity};            ///< of the shadow
     std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
-    std::vector<std::unique_ptr<Solver>> shadows;
-    std::unique_ptr<Solver> projector, reference;  ///< exact, with warm starts of their own
+    std::vector<std::unique_ptr<Solver>> shadows;    ///< likewise
+    std::unique_ptr<Solver> projector;  ///< exact: projects approximate answers and solves the not-deeper rows
+    std::unique_ptr<Solver> reference;  ///< exact: for audits and the shadow's error
     struct DeepPair {
         double gap;
         std::uint64_t id;
     };
-    std::vector<DeepPair> deepest;
-    std::vector<int> order;
+    std::vector<DeepPair> deepest;  ///< the pairs that paper mode keeps
     struct Contact {
         std::uint64_t id;
         double force;  ///< N
     };
-    std::vector<Contact> contacts;  ///< loaded contacts of the tick's last exact solve
+    std::vector<Contact> contacts;  ///< the contacts that carry load in the tick's last exact solve
 
-    TickInput given;                 ///< to the last tick
-    std::optional<StepStart> start;  ///< since then
+    TickInput given;                 ///< the input of the last tick
+    std::optional<StepStart> start;  ///< set by begin() until the next tick reports it
 
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;       ///< the last tick carried force
-    std::vector<Course> ways;  ///< by obstacle: where a tick left the graphic tool, and its way there
-    /// The solver's, of the last two ticks, by linearisation; the last for those after it.
+    bool loaded = false;          ///< the last tick put force on the hand (HandLoad::loaded)
+    std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
+    /// Answers of the last two ticks, newest first, by linearization; the last entry serves all later linearizations.
     std::array<std::array<Vec6, 2>, 4> lastSteps;
-    Within asked;  ///< of the lists, in this tick; margin negative: nothing
+    Within asked;  ///< the pairs that this tick asked its lists for; a negative margin: none
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     Pose inObstacle(int obstacle, const Pose& q) const { return X_OW[obstacle] * nodePose(q); }
     void place(int obstacle, const Pose& X);
-    /// The first obstacle that is to go where no pose is; -1: none.
-    int badTarget(std::span<const Pose> targets) const;
-    /// The next obstacle that is not where it is to be; -1: none.
+    /// The first obstacle with an invalid target pose; -1: none.
+    int findInvalidTarget(std::span<const Pose> targets) const;
+    /// The next obstacle, in turn, that has not reached its target; -1: none.
     int nextToMove(std::span<const Pose> targets) const;
-    /// Moves it towards its target, no leaf of it by more than `most` mm.
-    void moveObstacle(int obstacle, const Pose& target, double most);
+    /// Moves an obstacle towards its target so that none of its leaves travels more than `maxTravel` mm.
+    void moveObstacle(int obstacle, const Pose& target, double maxTravel);
+    /// Upper bound on the travel of any tool leaf for the increment x, mm: |δp| + ρ|δθ|.
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
 
-    void ask(const Within& within) {
+    /// Notes that the tick asked its lists for these pairs.
+    void noteAsked(const Within& within) {
         asked = {std::max(asked.margin, within.margin), std::max(asked.curve, within.curve),
                  std::max(asked.most, within.most)};
     }
 
-    /// Keeps what `result` says of the loaded contacts.
+    /// Keeps the contacts that carry load in this result.
     void rememberContacts(const RowSet& from, const SolveResult& result);
-    /// Greatest true gap at `q` over contacts that carry more than max(0.02 N, 1 % of the largest).
+    /// Greatest true gap at `q` over contacts that carry more than max(0.02 N, 1 % of the largest force).
     double hoverAt(const Pose& q) const;
+};
+
+/// What the hand feels in a tick.
+struct HandLoad {
+    Wrench wrench;        ///< about C
+    bool loaded = false;  ///< something holds the graphic tool away from the device, so the tick carries force
 };
 
 /// What one tick works with.
@@ -101,20 +122,23 @@ struct Tick {
     std::uint64_t now() const { return clock.now ? clock.now() : 0; }
     void addTime(double& stage, std::uint64_t since) const { stage += double(now() - since) * clock.microseconds; }
     Vec6 stiffness() const;
-    /// The problem's rows as an approximate solver takes them.
-    const RowSet& screened(const RowSet& rows) const {
+    /// The load of the coupling (3) if the graphic tool is this increment away from the device.
+    HandLoad loadOf(const Vec6& deviation) const;
+    /// The rows that an approximate solver is given, after `screen` has removed redundant ones.
+    const RowSet& screened(RowScreen& screen, const RowSet& rows) const {
         const bool off = settings.mode == Mode::Paper || rows.size() == 0;
-        return state.screen.run(rows, off ? Screening::None : settings.screening, state.reach, settings.trust);
+        return screen.run(rows, off ? Screening::None : settings.screening, state.reach, settings.trust);
     }
-    /// Takes over status, iterations and residuals of a solve of this tick.
+    /// Adds status, iterations and residuals of a solve to the record.
     void note(const SolveResult& result);
-    /// Runs the shadow on the problem; `rendered` is the answer of the rendering solver to it.
+    /// Runs the shadow on the problem; `rendered` is the rendering solver's answer to it.
     void runShadow(const QpProblem& problem, const Vec6& rendered);
 };
 
-/// Each moves `state.graphic` towards `device` and returns the wrench about C; false: hold the tool, no force.
-bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
-bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
-bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
+/// The modes. Each moves `state.graphic` towards `device` and fills `load`. If it returns false, the tool is held and
+/// there is no force.
+bool defaultTick(Tick& tick, const Pose& device, HandLoad& load);
+bool paperTick(Tick& tick, const Pose& device, HandLoad& load);
+bool penaltyTick(Tick& tick, const Pose& device, HandLoad& load);
 
 }  // namespace touchstone

@@ -7,7 +7,7 @@
 namespace touchstone {
 namespace {
 
-/// Whether the change could make the force jump.
+/// Whether the change could make the force jump, so that the force must fade out first.
 bool needsFade(const Settings& a, const Settings& b) {
     return a.mode != b.mode || a.solver != b.solver || a.rate != b.rate || a.pause != b.pause;
 }
@@ -37,13 +37,13 @@ void TickDriver::request(const Settings& settings) noexcept {
     if (next_) {
         next_->settings = settings;
     } else if (switching_) {
-        wanted_ = settings;
+        settingsAfterSwitch_ = settings;
     } else if (needsFade(session_->settings, settings)) {
         beginSwitch();
-        wanted_ = settings;
+        settingsAfterSwitch_ = settings;
     } else {
         session_->settings = settings;
-        // A target that stays keeps its ramp running.
+        // A ramp whose target does not change continues.
         const int ticks = ticksIn(kStiffnessRampMs);
         if (settings.stiffness != stiffness_.target()) stiffness_.to(settings.stiffness, ticks);
         if (settings.torsion != torsion_.target()) torsion_.to(settings.torsion, ticks);
@@ -67,10 +67,10 @@ void TickDriver::restart() noexcept {
 }
 
 void TickDriver::beginSwitch() {
-    if (switching_) return;  // the fade that runs serves this change too
+    if (switching_) return;  // the present fade serves this change, too
     switching_ = true;
-    wanted_ = session_->settings;
-    if (loaded_)
+    settingsAfterSwitch_ = session_->settings;
+    if (forceOut_)
         fade_.to(0, ticksIn(kFadeOutMs));
     else
         fade_.jump(0);
@@ -83,11 +83,11 @@ void TickDriver::finishSwitch() {
         session_ = std::move(next_);
         session_->safety.inherit(retired_->safety);  // guard
     } else {
-        if (wanted_.rate != settings().rate) {
+        if (settingsAfterSwitch_.rate != settings().rate) {
             timeBase_ = time();
             ticks_ = 0;
         }
-        session_->settings = wanted_;
+        session_->settings = settingsAfterSwitch_;
     }
     if (another || restarting_) {
         startOver();
@@ -104,9 +104,9 @@ void TickDriver::startOver() {
     ticks_ = 0;
     first_ = true;
     finished_ = false;
-    X_WT_last_ = X_WT_before_ = session_->world->X_WT_start;
+    X_WT_device_ = X_WT_tool_ = session_->world->X_WT_start;
     session_->safety.begin();  // guard
-    if (stopped()) session_->state.reset(X_WT_before_);
+    if (stopped()) session_->state.reset(X_WT_tool_);
     emergencyStop_.guard(*session_->device, session_->safety.motors());  // guard
     stiffness_.jump(settings().stiffness);
     torsion_.jump(settings().torsion);
@@ -115,11 +115,11 @@ void TickDriver::startOver() {
 
 void TickDriver::engage() noexcept {
     if (isEngaged(session_->safety.engagement())) return;
-    session_->device->engage(X_WT_before_);  // guard
+    session_->device->engage(X_WT_tool_);  // guard
     session_->safety.engage();
 }
 
-/// The dead-man button, or there is none to be held.
+/// Whether the dead-man button is held; true if the settings name no button.
 bool TickDriver::holds(const DeviceReading& reading) const {
     if (settings().deadMan == 0) return true;
     return reading.valid ? (reading.buttons >> (settings().deadMan - 1) & 1) != 0 : held_;
@@ -142,17 +142,17 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     Settings effective = settings();
     effective.stiffness = stiffness_.next();
     effective.torsion = torsion_.next();
-    // The tool holds; the safety stage says why.
+    // The tool is held; the safety stage reports the reason.
     if (!reading.valid || stopped()) effective.pause = true;  // guard
     if (reading.valid) {
         if (first_ && !stopped() && reading.X_WT_device.isValid()) {
             session.state.reset(reading.X_WT_device);
             first_ = false;
         }
-        X_WT_last_ = reading.X_WT_device;
+        X_WT_device_ = reading.X_WT_device;
     }
 
-    StepInput input{X_WT_last_, {}, session.X_WO};
+    StepInput input{X_WT_device_, {}, session.X_WO};
     if (session.keeper) input.entries = session.keeper->newest();
     const double start = clocks.cpuMicroseconds ? clocks.cpuMicroseconds() : 0;
     TickRecord record = step(*session.world, effective, input, session.state, clocks.stage, audit);
@@ -165,7 +165,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
                                  .slack = std::max(effective.slack, effective.trust)},
                                 record.X_WT, session.state.obstacles());
     }
-    X_WT_before_ = record.X_WT;
+    X_WT_tool_ = record.X_WT;
 
     record.periodUs = 1000 * clocks.periodMs;
     record.wrench_out = session.safety.pass({
@@ -182,18 +182,19 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     });
     record.trips = session.safety.acting();
     if (session.safety.zeroed()) {
-        // The force is gone already: it comes back slowly, or the switch that waits for zero happens now.
+        // The force is zero already. A pending switch, which waits for zero, happens now; otherwise the force fades in.
         if (switching_)
             fade_.jump(0);
         else
             fadeIn();
     }
-    // The process is ending. A simulated hand goes on, so that what a run has measured until then stays repeatable.
+    // The process is ending, so motors get no force. A simulated hand continues, so that the results of a run until
+    // then stay reproducible.
     if (EmergencyStop::begun() && session.safety.motors()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
-    loaded_ = !record.wrench_out.force.isZero(0) || !record.wrench_out.torque.isZero(0);
+    forceOut_ = !record.wrench_out.isZero();
 
-    // After the tick: the next reading is the first of a device that is set onto the tool.
+    // Engaging comes after the tick, so that the next reading is the first one after the device was set to the tool.
     if (settings().deadMan > 0 && holds && !held_) engage();  // guard
     held_ = holds;
     return record;

@@ -10,11 +10,11 @@
 namespace touchstone {
 namespace {
 
-/// The least time of a few runs: what disturbs a run only adds to it.
+/// The smallest time of a few runs, since disturbances only add to a run.
 double nanosecondsPerRowIteration(int rows) {
     constexpr int kRuns = 5, kIterations = 500;
-    // Planes around a tool of 50 mm that is pressed into them: unit normals spread over a half-space by the golden
-    // angle.
+    // The problem is a tool of 50 mm that is pressed into planes with unit normals, spread over a half-space by the
+    // golden angle.
     RowSet set(rows);
     for (int i = 0; i < rows; ++i) {
         const double z = 1 - (i + 0.5) / rows, radius = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
@@ -29,7 +29,7 @@ double nanosecondsPerRowIteration(int rows) {
     problem.wanted << 0.3, -0.2, -5, 0.02, 0.05, -0.01;
     problem.rows = &set;
 
-    // A tolerance that is never met, so that the count is reached.
+    // The tolerance is never reached, so that the solver makes all iterations.
     const SolverSettings settings{.tolerance = 1e-300, .maxIterations = kIterations};
     const std::unique_ptr<Solver> solver = solverTable()[findSolver("pqp")].make(rows);
     double least = 1e30;

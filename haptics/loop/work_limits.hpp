@@ -1,25 +1,29 @@
 #pragma once
-// From time to counts: how much work an approximate solver may do in a tick of a live loop.
+// Converts time to counts: the work that an approximate solver may do in a tick of a live loop.
 #include "haptics/loop/settings.hpp"
 
 namespace touchstone {
 
-/// Shares of the tick's period; what is left is for collision, the exact solver and the system.
+/// Fractions of the tick period that the solvers may use. The remaining 0.3 is for collision, the exact solver and the
+/// system. With larger fractions ticks end late; with smaller ones a solver stops before its tolerance.
 struct WorkShares {
-    double solver = 0.4;  ///< of an approximate solver that renders
-    double shadow = 0.3;
+    double solver = 0.4;  ///< an approximate solver that moves the tool
+    double shadow = 0.3;  ///< the shadow
 };
 
-/// A solver's iteration costs something even with few rows; limits count it as if it had this many.
+/// Minimum number of rows that the limits assume, since an iteration has a cost that does not depend on the rows. With
+/// a smaller number the iteration cap allows too many iterations for problems of few rows, and ticks end late; with a
+/// larger one the cap stops a solver early.
 inline constexpr int kFewRows = 32;
 
-/// Time of one row in one iteration of pqp on this machine, ns: the slower of kFewRows rows and many. Takes some
-/// milliseconds of processor time, so call it off the loop.
+/// Measures the time of one row in one iteration of pqp on this machine, ns: the larger value of kFewRows and of 300
+/// rows. Takes some milliseconds of processor time, so it must not be called on the loop.
 double calibrateWork();
 
 /// The settings with solverWork, shadowWork and iterationCap lowered to what fits the shares at the settings' rate, so
-/// that in default mode neither solver makes a late tick. Counts, not clocks, bound the tick itself. Paper mode renders
-/// with the bound that it states, paperWork, late or not. Headless runs leave the settings as they are and so repeat.
+/// that in default mode neither solver makes a late tick. The tick itself is bounded by counts and never by a clock.
+/// Paper mode keeps its own bound, paperWork, even if its ticks are late. Headless runs use the settings unchanged, so
+/// that they are bit-reproducible.
 Settings limitWork(Settings settings, double nanosecondsPerRowIteration, const WorkShares& shares = {});
 
 }  // namespace touchstone

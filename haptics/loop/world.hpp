@@ -1,5 +1,5 @@
 #pragma once
-// What the tick steps against: one tool, its obstacles. Immutable once published.
+// The world of the tick: one tool and its obstacles. Immutable once published.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -17,8 +17,8 @@ struct Obstacle {
     Pose X_WO;  ///< obstacle's node in the scene frame, at the first tick
 };
 
-/// The tool's tree lives in the tool node's frame, whose origin is o. C, the tree's centre, is what increments and
-/// torques of the tick refer to.
+/// The tool's tree is given in the tool node's frame, whose origin is o. Increments and torques of the tick refer to C,
+/// the tree's center.
 struct World {
     std::shared_ptr<const SphereTree> tool;
     std::vector<Obstacle> obstacles;

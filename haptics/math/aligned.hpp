@@ -23,7 +23,7 @@ struct CacheLineAllocator {
 template <class T>
 using AlignedVector = std::vector<T, CacheLineAllocator<T>>;
 
-/// The next multiple of eight: every SIMD array is padded to it.
+/// Rounds up to a multiple of eight, the length to which every SIMD array is padded.
 constexpr int paddedToEight(int n) { return (n + 7) & ~7; }
 
 }  // namespace touchstone

@@ -1,5 +1,5 @@
 #pragma once
-// FNV-1a over 64-bit words where there are eight bytes at a time: checksums and keys, not secrets.
+// FNV-1a over 64-bit words, and over single bytes for the rest: for checksums and keys, not for security.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -28,7 +28,7 @@ class Hash {
   private:
     void mix(std::uint64_t word) {
         value_ = (value_ ^ word) * 0x100000001b3u;
-        value_ ^= value_ >> 32;  // the high bits of a word reach the low ones too
+        value_ ^= value_ >> 32;  // so that the high bits of a word affect the low bits, too
     }
 
     std::uint64_t value_ = 0xcbf29ce484222325u;

@@ -1,6 +1,6 @@
 #pragma once
-// Eight lanes at a time, for processors with AVX2 and FMA (x86-64-v3) or AVX-512. GCC's vector types carry the
-// arithmetic; the few operations they lack are here.
+// SIMD with eight lanes for processors with AVX2 and FMA (x86-64-v3) or AVX-512. GCC's vector types provide the
+// arithmetic; this file adds the few operations that they lack.
 #include <immintrin.h>
 
 #include <array>
@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <cstring>
 
-// Without AVX-512 a 64-byte result has no settled ABI; what returns one is inlined, so none crosses one. Arguments go
-// by reference for the same reason.
+// Without AVX-512 the ABI of a 64-byte result is not defined. Functions that return one are always inlined, so that
+// none crosses an ABI boundary; arguments are passed by reference for the same reason.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 #define TOUCHSTONE_INLINE inline __attribute__((always_inline))
@@ -22,7 +22,7 @@ typedef double Double8 __attribute__((vector_size(64)));
 typedef std::int32_t Int8 __attribute__((vector_size(32)));
 typedef std::int64_t Long8 __attribute__((vector_size(64)));
 
-/// A bit a lane, lane 0 lowest.
+/// One bit for each lane, lane 0 lowest.
 using Mask = std::uint32_t;
 
 inline Float8 load(const float* p) { return reinterpret_cast<Float8>(_mm256_loadu_ps(p)); }
@@ -39,7 +39,7 @@ inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_ep
 inline Int8 lanes() { return Int8{0, 1, 2, 3, 4, 5, 6, 7}; }
 inline Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
 
-/// Lane by lane; a lane of `a` that is NaN gives b's.
+/// The maximum of each lane; where `a` is NaN, the result is b.
 inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
 TOUCHSTONE_INLINE Double8 min(const Double8& a, const Double8& b) { return a < b ? a : b; }
 TOUCHSTONE_INLINE Double8 max(const Double8& a, const Double8& b) { return a > b ? a : b; }
@@ -55,7 +55,7 @@ TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
 #endif
 }
 
-/// How far an interval lies outside another, 0 if they meet.
+/// The distance between two intervals, 0 if they overlap.
 TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const Float8& otherLo, const Float8& otherHi) {
     return max(max(lo - otherHi, otherLo - hi), splat(0.0f));
 }
@@ -109,7 +109,7 @@ inline Mask lessEqual(Double8 a, Double8 b) {
 }
 
 namespace detail {
-/// For each mask, the lanes it keeps, moved to the front.
+/// For each mask, the indices of its lanes, moved to the front.
 constexpr std::array<std::array<std::int32_t, 8>, 256> makeCompressTable() {
     std::array<std::array<std::int32_t, 8>, 256> table{};
     for (int mask = 0; mask < 256; ++mask)
@@ -120,8 +120,7 @@ constexpr std::array<std::array<std::int32_t, 8>, 256> makeCompressTable() {
 alignas(32) inline constexpr auto kCompress = makeCompressTable();
 }  // namespace detail
 
-/// Writes the lanes of the mask one behind the other; eight are written whatever the mask, so out[0..7] must be
-/// writable.
+/// Writes the lanes of the mask to consecutive places. It always writes eight values, so out[0..7] must be writable.
 inline void compressStore(std::int32_t* out, Int8 v, Mask mask) {
     const __m256i order = _mm256_load_si256(reinterpret_cast<const __m256i*>(detail::kCompress[mask].data()));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),

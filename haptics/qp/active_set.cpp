@@ -5,40 +5,42 @@
 
 #include "haptics/qp/basis.hpp"
 #include "haptics/qp/unit_rows.hpp"
+#include "haptics/qp/warm_start.hpp"
 
 namespace touchstone {
 namespace {
 
-constexpr double kStill = 1e-12;     // a step shorter than this times 1 + |z| + cost is none
-constexpr double kParallel = 1e-11;  // a row that the step approaches at less than this of its length does not block it
-constexpr double kRounding = 1e-14;  // an approach shorter than this times 1 + |z| is none
-constexpr double kPull = 1e-11;      // a multiplier above minus this times 1 + |z| + cost does not pull
+// Lengths are in the metric of G (UnitRows). Relative ones are multiplied by 1 + |z| or 1 + |z| + cost.
+constexpr double kNoStep = 1e-12;    // relative: a shorter step counts as zero, so the working set's optimum is reached
+constexpr double kParallel = 1e-11;  // of the step: a row that is approached by less does not block the step
+constexpr double kRounding = 1e-14;  // relative: added to kParallel, so that rounding alone does not block a step
+constexpr double kPull = 1e-11;      // relative: a multiplier above minus this does not count as negative
 constexpr double kTouching = 1e-10;  // rows this near may be held from the start; answers are feasible to this
-constexpr double kMet = 1e-12;       // the same after a perturbation, whose working set may be another vertex's
-constexpr double kIndependent2 = 1e-12;      // squared sine of a row's angle to the held rows' span, for a start
-constexpr double kDependent2 = 1e-26;        // the same where it is rounding
-constexpr int kStalledIterations = 10;       // steps without progress before the rows are perturbed
-constexpr double kPerturbation = 1e-9;       // how far each row then gives way, times 1 to 2: no two planes stay tied
-constexpr double kPenalties[] = {1e3, 1e6};  // M of phase 1, N: more than the forces' sum in any contact
+constexpr double kFeasibleAfterTies = 1e-12;  // feasibility after a perturbation, when another vertex may be found
+constexpr double kIndependent2 = 1e-12;      // squared sine of a row's angle to the span of the held rows, at the start
+constexpr double kDependent2 = 1e-26;        // the same bound later: a smaller value is rounding
+constexpr int kStalledSteps = 10;            // steps without progress before the rows are perturbed
+constexpr double kPerturbation = 1e-9;       // each plane then moves back by 1 to 2 times this, so that no tie remains
+constexpr double kPenalties[] = {1e3, 1e6};  // M of phase 1, N: larger than the sum of forces in any contact
 
 /// In the metric of G (UnitRows): min ½|z|² + cost z6 s.t. b_i·z + slack z6 + e_i >= 0 and, where slack > 0, z6 >= 0.
-/// Lanes 0..5 of z are the increment; z6 stays zero while slack and cost are.
+/// Lanes 0..5 of z are the increment; z6 stays zero while slack and cost are zero.
 class ActiveSet final : public Solver {
   public:
     explicit ActiveSet(int capacity) : rows_(capacity) {}
 
     SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override;
-    void reset() noexcept override { remembered_ = 0; }
+    void reset() noexcept override { lastActive_.forget(); }
 
   private:
     struct Block {
-        double fraction = 1;  ///< of the step
-        int row = -1;
+        double fraction = 1;  ///< of the step that can be taken
+        int row = -1;         ///< the row that blocks the rest; -1: none
     };
 
     bool hold(int row, double independent2);
     void release(int j);
-    void holdRemembered(const RowSet& rows);
+    void holdLastActive(const RowSet& rows);
     simd::Double8 heldOptimum();
     Block firstBlock(const simd::Double8& step) const;
     double leastGap(const simd::Double8& z) const;
@@ -54,11 +56,10 @@ class ActiveSet final : public Solver {
     bool perturbed_ = false;
 
     ActiveBasis held_;                     // the working set: rows held as equations
-    int working_[ActiveBasis::kMax] = {};  // which; rows_.size is the bound z6 >= 0
+    int working_[ActiveBasis::kMax] = {};  // their indices; rows_.size is the bound z6 >= 0
     simd::Double8 forces_{};               // their multipliers at heldOptimum()
 
-    int remembered_ = 0;
-    std::uint64_t ids_[ActiveBasis::kMax] = {};
+    WarmStart lastActive_{ActiveBasis::kMax};
     Multiplier answer_[ActiveBasis::kMax];
 };
 
@@ -81,19 +82,19 @@ void ActiveSet::release(int j) {
     std::copy(working_ + j + 1, working_ + held_.size() + 1, working_ + j);
 }
 
-/// The last answer's rows that touch where the walk begins.
-void ActiveSet::holdRemembered(const RowSet& rows) {
-    for (int k = 0; k < remembered_; ++k) {
-        const int row = rows.find(ids_[k]);
-        if (row < 0 || rows_.inverse[row] == 0) continue;
+/// Holds those rows of the last answer that touch at the point where the walk begins.
+void ActiveSet::holdLastActive(const RowSet& rows) {
+    lastActive_.forEachRow(rows, [&](int row) {
+        if (rows_.inverse[row] == 0) return true;
         double gap = rows_.offset[row];
         for (int c = 0; c < 6; ++c) gap += rows_.column[c][row] * z_[c];
         if (std::abs(gap) <= kTouching) hold(row, kIndependent2);
-    }
+        return true;
+    });
 }
 
-/// The optimum with the working set as equations, and its multipliers: the part of z in the held rows' span is fixed by
-/// their planes, the rest is that of the free optimum (0, ..., 0, -cost).
+/// The optimum with the working set as equations, and its multipliers. The planes of the held rows fix the part of z in
+/// their span; the rest equals that of the free optimum (0, ..., 0, -cost).
 simd::Double8 ActiveSet::heldOptimum() {
     simd::Double8 free{};
     free[6] = -cost_;
@@ -102,7 +103,7 @@ simd::Double8 ActiveSet::heldOptimum() {
     return held_.nearest() + split.across;
 }
 
-/// How far the step may go before it leaves the feasible set, and the row that it meets there; the lowest of several.
+/// The fraction of the step that stays feasible, and the row that blocks the rest; the lowest row of several.
 ActiveSet::Block ActiveSet::firstBlock(const simd::Double8& step) const {
     const double parallel = -kParallel * norm(step) - kRounding * (1 + norm(z_));
     simd::Double8 least = simd::splat(1.0), where = simd::splat(-1.0);
@@ -141,8 +142,8 @@ double ActiveSet::leastGap(const simd::Double8& z) const {
     return simd::least(least);
 }
 
-/// Moves all planes back a little, each by its own amount, or forth again. Breaks the ties of degenerate vertices, at
-/// which the walk could go round for ever.
+/// Moves every plane back by a small amount that differs from plane to plane (sign 1), or undoes this (sign -1). This
+/// breaks the ties of degenerate vertices, at which the walk could cycle.
 void ActiveSet::perturb(double sign) {
     perturbed_ = sign > 0;
     for (int i = 0; i < rows_.size; ++i) {
@@ -151,16 +152,16 @@ void ActiveSet::perturb(double sign) {
     }
 }
 
-/// Algorithm 16.3 from z_, which must be feasible. False when the limit came first.
+/// Algorithm 16.3, started from z_, which must be feasible. Returns false if the step limit ends it.
 bool ActiveSet::walk() {
     for (int stalled = 0; steps_ < limit_; ++steps_) {
-        if (stalled > kStalledIterations && !perturbed_) {
+        if (stalled > kStalledSteps && !perturbed_) {
             perturb(1);
             held_.clear();
         }
         const simd::Double8 optimum = heldOptimum();
         const simd::Double8 step = optimum - z_;
-        if (norm(step) <= kStill * (1 + norm(z_) + cost_)) {
+        if (norm(step) <= kNoStep * (1 + norm(z_) + cost_)) {
             z_ = optimum;
             const double pull = -kPull * (1 + norm(z_) + cost_);
             int weakest = -1;
@@ -173,13 +174,13 @@ bool ActiveSet::walk() {
         }
         const Block block = firstBlock(step);
         z_ += block.fraction * step;
-        stalled = block.fraction * norm(step) > kStill ? 0 : stalled + 1;
+        stalled = block.fraction * norm(step) > kNoStep ? 0 : stalled + 1;
         if (block.row >= 0) hold(block.row, kDependent2);
     }
     return false;
 }
 
-/// Phase 1: false when the rows contradict each other or the limit came first.
+/// Phase 1. Returns false if the rows contradict each other or the step limit ends it.
 bool ActiveSet::makeFeasible() {
     z_[6] = -leastGap(z_);
     if (z_[6] <= kTouching) {
@@ -194,7 +195,8 @@ bool ActiveSet::makeFeasible() {
         if (z_[6] <= kTouching) break;
     }
     if (z_[6] > kTouching) return false;
-    // Rows held together with the bound z6 = 0 stay independent without the slack; others are found again.
+    // Rows that were held together with the bound z6 = 0 stay independent without the slack and are kept. If the bound
+    // was not held, phase 2 finds its working set itself.
     int rows[ActiveBasis::kMax];
     const int* end = std::remove_copy(working_, working_ + held_.size(), rows, rows_.size);
     const bool bounded = end - rows < held_.size();
@@ -211,12 +213,13 @@ void ActiveSet::fill(const QpProblem& problem, SolveResult& result) {
     result.iterations = steps_;
     result.slack = slack_ * z_[6];
     int pushing = 0;
-    remembered_ = 0;
+    lastActive_.forget();
     for (int j = 0; j < held_.size(); ++j) {
         const int row = working_[j];
         if (row == rows_.size) continue;
-        ids_[remembered_++] = problem.rows->id(row);
-        if (forces_[j] > 0) answer_[pushing++] = {row, forces_[j] * rows_.inverse[row]};
+        const double force = forces_[j] * rows_.inverse[row];
+        lastActive_.remember(problem.rows->id(row), force);
+        if (forces_[j] > 0) answer_[pushing++] = {row, force};
     }
     result.multipliers = {answer_, std::size_t(pushing)};
     result.kkt = kktResiduals(problem, result.x, result.multipliers);
@@ -238,7 +241,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
     slack_ = cost_ = 0;
     z_ = simd::Double8{};
     for (int k = 0; k < 6; ++k) z_[k] = -rows_.root[k] * rows_.wanted[k];  // x = 0
-    holdRemembered(*problem.rows);
+    holdLastActive(*problem.rows);
 
     bool done = false, contradiction = false;
     if (makeFeasible()) {
@@ -252,7 +255,7 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
         done = walk();
     }
     const bool tied = perturbed_;
-    if (done && tied) {  // the same working set on the true planes
+    if (done && tied) {  // solve once more with the same working set on the true planes
         perturb(-1);
         int rows[ActiveBasis::kMax];
         const int count = held_.size();
@@ -263,10 +266,10 @@ SolveResult ActiveSet::solve(const QpProblem& problem, const SolverSettings& set
         for (int j = 0; j < count; ++j) done &= forces_[j] >= 0;
     }
     const double depth = -leastGap(simd::Double8{});  // of h
-    const bool met = leastGap(z_) >= -(tied ? kMet : kTouching) * (1 + depth);
-    result.status = !done || !met                     ? SolveStatus::IterationLimit
-                    : contradiction || rows_.hopeless ? SolveStatus::Elastic
-                                                      : SolveStatus::Solved;
+    const bool feasible = leastGap(z_) >= -(tied ? kFeasibleAfterTies : kTouching) * (1 + depth);
+    result.status = !done || !feasible                     ? SolveStatus::IterationLimit
+                    : contradiction || rows_.unsatisfiable ? SolveStatus::Elastic
+                                                           : SolveStatus::Solved;
     fill(problem, result);
     return result;
 }

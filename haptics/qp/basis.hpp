@@ -5,9 +5,9 @@
 namespace touchstone {
 
 /// Up to seven independent unit rows n_j with offsets d_j, the planes n_j·z + d_j = 0, as N = [n_0 n_1 ...] = Q R.
-/// Vectors fill lanes 0..6 of a simd::Double8; lane 7 is zero. Every state depends on the ordered rows alone, not on
-/// the way there: a row that leaves has its successors orthogonalised anew, so no error builds up over hundreds of
-/// pivots.
+/// Vectors fill lanes 0..6 of a simd::Double8; lane 7 is zero. The state depends only on the ordered rows, not on the
+/// sequence of pivots: when a row is dropped, the rows after it are orthogonalized again, so no error builds up over
+/// hundreds of pivots.
 class ActiveBasis {
   public:
     static constexpr int kMax = 7;
@@ -25,7 +25,7 @@ class ActiveBasis {
         Split s;
         s.along = simd::times(transposed_, n);
         s.across = n - simd::times(q_, s.along);
-        // Once is not enough for nearly parallel rows; twice is (Kahan and Parlett).
+        // One orthogonalization is not enough for nearly parallel rows; two are (Kahan and Parlett).
         const simd::Double8 rest = simd::times(transposed_, s.across);
         s.along += rest;
         s.across -= simd::times(q_, rest);
@@ -59,21 +59,22 @@ class ActiveBasis {
         for (int i = j + 1; i < end; ++i) append(normals[i], offsets[i], split(normals[i]));
     }
 
-    /// The point nearest to the origin on all active planes, z = N multipliers(), and its multipliers.
+    /// The point of all active planes that is nearest to the origin, z = N multipliers(), and its multipliers.
     simd::Double8 nearest() const { return -simd::times(q_, heights_); }
     simd::Double8 multipliers() const { return -simd::times(inverse_, heights_); }
     simd::Double8 normal(int j) const { return normals_[j]; }
 
-    /// Greatest entry of R⁻¹: how many times a last bit of the rows counts in multipliers and weights.
+    /// Greatest entry of R⁻¹: the factor by which rounding errors of the rows grow in multipliers and weights.
     double largestInverse() const {
         simd::Double8 largest{};
         for (const simd::Double8& column : inverse_) largest = simd::max(simd::abs(column), largest);
         return simd::largest(largest);
     }
-    /// Likewise of the planes' distances.
+    /// Greatest distance of an active plane along the columns of Q.
     double largestHeight() const { return simd::largest(simd::abs(heights_)); }
 
-    /// For z + dz = N (u + du) on the planes: du and dz from the planes' residuals n_j·z + d_j and from z - N u.
+    /// The corrections du and dz that put z + dz = N (u + du) on the planes, computed from the planes' residuals
+    /// n_j·z + d_j and from z - N u.
     void correct(const simd::Double8& residuals, const simd::Double8& imbalance, simd::Double8& du,
                  simd::Double8& dz) const {
         simd::Double8 along = simd::times(transposed_, imbalance);
@@ -94,7 +95,7 @@ class ActiveBasis {
 
     int size_ = 0;
     simd::Double8 q_[kMax]{};           ///< columns of Q
-    simd::Double8 transposed_[kMax]{};  ///< its rows
+    simd::Double8 transposed_[kMax]{};  ///< rows of Q
     simd::Double8 inverse_[kMax]{};     ///< columns of R⁻¹
     simd::Double8 heights_{};           ///< R⁻ᵀ d: the active planes' distances along the columns of Q
     simd::Double8 normals_[kMax]{};

@@ -5,27 +5,29 @@
 
 #include "haptics/math/aligned.hpp"
 #include "haptics/qp/basis.hpp"
+#include "haptics/qp/warm_start.hpp"
 
 namespace touchstone {
 namespace {
 
+// Violations are lengths in the metric of G (UnitRows); most are multiplied by 1 + the depth of h under the rows.
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPivotCap = 400;             // 58 is the most seen in 100,000 random contacts
-constexpr double kFeasible = 1e-14;        // accepted violation, times 1 + depth of h
-constexpr double kFeasibleAtLast = 1e-12;  // the same after kPatience pivots: planes may differ by less than rounding
-constexpr int kPatience = 100;
-constexpr double kNearlyFeasible = 1e-10;  // the same before rows are said to contradict each other
-constexpr double kDependent = 1e-26;       // |across|² below this is rounding: the row lies in the active rows' span
-constexpr double kLastBits = 4e-16;
-constexpr double kWarmIndependent = 1e-12;  // a start takes no row nearer to dependence; a pivot may
-constexpr double kSmallestWeight = 1e-12;   // relative; below it a weight is rounding and its row does not block
-constexpr double kLargestForce = 1e10;      // times 1 + depth: rows that need more of it contradict each other
-constexpr int kRefinements = 2;
-constexpr double kSettled = 1e-10;    // residual after them, times 1 + depth and a millionth of the forces
-constexpr double kAmplified = 1e4;    // last bits: what is worth a refinement
-constexpr double kDoubtful = 1e-3;    // a violation that z's error can feign, times 1 + depth: forces bound the error
-constexpr double kAbsurd = 100;       // times the forces: a step that long is rounding
-constexpr double kShortest2 = 1e-30;  // squared length of a row without direction
+constexpr int kPivotCap = 400;               // the maximum seen in 100,000 random contacts is 58
+constexpr double kFeasible = 1e-14;          // relative: a violation up to this is accepted
+constexpr double kFeasibleLate = 1e-12;      // relative: the same after kManyPivots, when planes differ by rounding
+constexpr int kManyPivots = 100;             // pivots after which kFeasibleLate applies
+constexpr double kNearlyFeasible = 1e-10;    // relative: a larger violation without a way out is a contradiction
+constexpr double kDependent = 1e-26;         // |across|² below this is rounding: the row lies in the active rows' span
+constexpr double kLastBits = 4e-16;          // relative error of a sum in double precision, about two last bits
+constexpr double kWarmIndependent = 1e-12;   // |across|² that a row of the warm start needs; a pivot accepts less
+constexpr double kSmallestWeight = 1e-12;    // relative: a smaller weight is rounding, and its row does not block
+constexpr double kLargestForce = 1e10;       // relative: rows that need larger forces count as a contradiction
+constexpr int kRefinements = 2;              // rounds of iterative refinement
+constexpr double kSettled = 1e-10;           // residual accepted after them, times 1 + depth + 1e-6 of the forces
+constexpr double kAmplified = 1e4;           // amplification of rounding errors from which a refinement pays
+constexpr double kDoubtfulViolation = 1e-3;  // relative: a smaller violation may be an error of z alone
+constexpr double kAbsurdStep = 100;          // times the forces: a step this long is a result of rounding
+constexpr double kShortest2 = 1e-30;         // squared length below which a row has no direction
 
 enum class Outcome { Optimal, Contradiction, PivotCap, Unsettled, Invalid };
 
@@ -34,18 +36,18 @@ class DualActiveSet final : public Solver {
     explicit DualActiveSet(int capacity) : capacity_(capacity), inverseLengths_(paddedToEight(capacity)) {}
 
     SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override;
-    void reset() noexcept override { remembered_ = 0; }
+    void reset() noexcept override { lastActive_.forget(); }
 
   private:
     struct Plane {
-        simd::Double8 n;  // unit in the metric of G; lane 6 is what the elastic slack adds
+        simd::Double8 n;  // of unit length in the metric of G; lane 6 is the share of the elastic slack
         double d;         // n·z + d >= 0
-        double inverse;   // 1 / length of the row; 0 without direction
+        double inverse;   // 1 / length of the row; 0 if it has no direction
     };
-    /// What one look at all rows tells.
+    /// The result of one pass over all rows.
     struct Scan {
         double least = kInfinity;  // least n·z + d
-        int row = -1;              // where
+        int row = -1;              // the row that has it
         double gap = kInfinity;    // least J x + g
     };
 
@@ -65,26 +67,25 @@ class DualActiveSet final : public Solver {
     const int capacity_;
     AlignedVector<double> inverseLengths_;
 
-    // The problem at hand.
+    // The present problem.
     const QpProblem* problem_ = nullptr;
     int m_ = 0;
     simd::Double8 wanted_{}, inverseRoot_{};  // h and 1/√G: x = h + inverseRoot_ z
     double slackPerRow_ = 0;                  // 1/√w in the elastic problem, else 0
-    bool measured_ = false;                   // the next two and inverseLengths_ are those of this problem
+    bool measured_ = false;                   // depth_, unsatisfiable_ and inverseLengths_ are those of this problem
     double depth_ = 0;                        // of h under the rows
-    bool hopeless_ = false;                   // a row without direction and with g < 0
+    bool unsatisfiable_ = false;              // a row has no direction and g < 0
 
-    // The state: z nearest to the origin on the planes of the active rows, or on the way to the next such point.
+    // The state: z is the point of the active rows' planes nearest to the origin, or lies between two such points.
     ActiveBasis basis_;
     int rows_[ActiveBasis::kMax] = {};
     simd::Double8 z_{}, forces_{};  // forces_: the active rows' multipliers, on unit rows
     double leastGap_ = 0;           // least J x + g at z_
     int pivots_ = 0;
-    bool settled_ = true;  // what the last refinement of z_ found
-    Multiplier entering_;  // a row taken as met that stays out of the basis: see pivot()
+    bool settled_ = true;  // the last refinement of z_ converged
+    Multiplier entering_;  // a row that counts as satisfied but stays out of the basis, see pivot()
 
-    int remembered_ = 0;
-    std::uint64_t ids_[ActiveBasis::kMax] = {};
+    WarmStart lastActive_{ActiveBasis::kMax};
     Multiplier answer_[ActiveBasis::kMax + 1];
 };
 
@@ -101,7 +102,7 @@ DualActiveSet::Plane DualActiveSet::plane(int row) const {
     return p;
 }
 
-/// The first scan of a problem also measures the rows' lengths and the depth of h; least is NaN when a row is not
+/// The first scan of a problem also measures the rows' lengths and the depth of h. `least` is NaN if a row is not
 /// finite.
 template <bool first>
 DualActiveSet::Scan DualActiveSet::scan() {
@@ -112,7 +113,7 @@ DualActiveSet::Scan DualActiveSet::scan() {
     constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
 
     simd::Double8 least = simd::splat(kInfinity), gap = least, depth{}, finite{}, where{};
-    simd::Long8 hopeless{};
+    simd::Long8 unsatisfiable{};
     for (int i = 0; i < m_; i += 8) {
         const simd::Double8 g = simd::load(rows.gap() + i);
         simd::Double8 j[6];
@@ -134,8 +135,8 @@ DualActiveSet::Scan DualActiveSet::scan() {
             simd::store(inverseLengths_.data() + i, inverse);
             const simd::Double8 scaled = d * inverse;
             depth = simd::min(scaled, depth);
-            hopeless |= (inverse == 0.0) & (g < 0.0);
-            finite += (lanes < double(m_ - i) ? d + length2 : simd::Double8{}) * 0.0;  // padding is not the caller's
+            unsatisfiable |= (inverse == 0.0) & (g < 0.0);
+            finite += (lanes < double(m_ - i) ? d + length2 : simd::Double8{}) * 0.0;  // the padding does not count
         } else {
             inverse = simd::load(inverseLengths_.data() + i);
         }
@@ -149,8 +150,8 @@ DualActiveSet::Scan DualActiveSet::scan() {
     if constexpr (first) {
         measured_ = true;
         depth_ = -simd::least(depth);
-        hopeless_ = false;
-        for (int lane = 0; lane < 8; ++lane) hopeless_ |= hopeless[lane] != 0;
+        unsatisfiable_ = false;
+        for (int lane = 0; lane < 8; ++lane) unsatisfiable_ |= unsatisfiable[lane] != 0;
     }
     Scan result;
     result.gap = simd::least(gap);
@@ -166,19 +167,19 @@ DualActiveSet::Scan DualActiveSet::scan() {
     return result;
 }
 
-/// Takes the planes of the remembered contacts that are still there and that all push.
+/// Warm start: takes the planes of the last answer's active contacts that still have rows, and drops planes until the
+/// rest all push.
 void DualActiveSet::start() {
     basis_.clear();
     const int dimensions = slackPerRow_ > 0 ? 7 : 6;
-    for (int k = 0; k < remembered_ && basis_.size() < dimensions; ++k) {
-        const int row = problem_->rows->find(ids_[k]);
-        if (row < 0) continue;
+    lastActive_.forEachRow(*problem_->rows, [&](int row) {
         const Plane p = plane(row);
         const ActiveBasis::Split split = basis_.split(p.n);
-        if (p.inverse == 0 || !(split.across2 > kWarmIndependent)) continue;
+        if (p.inverse == 0 || !(split.across2 > kWarmIndependent)) return true;
         rows_[basis_.size()] = row;
         basis_.append(p.n, p.d, split);
-    }
+        return basis_.size() < dimensions;
+    });
     for (place(); basis_.size() > 0; place()) {
         int weakest = 0;
         for (int j = 1; j < basis_.size(); ++j) {
@@ -204,28 +205,28 @@ void DualActiveSet::drop(int j) {
     forces_[basis_.size()] = 0;
 }
 
-/// Goldfarb and Idnani's method, from any active rows that all push.
+/// Goldfarb and Idnani's method, started from any active rows that all push.
 Outcome DualActiveSet::pivot(int limit) {
     for (;;) {
         Scan worst = measured_ ? scan<false>() : scan<true>();
-        // Planes that nearly coincide leave z as wrong as their condition times the last bit. Rows that are violated
-        // by no more than that decide nothing: pivots on them would end in a contradiction that is not there.
-        if (worst.least > -kDoubtful * (1 + depth_) && isAmplified()) {
+        // Planes that nearly coincide give z an error of their condition number times the last bit. A row that is
+        // violated by no more than this error must not decide: pivots on it would end in a false contradiction.
+        if (worst.least > -kDoubtfulViolation * (1 + depth_) && isAmplified()) {
             settled_ = refine();
             worst = scan<false>();
         }
         leastGap_ = worst.gap;
         if (std::isnan(worst.least)) return Outcome::Invalid;
-        const double accepted = pivots_ < kPatience ? kFeasible : kFeasibleAtLast;
+        const double accepted = pivots_ < kManyPivots ? kFeasible : kFeasibleLate;
         if (worst.least >= -accepted * (1 + depth_) || holds(worst.row)) return Outcome::Optimal;
         if (pivots_ >= limit) return Outcome::PivotCap;
 
         const Plane p = plane(worst.row);
         double force = 0;                        // of the entering row
-        for (bool entered = false; !entered;) {  // steps towards its plane, each but the last losing an active row
+        for (bool entered = false; !entered;) {  // steps towards its plane; each step but the last drops an active row
             ++pivots_;
             const ActiveBasis::Split split = basis_.split(p.n);
-            // What is left of a row is known to the last bits of what was taken from it.
+            // The part across the active rows is a difference, so its error is the last bits of what was subtracted.
             const double blur = kLastBits * simd::sum(simd::abs(split.weights));
             const bool dependent =
                 split.across2 < std::max(kDependent, blur * blur) || basis_.size() == ActiveBasis::kMax;
@@ -234,7 +235,7 @@ Outcome DualActiveSet::pivot(int limit) {
 
             const double largest = simd::largest(simd::abs(split.weights));
             const double noise = kSmallestWeight * std::max(1.0, largest);
-            double partial = kInfinity;  // until an active row would have to pull
+            double partial = kInfinity;  // the step at which an active row would start to pull
             int blocking = -1;
             for (int j = 0; j < basis_.size(); ++j) {
                 if (split.weights[j] <= noise) continue;
@@ -247,7 +248,7 @@ Outcome DualActiveSet::pivot(int limit) {
             if (dependent) {
                 if (blocking < 0 && violation > kNearlyFeasible * (1 + depth_)) return Outcome::Contradiction;
                 const bool rounding =
-                    violation < kFeasibleAtLast * (1 + depth_) && partial > kAbsurd * (1 + simd::largest(forces_));
+                    violation < kFeasibleLate * (1 + depth_) && partial > kAbsurdStep * (1 + simd::largest(forces_));
                 if (blocking < 0 || rounding) {
                     entering_ = {worst.row, force * p.inverse};
                     return Outcome::Optimal;
@@ -279,8 +280,9 @@ Outcome DualActiveSet::run(double slackPerRow, int limit) {
     return settled_ ? outcome : Outcome::Unsettled;
 }
 
-/// Brings z and the forces to the last bit where isAmplified(), by planes that nearly coincide or forces far above what
-/// moves the tool: residuals in extended precision from the rows as given. False when they stay.
+/// Iterative refinement: corrects z and the forces to the last bit if isAmplified(), that is if planes nearly coincide
+/// or forces are far larger than the force that moves the tool. Residuals are computed in extended precision from the
+/// rows as given. Returns false if the residuals do not become small.
 bool DualActiveSet::refine() {
     for (int round = 0;; ++round) {
         long double step[6], imbalance[6];  // x - h; G (x-h) - J'y
@@ -324,16 +326,17 @@ bool DualActiveSet::refine() {
 }
 
 void DualActiveSet::fill(SolveResult& result) {
-    const bool scanned = entering_.row < 0;  // else z moved after the last scan
+    const bool scanned = entering_.row < 0;  // otherwise z moved after the last scan
     for (int k = 0; k < 6; ++k) result.x[k] = wanted_[k] + inverseRoot_[k] * z_[k];
     result.iterations = pivots_;
     result.slack = slackPerRow_ * z_[6];
 
     int pushing = 0;
-    remembered_ = basis_.size();
+    lastActive_.forget();
     for (int j = 0; j < basis_.size(); ++j) {
-        ids_[j] = problem_->rows->id(rows_[j]);
-        if (forces_[j] > 0) answer_[pushing++] = {rows_[j], forces_[j] * inverseLengths_[rows_[j]]};
+        const double force = forces_[j] * inverseLengths_[rows_[j]];
+        lastActive_.remember(problem_->rows->id(rows_[j]), force);
+        if (forces_[j] > 0) answer_[pushing++] = {rows_[j], force};
     }
     if (entering_.row >= 0 && entering_.value > 0) answer_[pushing++] = entering_;
     result.multipliers = {answer_, std::size_t(pushing)};
@@ -369,9 +372,9 @@ SolveResult DualActiveSet::solve(const QpProblem& problem, const SolverSettings&
         (outcome == Outcome::PivotCap && limit == kPivotCap)) {
         outcome = run(1 / std::sqrt(settings.elasticWeight), pivots_ + limit);
     }
-    result.status = outcome != Outcome::Optimal     ? SolveStatus::IterationLimit
-                    : slackPerRow_ > 0 || hopeless_ ? SolveStatus::Elastic
-                                                    : SolveStatus::Solved;
+    result.status = outcome != Outcome::Optimal          ? SolveStatus::IterationLimit
+                    : slackPerRow_ > 0 || unsatisfiable_ ? SolveStatus::Elastic
+                                                         : SolveStatus::Solved;
     fill(result);
     return result;
 }

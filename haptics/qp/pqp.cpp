@@ -6,23 +6,25 @@
 #include "haptics/math/simd.hpp"
 #include "haptics/qp/pqp_paper.hpp"
 #include "haptics/qp/unit_rows.hpp"
+#include "haptics/qp/warm_start.hpp"
 
 namespace touchstone {
 namespace {
 
-/// A force of zero can never grow again under multiplication. This part of the tolerance keeps inactive rows alive and
-/// adds, over 300 of them, less than a thirtieth of the tolerance to the force.
+/// Lower bound of every force, as a part of the tolerance. A force of zero could never grow again under multiplication;
+/// this floor keeps inactive rows able to grow and adds, over 300 of them, less than a thirtieth of the tolerance to
+/// the force.
 constexpr double kFloor = 1e-4;
-constexpr double kSmallestFloor = 1e-12;  // N
-constexpr double kLargestScale = 1000;    // of the forces at the start
-constexpr double kRunaway = 1e9;          // N: a sum this large belongs to rows that contradict each other
+constexpr double kSmallestFloor = 1e-12;  // N: lower bound of the floor itself
+constexpr double kLargestScale = 1000;    // upper bound of the factor on the start forces, for opposed rows
+constexpr double kRunaway = 1e9;          // N: a sum of forces this large belongs to rows that contradict each other
 
 class Pqp final : public Solver {
   public:
     explicit Pqp(int capacity);
 
     SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override;
-    void reset() noexcept override { remembered_ = 0; }
+    void reset() noexcept override { lastAnswer_.forget(); }
 
   private:
     SolveStatus iterate(const RowSet& rows, const SolverSettings& settings, int& iterations);
@@ -34,34 +36,33 @@ class Pqp final : public Solver {
 
     // With the unit rows B = [b_i], e and u_i = l_i y_i the dual is min F(u) = ½|B'u|² + e'u over u >= 0.
     UnitRows rows_;
-    AlignedVector<double> u_, next_,
-        step_;           // where F is looked at, where it is looked at next, and the last step's end
-    Vec6 along_, size_;  // B'u and |B|'u
+    AlignedVector<double> u_;     // where F is evaluated
+    AlignedVector<double> next_;  // where F is evaluated next
+    AlignedVector<double> step_;  // the end of the last step, before momentum
+    AlignedVector<double> y_;     // the answer, N on the rows as given
+    Vec6 along_, size_;           // B'u and |B|'u
 
     std::vector<Multiplier> answer_;
-    std::vector<std::uint64_t> ids_;  // contacts and forces (N) of the last robust answer
-    std::vector<double> forces_;
-    int remembered_ = 0;
+    WarmStart lastAnswer_;  // of the robust form
 };
 
-Pqp::Pqp(int capacity) : paper_(capacity), rows_(capacity), answer_(capacity), ids_(capacity), forces_(capacity) {
-    for (auto* entries : {&u_, &next_, &step_}) entries->resize(paddedToEight(capacity));
+Pqp::Pqp(int capacity) : paper_(capacity), rows_(capacity), answer_(capacity), lastAnswer_(capacity) {
+    for (auto* entries : {&u_, &next_, &step_, &y_}) entries->resize(paddedToEight(capacity));
 }
 
-/// Last answer's forces where the contact is still there, the paper's start elsewhere, all scaled to the best multiple:
-/// a thousandth of a newton on each of thousands of rows would push the tool away. Where ids do not ascend, contacts
-/// may be missed: a colder start, the same answer.
+/// Starts from the last answer's forces for contacts that still exist and from the paper's start for new ones. All are
+/// scaled by the one factor that minimizes F, since a thousandth of a newton on each of thousands of rows would push
+/// the tool away.
 void Pqp::start(const RowSet& rows, double floor) {
     std::fill_n(u_.begin(), paddedToEight(rows_.size), 0.0);
-    for (int i = 0, j = 0; i < rows_.size; ++i) {
+    WarmStart::ForceLookup last(lastAnswer_);
+    for (int i = 0; i < rows_.size; ++i) {
         if (rows_.inverse[i] == 0) continue;
-        while (j < remembered_ && ids_[j] < rows.id(i)) ++j;
-        const bool known = j < remembered_ && ids_[j] == rows.id(i);
-        u_[i] = (known ? forces_[j] : PaperPqp::kStart) / rows_.inverse[i];
+        u_[i] = last.forceOf(rows.id(i), PaperPqp::kStart) / rows_.inverse[i];
     }
     double slope = 0;
     sum(slope);
-    // Of least F(scale u) = ½ scale² |B'u|² + scale e'u; opposed rows may have no least.
+    // The minimum of F(scale u) = ½ scale² |B'u|² + scale e'u; opposed rows may have none.
     const double scale = std::min(std::max(0.0, -slope / along_.squaredNorm()), kLargestScale);
     for (int i = 0; i < rows_.size; ++i) u_[i] = rows_.inverse[i] > 0 ? std::max(floor, scale * u_[i]) : 0;
     std::copy_n(u_.begin(), paddedToEight(rows_.size), step_.begin());
@@ -87,12 +88,12 @@ void Pqp::sum(double& slope) {
     }
 }
 
-/// One update of every force, (18) without Q. B = B+ - B-, its positive and negative entries, splits Q into
+/// One update of every force: (18) without forming Q. B = B+ - B-, its positive and negative entries, splits Q into
 ///   Q+ = B+B+' + B-B-'   and   Q- = B+B-' + B-B+',   so that   2 Q±u = |B| (|B|'u) ± B (B'u).
 /// With r_i u_i = (Q+u)_i the update is a descent step, u' = u - (u/D) ∇F with D = d- + 2 Q+u. Proof that F falls: Q+
 /// and Q+ + Q- = |B||B|' are positive semidefinite, so Q = Q+ - Q- <= 2Q+ <= diag(2 Q+u / u) <= diag(D/u), the second
 /// step because Q+ has no negative entry; hence F(u') <= F(u) - ½ Σ (D/u)(u'-u)². The paper's r is larger where rows
-/// oppose each other, and r = 0 is also monotone but leaves no room for momentum, under which it was seen to cycle.
+/// oppose each other. r = 0 is also monotone but leaves no room for momentum; with momentum it was seen to cycle.
 /// Returns max_i |min(y_i, s_i/q_i)| of the u it starts from, which stays in next_.
 double Pqp::update(double momentum, double floor, bool& overshot) {
     simd::Double8 along[6]{}, size[6]{}, residual{}, uphill{};
@@ -110,7 +111,7 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
         residual = simd::max(simd::abs(simd::min(gap, u)) * inverse, residual);
 
         const simd::Double8 plus =
-            simd::max((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i, as |b_i| = 1; rounding must not undo it
+            simd::max((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i because |b_i| = 1; rounding must not break this
         const simd::Double8 minus = simd::max((around - ahead) * 0.5, simd::Double8{});
         const simd::Double8 least = inverse > 0.0 ? simd::splat(floor) : simd::Double8{};
         const simd::Double8 end = simd::max(
@@ -136,10 +137,11 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
     return -simd::least(-residual);
 }
 
-/// Updates with Nesterov's momentum, begun anew when a step turns uphill (O'Donoghue and Candès 2015). Kept because it
-/// pays: median iterations on sliding, wedged, pinched and degenerate contacts of 200 rows, cold, beside the plain
-/// update with r = 0 were 56 / 193 at 1e-2 N, 121 / 1,291 at 1e-3 and 200 / 3,929 at 1e-4, where a sixth of the plain
-/// ones passed 20,000 and none did here; an iteration costs about as much.
+/// Updates with Nesterov's momentum, restarted when a step goes uphill (O'Donoghue and Candès 2015). It pays: on
+/// sliding, wedged, pinched and degenerate contacts of 200 rows, from a cold start, the median number of iterations
+/// with momentum and of the plain update with r = 0 was 56 and 193 at 1e-2 N, 121 and 1,291 at 1e-3 N, 200 and 3,929 at
+/// 1e-4 N. At 1e-4 N a sixth of the plain runs took more than 20,000 iterations, and none with momentum did. An
+/// iteration costs about the same.
 SolveStatus Pqp::iterate(const RowSet& rows, const SolverSettings& settings, int& iterations) {
     const std::int64_t limit =
         std::min<std::int64_t>(settings.maxIterations, settings.workLimit / std::max(1, rows_.size));
@@ -153,7 +155,7 @@ SolveStatus Pqp::iterate(const RowSet& rows, const SolverSettings& settings, int
         const Vec6 along = along_;
         const double residual = update((pace - 1) / nextPace, floor, overshot);
         if (residual < settings.tolerance || iterations >= limit) {
-            std::swap(u_, next_);  // the forces that were looked at
+            std::swap(u_, next_);  // back to the forces that the residual belongs to
             along_ = along;
             return residual < settings.tolerance ? SolveStatus::Solved : SolveStatus::IterationLimit;
         }
@@ -180,13 +182,13 @@ SolveResult Pqp::solve(const QpProblem& problem, const SolverSettings& settings)
         result.x = problem.wanted + force.cwiseQuotient(problem.stiffness);  // (19), (20)
     } else {
         result.status = iterate(*problem.rows, settings, result.iterations);
-        for (int i = 0; i < m; ++i) next_[i] = u_[i] * rows_.inverse[i];
-        y = next_.data();
+        for (int i = 0; i < m; ++i) y_[i] = u_[i] * rows_.inverse[i];
+        y = y_.data();
         result.x = rows_.increment(along_.data());
-        if (result.status == SolveStatus::Solved && rows_.hopeless) result.status = SolveStatus::Elastic;
+        if (result.status == SolveStatus::Solved && rows_.unsatisfiable) result.status = SolveStatus::Elastic;
     }
     if (result.status == SolveStatus::Invalid || !result.x.allFinite()) {
-        remembered_ = 0;
+        lastAnswer_.forget();
         const int iterations = result.iterations;
         result = SolveResult();
         result.iterations = iterations;
@@ -200,11 +202,8 @@ SolveResult Pqp::solve(const QpProblem& problem, const SolverSettings& settings)
     result.multipliers = {answer_.data(), std::size_t(pushing)};
     result.kkt = kktResiduals(problem, result.x, result.multipliers);
     if (!settings.paperForm) {
-        for (int i = 0; i < m; ++i) {
-            ids_[i] = problem.rows->id(i);
-            forces_[i] = y[i];
-        }
-        remembered_ = m;
+        lastAnswer_.forget();
+        for (int i = 0; i < m; ++i) lastAnswer_.remember(problem.rows->id(i), y[i]);
     }
     return result;
 }

@@ -14,8 +14,8 @@ PaperPqp::PaperPqp(int capacity) {
     for (auto* entries : {&d_, &r_, &y_, &next_}) entries->resize(rows);
 }
 
-/// (17): Q = J G⁻¹ J', and r of (18). Panels of eight rows, column after column, so that a panel's product with y reads
-/// memory once from front to back and sums eight rows in the lanes of a register.
+/// Forms Q = J G⁻¹ J' of (17) and r of (18). Q is stored in panels of eight rows, column after column, so that the
+/// product of a panel with y reads memory once from front to back and sums eight rows in the lanes of a register.
 void PaperPqp::form(const QpProblem& problem) {
     const RowSet& rows = *problem.rows;
     m_ = rows.size();
@@ -41,18 +41,18 @@ void PaperPqp::form(const QpProblem& problem) {
         simd::store(&r_[i], simd::max(diagonal, negative));
     }
     std::fill_n(next_.begin(), padded, 0.0);
-    std::fill_n(y_.begin(), padded, 0.0);  // padding stays zero
+    std::fill_n(y_.begin(), padded, 0.0);  // the padding stays zero
     std::fill_n(y_.begin(), m_, kStart);
 }
 
-/// Puts (18) of y into next_ and returns F(y) of (16).
+/// Writes the update (18) of y to next_ and returns F(y) of (16).
 double PaperPqp::update() {
     const simd::Double8 zero{};
     const int padded = paddedToEight(m_);
     double F = 0;
     for (int i = 0; i < padded; i += 8) {
         const double* panel = &q_[std::size_t(i) * padded];
-        simd::Double8 plus[4]{}, minus[4]{};  // chains hide the latency of the additions
+        simd::Double8 plus[4]{}, minus[4]{};  // four chains hide the latency of the additions
         const auto add = [&](int k, int chain) {
             const simd::Double8 q = simd::load(panel + 8 * k), y = simd::splat(y_[k]);
             plus[chain] += simd::max(q, zero) * y;

@@ -1,12 +1,12 @@
 #pragma once
-// The paper's solver as printed, to be measured against.
+// The paper's solver as printed, for comparison.
 #include "haptics/math/aligned.hpp"
 #include "haptics/qp/solver.hpp"
 
 namespace touchstone {
 
-/// Equations (16)-(19) on min ½(x-h)'G(x-h) s.t. J x >= -g, with Q formed and no safeguard; see makePqp(). Holds Q: up
-/// to 8 MiB. Real time: no allocation after construction.
+/// Equations (16)-(19) on min ½(x-h)'G(x-h) s.t. J x >= -g, with Q formed and without safeguards; see makePqp(). Q
+/// takes up to 8 MiB. Real time: no allocation after construction.
 class PaperPqp {
   public:
     static constexpr int kMaxRows = 1024;
@@ -14,7 +14,7 @@ class PaperPqp {
 
     explicit PaperPqp(int capacity);
 
-    /// Runs (18) until |ΔF| < tolerance; Invalid when F is not finite. Pre: finite entries, at most kMaxRows rows.
+    /// Iterates (18) until |ΔF| < tolerance; Invalid if F is not finite. Pre: finite entries, at most kMaxRows rows.
     SolveStatus solve(const QpProblem& problem, const SolverSettings& settings, int& iterations);
     /// The answer of the last solve(): N on unit rows.
     const double* y() const { return y_.data(); }

@@ -22,7 +22,7 @@ Vec6 RowSet::row(int i) const {
 void RowSet::push(const Vec6& j, double gap, std::uint64_t id) {
     assert(size_ < capacity_);
     const int i = size_;
-    if (i % 8 == 0) setSize(i + 1);  // pads the block that row i opens
+    if (i % 8 == 0) setSize(i + 1);  // pads the block of eight that begins with row i
     size_ = i + 1;
     for (int k = 0; k < 6; ++k) columns_[k][i] = j[k];
     columns_[6][i] = gap;
@@ -41,7 +41,7 @@ void RowSet::setSize(int n) {
 void RowSet::merge(const RowSet& other) {
     int a = size_, b = other.size_;
     setSize(a + b);
-    for (int to = size_ - 1; b > 0; --to) {  // from the end, so that no row is written over before it has moved
+    for (int to = size_ - 1; b > 0; --to) {  // from the end, so that no row is overwritten before it has moved
         const bool own = a > 0 && ids_[a - 1] > other.ids_[b - 1];
         const RowSet& from = own ? *this : other;
         const int i = own ? --a : --b;
@@ -53,7 +53,7 @@ void RowSet::merge(const RowSet& other) {
 int RowSet::find(std::uint64_t id) const {
     if (size_ == 0) return -1;
     const std::uint64_t* first = ids_.data();
-    for (int n = size_; n > 1;) {  // halving without a branch to mispredict: the last id <= the wanted one
+    for (int n = size_; n > 1;) {  // bisects without a branch to mispredict: the last id <= the wanted one
         const int half = n / 2;
         first += first[half] <= id ? half : 0;
         n -= half;
@@ -87,7 +87,7 @@ KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<con
         kkt.dual_N = std::max(kkt.dual_N, -multiplier.value);
         kkt.complementarity_mJ = std::max(kkt.complementarity_mJ, std::abs(multiplier.value * s));
     }
-    // Torques count through the lever at which the two springs are equally stiff.
+    // Torques are divided by the lever at which the two springs are equally stiff.
     const double lever2 = problem.stiffness.tail<3>().sum() / problem.stiffness.head<3>().sum();
     kkt.stationarity_N = std::sqrt(residual.head<3>().squaredNorm() + residual.tail<3>().squaredNorm() / lever2);
     return kkt;

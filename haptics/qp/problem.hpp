@@ -10,10 +10,10 @@
 
 namespace touchstone {
 
-/// Contact rows J (m x 6) and gaps g (m), column by column so that eight rows are scanned at once. In default mode a
-/// row is (n, r x n): unit normal, so s = J x + g is a distance in mm. Storage is fixed at construction; rows past
-/// size() up to the next multiple of eight are zero with an infinite gap: they violate nothing. Eight entries may be
-/// written from any row up to capacity(), so that SIMD stores need no tail.
+/// Contact rows J (m x 6) and gaps g (m), stored column by column so that eight rows are scanned at once. In default
+/// mode a row is (n, r x n) with a unit normal n, so s = J x + g is a distance in mm. Storage is fixed at construction.
+/// Rows from size() to the next multiple of eight are zero with an infinite gap, so they are never violated. Eight
+/// entries may be written from any row up to capacity(), so that SIMD stores need no tail.
 class RowSet {
   public:
     explicit RowSet(int capacity);
@@ -28,15 +28,15 @@ class RowSet {
     std::uint64_t id(int i) const { return ids_[i]; }
     std::uint64_t* ids() { return ids_.data(); }
     Vec6 row(int i) const;
-    /// The row of a contact, or -1. A binary search: where the ids do not ascend it may miss one, never name a wrong
-    /// one.
+    /// The row of a contact, or -1. It is a binary search: if the ids do not ascend it may miss a row, but it never
+    /// returns a wrong one.
     int find(std::uint64_t id) const;
 
     void clear() { size_ = 0; }
     void push(const Vec6& j, double gap, std::uint64_t id);  ///< Pre: size() < capacity().
-    /// Declares the first n rows written through column() and ids(), and pads behind them.
+    /// Declares that the first n rows were written through column() and ids(), and pads the block behind them.
     void setSize(int n);
-    /// Takes over the rows of another set; the ids of both ascend, and do so after. Pre: they fit. O(rows).
+    /// Adds the rows of another set in order of identity. Pre: the ids of both sets ascend, and the rows fit. O(rows).
     void merge(const RowSet& other);
 
   private:
@@ -54,9 +54,9 @@ struct QpProblem {
 
 enum class SolveStatus : std::uint8_t {
     Solved,
-    Elastic,         ///< the rows contradict each other: the answer is that of the softened problem
-    IterationLimit,  ///< the work limit came first: the iterate is returned
-    Invalid,         ///< NaN or infinity in, or none of the above could be had; x = 0
+    Elastic,         ///< the rows contradict each other; the answer solves the softened problem
+    IterationLimit,  ///< the work limit ended the solve; the answer is the iterate
+    Invalid,         ///< the problem has NaN or infinity, or the solver has no finite answer; x = 0
 };
 const char* name(SolveStatus status);
 
@@ -68,7 +68,7 @@ struct KktResiduals {
     double complementarity_mJ = 0;  ///< max |y_i s_i|
 };
 
-/// How far an answer's wrench on the hand is from that of another answer to the same problem.
+/// The difference between the wrenches on the hand of two answers to the same problem.
 struct WrenchError {
     double force_N = 0, torque_mNm = 0;
 };
@@ -82,7 +82,7 @@ struct Multiplier {
 
 /// Residuals of x and the multipliers (all other y are zero). O(m), no allocation.
 KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers);
-/// The same where the least J x + g is known already: O(multipliers).
+/// The same if the least J x + g is already known: O(multipliers).
 KktResiduals kktResiduals(const QpProblem& problem, const Vec6& x, std::span<const Multiplier> multipliers,
                           double leastGap);
 

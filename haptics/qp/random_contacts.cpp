@@ -36,7 +36,7 @@ Contacts randomContacts(std::mt19937_64& random, ContactKind kind, int m) {
     Contacts contacts(m + 8);
     const Vec3 facing = randomUnit(random);
 
-    // A few patches, each a piece of a curved surface with its own mean normal.
+    // A few patches. Each is a piece of a curved surface with its own mean normal.
     struct Patch {
         Vec3 n, r;
         double radius, curvature, gap;
@@ -69,12 +69,13 @@ Contacts randomContacts(std::mt19937_64& random, ContactKind kind, int m) {
             continue;
         }
         if (kind == ContactKind::Degenerate && i > 0 && unit(random) < 0.7) {
-            // Copies, sums of two rows and opposed copies, exact or off by 1e-3 to 1e-9: vertices where many planes
-            // meet.
+            // Copies, sums of two rows and opposed copies, exact or perturbed by 1e-3 to 1e-9, make vertices where many
+            // planes meet.
             const Vec6 other = contacts.rows.row(int(random() % i));
             const Vec6 another = contacts.rows.row(int(random() % i));
             const double which = unit(random);
-            const bool opposed = which >= 0.5 && which < 0.6;  // nearer to exact is a slot of no width: ill posed
+            const bool opposed =
+                which >= 0.5 && which < 0.6;  // a smaller perturbation is a slot of no width: ill posed
             const double off = unit(random) < 0.5 ? 0 : std::pow(10, -3 - (opposed ? 2 : 6) * unit(random));
             Vec6 j = which < 0.5 ? other
                      : opposed   ? Vec6(-other)

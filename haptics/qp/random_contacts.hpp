@@ -1,5 +1,5 @@
 #pragma once
-// Made problems that look like contact, to measure and test solvers with.
+// Random problems that look like contact, for measuring and testing solvers.
 #include <random>
 
 #include "haptics/qp/problem.hpp"
@@ -13,13 +13,13 @@ struct Contacts {
     RowSet rows{1};
 
     explicit Contacts(int capacity) : rows(capacity) {}
-    /// Adds the row (n, r x n) of a contact at r; ids ascend by ten, so that tests can put one between.
+    /// Adds the row (n, r x n) of a contact at r. Identities ascend by ten, so that tests can insert others.
     Contacts& wall(const Vec3& n, double gap, const Vec3& r = Vec3::Zero());
     Contacts& row(const Vec6& j, double gap);
     QpProblem problem() const { return {stiffness, wanted, &rows}; }
 };
 
-/// How contact-like problems vary, within |r| <= 50 mm, h up to 5 mm inside. The first three are feasible.
+/// Kinds of contact-like problems, with |r| <= 50 mm and h up to 5 mm inside. The first three are feasible.
 enum class ContactKind { Slide, Wedge, Pinch, Scattered, Degenerate, Squeeze };
 inline constexpr ContactKind kContactKinds[] = {ContactKind::Slide,     ContactKind::Wedge,      ContactKind::Pinch,
                                                 ContactKind::Scattered, ContactKind::Degenerate, ContactKind::Squeeze};

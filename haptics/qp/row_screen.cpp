@@ -6,7 +6,7 @@
 
 namespace touchstone {
 namespace {
-constexpr double kTaken = std::numeric_limits<double>::infinity();  // rank of a row that was kept or dropped
+constexpr double kDecided = std::numeric_limits<double>::infinity();  // rank of a row that was kept or dropped
 }
 
 RowScreen::RowScreen(int capacity) : kept_(capacity), rank_(paddedToEight(capacity)), keep_(paddedToEight(capacity)) {}
@@ -15,11 +15,11 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
     if (how == Screening::None) return rows;
     const int m = rows.size();
     assert(m <= kept_.capacity());
-    const simd::Double8 none = simd::splat(kTaken);
+    const simd::Double8 none = simd::splat(kDecided);
 
-    // Ranks, and the row to begin with.
+    // The rank of every row, and the first row to keep.
     simd::Double8 least = none, where{};
-    const auto look = [&](int i, const simd::Double8& rank) {
+    const auto trackLeast = [&](int i, const simd::Double8& rank) {
         const simd::Long8 lower = rank < least;
         least = lower ? rank : least;
         where = lower ? simd::splat(double(i)) : where;
@@ -28,10 +28,10 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
         const simd::Double8 gap = simd::load(rows.gap() + i);
         simd::store(&rank_[i], gap);  // infinite in the padding
         simd::store(&keep_[i], simd::Double8{});
-        look(i, gap);
+        trackLeast(i, gap);
     }
     const auto lowest = [&] {
-        double rank = kTaken;
+        double rank = kDecided;
         int row = -1;
         for (int lane = 0; lane < 8; ++lane) {
             const int candidate = int(where[lane]) + lane;
@@ -45,9 +45,9 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
 
     const double shrink = reach > 0 ? 1 / reach : 0;  // a tool of one sphere has no lever
     int passes = 0;
-    for (int k = lowest(); k >= 0 && passes < kMostPasses; k = lowest(), ++passes) {
+    for (int k = lowest(); k >= 0 && passes < kMaxPasses; k = lowest(), ++passes) {
         keep_[k] = 1;
-        rank_[k] = kTaken;
+        rank_[k] = kDecided;
         double a[6], length2 = 0;
         for (int c = 0; c < 6; ++c) {
             a[c] = rows.column(c)[k] * (c < 3 ? 1 : shrink);
@@ -71,13 +71,13 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
                                             : (along > 0.0) & (along * along >= kCosine * kCosine * length2 * size2);
             const simd::Double8 rank = implied ? none : simd::load(&rank_[i]);
             simd::store(&rank_[i], rank);
-            look(i, rank);
+            trackLeast(i, rank);
         }
     }
 
     kept_.clear();
     for (int i = 0; i < m; ++i) {
-        if (keep_[i] > 0 || rank_[i] < kTaken) kept_.push(rows.row(i), rows.gap()[i], rows.id(i));
+        if (keep_[i] > 0 || rank_[i] < kDecided) kept_.push(rows.row(i), rows.gap()[i], rows.id(i));
     }
     return kept_;
 }

@@ -8,13 +8,14 @@
 namespace touchstone {
 
 struct SolverSettings {
-    /// Paper form: exactly the paper's algorithm where the solver has one (pqp: equations 16-19, y0 = 0.001, stop at
+    /// Paper form: exactly the paper's algorithm if the solver has one (pqp: equations 16-19, y0 = 0.001, stop at
     /// |ΔF| < tolerance in N·mm, no safeguard). Otherwise the robust form: stop at max_i |min(y_i, s_i/q_i)| <
     /// tolerance in N, with s = Jx + g and q_i = J_i G⁻¹ J_i'. Exact solvers ignore the tolerance.
     bool paperForm = false;
     double tolerance = 0.01;
     int maxIterations = 1'000'000;
-    /// Bound on rows x iterations (paper form of pqp: rows² x iterations). A count, not a time, so that runs repeat.
+    /// Bound on rows x iterations (paper form of pqp: rows² x iterations). It is a count and not a time, so that runs
+    /// are bit-reproducible.
     std::int64_t workLimit = 100'000'000;
     double elasticWeight = 1000;  ///< w of ½ w s² when rows contradict each other; rows scaled to unit G-length
 };
@@ -28,9 +29,9 @@ struct SolveResult {
     std::span<const Multiplier> multipliers;  ///< rows with y > 0; valid until the next call
 };
 
-/// Solves QpProblem. NaN or infinity in gives Invalid and x = 0. Real time: no allocation, lock, log or throw in
-/// solve() and reset(); all memory is taken in the constructor for the given number of rows. A solver remembers the
-/// identities of the last active contacts and starts from them (warm) until reset().
+/// Solves QpProblem. NaN or infinity in the problem gives Invalid and x = 0. Real time: no allocation, lock, log or
+/// throw in solve() and reset(); the constructor takes all memory for the given number of rows. A solver remembers the
+/// contacts of its last answer and starts from them (warm_start.hpp) until reset().
 class Solver {
   public:
     virtual ~Solver() = default;
@@ -45,7 +46,7 @@ struct SolverInfo {
     std::unique_ptr<Solver> (*make)(int capacity);
 };
 
-/// The solvers, in the order users see: dual-active-set, pqp, active-set. Adding one is adding a row.
+/// The solvers in the order in which users see them: dual-active-set, pqp, active-set. A new solver is one more row.
 std::span<const SolverInfo> solverTable();
 /// Index into solverTable(), or -1.
 int findSolver(std::string_view name);

@@ -9,10 +9,13 @@ namespace touchstone {
 
 std::span<const SolverInfo> solverTable() {
     static constexpr SolverInfo kTable[] = {
-        {"dual-active-set", "Exact to rounding, in a few microseconds: six unknowns, one row in or out at a time.",
-         true, makeDualActiveSet},
-        {"pqp", "The paper's parallel quadratic programming: all contact forces at once, exact in the limit.", false,
-         makePqp},
+        {"dual-active-set",
+         "Exact to rounding, in a few microseconds: a dual active-set method specialized to six unknowns.", true,
+         makeDualActiveSet},
+        {"pqp",
+         "The paper's parallel quadratic programming: updates all contact forces at once and converges to the exact "
+         "answer.",
+         false, makePqp},
         {"active-set", "The paper's baseline: the textbook primal active-set method.", true, makeActiveSet},
     };
     return kTable;

@@ -11,12 +11,12 @@ UnitRows::UnitRows(int capacity)
 
 bool UnitRows::assign(const QpProblem& problem) {
     size = problem.rows ? problem.rows->size() : 0;
-    hopeless = false;
+    unsatisfiable = false;
     wanted = problem.wanted;
     root = problem.stiffness.cwiseSqrt();
     if (size > capacity_ || !wanted.allFinite() || !root.allFinite() || !(root.minCoeff() > 0)) return false;
 
-    constexpr double kShortest2 = 1e-30;
+    constexpr double kShortest2 = 1e-30;  // squared length below which a row has no direction
     constexpr simd::Double8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
     const Vec6 inverseRoot = root.cwiseInverse();
     simd::Double8 finite{};
@@ -33,12 +33,12 @@ bool UnitRows::assign(const QpProblem& problem) {
         const simd::Long8 kept = length2 > kShortest2;
         const simd::Double8 scale = kept ? 1 / simd::sqrt(length2) : simd::Double8{};
         for (int k = 0; k < 6; ++k) simd::store(column[k].data() + i, scale * j[k]);
-        simd::store(offset.data() + i, kept ? scale * d : simd::splat(kNeverMet));
+        simd::store(offset.data() + i, kept ? scale * d : simd::splat(kInactive));
         simd::store(inverse.data() + i, scale);
         stuck |= ~kept & (g < 0.0);
-        finite += (lanes < double(size - i) ? d + length2 : simd::Double8{}) * 0.0;  // padding is not the caller's
+        finite += (lanes < double(size - i) ? d + length2 : simd::Double8{}) * 0.0;  // the padding does not count
     }
-    for (int lane = 0; lane < 8; ++lane) hopeless |= stuck[lane] != 0;
+    for (int lane = 0; lane < 8; ++lane) unsatisfiable |= stuck[lane] != 0;
     return simd::sum(finite) == 0;
 }
 

@@ -7,8 +7,9 @@
 namespace touchstone {
 namespace {
 
-/// Two faces whose planes differ by less are one plane: no edge between them stands out or lies in.
-constexpr double kFlat = 1e-6;  // rad
+/// Faces whose planes differ by less than this angle count as one plane, rad, so that the edge between them is neither
+/// a ridge nor a valley.
+constexpr double kFlat = 1e-6;
 
 }  // namespace
 
@@ -33,7 +34,7 @@ ContactSurface makeContactSurface(const TriangleMesh& mesh) {
     std::map<std::array<double, 3>, int> places;
     std::vector<int> vertexOf;
     for (const Vec3& p : mesh.vertices) {
-        // Adding 0 makes -0 and 0 one place.
+        // Adding 0 makes -0 and 0 equal keys.
         const auto [place, added] = places.emplace(std::array{p.x() + 0, p.y() + 0, p.z() + 0}, int(places.size()));
         if (added) surface.vertices.push_back(p);
         vertexOf.push_back(place->second);
@@ -66,7 +67,7 @@ Vec3 closestPoint(const ContactSurface& surface, int face, const Vec3& p, Featur
     const ContactSurface::Face& f = surface.faces[face];
     const Triangle corners = surface.triangle(face);
     const Vec3 q = closestPoint(p, corners, false);
-    // On a corner the function returns the corner itself; on a side, one barycentric coordinate is rounding.
+    // At a corner the function returns the corner itself. On a side, one barycentric coordinate is zero up to rounding.
     for (int k = 0; k < 3; ++k)
         if (q == corners[k]) {
             feature = {Feature::Kind::Vertex, f.vertices[k]};

@@ -10,9 +10,9 @@
 namespace touchstone {
 namespace {
 
-constexpr int kRows = 1 << 14;
-constexpr int kHalvings = 40;
-constexpr double kValley = 50;  // shells: how near to an edge both its faces count
+constexpr int kRows = 1 << 14;  // maximum number of contacts of a solve; with more, the margin is halved
+constexpr int kHalvings = 40;   // of a move that would bring the meshes too near; after them the iteration ends
+constexpr double kValley = 50;  // distance from a valley's edge, in shells, within which both its faces make rows
 
 TriangleBvh bvhOf(const ContactSurface& surface) {
     std::vector<Triangle> triangles;
@@ -29,7 +29,7 @@ struct Obstacle {
     Mat3 R_WO;
 };
 
-/// Pairs of features of the tool (first) and an obstacle (second) that may come near, each once.
+/// Pairs of features of the tool (first) and an obstacle (second) that may be near each other, each pair once.
 struct Pairs {
     using List = std::vector<std::pair<int, int>>;
     List faces, vertexFace, faceVertex, edgeEdge;
@@ -69,7 +69,7 @@ struct MeshReference::Impl {
 
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
-    /// Whether one body lies inside another, by one point of it: for bodies whose surfaces do not meet.
+    /// Whether one body lies inside another. One point of each is tested, so the surfaces must not touch.
     bool contains(const Pose& q) const {
         return std::any_of(obstacles.begin(), obstacles.end(), [&](const Obstacle& obstacle) {
             const Pose X_OT = obstacle.X_OW * nodePose(q);
@@ -106,14 +106,15 @@ Pairs MeshReference::Impl::pairsNear(const Obstacle& obstacle, const Pose& X_OT,
 
 namespace {
 
-/// The pairs of all obstacles near a pose, good for a while, and what they say at other poses.
-class Near {
+/// The feature pairs of tool and obstacles near a pose, which are kept while the tool stays near it, and their
+/// distances and contacts at other poses.
+class NearPairs {
   public:
-    Near(const MeshReference::Impl& impl, double margin) : impl_(impl), margin_(margin), placed_(impl.tool) {}
+    NearPairs(const MeshReference::Impl& impl, double margin) : impl_(impl), margin_(margin), placed_(impl.tool) {}
 
-    /// Least distance with the tool's C at q, at most the margin; 0 where triangles meet.
+    /// Smallest distance with the tool's C at q, at most the margin; 0 if triangles touch.
     double measure(const Pose& q) { return measure(q, nullptr); }
-    /// The same, and all pairs within the margin that are local minima of the distance, by identity.
+    /// The same; also returns all pairs within the margin that are local minima of the distance, in order of identity.
     double contacts(const Pose& q, std::vector<Contact>& found);
 
   private:
@@ -127,7 +128,7 @@ class Near {
     ContactSurface placed_;     // the tool in an obstacle's frame
 };
 
-double Near::measure(const Pose& q, std::vector<Contact>* found) {
+double NearPairs::measure(const Pose& q, std::vector<Contact>* found) {
     const Vec6 travelled = incrementBetween(builtAt_, q);
     if (pairs_.empty() || impl_.lengthOf(travelled) > margin_) {
         pairs_.clear();
@@ -140,10 +141,10 @@ double Near::measure(const Pose& q, std::vector<Contact>* found) {
     return least;
 }
 
-double Near::contacts(const Pose& q, std::vector<Contact>& found) {
+double NearPairs::contacts(const Pose& q, std::vector<Contact>& found) {
     found.clear();
     const double least = measure(q, &found);
-    // A nearest point on a side is found from both faces that share it.
+    // A nearest point on an edge is found twice, from both faces of the edge.
     std::sort(found.begin(), found.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
     found.erase(
         std::unique(found.begin(), found.end(), [](const Contact& a, const Contact& b) { return a.id == b.id; }),
@@ -151,7 +152,7 @@ double Near::contacts(const Pose& q, std::vector<Contact>& found) {
     return least;
 }
 
-double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
+double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found) {
     const Obstacle& obstacle = impl_.obstacles[index];
     const ContactSurface& other = obstacle.surface;
     const Pose X_OT = obstacle.X_OW * impl_.nodePose(q);
@@ -165,8 +166,8 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         row << obstacle.R_WO * normal, obstacle.R_WO * (onTool - p_OC).cross(normal);
         found->push_back({identity(index, toolFeature, otherFeature), row, distance});
     };
-    const auto meet = [&](const Vec3& onTool, const Feature& toolFeature, const Vec3& onOther,
-                          const Feature& otherFeature) {
+    const auto measurePair = [&](const Vec3& onTool, const Feature& toolFeature, const Vec3& onOther,
+                                 const Feature& otherFeature) {
         const double distance = (onTool - onOther).norm();
         least = std::min(least, distance);
         if (!found || distance > margin_ || distance == 0) return;
@@ -174,8 +175,9 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         if (standsOut(placed_, toolFeature, onTool, -normal) && standsOut(other, otherFeature, onOther, normal))
             add(onTool, toolFeature, otherFeature, normal, distance);
     };
-    // Beside a valley only one of its faces is below a vertex, and a vertex that is pulled into the valley would go to
-    // and fro: both planes hold there. Beside a ridge nothing rises over the plane of a face, and it is no row.
+    // Near a valley the nearest point lies on only one of its faces, and a vertex that is pulled into the valley
+    // would move back and forth. Both planes become rows there. Near a ridge no part of the surface rises above
+    // the plane of a face, and no row is added.
     const double zone = kValley * impl_.options.shell;
     const auto valley = [&](const ContactSurface& surface, int face, const Feature& on, const Vec3& at,
                             const Vec3& vertex) {
@@ -188,7 +190,7 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         Feature on;
         const Vec3 nearest = closestPoint(other, g, placed_.vertices[v], on);
         const Vec3& vertex = placed_.vertices[v];
-        meet(vertex, {Feature::Kind::Vertex, v}, nearest, on);
+        measurePair(vertex, {Feature::Kind::Vertex, v}, nearest, on);
         if (!valley(other, g, on, nearest, vertex)) continue;
         const Vec3 normal = other.normal(g);
         if (standsOut(placed_, {Feature::Kind::Vertex, v}, vertex, -normal))
@@ -198,7 +200,7 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         Feature on;
         const Vec3 nearest = closestPoint(placed_, f, other.vertices[v], on);
         const Vec3& vertex = other.vertices[v];
-        meet(nearest, on, vertex, {Feature::Kind::Vertex, v});
+        measurePair(nearest, on, vertex, {Feature::Kind::Vertex, v});
         if (!valley(placed_, f, on, nearest, vertex)) continue;
         const Vec3 normal = -placed_.normal(f);
         if (standsOut(other, {Feature::Kind::Vertex, v}, vertex, normal))
@@ -215,10 +217,11 @@ double Near::measure(int index, const Pose& q, std::vector<Contact>* found) {
         const double beyondTool = std::max({0.0, -s, s - 1}) * (a1 - a0).norm(),
                      beyondOther = std::max({0.0, -t, t - 1}) * (b1 - b0).norm();
         if (beyondTool == 0 && beyondOther == 0) {
-            meet(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
+            measurePair(onTool, {Feature::Kind::Edge, e}, onOther, {Feature::Kind::Edge, d});
             continue;
         }
-        // Where edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them: a valley, too.
+        // Where the edges of a chain rise on both sides of a vertex, a crossing edge rests on two of them; this is a
+        // valley, too.
         const double distance = (onTool - onOther).norm();
         if (!found || std::max({beyondTool, beyondOther, distance}) > zone || distance == 0) continue;
         const Vec3 normal = (onTool - onOther) / distance;
@@ -252,7 +255,7 @@ MeshReference::MeshReference(const TriangleMesh& tool, const Vec3& p_TC, const s
 MeshReference::~MeshReference() = default;
 
 double MeshReference::clearance(const Pose& X_WT, double atMost) const {
-    return Near(*impl_, atMost).measure({X_WT * impl_->p_TC, X_WT.q});
+    return NearPairs(*impl_, atMost).measure({X_WT * impl_->p_TC, X_WT.q});
 }
 
 MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) const {
@@ -263,16 +266,17 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
     G << Vec3::Constant(problem.stiffness), Vec3::Constant(problem.torsion);
     const auto solver = solverTable()[kExactSolver].make(kRows);
     RowSet rows(kRows);
-    Near near(*impl_, options.margin);
+    NearPairs nearPairs(*impl_, options.margin);
     std::vector<Contact> contacts;
-    double margin = options.margin;  // smaller where there is no room for so many contacts
+    double margin = options.margin;  // halved while there are more contacts than kRows
 
     MeshReferenceAnswer answer;
-    answer.clearance = near.measure(q);
+    answer.clearance = nearPairs.measure(q);
     if (answer.clearance == 0 || impl_->contains(q))
-        throw std::invalid_argument("the meshes meet at the start: begin where the tool is clear of the obstacles");
+        throw std::invalid_argument(
+            "the meshes touch at the start: choose a start where the tool is clear of the obstacles");
     for (; answer.iterations < options.iterations && !answer.converged; ++answer.iterations) {
-        near.contacts(q, contacts);
+        nearPairs.contacts(q, contacts);
         while (int(contacts.size()) > kRows) {
             margin /= 2;
             std::erase_if(contacts, [&](const Contact& c) { return c.distance > margin; });
@@ -286,16 +290,17 @@ MeshReferenceAnswer MeshReference::solve(const MeshReferenceProblem& problem) co
         answer.gap = 0;
         for (const Multiplier& m : result.multipliers) answer.gap = std::max(answer.gap, contacts[m.row].distance);
 
-        // No further than the margin, so that nothing is met which is not listed; and no nearer than half the shell,
-        // which curvature and places that come to stand out only on the way can do.
+        // The move is no longer than the margin, so that the tool touches nothing that is not listed. Afterwards the
+        // meshes must be at least half a shell apart, since curvature, and features that become local minima only
+        // during the move, can bring them nearer than the rows allow.
         const double floor = std::min(answer.clearance, options.shell / 2);
         Vec6 x = result.x * std::min(1.0, 0.9 * margin / std::max(answer.residual, 1e-300));
         Pose after = moved(q, x);
-        double clearance = near.measure(after);
+        double clearance = nearPairs.measure(after);
         int halvings = 0;
         for (; clearance < floor && halvings < kHalvings; ++halvings) {
             x /= 2;
-            clearance = near.measure(after = moved(q, x));
+            clearance = nearPairs.measure(after = moved(q, x));
         }
         if (halvings == kHalvings) break;
         q = after;

@@ -1,5 +1,5 @@
 #pragma once
-// Ownership of an object from one thread to another.
+// Hands ownership of an object from one thread to another.
 #include <atomic>
 #include <memory>
 
@@ -14,13 +14,13 @@ class Mailbox {
     Mailbox& operator=(const Mailbox&) = delete;
     ~Mailbox() { delete object_.load(std::memory_order_acquire); }
 
-    /// Puts the object in and gives back what was still there: freeing it is the caller's.
+    /// Puts the object in and returns the one that was still there, which the caller frees.
     std::unique_ptr<T> put(std::unique_ptr<T> object) {
         return std::unique_ptr<T>(object_.exchange(object.release(), std::memory_order_acq_rel));
     }
     /// Takes the object out; null if there is none.
     std::unique_ptr<T> take() {
-        // The plain read keeps an empty box cheap to ask every tick.
+        // The plain read makes it cheap to test an empty mailbox in every tick.
         return empty() ? nullptr : std::unique_ptr<T>(object_.exchange(nullptr, std::memory_order_acq_rel));
     }
     bool empty() const { return object_.load(std::memory_order_relaxed) == nullptr; }

@@ -1,20 +1,21 @@
 #pragma once
-// A value that changes over a count of ticks instead of at once.
+// A value that changes gradually over a number of ticks.
 
 namespace touchstone {
 
-/// Moves to its target in a straight line and arrives exactly. Counts ticks, not time, so that runs repeat.
+/// Moves to its target linearly and reaches it exactly. It counts ticks and not time, so that runs are
+/// bit-reproducible.
 class Ramp {
   public:
     explicit Ramp(double value = 0) : value_(value), target_(value) {}
 
     void jump(double value) { *this = Ramp(value); }
-    /// Starts from the present value; at least one tick.
+    /// Starts a ramp from the present value; it takes at least one tick.
     void to(double target, int ticks) {
         target_ = target;
         left_ = ticks > 1 ? ticks : 1;
     }
-    /// One tick on: the new value.
+    /// Advances by one tick and returns the new value.
     double next() {
         if (left_ > 0) {
             value_ += (target_ - value_) / left_;
@@ -29,7 +30,7 @@ class Ramp {
   private:
     double value_;
     double target_;
-    int left_ = 0;
+    int left_ = 0;  ///< ticks until the target is reached
 };
 
 }  // namespace touchstone

@@ -1,5 +1,5 @@
 #pragma once
-// Every value from one thread to another, in order.
+// Passes every value from one thread to another, in order.
 #include <atomic>
 #include <bit>
 #include <cstddef>
@@ -8,12 +8,13 @@
 
 namespace touchstone {
 
-/// Queue of fixed size between one producer and one consumer. When it is full the newest value is dropped and counted,
-/// so the producer never waits. Real time: wait-free on both sides; all memory is taken and touched in the constructor.
+/// Queue of fixed size between one producer and one consumer. If it is full, the newest value is dropped and counted,
+/// so the producer never waits. Real time: wait-free on both sides; the constructor allocates and touches all memory.
 template <class T>
 class Ring {
   public:
-    /// Capacity is rounded up to a power of two. `initial` is in every slot: it brings the memory that values need.
+    /// The capacity is rounded up to a power of two. `initial` is copied to every slot, so that memory that values own
+    /// exists before the first push().
     explicit Ring(std::size_t capacity, const T& initial = T())
         : slots_(std::bit_ceil(capacity), initial), mask_(slots_.size() - 1) {}
     Ring(const Ring&) = delete;
@@ -21,12 +22,12 @@ class Ring {
 
     std::size_t capacity() const { return slots_.size(); }
 
-    /// Producer: false if the value was dropped.
+    /// Producer: returns false if the value was dropped.
     bool push(const T& value) {
         const std::uint64_t end = end_.load(std::memory_order_relaxed);
-        // Acquire: the consumer has finished reading the slot before it is written over.
+        // Acquire: the consumer has finished reading the slot before it is overwritten.
         if (end - begin_.load(std::memory_order_acquire) == slots_.size()) {
-            // The producer alone writes the counter, so a load and a store do.
+            // Only the producer writes the counter, so a load and a store are enough.
             dropped_.store(dropped_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
             return false;
         }
@@ -35,7 +36,7 @@ class Ring {
         return true;
     }
 
-    /// Consumer: the oldest value, or false when empty.
+    /// Consumer: takes the oldest value; returns false if the ring is empty.
     bool pop(T& value) {
         const std::uint64_t begin = begin_.load(std::memory_order_relaxed);
         if (begin == end_.load(std::memory_order_acquire)) return false;
@@ -44,15 +45,15 @@ class Ring {
         return true;
     }
 
-    /// Values lost to a full ring so far; any thread.
+    /// Number of values dropped so far; any thread may call it.
     std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
   private:
     std::vector<T> slots_;
     std::size_t mask_;
-    // On lines of their own: producer and consumer write one each.
-    alignas(64) std::atomic<std::uint64_t> end_ = 0;    // counts pushed values; never wraps in practice
-    alignas(64) std::atomic<std::uint64_t> begin_ = 0;  // counts popped values
+    // Each on its own cache line, since producer and consumer write one each.
+    alignas(64) std::atomic<std::uint64_t> end_ = 0;    // number of pushed values; never wraps in practice
+    alignas(64) std::atomic<std::uint64_t> begin_ = 0;  // number of popped values
     alignas(64) std::atomic<std::uint64_t> dropped_ = 0;
 };
 

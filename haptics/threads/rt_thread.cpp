@@ -18,7 +18,8 @@ namespace touchstone {
 namespace {
 
 constexpr double kNanosecondsPerSecond = 1e9;
-// Wake-ups under SCHED_FIFO are up to some 40 µs late; the rest of the wait is spun.
+/// Time before a tick at which the thread stops sleeping and spins, ns. Wake-ups under SCHED_FIFO are late by up to
+/// about 40 µs. A shorter time makes ticks begin late; a longer one costs processor time.
 constexpr std::uint64_t kSpinNs = 60'000;
 
 std::uint64_t nanoseconds(clockid_t clock) {
@@ -30,7 +31,7 @@ std::uint64_t nanoseconds(clockid_t clock) {
 void sleepUntil(std::uint64_t ns) {
     const timespec t{.tv_sec = static_cast<time_t>(ns / 1'000'000'000u),
                      .tv_nsec = static_cast<long>(ns % 1'000'000'000u)};
-    // Other errors than an interruption cannot happen with a valid time.
+    // With a valid time the only possible error is an interruption.
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) != 0) {
     }
 }
@@ -42,18 +43,18 @@ void relax() {
 }
 
 bool lockMemory() {
-    // A page is locked when it is first used: large reservations that stay empty (stacks, drivers) cost nothing. Where
-    // the amount is limited nothing is locked, for at the limit later allocations of the whole program would fail.
+    // A page is locked when it is first used, so that large unused reservations (stacks, drivers) cost nothing. If the
+    // amount is limited, nothing is locked, since allocations of the whole program would fail at the limit.
     rlimit limit{};
     const bool unlimited =
         geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
-    // Locked pages between others in use cannot be given back: what is large gets pages of its own, however often the
-    // like was freed before.
+    // Locked pages between others in use cannot be returned to the system. Blocks from 1 MiB therefore get separate
+    // pages; setting the threshold also keeps malloc from raising it when such blocks are freed.
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
     return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
 }
 
-/// Uses the stack once as deep as a tick will, so that no page of it is first used in a tick.
+/// Uses the stack once as deep as a tick does, so that no tick touches one of its pages for the first time.
 [[gnu::noinline]] void touchStack() {
     constexpr std::size_t kBytes = 256 * 1024, kPage = 4096;
     volatile char stack[kBytes];
@@ -74,7 +75,7 @@ std::string refusal(const RealTimeOptions& options, const RealTimeStatus& status
     }
     std::string message;
     if (!what.empty())
-        message = "The haptic thread runs without " + what + ", so ticks may come late: allow your user " + remedy +
+        message = "The haptic thread runs without " + what + ", so ticks may be late: allow your user " + remedy +
                   " in /etc/security/limits.conf and log in again";
     if (options.cpu >= 0 && !status.pinned) {
         const std::string cpu = "processor " + std::to_string(options.cpu) + " cannot be used";
@@ -87,7 +88,7 @@ std::string refusal(const RealTimeOptions& options, const RealTimeStatus& status
 
 RealTimeStatus raiseThread(const RealTimeOptions& options) {
     RealTimeStatus status;
-    // Sleeps of threads without SCHED_FIFO are otherwise rounded up by 50 µs.
+    // Without this the system prolongs sleeps of threads without SCHED_FIFO by up to 50 µs.
     prctl(PR_SET_TIMERSLACK, 1UL);
     if (options.cpu >= 0 && options.cpu < CPU_SETSIZE) {
         cpu_set_t set;

@@ -1,13 +1,13 @@
 #pragma once
-// A counter of time that a pure function may be given.
+// A time counter that can be passed to a pure function.
 #include <cstdint>
 
 namespace touchstone {
 
-/// Stage times from a counter of the caller's; null gives zeros. Never changes a result.
+/// The caller's counter for stage times. Without a counter all times are zero. It never changes a result.
 struct StageClock {
     std::uint64_t (*now)() = nullptr;
-    double microseconds = 0;  ///< per count
+    double microseconds = 0;  ///< duration of one count
 };
 
 }  // namespace touchstone

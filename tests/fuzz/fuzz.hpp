@@ -1,5 +1,5 @@
 #pragma once
-// What the fuzz targets share. A target is one function of bytes; libFuzzer calls it, or replay.cpp.
+// Shared by the fuzz targets. A target is one function of bytes; libFuzzer or replay.cpp calls it.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -15,19 +15,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace touchstone::fuzz {
 
-/// Ends the program, as a crash does, unless the claim holds.
+/// Aborts the program, like a crash, unless the claim holds.
 inline void require(bool claim, const std::string& what) {
     if (claim) return;
     std::fprintf(stderr, "broken: %s\n", what.c_str());
     std::abort();
 }
 
-/// An error is one sentence for a person.
+/// Requires that an error is one sentence.
 inline void requireSentence(const std::string& text) {
     require(!text.empty() && text.size() < 2000 && text.find('\n') == std::string::npos, "a sentence: " + text);
 }
 
-/// Bytes taken from the front; zeros when there are none left.
+/// Takes bytes from the front; gives zeros after the end.
 class Bytes {
   public:
     Bytes(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -48,7 +48,7 @@ class Bytes {
     std::size_t left_;
 };
 
-/// A file of this process, gone at its end.
+/// A file of this process, removed at its end.
 class ScratchFile {
   public:
     explicit ScratchFile(const std::string& extension)

@@ -1,4 +1,4 @@
-// Any bytes as an STL, OBJ or PLY file, which the first byte chooses.
+// Arbitrary bytes as an STL, OBJ or PLY file; the first byte selects the format.
 #include <cmath>
 
 #include "engine/scene/mesh_file.hpp"

@@ -1,5 +1,5 @@
-// Any bytes as a mesh, repaired and, if the first byte asks for it, covered by a tree.
-//   1 byte   kind of coordinates (low 2 bits), a tree too if the next 3 are set, leaves - 1 (high 3 bits)
+// Arbitrary bytes as a mesh that is repaired and, if the first byte says so, covered by a tree.
+//   1 byte   kind of coordinates (low 2 bits), with a tree if the next 3 are set, leaves - 1 (high 3 bits)
 //   1 byte   count of vertices - 1 (low 6 bits)
 //   the vertices: three bytes each, or three floats
 //   the triangles: three bytes each
@@ -16,7 +16,7 @@ using fuzz::require;
 
 namespace {
 
-constexpr std::size_t kMostTriangles = 80, kMostUnderTree = 24;  // trees of more take too long
+constexpr std::size_t kMaxTriangles = 80, kMaxTreeTriangles = 24;  // trees of more triangles take too long
 
 struct Input {
     TriangleMesh mesh;
@@ -33,7 +33,8 @@ Input decode(fuzz::Bytes bytes) {
     for (int i = 0; i < vertices; ++i) {
         Vec3 v;
         for (int k = 0; k < 3; ++k) {
-            // Small whole numbers meet in points, lines and planes; a few thousandths off they nearly do.
+            // Small whole numbers coincide in points, lines and planes; shifted by a few thousandths they nearly
+            // coincide.
             const auto whole = [&] { return static_cast<double>(bytes.take<std::int8_t>()); };
             switch (kind & 3) {
                 case 0:
@@ -51,7 +52,7 @@ Input decode(fuzz::Bytes bytes) {
         }
         in.mesh.vertices.push_back(v);
     }
-    const std::size_t most = in.tree ? kMostUnderTree : kMostTriangles;
+    const std::size_t most = in.tree ? kMaxTreeTriangles : kMaxTriangles;
     while (bytes.left() > 0 && in.mesh.triangles.size() < most) {
         const auto corner = [&] { return static_cast<std::uint32_t>(bytes.take<std::uint8_t>() % vertices); };
         const std::uint32_t a = corner(), b = corner(), c = corner();
@@ -86,14 +87,14 @@ void checkRepair(const RepairedMesh& body, std::size_t triangles) {
 
 void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
     const TreeCertificate& c = tree.certificate;
-    require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "no more leaves than asked");
+    require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "at most the maximum leaf count");
     require(c.covered || !c.note.empty(), "covered, or says why not");
     require(std::isfinite(c.protrusion) && c.protrusion >= 0 && c.protrusion <= 20 * c.diagonal, "a sane protrusion");
     if (!c.covered) return;
     for (const auto& t : mesh.triangles) {
         const Vec3 &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]], &r = mesh.vertices[t[2]];
         const Vec3 n = (q - p).cross(r - p);
-        // Triangles without an area need no cover; rounding may call it either way.
+        // Zero-area triangles need no cover; rounding decides whether the area is zero.
         if (!(n.norm() > 1e-9 * std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()})))
             continue;
         for (const Vec3& x : {p, q, r, Vec3((p + q + r) / 3)}) {

@@ -1,4 +1,4 @@
-// Any bytes as the protocol of a study.
+// Arbitrary bytes as the protocol of a study.
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         } catch (const std::runtime_error& error) {
             fuzz::requireSentence(error.what());
         }
-    // What a study keeps of it is the same protocol.
+    // The copy that a study stores is the same protocol.
     const std::string kept = protocol.source.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     require(sandbox::readProtocol(file.write(kept.data(), kept.size())).source == protocol.source, "it reads back");
     return 0;

@@ -1,5 +1,5 @@
-// Any bytes as a recording: four bytes tell how many of the next are recording.json, the rest is ticks.npy. It is read,
-// handed to step(), made a motion, recovered and exported.
+// Arbitrary bytes as a recording: four bytes give the length of recording.json, the rest is ticks.npy. The recording is
+// read, given to step(), converted to a motion, recovered and exported.
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -21,9 +21,9 @@ void write(const fs::path& file, const std::uint8_t* data, std::size_t size) {
         .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
 }
 
-/// What it throws is one sentence.
+/// Requires that its exception is one sentence.
 template <class Work>
-bool spoken(Work&& work) {
+bool succeedsOrExplains(Work&& work) {
     try {
         work();
         return true;
@@ -35,7 +35,7 @@ bool spoken(Work&& work) {
 
 const sandbox::HapticScene& scene() {
     static const sandbox::HapticScene opened = [] {
-        engine::Scene small = test::pressScene();  // trees take their time under the sanitizers
+        engine::Scene small = test::pressScene();  // small, because trees are slow under the sanitizers
         for (const engine::Entity node : small.nodes) {
             nlohmann::json extras = *small.registry.get<engine::NodeMarking>(node).extras;
             extras["touchstone"]["leaves"] = 16;
@@ -59,14 +59,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     write(recording / "ticks.npy", rest + notes, static_cast<std::size_t>(data + size - rest) - notes);
 
     std::uint64_t rows = 0;
-    const bool readable = spoken([&] {
+    const bool readable = succeedsOrExplains([&] {
         sandbox::Recording whole(recording);
         RecordedTick tick;
         while (whole.next(tick)) ++rows;
         require(rows == whole.rows(), "as many rows as it says");
     });
-    if (readable && rows < 200)  // scenes of other files are not for a fuzzer to open
-        spoken([&] {
+    if (readable && rows < 200)  // a fuzzer must not open scenes of other files
+        succeedsOrExplains([&] {
             sandbox::ReplayPass pass(scene(), recording, {});
             TickRecord record;
             for (std::uint64_t row = 0; row < rows && pass.next(record, {}, true); ++row) {
@@ -74,11 +74,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 require(!(record.penetration > 1e7), "no more penetration than there is space");
             }
         });
-    spoken([&] { sandbox::recordedHand(recording); });
-    spoken([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
-    if (spoken([&] { sandbox::recoverRecording(recording); })) {
-        spoken([&] { sandbox::Recording{recording}; });
-        // What is whole needs no more mending.
+    succeedsOrExplains([&] { sandbox::recordedHand(recording); });
+    succeedsOrExplains([&] { sandbox::exportCsv(recording, folder.path() / "ticks.csv"); });
+    if (succeedsOrExplains([&] { sandbox::recoverRecording(recording); })) {
+        succeedsOrExplains([&] { sandbox::Recording{recording}; });
+        // A recovered recording needs no further repair.
         const std::string once = sandbox::recoverRecording(recording);
         require(once.find("torn") == std::string::npos, "recovered once is recovered");
     }

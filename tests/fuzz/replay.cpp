@@ -1,4 +1,4 @@
-// Runs a fuzz target without libFuzzer: over its corpus, then over so many mutations of it, the same on every run.
+// Runs a fuzz target without libFuzzer: on its corpus, then on COUNT mutations of it, the same in every run.
 //   replay_<target> CORPUS COUNT
 #include <algorithm>
 #include <csignal>
@@ -14,9 +14,10 @@ namespace {
 
 using Input = std::vector<std::uint8_t>;
 
-constexpr unsigned kHangs = 60;  // s, many times what any input takes: a hang, to be kept like a crash
+constexpr unsigned kTimeLimitS =
+    60;  // s, many times the time of any input: longer is a hang, whose input is kept like that of a crash
 
-Input current;  // what the target runs on now
+Input current;  // the present input of the target
 
 /// Keeps the input of a crash, as libFuzzer does.
 void keepInput(int signal) {
@@ -66,7 +67,7 @@ Input mutated(const std::vector<Input>& corpus, std::mt19937& random) {
 
 void run(const Input& input) {
     current = input;
-    ::alarm(kHangs);
+    ::alarm(kTimeLimitS);
     LLVMFuzzerTestOneInput(current.data(), current.size());
 }
 

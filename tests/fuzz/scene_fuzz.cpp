@@ -1,6 +1,6 @@
-// Any bytes as a scene. If the first is even, the others are a file as it stands, .glb or .gltf; if it is odd, two more
-// give the length of a JSON text, and what follows that is the binary chunk, so that a change of the text keeps the
-// rest whole.
+// Arbitrary bytes as a scene. If the first byte is even, the others are a .glb or .gltf file. If it is odd, two more
+// bytes give the length of a JSON text and the rest is the binary chunk, so that a change of the text keeps the rest
+// valid.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -52,7 +52,7 @@ void checkScene(const engine::Scene& scene) {
     for (const std::string& warning : scene.warnings) fuzz::requireSentence(warning);
 }
 
-/// Positions and triangles, mesh by mesh as the nodes show them.
+/// Positions and triangles, mesh by mesh in the order of the nodes.
 std::size_t differences(const engine::Scene& a, const engine::Scene& b) {
     std::size_t differing = a.nodes.size() == b.nodes.size() ? 0 : 1;
     for (std::size_t i = 0; i < a.nodes.size() && differing == 0; ++i) {
@@ -84,7 +84,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     checkScene(scene);
     try {
         writeGltf(scene, copy.path());
-    } catch (const engine::SceneError& error) {  // what glTF cannot hold, such as an animation of a sheared node
+    } catch (
+        const engine::SceneError& error) {  // content that glTF cannot store, such as an animation of a sheared node
         fuzz::requireSentence(error.what());
         return 0;
     }

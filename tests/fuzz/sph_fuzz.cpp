@@ -1,4 +1,5 @@
-// Any bytes as a sphere tree in the text form of the common toolkit; what is read is written and read again.
+// Arbitrary bytes as a sphere tree in the text form of the common toolkit; a tree that is read is written and read
+// again.
 #include <stdexcept>
 
 #include "haptics/builder/sphere_hierarchy.hpp"
@@ -20,11 +21,11 @@ void checkHierarchy(const SphereHierarchy& h) {
         children += node.children;
         for (int k = 0; k < node.children; ++k) {
             const int child = node.firstChild + k;
-            require(child > i && child < static_cast<int>(h.nodes.size()), "children stand behind their parent");
+            require(child > i && child < static_cast<int>(h.nodes.size()), "children follow their parent");
             require(h.nodes[child].parent == i, "children know their parent");
         }
     }
-    require(children == static_cast<int>(h.nodes.size()), "every node hangs on one parent");
+    require(children == static_cast<int>(h.nodes.size()), "every node has one parent");
     for (const Sphere& s : h.leaves()) require(std::isfinite(s.x + s.y + s.z) && s.r >= 0, "leaves are finite");
 }
 

@@ -1,5 +1,5 @@
-// Any bytes as a tree file. If the first is odd, the last eight are made the checksum that the reader wants, since no
-// chance would find it.
+// Arbitrary bytes as a tree file. If the first byte is odd, the last eight become the checksum that the reader expects,
+// because random bytes would never match it.
 #include <stdexcept>
 #include <vector>
 

@@ -1,5 +1,5 @@
-// Presses a ball of 10 mm radius 2 mm into another with the installed library: the graphic tool stays outside, the
-// force is k_t times the distance the device went in.
+// Presses a ball of 10 mm radius 2 mm into another with the installed library: the graphic tool stays outside, and the
+// force is k_t times the penetration of the device.
 #include <cmath>
 #include <cstdio>
 #include <haptics/loop/step.hpp>

@@ -16,11 +16,11 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 struct Meeting {
-    double nearest = 1e300;  ///< distance of a vertex of one from the surface of the other, mm
-    bool inside = false;     ///< a vertex of one lies inside the other
+    double nearest = 1e300;  ///< smallest distance of a vertex of one part from the surface of the other, mm
+    bool inside = false;     ///< a vertex of one part is inside the other
 };
 
-/// Of a part lifted along y and turned about it, at every `stride`th of its vertices.
+/// Compares the parts with one of them lifted along y and turned about it, using every `stride`th of its vertices.
 Meeting meet(const engine::MeshData& part, double y, double angle, const engine::MeshData& fixed,
              std::size_t stride = 1) {
     Meeting meeting;
@@ -36,7 +36,7 @@ Meeting meet(const engine::MeshData& part, double y, double angle, const engine:
 
 }  // namespace
 
-TEST_CASE("wire: closed, its volume that of a bent cylinder with round ends, or of a ring", "[parts]") {
+TEST_CASE("wire: closed, with the volume of a bent cylinder with round ends, or of a ring", "[parts]") {
     const glm::dvec3 line[] = {{0, 0, 0}, {0, 10, 0}, {0, 30, 0}};
     const engine::MeshData straight = wire(line, 2, false, 0.5);
     CHECK(isClosed(straight));
@@ -49,12 +49,12 @@ TEST_CASE("wire: closed, its volume that of a bent cylinder with round ends, or 
     CHECK(volume(ring) == Approx(2 * kPi * 13 * kPi * 2.5 * 2.5).epsilon(0.02));
 }
 
-TEST_CASE("wire: a bend sharper than it is thick is refused", "[parts]") {
+TEST_CASE("wire: a bend with a radius below the wire's is refused", "[parts]") {
     CHECK_THROWS_WITH(wire(arc({}, {1, 0, 0}, {0, 1, 0}, 2, 0, 3, 0.2), 2.5, false, 1), Catch::Contains("sharply"));
     CHECK_THROWS_WITH(wire({}, 1, false, 1), Catch::Contains("two points"));
 }
 
-TEST_CASE("hook and eye: closed, and the hook touches the ring where it hangs", "[parts]") {
+TEST_CASE("hook and eye: closed, and the hanging hook touches the ring", "[parts]") {
     HookAndEye fit;
     const engine::MeshData tool = hook(fit), ring = eyeRing(fit);
     CHECK(isClosed(tool));
@@ -62,16 +62,16 @@ TEST_CASE("hook and eye: closed, and the hook touches the ring where it hangs", 
     CHECK(isClosed(eyeStem(fit)));
     // Chords of both wires and both bends.
     CHECK(meet(tool, fit.hung(), 0, ring).nearest == Approx(0).margin(4 * kChordError));
-    CHECK(meet(tool, fit.hung() + 1, 0, ring).inside);  // it cannot be drawn further up
+    CHECK(meet(tool, fit.hung() + 1, 0, ring).inside);  // it cannot be pulled further up
     CHECK_FALSE(meet(tool, fit.hung() - 1, 0, ring).inside);
 }
 
-TEST_CASE("gears: closed, tooth count and circles as drawn", "[parts]") {
+TEST_CASE("gears: closed, with the given tooth count and circles", "[parts]") {
     GearPair fit;
     CHECK(isClosed(looseGear(fit)));
     CHECK(isClosed(fixedGear(fit)));
     CHECK(isClosed(gearPost(fit)));
-    for (const int teeth : {fit.looseTeeth, fit.fixedTeeth, 60}) {  // 60: the base circle within the roots
+    for (const int teeth : {fit.looseTeeth, fit.fixedTeeth, 60}) {  // 60: the base circle is inside the root circle
         const double pitch = fit.module * teeth / 2;
         int crossings = 0;
         double least = 1e300, most = 0;
@@ -114,7 +114,7 @@ TEST_CASE("gears: involute teeth roll at the same clearance in every phase", "[p
     }
 }
 
-TEST_CASE("bayonet: the lugs have their clearance in the slot all the way, and the pocket holds them", "[parts]") {
+TEST_CASE("bayonet: the lugs keep their clearance along the slot, and the pocket holds them", "[parts]") {
     BayonetFit fit;
     fit.spacing = 3;
     const engine::MeshData cap = bayonetCap(fit), holder = bayonetHolder(fit);
@@ -125,7 +125,7 @@ TEST_CASE("bayonet: the lugs have their clearance in the slot all the way, and t
         const Meeting meeting = meet(cap, y, angle, holder);
         INFO("height " << y << ", angle " << angle);
         CHECK_FALSE(meeting.inside);
-        // Chords of body and bore, which do not lie alike once it is turned.
+        // Chords of body and bore, which no longer match after a turn.
         CHECK(meeting.nearest == Approx(fit.clearance).margin(2 * kChordError));
     };
     clear(-4, 0);
@@ -139,7 +139,7 @@ TEST_CASE("bayonet: the lugs have their clearance in the slot all the way, and t
     CHECK(meet(cap, -1, 0.4, holder).inside);                                        // beside the slots
 }
 
-TEST_CASE("bayonet: impossible measures are refused in a sentence", "[parts]") {
+TEST_CASE("bayonet: impossible dimensions are refused in one sentence", "[parts]") {
     BayonetFit fit;
     fit.rise = 7;
     CHECK_THROWS_WITH(bayonetHolder(fit), Catch::Contains("rim"));
@@ -151,7 +151,7 @@ TEST_CASE("bayonet: impossible measures are refused in a sentence", "[parts]") {
     CHECK_THROWS_WITH(bayonetCap(fit), Catch::Contains("more than 0"));
 }
 
-TEST_CASE("lock: the key turns at home alone", "[parts]") {
+TEST_CASE("lock: the key turns only at home", "[parts]") {
     LockFit fit;
     fit.spacing = 3;
     const engine::MeshData tool = key(fit), body = lock(fit);
@@ -170,10 +170,10 @@ TEST_CASE("lock: the key turns at home alone", "[parts]") {
         CHECK(meet(tool, fit.home() + shortOfHome, -0.3, body).inside);
     }
     CHECK(meet(tool, free, -fit.turn - 0.1, body).inside);      // beyond the stop
-    CHECK(meet(tool, fit.home() + 1, -fit.turn, body).inside);  // drawn out when turned
+    CHECK(meet(tool, fit.home() + 1, -fit.turn, body).inside);  // pulled out while turned
 }
 
-TEST_CASE("lock: impossible measures are refused in a sentence", "[parts]") {
+TEST_CASE("lock: impossible dimensions are refused in one sentence", "[parts]") {
     LockFit fit;
     fit.wardReach = 11;
     CHECK_THROWS_WITH(key(fit), Catch::Contains("ward"));

@@ -9,7 +9,7 @@
 namespace touchstone::app::dental_tests {
 namespace {
 
-constexpr double kStored = 1e-5;  // mm: positions are stored as float, in metres
+constexpr double kStored = 1e-5;  // mm: positions are stored as float, in meters
 
 PocketFit pocket(double depth) {
     PocketFit fit;
@@ -19,7 +19,7 @@ PocketFit pocket(double depth) {
 }
 
 /// Some triangle reaches from below to above this height.
-bool spans(const engine::MeshData& mesh, double y) {
+bool crossesHeight(const engine::MeshData& mesh, double y) {
     for (std::size_t t = 0; t < mesh.indices.size(); t += 3) {
         double low = 1e300, high = -1e300;
         for (std::size_t i = t; i < t + 3; ++i) {
@@ -44,7 +44,7 @@ TEST_CASE("dental: tooth and gum are closed", "[parts]") {
     }
 }
 
-TEST_CASE("dental: the pocket is as deep and as wide as asked, the gap elsewhere as the sulcus", "[parts]") {
+TEST_CASE("dental: the pocket has the given depth and width, the gap elsewhere those of the sulcus", "[parts]") {
     for (const double depth : {2.0, 5.5}) {
         const PocketFit fit = pocket(depth);
         const engine::MeshData mesh = gum(fit), crown = tooth();
@@ -64,7 +64,7 @@ TEST_CASE("dental: the pocket is as deep and as wide as asked, the gap elsewhere
         CHECK(margin == Approx(0).margin(kStored));
         CHECK(sulcus == Approx(-fit.sulcus).margin(kStored));
         REQUIRE(bottomOuter > bottomInner);
-        // From a little inside the tooth, 0.05, over the whole width, which is measured level: the root leans inwards.
+        // From 0.05 inside the tooth over the whole width, which is measured horizontally: the root leans inwards.
         CHECK(bottomOuter - bottomInner == Approx(fit.bottomWidth + 0.05).margin(kStored));
         const double across = distanceTo(crown, {bottomOuter, -depth, 0});
         CHECK(across <= fit.bottomWidth);
@@ -72,7 +72,7 @@ TEST_CASE("dental: the pocket is as deep and as wide as asked, the gap elsewhere
     }
 }
 
-TEST_CASE("dental: the probe is closed and black at each mm and along three bands", "[parts]") {
+TEST_CASE("dental: the probe is closed, with black marks at each mm and three black bands", "[parts]") {
     const auto [metal, black] = periodontalProbe();
     engine::MeshData whole = metal;
     for (const std::uint32_t i : black.indices)
@@ -82,14 +82,13 @@ TEST_CASE("dental: the probe is closed and black at each mm and along three band
     for (int mm = 0; mm < 16; ++mm) {
         const bool band = mm == 4 || mm == 9 || mm == 14;
         INFO(mm << " mm");
-        CHECK(spans(black, mm) == (mm > 0));
-        CHECK(spans(black, mm + 0.5) == band);
-        CHECK(spans(metal, mm + 0.5) == !band);
+        CHECK(crossesHeight(black, mm) == (mm > 0));
+        CHECK(crossesHeight(black, mm + 0.5) == band);
+        CHECK(crossesHeight(metal, mm + 0.5) == !band);
     }
 }
 
-TEST_CASE("dental: goal and gauge stand at the pocket, and the hand goes as far beyond its bottom as makes 0.3 N",
-          "[parts]") {
+TEST_CASE("dental: goal and gauge are at the pocket, and the hand moves beyond its bottom for 0.3 N", "[parts]") {
     SceneOptions options;
     options.pocket = pocket(5.5);
     options.pocket.stiffness = 300;
@@ -110,7 +109,7 @@ TEST_CASE("dental: goal and gauge stand at the pocket, and the hand goes as far 
     CHECK(lowest == Approx(-5.5 - 0.3 / 0.3));
 }
 
-TEST_CASE("dental: measures without a pocket for the probe are refused in a sentence", "[parts]") {
+TEST_CASE("dental: dimensions without a pocket for the probe are refused in one sentence", "[parts]") {
     PocketFit fit;
     fit.depth = 0.8;  // the gap around is 1 mm
     CHECK_THROWS_WITH(gum(fit), Catch::Contains("sulcus"));

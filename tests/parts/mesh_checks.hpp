@@ -1,5 +1,5 @@
 #pragma once
-// What a solid must satisfy, computed from its stored positions alone.
+// Properties that a solid must have, computed from its stored positions alone.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -14,7 +14,7 @@ inline glm::dvec3 corner(const engine::MeshData& mesh, std::size_t i) {
     return glm::dvec3(mesh.positions[mesh.indices[i]]) * 1000.0;  // mm
 }
 
-/// Every directed edge between positions occurs once, and once the other way round.
+/// Every directed edge between positions occurs once in each direction.
 inline bool isClosed(const engine::MeshData& mesh) {
     using Point = std::tuple<float, float, float>;
     const auto point = [&](std::size_t i) {
@@ -56,7 +56,8 @@ inline double longestEdge(const engine::MeshData& mesh) {
     return longest;
 }
 
-/// Whether p, mm, lies inside a closed mesh: the triangles fill the sight all round, not at all from outside.
+/// Whether p, mm, is inside a closed mesh: from inside the triangles fill the whole solid angle, from outside none of
+/// it.
 inline bool isInside(const engine::MeshData& mesh, const glm::dvec3& p) {
     double halfAngles = 0;
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

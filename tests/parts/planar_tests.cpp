@@ -20,7 +20,7 @@ double areaOf(const PlanarMesh& mesh) {
     return area;
 }
 
-/// Edges used once, of which the border consists.
+/// Edges that are used once; they form the border.
 std::set<std::pair<std::uint32_t, std::uint32_t>> border(const PlanarMesh& mesh) {
     std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
     for (const auto& t : mesh.triangles)
@@ -41,13 +41,13 @@ TEST_CASE("outline: a square grows and shrinks with square corners", "[parts]") 
 }
 
 TEST_CASE("outline: an inner corner loses the edges that the shift consumes", "[parts]") {
-    // A notch 4 wide at the top, shifted by 1.5: 1 remains of its width, and its divided walls lose their lowest
+    // A notch 4 wide at the top, shifted by 1.5: 1 of its width remains, and its divided walls lose their lowest
     // pieces.
     const Outline notched = subdivided({{0, 0}, {20, 0}, {20, 10}, {12, 10}, {12, 5}, {8, 5}, {8, 10}, {0, 10}}, 0.5);
     const Outline grown = offset(notched, 1.5);
     CHECK(grown.size() == notched.size());
     CHECK(withoutRepeats(grown).size() < notched.size());
-    // 23 x 13 less the notch, whose floor has risen to 6.5 and whose mouth to 11.5.
+    // 23 x 13 minus the notch, with its floor now at 6.5 and its mouth at 11.5.
     CHECK(signedArea(grown) == Approx(23 * 13 - 1 * (11.5 - 6.5)));
 }
 
@@ -55,14 +55,14 @@ TEST_CASE("outline: a circle keeps its chord error and spacing", "[parts]") {
     const Outline fine = circle(15, 0.01, 10), coarse = circle(15, 1, 2);
     const auto sagitta = [](const Outline& o) { return 15 - glm::length((o[0] + o[1]) / 2.0); };
     CHECK(sagitta(fine) <= 0.01);
-    CHECK(sagitta(fine) > 0.009);  // not finer than asked for
+    CHECK(sagitta(fine) > 0.009);  // not finer than requested
     CHECK(glm::distance(coarse[0], coarse[1]) <= 2);
 }
 
 TEST_CASE("triangulation: a ring is covered once and its outlines are kept", "[parts]") {
     const Outline outer = circle(20, 0.01, 1), hole = circle(12, 0.01, 1);
     const PlanarMesh mesh = triangulate(outer, hole, 1);
-    CHECK(areaOf(mesh) == Approx(signedArea(outer) - signedArea(hole)).epsilon(1e-12));  // rounding alone
+    CHECK(areaOf(mesh) == Approx(signedArea(outer) - signedArea(hole)).epsilon(1e-12));  // only rounding
     const auto edges = border(mesh);
     CHECK(edges.size() == outer.size() + hole.size());
     for (std::uint32_t i = 0; i < outer.size(); ++i)
@@ -72,15 +72,15 @@ TEST_CASE("triangulation: a ring is covered once and its outlines are kept", "[p
     CHECK(2 * mesh.points.size() + 2 * mesh.triangles.size() == twiceEdges);
 }
 
-TEST_CASE("triangulation: straight sides with points in line need no point outside", "[parts]") {
+TEST_CASE("triangulation: straight sides with collinear points need no extra point", "[parts]") {
     const Outline outer = subdivided(kSquare, 0.7);
     const PlanarMesh mesh = triangulate(outer, {}, 0.7);
     CHECK(areaOf(mesh) == Approx(100).epsilon(1e-12));
     CHECK(border(mesh).size() == outer.size());
 }
 
-TEST_CASE("triangulation: an outline too coarse for a narrow place is refused", "[parts]") {
-    // Points every 0.5 stand 0.1 away from an edge of 8: every circle through its ends holds some of them.
+TEST_CASE("triangulation: an outline that is too coarse for a narrow gap is refused", "[parts]") {
+    // Points every 0.5 are 0.1 away from an edge of 8: every circle through its ends contains some of them.
     const Outline hole{{1, 0.1}, {9, 0.1}, {9, 9}, {1, 9}};
     CHECK_THROWS_AS(triangulate(subdivided(kSquare, 0.5), hole, 0.5), std::invalid_argument);
     CHECK_NOTHROW(triangulate(subdivided(kSquare, 0.1), subdivided(hole, 0.1), 0.5));

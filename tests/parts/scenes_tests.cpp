@@ -12,7 +12,7 @@ namespace {
 const SceneInfo& sceneNamed(std::string_view name) {
     for (const SceneInfo& scene : sceneTable())
         if (scene.name == name) return scene;
-    FAIL("no scene of this name");
+    FAIL("there is no scene with this name");
     return sceneTable().front();
 }
 
@@ -45,11 +45,11 @@ TEST_CASE("demonstration: pieces follow each other at the speeds given", "[parts
 
 TEST_CASE("first contact: two balls meet at the sum of their radii", "[parts]") {
     const SphereTree tool = makeSphereTree({{1, 0, 0, 2}}), obstacle = makeSphereTree({{0, 0, 0, 3}});
-    // The tool's ball stands 1 beside its origin; turned by 90 degrees about z, it is 1 above.
+    // The tool's ball is 1 beside its origin; after a turn of 90 degrees about z, it is 1 above.
     const ToolPose start{{20, -1, 0}, glm::angleAxis(std::acos(0.0), glm::dvec3(0, 0, 1))};
     CHECK(travelToContact(tool, obstacle, start, {-1, 0, 0}) == Approx(15).margin(2e-4));
     CHECK_THROWS_AS(travelToContact(tool, obstacle, start, {1, 0, 0}), engine::SceneError);
-    // Off centre by 4: contact where sqrt(25 - 16) = 3 remains.
+    // Off center by 4: contact at a height of sqrt(25 - 16) = 3.
     CHECK(travelToContact(tool, obstacle, {{19, 4, 0}}, {-1, 0, 0}) == Approx(17).margin(1e-3));
 }
 
@@ -70,7 +70,7 @@ TEST_CASE("scenes: plate drives the ball 60 mm past the plate at each speed and 
     CHECK(marking(scene, 1).at("role") == "obstacle");
 }
 
-TEST_CASE("scenes: spline carries settings, goal and outcome after its measures", "[parts]") {
+TEST_CASE("scenes: spline has settings, goal and outcome that follow its dimensions", "[parts]") {
     SceneOptions options;
     options.fit.clearance = 0.2;
     options.leaves = 12000;
@@ -88,7 +88,7 @@ TEST_CASE("scenes: spline carries settings, goal and outcome after its measures"
     CHECK(toolAt(scene, 100).y == Approx(options.fit.length / 2 - options.fit.depth - 1));
 }
 
-TEST_CASE("scenes: a missing bunny is named with the package that brings it", "[parts]") {
+TEST_CASE("scenes: a missing bunny is reported with the package that contains it", "[parts]") {
     SceneOptions options;
     options.bunny = "no/such/bunny.obj";
     CHECK_THROWS_WITH(sceneNamed("wedge").make(options), Catch::Contains("glmark2-data"));

@@ -19,12 +19,12 @@ double splineArea(double tip, double root, double width, int keys) {
     return kPi * root * root + keys * (strip(tip) - strip(root));
 }
 
-/// Chords lie at most kChordError inside an arc, so the area falls short by at most that along the arcs.
+/// Chords are at most kChordError inside an arc, so the area is smaller by at most kChordError along the arcs.
 double chordLoss(double tip) { return 2 * kPi * tip * kChordError; }
 
 }  // namespace
 
-TEST_CASE("box: closed, its volume exact, flat normals", "[parts]") {
+TEST_CASE("box: closed, with exact volume and flat normals", "[parts]") {
     const engine::MeshData mesh = box({60, 1, 40}, 2);
     CHECK(isClosed(mesh));
     CHECK(volume(mesh) == Approx(2400).epsilon(1e-6));  // positions are stored as float
@@ -56,7 +56,7 @@ TEST_CASE("cylinder: closed, smooth around and sharp at the ends", "[parts]") {
     }
 }
 
-TEST_CASE("splined shaft: closed, its volume that of the profile", "[parts]") {
+TEST_CASE("splined shaft: closed, with the volume of the profile", "[parts]") {
     for (const int keys : {4, 6, 8, 12}) {
         SplineFit fit;
         fit.keys = keys;
@@ -71,7 +71,7 @@ TEST_CASE("splined shaft: closed, its volume that of the profile", "[parts]") {
     }
 }
 
-TEST_CASE("splined shaft: a chamfer takes the edge off the end that goes in first", "[parts]") {
+TEST_CASE("splined shaft: a chamfer removes the edge of the leading end", "[parts]") {
     SplineFit fit;
     fit.chamfer = 1;
     const engine::MeshData mesh = splinedShaft(fit);
@@ -106,7 +106,7 @@ TEST_CASE("splined hole: closed, blind or through, with and without chamfer", "[
         }
 }
 
-TEST_CASE("spline fit: the hole stands off by the clearance on every face of the shaft", "[parts]") {
+TEST_CASE("spline fit: every face of the shaft has the clearance to the hole", "[parts]") {
     const auto seed = GENERATE(1u, 2u);
     for (const double clearance : {0.2, 0.5, 1.2}) {
         SplineFit fit;
@@ -116,7 +116,7 @@ TEST_CASE("spline fit: the hole stands off by the clearance on every face of the
         std::uniform_int_distribution<std::size_t> triangle(0, shaft.indices.size() / 3 - 1);
         std::uniform_real_distribution<double> unit(0, 1);
         double nearest = 1e300, furthest = 0;
-        // Where flank and root meet, the hole's corner is all there is to be near: only there may it be further.
+        // Where flank and root meet, only the corner of the hole is near: the distance may be larger there.
         const auto fromInnerCorner = [](const glm::dvec3& p) {
             double least = 1e300;
             for (int key = 0; key < 8; ++key)
@@ -132,8 +132,8 @@ TEST_CASE("spline fit: the hole stands off by the clearance on every face of the
             if (u + v > 1) u = 1 - u, v = 1 - v;
             glm::dvec3 p = corner(shaft, t) + u * (corner(shaft, t + 1) - corner(shaft, t)) +
                            v * (corner(shaft, t + 2) - corner(shaft, t));
-            if (std::abs(shaft.normals[shaft.indices[t]].y) > 0.5f) continue;  // an end
-            p.y = -5 - unit(random) * 25;  // the shaft half way down, away from mouth and bottom
+            if (std::abs(shaft.normals[shaft.indices[t]].y) > 0.5f) continue;  // on an end face
+            p.y = -5 - unit(random) * 25;  // the shaft is half way in, away from mouth and bottom
             const double distance = distanceTo(hole, p);
             nearest = std::min(nearest, distance);
             if (fromInnerCorner(p) > clearance) furthest = std::max(furthest, distance);
@@ -146,7 +146,7 @@ TEST_CASE("spline fit: the hole stands off by the clearance on every face of the
     }
 }
 
-TEST_CASE("spline fit: impossible measures are refused in a sentence", "[parts]") {
+TEST_CASE("spline fit: impossible dimensions are refused in one sentence", "[parts]") {
     SplineFit fit;
     fit.keyWidth = 12;  // eight of them do not fit around 24 mm
     CHECK_THROWS_WITH(splinedShaft(fit), Catch::Contains("overlap"));

@@ -26,13 +26,13 @@ TEST_CASE("turned: a ring is closed and has its volume", "[parts]") {
     CHECK(volume(mesh) > exact - loss(10, 8));
 }
 
-TEST_CASE("turned: flanks of opposite offset are parallel, wherever the sector lies", "[parts]") {
+TEST_CASE("turned: flanks of opposite offset are parallel in any sector", "[parts]") {
     const double angle = GENERATE(0.0, 1.3, -2.0, 6.2);
     TurnedSolid solid;
     solid.add({5, 12, 0, 4, {angle, -2}, {angle, 2}});
     const engine::MeshData mesh = solid.mesh(1);
     CHECK(isClosed(mesh));
-    // In the sector's own frame the sides lie at +-2 across, and nothing further out.
+    // In the sector's own frame the sides are at +-2 across, and nothing is further out.
     double across = 0, along = 1e300;
     for (const glm::vec3& p : mesh.positions) {
         const double x = 1000 * p.x, z = 1000 * p.z;
@@ -43,7 +43,7 @@ TEST_CASE("turned: flanks of opposite offset are parallel, wherever the sector l
     CHECK(along == Approx(std::sqrt(25 - 4)).epsilon(1e-6));  // the corners on the inner circle
 }
 
-TEST_CASE("turned: what is cut from what stands, and added again, counts in that order", "[parts]") {
+TEST_CASE("turned: cuts and additions apply in order", "[parts]") {
     TurnedSolid solid;
     solid.add({0, 10, 0, 10});
     solid.cut({4, 10, 2, 8, {-0.5}, {0.5}});  // a radian of the ring
@@ -58,10 +58,10 @@ TEST_CASE("turned: what is cut from what stands, and added again, counts in that
     CHECK(isInside(mesh, {-8, 3, 0}));
 }
 
-TEST_CASE("turned: flanks that cannot be are refused in a sentence", "[parts]") {
+TEST_CASE("turned: impossible flanks are refused in one sentence", "[parts]") {
     TurnedSolid crossing;
     crossing.add({5, 12, 0, 4, {0, -4}, {0, 4}});
-    crossing.add({5, 12, 0, 4, {0.7, -4}, {0.7, 4}});  // apart at 12 mm, into each other at 5
+    crossing.add({5, 12, 0, 4, {0.7, -4}, {0.7, 4}});  // separate at 12 mm, overlapping at 5
     CHECK_THROWS_WITH(crossing.mesh(1), Catch::Contains("flanks cross"));
     TurnedSolid wide;
     wide.add({3, 12, 0, 4, {0, -4}, {0, 4}});

@@ -1,5 +1,5 @@
-// touchstone compare and touchstone paper from outside. What they measure is never asserted: only that the inputs were
-// the same and that everything is there.
+// touchstone compare and touchstone paper from outside. The measured values are never asserted: only that the inputs
+// were the same and that every output is present.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -31,7 +31,8 @@ Table compared(const Program& touchstone, const std::string& args, const std::st
 
 }  // namespace
 
-TEST_CASE("compare: every solver is given the same motion, and told in table, ticks and plots", "[system]") {
+TEST_CASE("compare: every solver is given the same motion, and is in the table, the ticks and the figures",
+          "[system]") {
     const Program touchstone;
     const auto table = compared(touchstone, pressFile(touchstone) + " --mode paper,default,penalty", "all");
     std::set<std::string> cases, devices;
@@ -45,32 +46,72 @@ TEST_CASE("compare: every solver is given the same motion, and told in table, ti
                                    "hover_p99_mm", "ticks_elastic", "ticks_iteration_limit", "ticks_invalid"})
             CHECK_FALSE(row.at(column).empty());
         CHECK(row.at("force_error_max_N").empty() == row.at("solver").empty());  // penalty has no rows to solve
-        if (row.at("solver") == "dual-active-set") CHECK(std::stod(row.at("force_error_max_N")) < 1e-9);
-        if (row.at("solver") == "dual-active-set") CHECK(std::stod(row.at("force_difference_max_N")) == 0);
+        if (row.at("solver") == kExactName) CHECK(std::stod(row.at("force_error_max_N")) < 1e-9);
+        if (row.at("solver") == kExactName) CHECK(std::stod(row.at("force_difference_max_N")) == 0);
         if (row.at("mode") == "default") CHECK(std::stod(row.at("penetration_max_mm")) <= 1e-3);
         std::string ticks = "all/ticks-" + row.at("case") + ".csv";
         std::replace(ticks.begin(), ticks.end(), ' ', '-');
         CHECK(tableOf(touchstone.file(ticks)).size() == std::stoul(row.at("ticks")));
     }
-    CHECK(cases == std::set<std::string>{"paper dual-active-set", "paper pqp", "paper active-set",
-                                         "default dual-active-set", "default pqp", "default active-set", "penalty"});
+    std::set<std::string> expected{"penalty"};
+    for (const SolverInfo& solver : solverTable())
+        for (const char* mode : {"paper ", "default "}) expected.insert(mode + std::string(solver.name));
+    CHECK(cases == expected);
     CHECK(table.size() == cases.size());
     CHECK(devices.size() == 1);
-    // The tool of springs sinks in, the one behind rows does not.
+    // Penalty mode penetrates, the constrained modes do not.
     const auto& penalty = table.back();
     REQUIRE(penalty.at("mode") == "penalty");
     CHECK(std::stod(penalty.at("penetration_max_mm")) > 1e-3);
     for (const char* plot : {"time", "rows", "force", "penetration", "stages"})
         for (const char* extension : {".svg", ".png"})
             CHECK(textOf(touchstone.file(std::string("all/") + plot + extension)).size() > 1000);
+    // A curve for every case, and axes with names and units.
+    const std::string force = textOf(touchstone.file("all/force.svg"));
+    for (const std::string& name : expected) CHECK_THAT(force, Catch::Contains(">" + name + "<"));
+    CHECK_THAT(force, Catch::Contains(">force, N<") && Catch::Contains(">simulated time, ms<"));
 }
 
-TEST_CASE("compare: a recording and a motion from a file are fed as they are", "[system]") {
+TEST_CASE("compare: without matplotlib one sentence says so, and the tables are complete", "[system]") {
+    const Program touchstone;
+    const std::string out = touchstone.file("out"), compare = "compare " + pressFile(touchstone) + " --solvers " +
+                                                              kExactName + " --runs 1 --out " + out;
+    // A folder without programs, and one whose python3 lacks matplotlib.
+    fs::create_directory(touchstone.file("bin"));
+    for (const bool python : {false, true}) {
+        INFO(python);
+        if (python) {
+            std::ofstream(touchstone.file("bin/python3")) << "#!/bin/sh\nexit 3\n";
+            fs::permissions(touchstone.file("bin/python3"), fs::perms::owner_all);
+        }
+        fs::remove_all(out);
+        const Answer answer = touchstone(compare, "PATH='" + touchstone.file("bin") + "'");
+        INFO(answer.err);
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.err,
+                   Catch::Contains("apt-get install python3-matplotlib") && Catch::Contains("plot compare " + out));
+        const std::string last = answer.err.substr(std::min(answer.err.find("warning: "), answer.err.size()));
+        CHECK(std::count(last.begin(), last.end(), '\n') == 1);
+        CHECK_THAT(answer.err, !Catch::Contains("not found"));  // the shell's own message is not repeated
+        CHECK(tableOf(out + "/compare.csv").size() == 1);
+        CHECK_FALSE(tableOf(out + "/ticks-default-" + kExactName + ".csv").empty());
+        CHECK_FALSE(fs::exists(out + "/time.svg"));
+    }
+    // A script that fails for another reason is a failure, and the tables are still complete.
+    std::ofstream(touchstone.file("bin/python3")) << "#!/bin/sh\nexit 1\n";
+    const Answer answer = touchstone(compare, "PATH='" + touchstone.file("bin") + "'");
+    CHECK(answer.code == 1);
+    CHECK_THAT(answer.err, Catch::Contains("could not be drawn"));
+    CHECK(tableOf(out + "/compare.csv").size() == 1);
+}
+
+TEST_CASE("compare: a recording and a motion from a file are used unchanged", "[system]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
-    const auto demo = compared(touchstone, press + " --solvers dual-active-set,pqp", "demo");
-    const auto recorded = compared(touchstone, touchstone.file("push") + " --solvers dual-active-set,pqp", "recorded");
+    const std::string approximate = solverNames(false).front(), two = kExactName + "," + approximate;
+    const auto demo = compared(touchstone, press + " --solvers " + two, "demo");
+    const auto recorded = compared(touchstone, touchstone.file("push") + " --solvers " + two, "recorded");
     REQUIRE(demo.size() == 2);
     REQUIRE(recorded.size() == 2);
     for (std::size_t i = 0; i < 2; ++i) {
@@ -80,12 +121,12 @@ TEST_CASE("compare: a recording and a motion from a file are fed as they are", "
 
     writeMotion(touchstone.file("down.csv"), std::vector<MotionKey>{{0, {Vec3(0, 15, 0), Quat::Identity()}},
                                                                     {300, {Vec3(0, 9, 0), Quat::Identity()}}});
-    const auto moved =
-        compared(touchstone, press + " --solvers pqp --device replay:" + touchstone.file("down.csv"), "moved");
+    const auto moved = compared(
+        touchstone, press + " --solvers " + approximate + " --device replay:" + touchstone.file("down.csv"), "moved");
     REQUIRE(moved.size() == 1);
     CHECK(moved[0].at("device_hash") != demo[0].at("device_hash"));
-    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and what leaves stand out
-    CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not asked for
+    CHECK(std::stod(moved[0].at("force_max_N")) > 0.99);   // 1 mm into the slab, and the protrusion of the leaves
+    CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not selected
 }
 
 TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
@@ -101,13 +142,14 @@ TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
              {press + " --out /proc/no", 1, "/proc/no"},
              {"nowhere", 1, "nowhere"},
              {touchstone.file("push") + " --device demo", 2, "--device"},
-             {press + " --mode default,penalty --solvers dual-active-set --device hand:0.1,200,1,0", 1, "record it"},
+             {press + " --mode default,penalty --solvers " + kExactName + " --device hand:0.1,200,1,0", 1,
+              "record its"},
              {press + " --device demo:none", 1, "none"}}) {
         INFO(args);
         const Answer answer = touchstone("compare " + args);
         INFO(answer.err);
         CHECK(answer.code == code);
-        const auto last = answer.err.find("touchstone: ");  // after what is being run
+        const auto last = answer.err.find("touchstone: ");  // after the lines that name the running cases
         REQUIRE(last != std::string::npos);
         CHECK(isOneSentence(answer.err.substr(last)));
         CHECK_THAT(answer.err, Catch::Contains(why));
@@ -127,7 +169,8 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
         INFO(motion.at("name"));
         std::set<std::string> devices;
         for (const json& row : motion.at("rows")) devices.insert(row.at("device_hash").get<std::string>());
-        CHECK(motion.at("rows").size() == (motion.at("name") == "figure-7-1024" ? 3 : 7));
+        CHECK(motion.at("rows").size() ==
+              (motion.at("name") == "figure-7-1024" ? solverTable().size() : 2 * solverTable().size() + 1));
         CHECK(devices.size() == 1);
     }
     std::set<std::string> claims;

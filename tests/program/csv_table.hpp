@@ -1,5 +1,5 @@
 #pragma once
-// What the program writes as CSV.
+// Reads the CSV files of the program.
 #include <catch2/catch.hpp>
 #include <map>
 #include <sstream>

@@ -1,5 +1,5 @@
 #pragma once
-// The program from outside, as a user calls it.
+// Runs the program from outside, as a user does.
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -8,7 +8,9 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
+#include "haptics/qp/solver.hpp"
 #include "tests/support/scene_maker.hpp"
 
 namespace touchstone::test {
@@ -25,7 +27,7 @@ inline std::string textOf(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Runs `touchstone ARGS` without a display, if `variables` give none, and with a tree cache of its own.
+/// Runs `touchstone ARGS` with its own tree cache, and without a display unless `variables` give one.
 class Program {
   public:
     Answer operator()(const std::string& args, const std::string& variables = {}) const {
@@ -49,7 +51,16 @@ class Program {
     TempFolder folder_;
 };
 
-/// One line, ended.
+/// The names of the program's exact solver, and of the solvers of the table that are exact or approximate.
+inline const std::string kExactName{solverTable()[kExactSolver].name};
+inline std::vector<std::string> solverNames(bool exact) {
+    std::vector<std::string> names;
+    for (const SolverInfo& solver : solverTable())
+        if (solver.exact == exact) names.emplace_back(solver.name);
+    return names;
+}
+
+/// One line that begins with the name of the program.
 inline bool isOneSentence(const std::string& text) {
     return text.size() > 12 && text.rfind("touchstone: ", 0) == 0 && std::count(text.begin(), text.end(), '\n') == 1;
 }

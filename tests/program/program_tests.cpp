@@ -1,4 +1,4 @@
-// The commands run, validate, new and doctor; `tree` has a file of its own.
+// The commands run, validate, new and doctor; `tree` has its own file.
 #include <sys/stat.h>
 
 #include <cmath>
@@ -30,11 +30,11 @@ std::string pressFile(const Program& program, const json& outcome = nullptr) {
 
 }  // namespace
 
-TEST_CASE("program: a headless run writes a whole report, and the same hash again", "[system]") {
+TEST_CASE("program: a headless run writes a complete report, and reproduces its hash", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
-    // Late ticks are counted where a clock paces them.
+    // Late ticks are counted in runs that are paced by the clock.
     CHECK(touchstone(run + " --seconds 0.05 --paced").out.find("ticks ended late") != std::string::npos);
     CHECK(touchstone(run + " --seconds 0.05").out.find("ticks ended late") == std::string::npos);
     Answer answer = touchstone(run + " --ticks " + touchstone.file("ticks.csv"));
@@ -44,7 +44,7 @@ TEST_CASE("program: a headless run writes a whole report, and the same hash agai
     const json report = json::parse(textOf(touchstone.file("report.json")));
     CHECK(report.at("scene") == "press");
     CHECK(report.at("mode") == "default");
-    CHECK(report.at("solver") == "dual-active-set");
+    CHECK(report.at("solver") == kExactName);
     CHECK(report.at("ticks") == 801);
     CHECK(report.at("overruns").is_null());
     CHECK(report.at("outcome").at("met") == true);
@@ -75,10 +75,11 @@ TEST_CASE("program: a sweep of the last tick is a table of every solver", "[syst
     INFO(answer.err);
     REQUIRE((answer.code == 0 || answer.code == 3));
     const std::string table = textOf(touchstone.file("sweep.csv"));
-    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N") &&
-                          Contains("dual-active-set") && Contains("active-set") && Contains("pqp,0.01,"));
+    CHECK_THAT(table, Contains("tick,rows,mode,solver,tolerance,time_us,force_error_N"));
+    for (const std::string& exact : solverNames(true)) CHECK_THAT(table, Contains("," + exact + ","));
+    for (const std::string& approximate : solverNames(false)) CHECK_THAT(table, Contains("," + approximate + ",0.01,"));
 
-    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // one tick has none before it
+    CHECK(touchstone(run + " --headless --seconds 0.001").code == 1);  // the only tick has no predecessor
     CHECK(touchstone(run).code == 2);
     CHECK(touchstone("run --plots everything").code == 2);
 }
@@ -90,7 +91,7 @@ TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[sy
     CHECK_THAT(answer.out, Contains("NOT MET") && Contains("min_peak_force_N"));
 }
 
-TEST_CASE("program: the command line wins over the scene, --set over all, and the paper's mode brings its solver",
+TEST_CASE("program: the command line overrides the scene, --set overrides all, and paper mode sets its solver",
           "[system]") {
     const Program touchstone;
     engine::Scene made = pressScene();
@@ -114,22 +115,23 @@ TEST_CASE("program: the command line wins over the scene, --set over all, and th
     CHECK(settings.at("solver") == "pqp");
     CHECK(settings.at("shadow") == "none");
     CHECK(settings.at("tolerance") == "0.01");
-    settings = settingsOf("--mode paper --solver dual-active-set --tolerance 0.5 --shadow pqp");
+    settings =
+        settingsOf("--mode paper --solver " + kExactName + " --tolerance 0.5 --shadow " + solverNames(false).front());
     CHECK(settings.at("mode") == "paper");
-    CHECK(settings.at("solver") == "dual-active-set");
-    CHECK(settings.at("shadow") == "pqp");
+    CHECK(settings.at("solver") == kExactName);
+    CHECK(settings.at("shadow") == solverNames(false).front());
     CHECK(settings.at("tolerance") == "0.5");
 }
 
-TEST_CASE("program: validate says what was taken for what, and warns", "[system]") {
+TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[system]") {
     const Program touchstone;
     Answer answer = touchstone("validate " + pressFile(touchstone));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
                                Contains("demonstration: 0.80 s") && Contains("valid"));
-    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") && Contains("protrusion at most") &&
-                               Contains("surface proven covered, closed"));
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") &&
+                               Contains("protrusion at most") && Contains("surface proven covered, closed"));
     engine::Scene lone;
     addBox(lone, "box", glm::vec3(0.01f), {{"role", "tool"}, {"colour", "red"}});
     engine::writeGltf(lone, touchstone.file("lone.glb"));
@@ -173,7 +175,7 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
     }
 }
 
-TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[system]") {
+TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 1", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
@@ -193,7 +195,7 @@ TEST_CASE("program: what cannot be had is one sentence and exit code 1", "[syste
     CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
 }
 
-TEST_CASE("program: help and version need no scene", "[system]") {
+TEST_CASE("program: help and version need no scene, and every command has its own examples", "[system]") {
     const Program touchstone;
     CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));
     const Answer help = touchstone("--help");
@@ -201,12 +203,33 @@ TEST_CASE("program: help and version need no scene", "[system]") {
     for (const char* word : {"run", "validate", "doctor", "new", "Examples"}) CHECK_THAT(help.out, Contains(word));
     const Answer settings = touchstone("run --help-settings");
     CHECK(settings.code == 0);
-    for (const char* key : {"margin", "travel_budget", "shadow_rows", "dual-active-set"})
-        CHECK_THAT(settings.out, Contains(key));
+    for (const char* key : {"margin", "travel_budget", "shadow_rows"}) CHECK_THAT(settings.out, Contains(key));
+    for (const SolverInfo& solver : solverTable()) CHECK_THAT(settings.out, Contains(std::string(solver.name)));
     CHECK_THAT(touchstone("run --help").out, Contains("--screenshot") && Contains("replay:hand.csv"));
+    // Every command has its own examples, not those of the program.
+    std::size_t commands = 0;
+    for (const std::string& command : std::vector<std::string>{
+             "run", "validate", "doctor", "new", "tree", "tree check", "qp", "export", "recover", "soak", "compare",
+             "paper", "trials", "trials summary", "bench", "bench qp", "bench merge"}) {
+        INFO(command);
+        const Answer answer = touchstone(command + " --help");
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.out, Contains("Example") && Contains("\n  touchstone " + command));
+        CHECK_THAT(answer.out, !Contains("Exit codes:"));
+        if (command.find(' ') == std::string::npos) {
+            ++commands;
+            CHECK_THAT(help.out, Contains("\n  " + command + " "));
+        }
+    }
+    const std::string listed =
+        help.out.substr(help.out.find("Subcommands:"),
+                        help.out.find("\n\n", help.out.find("Subcommands:")) - help.out.find("Subcommands:"));
+    std::size_t rows = 0;
+    for (std::size_t at = 0; (at = listed.find("\n  ", at)) != std::string::npos; ++at) rows += listed[at + 3] != ' ';
+    CHECK(rows == commands);
 }
 
-TEST_CASE("program: doctor looks at everything", "[system]") {
+TEST_CASE("program: doctor examines every part", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone("doctor");
     // 1.1 k T (0.5 + d), in N·s/m.
@@ -217,7 +240,7 @@ TEST_CASE("program: doctor looks at everything", "[system]") {
     CHECK(answer.err.empty());
 }
 
-TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system]") {
+TEST_CASE("program: new makes a scene from two parts in millimeters", "[system]") {
     const Program touchstone;
     // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.
     const auto write = [&](const std::string& name, int edge) {
@@ -256,8 +279,8 @@ TEST_CASE("program: new makes a scene out of two parts in millimetres", "[system
     answer = touchstone("validate " + touchstone.file("ab.gltf"));
     INFO(answer.err);
     CHECK(answer.code == 0);
-    CHECK_THAT(answer.out,
-               Contains("is the tool (protrusion at most 0.5 mm, best, solid)") && Contains("surface proven covered, closed"));
+    CHECK_THAT(answer.out, Contains("is the tool (protrusion at most 0.5 mm, best, solid)") &&
+                               Contains("surface proven covered, closed"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
@@ -294,7 +317,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
               "run " + scene + " --headless --rate", "run " + scene + " --headless --set stiffness=1 --tolerance",
               "tree " + scene + " --max-error"}) {
             INFO(command << ' ' << value);
-            if (*value == '\'' && command.ends_with("max-error")) continue;  // no error is asked for then
+            if (*value == '\'' && command.ends_with("max-error")) continue;  // an empty --max-error means none
             const Answer answer = touchstone(command + " " + value);
             CHECK(answer.code == 2);
             CHECK(isOneSentence(answer.err));
@@ -308,7 +331,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
     }
 }
 
-TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
+TEST_CASE("program: an empty box in an outcome is refused", "[system]") {
     const Program touchstone;
     const Answer answer = touchstone(
         "run " + pressFile(touchstone, {{"tool_within_m", {{"min", {0, 0, 1}}, {"max", {1, 1, 0}}}}}) + " --headless");
@@ -317,18 +340,19 @@ TEST_CASE("program: a box that nothing can be within is refused", "[system]") {
     CHECK(isOneSentence(answer.err));
 }
 
-TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothing is left half written", "[system]") {
+TEST_CASE("program: an output that cannot be written ends with 1 and the reason, and no file is incomplete",
+          "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --seconds 0.3";
-    REQUIRE(touchstone(run).code == 0);  // its trees are in the cache now
+    REQUIRE(touchstone(run).code == 0);  // the trees are now in the cache
     for (const char* option : {"--report", "--ticks", "--screenshot", "--dump-qp", "--sweep"}) {
         INFO(option);
         const Answer answer = touchstone(run + " " + option + " /dev/full");
         CHECK(answer.code == 1);
         CHECK_THAT(answer.err, Contains("'/dev/full'") || Contains("/dev/full:"));
         CHECK_THAT(answer.err, Contains("No space left on device"));
-        // Files may not grow beyond 2 blocks: as on a disk that fills up.
+        // Files cannot grow beyond 2 blocks, as on a full disk.
         const std::string file = touchstone.file("output");
         std::ofstream(file) << "earlier";
         const Answer limited =
@@ -345,11 +369,11 @@ TEST_CASE("program: what cannot be written ends with 1 and the reason, and nothi
         CHECK(entry.path().extension() != ".part");
 }
 
-TEST_CASE("program: a hand whose tool falls through the hole ends, and that is said", "[system]") {
+TEST_CASE("program: a hand whose tool falls through the hole ends, and the report says so", "[system]") {
     const Program touchstone;
     engine::Scene scene;
     addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
-    // A square hole of 14 mm right through a plate of 10 mm: nothing holds the peg at the goal.
+    // A square hole of 14 mm through a plate of 10 mm: nothing stops the peg at the goal.
     const engine::Entity plate = addNode(scene, "plate", {}, {});
     setExtras(scene, plate, {{"touchstone", {{"role", "obstacle"}, {"leaves", 512}}}});
     for (const double side : {-1.0, 1.0}) {
@@ -373,7 +397,7 @@ TEST_CASE("program: a hand whose tool falls through the hole ends, and that is s
     }
 }
 
-TEST_CASE("program: a headless run says what ended it, and none is without an end", "[system]") {
+TEST_CASE("program: a headless run always ends, and reports the reason", "[system]") {
     const Program touchstone;
     const std::string run = "run " + pressFile(touchstone) + " --headless --report " + touchstone.file("report.json");
     const auto ended = [&](const std::string& options, int ticks, const std::string& variables = "") {
@@ -391,7 +415,7 @@ TEST_CASE("program: a headless run says what ended it, and none is without an en
                 "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so") == "limit");
 }
 
-TEST_CASE("program: an output that fails takes no other with it, and none replaces another", "[system]") {
+TEST_CASE("program: a failing output does not affect others, and no output replaces another", "[system]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone), report = touchstone.file("report.json"),
                       picture = touchstone.file("picture.png");
@@ -413,7 +437,7 @@ TEST_CASE("program: an output that fails takes no other with it, and none replac
     CHECK(touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/null --report /dev/null").code == 0);
 }
 
-TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[system]") {
+TEST_CASE("program: a tool that is held because of invalid poses meets no outcome", "[system]") {
     const Program touchstone;
     std::ofstream(touchstone.file("far.csv"))
         << "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,15,0,1,0,0,0\n100,1e30,15,0,1,0,0,0\n";
@@ -426,7 +450,7 @@ TEST_CASE("program: a tool that is held for want of a pose meets no outcome", "[
     CHECK(touchstone(run).code == 0);
 }
 
-TEST_CASE("program: folders and pipes in place of files are named for what they are", "[system]") {
+TEST_CASE("program: folders and pipes instead of files are reported as such", "[system]") {
     const Program touchstone;
     const std::string folder = touchstone.file("folder.gltf"), pipe = touchstone.file("pipe.csv");
     fs::create_directory(folder);

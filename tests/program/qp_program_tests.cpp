@@ -16,7 +16,7 @@ namespace {
 
 const std::string kContactG = R"("G":[1,1,1,1000,1000,1000])";
 
-/// The answers, a line each.
+/// The answers, one per line.
 std::vector<json> answersOf(const std::string& out) {
     std::vector<json> answers;
     std::istringstream lines(out);
@@ -34,7 +34,7 @@ Solved solve(const Program& touchstone, const std::string& lines, const std::str
     return {answer, answersOf(answer.out)};
 }
 
-/// A floor that h is one below, a wall that is not reached: x = (0.3, 0, 0), y = (1, 0).
+/// A floor with h one below it, and a wall that is not reached: x = (0.3, 0, 0), y = (1, 0).
 std::string floorLine(double floorScale = 1, double wallScale = 1) {
     const json floor = {0, 0, floorScale, 0, 0, 0}, wall = {wallScale, 0, 0, 0, 0, 0};
     return "{" + kContactG + R"(,"J":)" + json({floor, wall}).dump() + R"(,"g":)" + json({0, wallScale}).dump() +
@@ -68,7 +68,7 @@ TEST_CASE("qp: rows of any scale and any positive G are answered in the given ro
     REQUIRE(solved.answers.size() == scales.size());
     for (std::size_t i = 0; i < scales.size(); ++i) checkFloor(solved.answers[i], scales[i]);
 
-    // One newton a metre; the depth is a nanometre, in metres: the force is what it is, to its own last digits.
+    // One newton per meter and a depth of a nanometer, in meters: the force is accurate to its last digits.
     solved =
         solve(touchstone, R"({"G":[1e-9,1e-9,1e-9,1e-9,1e-9,1e-9],"J":[[0,0,1,0,0,0]],"g":[0],"h":[0,0,-1e-9,0,0,0]})"
                           "\n"
@@ -78,7 +78,7 @@ TEST_CASE("qp: rows of any scale and any positive G are answered in the given ro
     CHECK(std::abs(solved.answers[0]["x"][2].get<double>()) <= 1e-20);
     CHECK(solved.answers[1]["y"][0].get<double>() == Approx(2e14).epsilon(1e-9));
 
-    // Overlaps far below what doubles near one resolve, and numbers as far apart as doubles are.
+    // Overlaps far below the resolution of doubles near one, and numbers that span the range of doubles.
     for (const char* problem : {R"({"G":[1,1,1,1,1,1],"J":[[1,0,0,0,0,0]],"g":[-1e-15],"h":[0,0,0,0,0,0]})",
                                 R"({"G":[1,1,1,1,1,1],"J":[[1e15,0,0,0,0,0]],"g":[-1],"h":[0,0,0,0,0,0]})",
                                 R"({"G":[1,1,1,1,1,1],"J":[[1,0,0,0,0,0]],"g":[-1e-17],"h":[0,0,0,0,0,0]})",
@@ -94,7 +94,7 @@ TEST_CASE("qp: rows of any scale and any positive G are answered in the given ro
 
 TEST_CASE("qp: residuals are those of rows of unit normal", "[system]") {
     const Program touchstone;
-    // Two rows a thousand long that leave 0.2 mm less room than there is: softened, each is violated by 0.1 mm.
+    // Two rows of length 1000 that contradict each other by 0.2 mm: the elastic answer violates each by 0.1 mm.
     const Solved solved =
         solve(touchstone,
               "{" + kContactG + R"(,"J":[[0,0,1000,0,0,0],[0,0,-1000,0,0,0]],"g":[-100,-100],"h":[1,0,0,0,0,0]})");
@@ -104,16 +104,17 @@ TEST_CASE("qp: residuals are those of rows of unit normal", "[system]") {
     CHECK(solved.answers[0].at("x")[0].get<double>() == Approx(1));
 }
 
-TEST_CASE("qp: a zero row is dropped, and contradicts if it asks for anything", "[system]") {
+TEST_CASE("qp: a zero row is dropped, and makes the problem infeasible if its gap is negative", "[system]") {
     const Program touchstone;
     const auto with = [&](const char* gap) {
         return "{" + kContactG + R"(,"J":[[0,0,0,0,0,0],[0,0,1,0,0,0]],"g":[)" + gap + R"(,0],"h":[0,0,-1,0,0,0]})" +
                "\n";
     };
-    for (const char* solver : {"dual-active-set", "active-set", "pqp"}) {
+    for (const SolverInfo& info : solverTable()) {
+        const std::string solver(info.name);
         INFO(solver);
-        const Solved solved = solve(touchstone, with("0") + with("2") + with("-1e-9"),
-                                    std::string("--tolerance 1e-6 --solver ") + solver);
+        const Solved solved =
+            solve(touchstone, with("0") + with("2") + with("-1e-9"), "--tolerance 1e-6 --solver " + solver);
         REQUIRE(solved.answers.size() == 3);
         CHECK(solved.answers[0].at("status") == "solved");
         CHECK(solved.answers[1].at("status") == "solved");
@@ -125,7 +126,7 @@ TEST_CASE("qp: a zero row is dropped, and contradicts if it asks for anything", 
     }
 }
 
-TEST_CASE("qp: what is no number is answered invalid, a broken line too, and the run goes on", "[system]") {
+TEST_CASE("qp: NaN, infinity and broken lines are answered invalid, and the run continues", "[system]") {
     const Program touchstone;
     const std::string rest = R"(,"J":[[0,0,1,0,0,0]],"g":[0],"h":[0,0,)";
     const std::string nan = "{" + kContactG + rest + "NaN,0,0,0]}\n",
@@ -167,7 +168,7 @@ TEST_CASE("qp: what is no number is answered invalid, a broken line too, and the
 
 TEST_CASE("qp: ids of 64 bits start the next line only with --warm, in any order", "[system]") {
     const Program touchstone;
-    // A corner of three walls, each a pivot; the second line has the rows the other way round.
+    // A corner of three walls, each a pivot; the second line has the rows in reverse order.
     const std::string start = "{" + kContactG, h = R"(,"g":[0,0,0],"h":[-1,-1,-1,0,0,0])";
     const std::string lines = start + R"(,"J":[[1,0,0,0,0,0],[0,1,0,0,0,0],[0,0,1,0,0,0]])" + h +
                               R"(,"ids":[18446744073709551615,-2,7]})" + "\n" + start +
@@ -183,11 +184,12 @@ TEST_CASE("qp: ids of 64 bits start the next line only with --warm, in any order
     }
 }
 
-TEST_CASE("qp: paper mode takes the rows as they are", "[system]") {
+TEST_CASE("qp: paper mode takes the rows unscaled", "[system]") {
     const Program touchstone;
     const std::string zero =
         "{" + kContactG + R"(,"J":[[0,0,0,0,0,0],[0,0,1,0,0,0]],"g":[0,0],"h":[0,0,-1,0,0,0]})" + "\n";
-    const Solved solved = solve(touchstone, floorLine() + zero, "--mode paper --solver pqp --tolerance 1e-9");
+    const Solved solved = solve(touchstone, floorLine() + zero,
+                                "--mode paper --solver " + solverNames(false).front() + " --tolerance 1e-9");
     REQUIRE(solved.answers.size() == 2);
     CHECK(solved.answers[0].at("status") == "solved");
     CHECK(solved.answers[0]["y"][0].get<double>() == Approx(1).epsilon(1e-4));
@@ -195,11 +197,11 @@ TEST_CASE("qp: paper mode takes the rows as they are", "[system]") {
     CHECK_THAT(solved.answers[1].at("why").get<std::string>(), Contains("zero row"));
 }
 
-TEST_CASE("qp: answers the problems of a run as the run did", "[system]") {
+TEST_CASE("qp: gives the same answers as the run that wrote the problems", "[system]") {
     const Program touchstone;
     engine::writeGltf(pressScene(), touchstone.file("press.glb"));
     const std::string dump = touchstone.file("dump.jsonl");
-    for (const std::string mode : {"default", "paper --solver dual-active-set"}) {
+    for (const std::string& mode : {std::string("default"), "paper --solver " + kExactName}) {
         INFO(mode);
         Answer answer =
             touchstone("run " + touchstone.file("press.glb") + " --headless --mode " + mode + " --dump-qp " + dump);
@@ -255,16 +257,19 @@ TEST_CASE("bench qp: a table of every solver against rows, and the exact ones wi
     std::string line;
     std::getline(lines, line);
     CHECK(line == "rows,solver,form,tolerance,start,median_us,p99_us,iterations,median_error_N,worst_error_N,unsolved");
-    int count = 0;
+    std::size_t count = 0;
     while (std::getline(lines, line)) {
         ++count;
         std::vector<std::string> fields;
         std::istringstream parts(line);
         for (std::string field; std::getline(parts, field, ',');) fields.push_back(field);
         REQUIRE(fields.size() == 11);
-        if (fields[1] == "dual-active-set") CHECK(std::stod(fields[9]) <= 1e-9);
+        if (fields[1] == kExactName) CHECK(std::stod(fields[9]) <= 1e-9);
     }
-    CHECK(count == 6 * 9 + 2 * 7);  // the paper's form ends at 1,024 rows
+    // Every exact solver once and the program's own also warm; every approximate one in four ways, and up to 1,024
+    // rows, which are six of the eight counts, in two more of the paper's form.
+    const std::size_t exact = solverNames(true).size() + 1, approximate = solverNames(false).size();
+    CHECK(count == 8 * (exact + 4 * approximate) + 6 * 2 * approximate);
 }
 
 }  // namespace touchstone::qp_program_tests

@@ -20,7 +20,7 @@ using Corners = std::array<glm::vec3, 3>;
 inline std::vector<Corners> egg(int stacks, int slices) {
     const auto at = [&](int i, int k) {
         const double a = std::numbers::pi * i / stacks, b = 2 * std::numbers::pi * (k % slices) / slices;
-        const double ring = i == 0 || i == stacks ? 0 : std::sin(a);  // the poles are one place
+        const double ring = i == 0 || i == stacks ? 0 : std::sin(a);  // all points of a pole coincide
         return glm::vec3(10 * ring * std::cos(b), 15 * std::cos(a), -20 * ring * std::sin(b));
     };
     std::vector<Corners> triangles;
@@ -95,7 +95,7 @@ class TreeProgram : public Program {
     }
 };
 
-/// A tool, two obstacles that share a name with a lamp, a goal; metres.
+/// A tool, two obstacles that share a name with a lamp, a goal; in meters.
 inline std::string partsScene(const Program& program) {
     engine::Scene scene;
     addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"max_error_mm", 1.0}, {"interior", "solid"}});

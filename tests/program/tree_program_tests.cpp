@@ -12,7 +12,7 @@ using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
 
-TEST_CASE("program: tree says how good the tree of a mesh is, and keeps it", "[system]") {
+TEST_CASE("program: tree reports the quality of a mesh's tree, and caches it", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     const json built = touchstone.tree(egg + " --leaves 100");
@@ -22,8 +22,8 @@ TEST_CASE("program: tree says how good the tree of a mesh is, and keeps it", "[s
     CHECK(built.at("leaves") <= 100);
     CHECK(built.at("leaves") > 10);
     CHECK(built.at("nodes") > built.at("leaves"));
-    CHECK(built.at("levels") == 4);  // 100 leaves need 8^3 places, and the root is a level
-    // The mesh's box: 20 x 30 x 40, for its stacks and slices are even.
+    CHECK(built.at("levels") == 4);  // 100 leaves need 8^3 slots, and the root is a level
+    // The box of the mesh is 20 x 30 x 40, because its stacks and slices are even.
     const double diagonal = std::sqrt(400. + 900 + 1600);
     CHECK(built.at("diagonal_mm").get<double>() == Approx(diagonal).epsilon(1e-6));
     const double protrusion = built.at("protrusion_mm");
@@ -47,9 +47,9 @@ TEST_CASE("program: tree says how good the tree of a mesh is, and keeps it", "[s
     const json kept = touchstone.tree(egg + " --leaves 100");
     CHECK(kept.at("source") == "cache");
     CHECK(figures(kept) == figures(built));
-    const json anew = touchstone.tree(egg + " --leaves 100 --no-cache --threads 1");
-    CHECK(anew.at("source") == "built");
-    CHECK(figures(anew) == figures(built));  // whatever the number of threads
+    const json rebuilt = touchstone.tree(egg + " --leaves 100 --no-cache --threads 1");
+    CHECK(rebuilt.at("source") == "built");
+    CHECK(figures(rebuilt) == figures(built));  // for any number of threads
 
     const Answer words = touchstone("tree " + egg + " --leaves 100");
     CHECK_THAT(words.out, Contains("egg: ") && Contains(" leaves") && Contains("proven covered, closed") &&
@@ -57,7 +57,7 @@ TEST_CASE("program: tree says how good the tree of a mesh is, and keeps it", "[s
     CHECK(std::count(words.out.begin(), words.out.end(), '\n') == 1);
 }
 
-TEST_CASE("program: tree takes its size as leaves, levels or an error", "[system]") {
+TEST_CASE("program: tree accepts its size as leaves, levels or an error", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     CHECK(touchstone.tree(egg + " --leaves 1").at("leaves") == 1);
@@ -70,7 +70,7 @@ TEST_CASE("program: tree takes its size as leaves, levels or an error", "[system
         const json tree = touchstone.tree(egg + " --max-error " + text);
         INFO(text);
         CHECK(tree.at("protrusion_mm").get<double>() <= most * (1 + 1e-6));
-        CHECK(tree.at("leaves") < 1000);  // as few as do: some hundred
+        CHECK(tree.at("leaves") < 1000);  // the fewest that suffice: some hundred
     }
     const json best = touchstone.tree(egg + " --leaves 64 --quality best --interior solid --seed 7");
     CHECK(best.at("quality") == "best");
@@ -87,7 +87,7 @@ TEST_CASE("program: tree reads a mesh in its own unit", "[system]") {
               Approx(factor * mm));
 }
 
-TEST_CASE("program: a tree's file and its .sph hold the same leaves, and come back", "[system]") {
+TEST_CASE("program: a tree's file and its .sph hold the same leaves, and can be read back", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), tree = touchstone.file("egg.spheres"),
                       sph = touchstone.file("egg.sph"), again = touchstone.file("again.spheres");
@@ -98,7 +98,7 @@ TEST_CASE("program: a tree's file and its .sph hold the same leaves, and come ba
     CHECK(saved.leafCount() == made.at("leaves"));
     CHECK(saved.certificate.protrusion == made.at("protrusion_mm"));
 
-    // The header, and the root in the unit of the mesh: as large as the egg, and about its middle.
+    // The header, and the root in the unit of the mesh: as large as the egg, and about its center.
     std::istringstream text(textOf(sph));
     int levels = 0, branching = 0;
     double x = 0, y = 0, z = 0, r = 0;
@@ -128,17 +128,17 @@ TEST_CASE("program: a tree's file and its .sph hold the same leaves, and come ba
     const auto before = sorted(saved), after = sorted(returned);
     for (std::size_t i = 0; i < before.size(); ++i) {
         for (std::size_t k = 0; k < 3; ++k) REQUIRE(after[i][k] == before[i][k]);
-        // By 25.4 and back is not exact, and then the radius goes to the next float up.
+        // Scaling by 25.4 and back is inexact, and the radius is then rounded up to the next float.
         const float up = unit == "mm" ? before[i][3] : std::nextafter(before[i][3], HUGE_VALF);
         REQUIRE(after[i][3] >= before[i][3]);
         REQUIRE(after[i][3] <= up);
     }
 }
 
-TEST_CASE("program: an imported tree with a gap is not said to cover", "[system]") {
+TEST_CASE("program: an imported tree with a gap is reported as not covering", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
-    // One ball of radius 12 in an egg of 20 x 30 x 40: it reaches 2 out at the waist and leaves both ends bare.
+    // One ball of radius 12 in an egg of 20 x 30 x 40: it protrudes by 2 at the waist and leaves both ends uncovered.
     const std::string ball = touchstone.with("ball.sph", "1 8\n0 0 0 12 1\n");
     const json tree = touchstone.tree(egg + " --import " + ball + " --export " + touchstone.file("back.sph"));
     CHECK(tree.at("leaves") == 1);
@@ -146,7 +146,7 @@ TEST_CASE("program: an imported tree with a gap is not said to cover", "[system]
     CHECK(tree.at("closed") == true);
     // The egg has 24 slices: halfway between two of them its waist is a little thinner.
     CHECK(tree.at("protrusion_mm").get<double>() == Approx(2).margin(0.15));
-    CHECK_THAT(tree.at("note").get<std::string>(), Contains("bare"));
+    CHECK_THAT(tree.at("note").get<std::string>(), Contains("uncovered"));
     std::istringstream back(textOf(touchstone.file("back.sph")));
     std::string header;
     std::getline(back, header);
@@ -156,7 +156,7 @@ TEST_CASE("program: an imported tree with a gap is not said to cover", "[system]
     CHECK(r == 12);
 }
 
-TEST_CASE("program: tree check measures our file and .sph alike", "[system]") {
+TEST_CASE("program: tree check measures .spheres and .sph files alike", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), tree = touchstone.file("egg.spheres"),
                       sph = touchstone.file("egg.sph");
@@ -190,7 +190,7 @@ TEST_CASE("program: tree check measures our file and .sph alike", "[system]") {
         CHECK_THAT(table.out, Contains(row));
 }
 
-TEST_CASE("program: each part of a scene with a role gets the tree that the scene asks for", "[system]") {
+TEST_CASE("program: each part of a scene with a role gets the tree that the scene specifies", "[system]") {
     const TreeProgram touchstone;
     const std::string scene = partsScene(touchstone);
     const std::vector<json> all = touchstone.trees(scene);
@@ -204,19 +204,19 @@ TEST_CASE("program: each part of a scene with a role gets the tree that the scen
     CHECK(all[2].at("leaves") <= 64);
     CHECK(all[2].at("diagonal_mm").get<double>() == Approx(40 * std::sqrt(3.)));
 
-    // The command line wins, --part picks, and any node with triangles will do.
+    // The command line overrides the scene, --part selects any node with triangles.
     const json peg = touchstone.tree(scene + " --part peg --leaves 16 --interior shell");
     CHECK(peg.at("leaves") <= 16);
     CHECK(peg.at("interior") == "shell");
     const json lamp = touchstone.tree(scene + " --part lamp --levels 2 --export " + touchstone.file("lamp.sph"));
     CHECK(lamp.at("role").is_null());
     CHECK(lamp.at("leaves") <= 8);
-    // Scenes are in metres, and the frame is the node's: the lamp hangs 0.1 m up and yet the root is about the origin.
+    // Scenes are in meters in the frame of the node: the lamp is at y = 0.1 m, but the root is near the origin.
     std::istringstream text(textOf(touchstone.file("lamp.sph")));
     double levels = 0, branching = 0, x = 0, y = 0, z = 0, r = 0;
     text >> levels >> branching >> x >> y >> z >> r;
     CHECK(std::hypot(x, y, z) < 0.01);
-    CHECK(r == Approx(0.026).margin(0.01));  // half the diagonal of 30 mm, and what the leaves stick out
+    CHECK(r == Approx(0.026).margin(0.01));  // half the diagonal of 30 mm, plus the protrusion of the leaves
     const Answer check = touchstone("tree check " + touchstone.file("lamp.sph") + " " + scene +
                                     " --part lamp --samples 1000 --poses 1 --json");
     INFO(check.err);
@@ -236,19 +236,19 @@ TEST_CASE("program: a scene without roles is one mesh", "[system]") {
     CHECK(tree.at("diagonal_mm").get<double>() == Approx(std::sqrt(1600. + 100 + 100)));
 }
 
-TEST_CASE("program: tree tells of a mesh that is open", "[system]") {
+TEST_CASE("program: tree reports an open mesh", "[system]") {
     const TreeProgram touchstone;
     std::vector<Corners> cup = egg(12, 24);
-    cup.resize(cup.size() / 2);  // stacks come one after the other
+    cup.resize(cup.size() / 2);  // the triangles are ordered by stacks
     const Answer answer = touchstone("tree " + touchstone.with("cup.obj", objOf(cup)) + " --leaves 100");
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("proven covered, open") && Contains("note: "));
 }
 
-TEST_CASE("program: meshes as programs write them are one closed part", "[system]") {
+TEST_CASE("program: meshes in every common dialect are one closed part", "[system]") {
     const TreeProgram touchstone;
     // A cube of 10 in every dialect of OBJ: quads, two groups, negative indices, a polygon with collinear corners,
-    // no normals or odd ones, a material library that is not there.
+    // missing or odd normals, a missing material library.
     const std::string cube =
         "mtllib none.mtl\no cube\nv 0 0 0 1.0\nv 10 0 0 1.0\nv 10 10 0\nv 0 10 0\nv 0 0 10\nv 10 0 10\nv 10 10 10\nv 0 "
         "10 10\n"
@@ -265,7 +265,7 @@ TEST_CASE("program: meshes as programs write them are one closed part", "[system
         CHECK(tree.at("closed") == true);
         CHECK(tree.at("diagonal_mm").get<double>() == Approx(10 * std::sqrt(3.)));
     }
-    // An L of six corners, extruded: triangles of its concave faces must not reach out of it.
+    // An L of six corners, extruded: the triangles of its concave faces must stay inside it.
     const std::string ell =
         "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\n"
         "v 0 0 5\nv 20 0 5\nv 20 10 5\nv 10 10 5\nv 10 20 5\nv 0 20 5\n"
@@ -277,10 +277,10 @@ TEST_CASE("program: meshes as programs write them are one closed part", "[system
     const SphereTree leaves = loadTree(touchstone.file("ell.spheres"));
     for (int i = 0; i < leaves.leafCount(); ++i) {
         const Sphere s = leaves.leaf(i);
-        // How far it reaches into the notch x > 10, y > 10.
+        // The depth to which it reaches into the notch x > 10, y > 10.
         CHECK(std::min(s.x - 10, s.y - 10) <= 1e-3);
     }
-    // The egg again as STL of both kinds, the binary one beginning like the other.
+    // The egg again as STL of both kinds, the binary one begins like the ASCII one.
     const json fromObj = touchstone.tree(touchstone.eggFile() + " --leaves 64");
     for (const std::string& file :
          {touchstone.with("b.stl", binaryStlOf(egg(12, 24))), touchstone.with("A.STL", asciiStlOf(egg(12, 24)))}) {
@@ -300,7 +300,7 @@ TEST_CASE("program: help of tree has examples", "[system]") {
     CHECK_THAT(touchstone("tree check --help").out, Contains("Example") && Contains("--poses"));
 }
 
-TEST_CASE("program: a picture of a tree shows leaves, and in violet what they leave bare", "[system][gl]") {
+TEST_CASE("program: a picture of a tree shows leaves, and the uncovered surface in violet", "[system][gl]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     struct Counts {
@@ -322,8 +322,8 @@ TEST_CASE("program: a picture of a tree shows leaves, and in violet what they le
     };
     const Counts whole = pictured("--leaves 64");
     CHECK(whole.gold > 100000);  // of 640,000: the egg fills most of one dimension
-    CHECK(whole.violet < 20);    // a pixel here and there on its outline
-    // The ball of radius 12 is wider than the egg at its waist, and its ends look out.
+    CHECK(whole.violet < 20);    // single pixels on its outline
+    // The ball of radius 12 is wider than the egg at its waist, and the ends of the egg protrude from it.
     const Counts bare = pictured("--import " + touchstone.with("ball.sph", "1 8\n0 0 0 12 1\n"));
     CHECK(bare.gold > 20000);
     CHECK(bare.violet > 20000);

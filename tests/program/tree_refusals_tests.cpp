@@ -1,4 +1,4 @@
-// `touchstone tree` where it cannot do what it is asked, is stopped, or finds its cache damaged.
+// `touchstone tree` with wrong input, when it is stopped, and with a damaged cache.
 #include <fcntl.h>
 #include <pty.h>
 #include <spawn.h>
@@ -63,7 +63,7 @@ TEST_CASE("program: wrong usage of tree is one sentence and exit code 2, and wri
                Contains("3 parts") && Contains("--part (peg, wall, wall)"));
 }
 
-TEST_CASE("program: what tree cannot have is one sentence and exit code 1", "[system]") {
+TEST_CASE("program: a missing or unsuitable input of tree is one sentence and exit code 1", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), scene = partsScene(touchstone);
     std::vector<Corners> broken = test::egg(4, 4);
@@ -109,7 +109,7 @@ TEST_CASE("program: what tree cannot have is one sentence and exit code 1", "[sy
     }
 }
 
-TEST_CASE("program: tree says that a kept tree was damaged, and builds it again", "[system]") {
+TEST_CASE("program: tree reports a damaged tree in the cache, and builds it again", "[system]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     touchstone.tree(egg + " --leaves 16");
@@ -121,7 +121,7 @@ TEST_CASE("program: tree says that a kept tree was damaged, and builds it again"
     CHECK(touchstone.tree(egg + " --leaves 16").at("source") == "cache");
 }
 
-TEST_CASE("program: Ctrl-C ends tree with 130 while its bar tells the time left, and leaves no file", "[system]") {
+TEST_CASE("program: Ctrl-C ends tree with 130 while its bar shows the time left, and leaves no file", "[system]") {
     const TreeProgram touchstone;
     const std::string mesh = touchstone.with("fine.stl", binaryStlOf(egg(200, 400))),
                       out = touchstone.file("fine.spheres"), cache = touchstone.file("cache");
@@ -138,7 +138,7 @@ TEST_CASE("program: Ctrl-C ends tree with 130 while its bar tells the time left,
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, side, STDERR_FILENO);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawnattr_t attributes;  // Ctrl-C acts there even if it is ignored here
+    posix_spawnattr_t attributes;  // Ctrl-C is effective in the child even if it is ignored here
     posix_spawnattr_init(&attributes);
     sigset_t interrupt;
     sigemptyset(&interrupt);

@@ -1,4 +1,4 @@
-// touchstone trials from outside: a study is run, killed, resumed, split and summarised, and always the same.
+// touchstone trials from outside: a study is run, killed, resumed, split and summarized, always with the same result.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -27,7 +27,7 @@ std::string studyFile(const Program& touchstone, const json& changed = json::obj
     return touchstone.file("study.json");
 }
 
-/// The rows without what was measured by the clock.
+/// The rows without measured times.
 std::vector<nlohmann::ordered_json> whatRepeats(const std::string& folder, int trials) {
     std::vector<nlohmann::ordered_json> rows;
     for (int i = 1; i <= trials; ++i) {
@@ -60,10 +60,13 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     CHECK(rows[0].at("hash") != rows[1].at("hash"));  // another hand
     for (const char* file : {"summary.csv", "summary.svg", "summary.png", "phases.svg", "phases.png"})
         CHECK(textOf(whole + "/" + file).size() > 100);
+    CHECK_THAT(textOf(whole + "/summary.svg"),
+               Catch::Contains("slab, hard") && Catch::Contains("torque, mN·m (mean, 95 % interval)"));
+    CHECK_THAT(textOf(whole + "/phases.svg"), Catch::Contains("mean time in each phase, s"));
     const auto table = textOf(whole + "/trials.csv");
     CHECK(std::count(table.begin(), table.end(), '\n') == 6);
     CHECK_THAT(table, Catch::Contains("\"slab, hard\""));
-    // Every recording repeats.
+    // Every recording can be replayed.
     const Answer replayed =
         touchstone("run " + touchstone.file("down.glb") + " --headless --device replay:" + whole + "/trial-0002");
     INFO(replayed.err);
@@ -79,7 +82,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
             << "while kill -0 $! && [ ! -e '" << broken << "/trial-0003/ticks.npy' ]; do sleep 0.005; done\n"
             << "kill -9 $!; wait $!; true\n";
         REQUIRE(std::system(("bash '" + touchstone.file("kill.sh") + "' 2>/dev/null").c_str()) == 0);
-        // However far it came, the third and the fifth are made to have ended in the midst of it.
+        // However far the study got, the third and the fifth trial are made to look interrupted.
         fs::create_directories(broken + "/trial-0003");
         fs::create_directories(broken + "/trial-0005");
         fs::remove(broken + "/trial-0003/row.json");
@@ -99,6 +102,8 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         CHECK_FALSE(fs::exists(one + "/trial-0002"));
         REQUIRE(touchstone("trials summary " + one + " " + two + " --out " + both).code == 0);
         CHECK(textOf(both + "/summary.csv") == textOf(whole + "/summary.csv"));
+        for (const char* figure : {"/summary.svg", "/phases.svg"})  // equal tables give equal figures
+            CHECK(textOf(both + figure) == textOf(whole + figure));
         const Answer twice = touchstone("trials summary " + one + " " + whole + " --out " + both);
         CHECK(twice.code == 1);
         CHECK(isOneSentence(twice.err));
@@ -119,25 +124,25 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
         row[column] = value;
         std::ofstream(third + "/row.json") << row;
     };
-    SECTION("a row that a crash left empty is told before the first trial") {
+    SECTION("a row that a crash left empty is reported before the first trial") {
         std::ofstream(third + "/row.json") << "";
-        refused(again, "no row of this trial");
+        refused(again, "does not belong to this trial");
     }
-    SECTION("a row of another trial is none of this study") {
+    SECTION("a row of another trial is refused") {
         const json changed = GENERATE(json{"seed", 5}, json{"seed", "none"}, json{"participant", "bob"},
                                       json{"condition", "soft"}, json{"repetition", 2});
         INFO(changed);
         changeRow(changed[0].get<std::string>(), changed[1]);
-        refused(again, "no row of this trial");
-        refused("trials summary " + whole + " --out " + whole, "no row of this trial");
+        refused(again, "does not belong to this trial");
+        refused("trials summary " + whole + " --out " + whole, "does not belong to this trial");
     }
-    SECTION("trials in another scene are not of this study") {
+    SECTION("trials in another version of the scene are refused") {
         changeRow("scene_hash", "0123456789abcdef");
         refused("trials summary " + whole + " --out " + whole, "the scene '" + touchstone.file("down.glb"));
         for (int i : {1, 2, 4}) fs::remove_all(whole + "/trial-000" + std::to_string(i));
-        refused(again, "was another in this trial");  // than it is now
+        refused(again, "has changed since this trial");
     }
-    SECTION("its folder takes no other study") {
+    SECTION("its folder accepts no other study") {
         const Answer other =
             touchstone("trials " + studyFile(touchstone, {{"seed", 9}}) + " --headless --out " + whole);
         CHECK(other.code == 1);
@@ -146,7 +151,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     }
 }
 
-TEST_CASE("trials: a study with the mouse needs a window, and goes on there", "[system]") {
+TEST_CASE("trials: a study with the mouse needs a window, and continues there", "[system]") {
     const Program touchstone;
     const auto study = [&](const std::string& device) {
         return studyFile(touchstone, {{"participants", 1},
@@ -158,13 +163,13 @@ TEST_CASE("trials: a study with the mouse needs a window, and goes on there", "[
     std::ofstream(out + "/protocol.json") << textOf(study("mouse"));
     const std::string again = "trials " + study("mouse") + " --out " + out;
     CHECK(touchstone(again + " --headless").code == 1);
-    const Answer answer = touchstone(again, "DISPLAY=:none");  // all is done, so no window is opened
+    const Answer answer = touchstone(again, "DISPLAY=:none");  // all trials are complete, so no window is opened
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Catch::Contains("1 of 1 trials"));
 }
 
-TEST_CASE("trials: the hand waits as long as the goal asks", "[system]") {
+TEST_CASE("trials: the hand waits as long as the goal requires", "[system]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone, {{"participants", 1}}), out = touchstone.file("out");
     engine::writeGltf(downScene(2.5), touchstone.file("down.glb"));
@@ -191,7 +196,7 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
         CHECK(answer.code == 1);
         CHECK(isOneSentence(answer.err));
         CHECK_THAT(answer.err, Catch::Contains(why));
-        CHECK_FALSE(fs::exists(touchstone.file("out")));  // nothing was begun
+        CHECK_FALSE(fs::exists(touchstone.file("out")));  // nothing was started
     }
     for (const auto& [args, code, why] : std::vector<std::tuple<std::string, int, std::string>>{
              {"", 2, "PROTOCOL"},
@@ -200,7 +205,7 @@ TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
              {study + out + " --shard 3/2", 2, "--shard"},
              {touchstone.file("none.json") + out, 1, "none.json"},
              {touchstone.file("down.glb") + out, 1, "JSON"},
-             {"summary " + touchstone.file("") + " --out " + touchstone.file("out"), 1, "holds no trials"}}) {
+             {"summary " + touchstone.file("") + " --out " + touchstone.file("out"), 1, "contains no trials"}}) {
         const Answer answer = touchstone("trials " + args);
         INFO(answer.err);
         CHECK(answer.code == code);

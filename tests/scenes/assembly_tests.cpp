@@ -1,4 +1,4 @@
-// Parts that go together hold together because of what they are: each scene's other motion leaves out what matters.
+// Assembled parts hold by their shape: the other motion of each scene omits the decisive step.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -8,12 +8,12 @@
 
 namespace touchstone::assembly_tests {
 
-TEST_CASE("assembly: left out, the step that matters is missed", "[scenes]") {
+TEST_CASE("assembly: without the decisive step the parts do not hold", "[scenes]") {
     struct Case {
         const char *scene, *motion, *unmet;
     };
-    // Not turned, the cap comes out; above the fixed gear the other turns; beside the eye the hook carries nothing;
-    // short of home the key does not turn. Each in its own outcome, and none of them does for the scene's.
+    // An unturned cap comes out; a gear above the fixed one turns freely; a hook beside the eye carries no load; a key
+    // short of home does not turn. Each motion meets its own outcome and fails the scene's.
     const auto [name, motion, unmet] =
         GENERATE(Case{"bayonet", "not-turned", "min_peak_force_N"}, Case{"gears", "lifted", "min_peak_torque_mNm"},
                  Case{"hook", "missed", "min_peak_force_N"}, Case{"lock", "not-home", "seated_angle_rad"});

@@ -1,4 +1,4 @@
-// The probing depth that a run shows against that of the generated pocket.
+// Compares the probing depth of a run with the depth of the generated pocket.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace touchstone::dental_tests {
 TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
     struct Pocket {
         const char* scene;
-        double depth;  // mm, as scenes/CMakeLists.txt asks for it
+        double depth;  // mm, as in scenes/CMakeLists.txt
     };
     for (const Pocket& pocket : {Pocket{"dental", 2}, Pocket{"dental-inflamed", 5.5}}) {
         INFO(pocket.scene);
@@ -22,8 +22,8 @@ TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
         options.timing = false;
         const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
         CHECK(report.gauge == "probing depth");
-        // Trees cover their surfaces, so that the tip stops before the bottom by what their leaves stand out; it leans
-        // by less than 8°, so that of its ball of 0.25 mm another point than that on the axis touches first.
+        // Trees cover their surfaces, so the tip stops above the bottom by the protrusion of the leaves. The probe
+        // leans by less than 8°, so its ball of 0.25 mm touches first at a point off the axis.
         double out = scene.world->tool->certificate.protrusion;
         for (const Obstacle& obstacle : scene.world->obstacles)
             if (obstacle.name == "gum") out += obstacle.tree->certificate.protrusion;

@@ -31,7 +31,7 @@ std::pair<TickRecord, TickRecord> slideTo(const sandbox::HapticScene& scene, con
 
 }  // namespace
 
-TEST_CASE("error split: sliding bunnies are off by what their spheres stand out, not by how they are solved",
+TEST_CASE("error split: the error of sliding bunnies comes from the protrusion of their spheres, not the solver",
           "[reference]") {
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
@@ -43,15 +43,15 @@ TEST_CASE("error split: sliding bunnies are off by what their spheres stand out,
     REQUIRE(now.wrench_C.force.norm() > 0.5);
     const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, settings, reference, before, now);
     CHECK(split.converged);
-    CHECK(split.truth.gap == Approx(1e-3).margin(1e-5));  // loaded features stand at the shell
-    // Where two leaves touch, each surface is no further than its leaves stand out.
+    CHECK(split.truth.gap == Approx(1e-3).margin(1e-5));  // loaded features are at the shell distance
+    // Where two leaves touch, each surface is no further away than the protrusion of its leaves.
     const double protrusion =
         scene.world->tool->certificate.protrusion + scene.world->obstacles.front().tree->certificate.protrusion;
     CHECK(reference.clearance(now.X_WT, 2) <= protrusion + now.hover + 1e-6);
-    // The same tick once more: the lists are new, the answer is not.
+    // The same tick again, with new lists, gives the same answer.
     CHECK(split.solver.force < 1e-9);
     CHECK(split.solver.torque < 1e-6);
-    // 60 mm/s at 1 kHz: what one tick leaves to the next is small beside what the spheres stand out.
+    // 60 mm/s at 1 kHz: the error that one tick leaves to the next is small compared with the protrusion.
     CHECK(split.linearisation.force < 0.2 * split.geometry.force);
     CHECK(split.geometry.force > 0.05);
     // The shares add up as vectors.
@@ -59,14 +59,14 @@ TEST_CASE("error split: sliding bunnies are off by what their spheres stand out,
     CHECK(split.total.torque <= split.geometry.torque + split.linearisation.torque + split.solver.torque + 1e-9);
 }
 
-TEST_CASE("error split: a coarse solver's error is its own share", "[reference]") {
+TEST_CASE("error split: the error of a coarse solver is its own share", "[reference]") {
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings coarse = scene.settings;
     coarse.shadow = -1;
     coarse.solver = findSolver("pqp");
     coarse.tolerance = 1;
-    coarse.adaptiveMargin = false;  // else it gets the one or two rows that matter, and they are no work
+    coarse.adaptiveMargin = false;  // otherwise the solver gets only the one or two rows that matter
     const auto [before, now] = slideTo(scene, coarse, 0.5);
     const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, coarse, reference, before, now);
     CHECK(split.converged);

@@ -1,6 +1,6 @@
-// The hard cases: motions of the scenes that break a naive tick, in default mode with the exact solver, each against
-// what is asked of it. The limits stand in the scenes (tools/parts/hard_cases.cpp) where `touchstone run` judges by
-// them too; their sources are there.
+// The hard cases: motions of the scenes that break a naive tick, in default mode with the exact solver, each compared
+// with its limits. The scenes contain the limits (tools/parts/hard_cases.cpp, with their sources), and `touchstone run`
+// checks them, too.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -29,8 +29,8 @@ Settings exactAlone(const sandbox::HapticScene& scene) {
 struct Run {
     sandbox::Report report;
     bool finite = true;
-    double work = 0;      ///< greatest rows² x iterations of a tick, the last iteration not counted
-    double residual = 0;  ///< mm that an answer of the solver violates a row by, where the rows are feasible
+    double work = 0;      ///< greatest rows² x iterations of a tick without the last iteration
+    double residual = 0;  ///< mm by which an answer violates a row, if the rows are feasible
 };
 
 Run run(const sandbox::HapticScene& scene, const std::string& motion, const Settings& settings) {
@@ -48,7 +48,7 @@ Run run(const sandbox::HapticScene& scene, const std::string& motion, const Sett
     return result;
 }
 
-/// Every motion of the scene whose name begins so meets its outcome; there are `count` of them.
+/// Checks that every motion of the scene with this prefix meets its outcome, and that there are `count` of them.
 void meetsAll(const sandbox::HapticScene& scene, const std::string& prefix, int count = 1) {
     int found = 0;
     for (const NamedMotion& motion : scene.motions) {
@@ -62,7 +62,7 @@ void meetsAll(const sandbox::HapticScene& scene, const std::string& prefix, int 
             CHECK(check.met);
         }
         CHECK(result.finite);
-        CHECK(result.residual < 1e-6);  // exact to 1e-9 of the wanted way, which is below 100 mm, with room
+        CHECK(result.residual < 1e-6);  // exact to 1e-9 of the desired increment, which is below 100 mm, with a margin
     }
     CHECK(found == count);
 }
@@ -101,13 +101,13 @@ TEST_CASE("hard: a start in penetration never gets deeper (case 11)", "[hard]") 
     meetsAll(open("bunnies"), "hard-11-inside", 2);
 }
 
-TEST_CASE("hard: the peg finds its hole, with 0.5 mm and with 0.2 mm of clearance (case 12)", "[hard]") {
+TEST_CASE("hard: the peg enters its hole, with 0.5 mm and with 0.2 mm of clearance (case 12)", "[hard]") {
     const char* name = GENERATE("spline-05", "spline");
     INFO(name);
     meetsAll(open(name), "hard-12-peg");
 }
 
-TEST_CASE("hard: a static hold is still, and a noisy one no noisier than the encoders (case 13)", "[hard]") {
+TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)", "[hard]") {
     meetsAll(open("bunnies"), "hard-13", 2);
 }
 
@@ -116,7 +116,7 @@ namespace {
 struct Energy {
     double work = 0;  ///< of the wrench on the hand, at the end, mJ
     double gain = 0;  ///< of hand and springs by wrench and damping, at the end, mJ
-    double most = 0;  ///< the greatest gain on the way, mJ
+    double most = 0;  ///< the greatest gain during the motion, mJ
 };
 
 /// Case 14: a simulated hand presses, holds, releases and ends clear of contact.
@@ -149,7 +149,8 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
     const sandbox::HapticScene scene = open("bunnies");
     const int delay = GENERATE(0, 1, 2, 3, 4);
     const double mass = GENERATE(0.05, 0.5), spring = GENERATE(0.2, 1.0);
-    // k = 1 N/mm and T = 1 ms make k T = 1 N·s/m. Torsion: the same, since k_r < k·(45 mm)² and b_r = b·(45 mm)².
+    // k = 1 N/mm and T = 1 ms give k T = 1 N·s/m. The same holds for torsion, since k_r < k·(45 mm)² and b_r = b·(45
+    // mm)².
     const double kT = scene.settings.stiffness * 1, damping = 1.1 * kT * (0.5 + delay);
     CAPTURE(mass, spring, damping, delay);
     const Energy energy = pressed(scene, HandParameters::fromTranslation(mass, spring, damping), delay, 1000);
@@ -158,7 +159,8 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
     if (delay <= 1) CHECK(energy.most <= 1);
 }
 
-TEST_CASE("hard: with too little damping it does gain energy, and ten times the rate cures it (case 14)", "[hard]") {
+TEST_CASE("hard: with too little damping a simulated hand gains energy, unless the rate is ten times higher (case 14)",
+          "[hard]") {
     const sandbox::HapticScene scene = open("bunnies");
     const HandParameters hand = HandParameters::fromTranslation(0.1, 1, 0.5);
     const Energy slow = pressed(scene, hand, 1, 1000), fast = pressed(scene, hand, 1, 10000);
@@ -181,9 +183,9 @@ TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", 
     CHECK(result.finite);
     CHECK(result.report.ticks > 300);
     CHECK(result.report.rows.max.value() <= settings.paperRows);
-    CHECK(result.report.pairs.max.value() > settings.paperRows);  // it is a hard case: more than the mode keeps
+    CHECK(result.report.pairs.max.value() > settings.paperRows);  // a hard case has more pairs than the mode keeps
     CHECK(result.work <= double(settings.paperWork));
-    // Reported as it is: no penetration, hover or force is asked of this mode.
+    // Paper mode has no limits of penetration, hover or force.
 }
 
 }  // namespace touchstone::hard_tests

@@ -1,4 +1,4 @@
-// The motions of the published experiments are what their figures say.
+// The motions of the published experiments agree with their figures.
 #include <catch2/catch.hpp>
 
 #include "haptics/sandbox/session/headless_run.hpp"
@@ -29,27 +29,27 @@ std::vector<TickRecord> ticksOf(const char* name, const char* motion, Mode mode)
 
 }  // namespace
 
-TEST_CASE("paper: figure 5 keeps to 50 to 200 pairs, and the deeper motion to 1000", "[hard]") {
+TEST_CASE("paper: figure 5 has 50 to 200 pairs, and the deeper motion up to 1000", "[hard]") {
     const auto [motion, fewest, most] =
         GENERATE(std::tuple("figure-5", 50, 200), std::tuple("figure-5-deeper", 200, 1000));
     const std::vector<TickRecord> ticks = ticksOf("bunnies", motion, Mode::Paper);
     int largest = 0;
     for (const TickRecord& tick : ticks) {
         largest = std::max(largest, tick.pairs);
-        // The slide lasts from 250 to 4250 ms; its first and last pairs come and go within 400.
+        // The slide lasts from 250 to 4250 ms; its pairs appear and vanish within 400 ms at both ends.
         if (tick.tick >= 650 && tick.tick < 3850) CHECK(tick.pairs >= 0.97 * fewest);
     }
     CHECK(largest <= 1.03 * most);
     CHECK(largest >= 0.97 * most);
 }
 
-TEST_CASE("paper: the shaft of figure 7 rests on the face, turns until it falls in, and is pushed home", "[hard]") {
+TEST_CASE("paper: the shaft of figure 7 rests on the face, turns until it drops, and is pushed home", "[hard]") {
     const std::vector<TickRecord> ticks = ticksOf("spline-05", "figure-7", Mode::Default);
     const auto axial = [&](std::size_t tick) { return ticks.at(tick).wrench_C.force.y(); };
-    CHECK(axial(850) > 0.5);   // pressed 0.5 mm in, and what leaves stand out
+    CHECK(axial(850) > 0.5);   // pressed 0.5 mm deep, plus the protrusion of the leaves
     CHECK(axial(1000) > 0.5);  // turning
     CHECK(std::abs(axial(2550)) < 0.05);
-    CHECK(ticks.back().X_WT.p.y() == Approx(20 - 35).margin(0.01));  // its middle, 35 mm in
+    CHECK(ticks.back().X_WT.p.y() == Approx(20 - 35).margin(0.01));  // its center, 35 mm deep
 }
 
 }  // namespace touchstone::paper_tests

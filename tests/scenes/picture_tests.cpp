@@ -1,4 +1,4 @@
-// Pictures of scenes against those in tests/scenes/pictures, which tools/renew_pictures makes anew.
+// Compares pictures of scenes with those in tests/scenes/pictures, which tools/renew_pictures regenerates.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -18,20 +18,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of 255, and of the pixels (see image_difference.hpp). Another driver's samples are closer than none: drawn without
-// multisampling, the pictures differ by up to 0.8 and, but for spheres, whose edges are made of samples, 0.002.
-constexpr double kMostMean = 1, kMostShare = 0.003;
+// Mean difference, of 255, and share of pixels (see image_difference.hpp). Drivers differ less than pictures with and
+// without multisampling, which differ by up to 0.8 and by 0.002, except for spheres, whose edges consist of samples.
+constexpr double kMaxMean = 1, kMaxShare = 0.003;
 
-bool alike(const ImageDifference& d) { return d.mean <= kMostMean && d.share <= kMostShare; }
+bool similar(const ImageDifference& d) { return d.mean <= kMaxMean && d.share <= kMaxShare; }
 
 struct PictureCase {
     const char *name, *scene;
     double seconds;
     const char *show, *view;
-    const char* change;  ///< of what is shown, which the tolerance must not forgive
+    const char* change;  ///< of the displays; the tolerance must detect it
 };
 
-// Labels are left out: systems have different fonts.
+// Without labels, because systems have different fonts.
 constexpr PictureCase kCases[]{
     {"bunnies", "bunnies", 2.6, "no-values", "", "no-forces,no-ghost"},
     {"bunnies-contact", "bunnies", 2.6, "no-values,section", "contact", "no-contacts"},
@@ -45,7 +45,7 @@ constexpr PictureCase kCases[]{
 
 }  // namespace
 
-TEST_CASE("pictures: scenes look as they did, within what drivers may differ by", "[gl][slow]") {
+TEST_CASE("pictures: scenes look unchanged, within the differences between drivers", "[gl][slow]") {
     const fs::path folder = fs::path(TOUCHSTONE_SOURCE_DIR) / "tests/scenes/pictures";
     const fs::path drawn = fs::path(TOUCHSTONE_BINARY_DIR) / "pictures";
     fs::create_directories(drawn);
@@ -79,13 +79,13 @@ TEST_CASE("pictures: scenes look as they did, within what drivers may differ by"
         const ImageDifference d = difference(image, engine::readPng(reference));
         INFO("mean difference " << d.mean << ", share of pixels " << d.share << "; compare " << written << " with "
                                 << reference);
-        CHECK(alike(d));
+        CHECK(similar(d));
 
         REQUIRE(applyShowList(picture.display, which.change) == "");
         const ImageDifference changed =
             difference(renderScene(scene, last, scene.settings, picture), engine::readPng(reference));
         INFO(which.change << ": mean difference " << changed.mean << ", share of pixels " << changed.share);
-        CHECK_FALSE(alike(changed));
+        CHECK_FALSE(similar(changed));
     }
 }
 

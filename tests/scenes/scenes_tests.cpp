@@ -1,4 +1,4 @@
-// Every scene of the build, run as it comes.
+// Runs every scene of the build unchanged.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ sandbox::HeadlessOptions untimed() {
 
 }  // namespace
 
-TEST_CASE("scenes: the build has made them", "[scenes]") {
+TEST_CASE("scenes: the build contains all of them", "[scenes]") {
     std::vector<std::string> names;
     for (const fs::path& file : sceneFiles()) names.push_back(file.stem());
     for (const char* name : {"bayonet", "bunnies", "dental", "dental-inflamed", "gears", "hello", "hook", "lock",
@@ -44,7 +44,7 @@ TEST_CASE("scenes: the build has made them", "[scenes]") {
     }
 }
 
-TEST_CASE("scenes: each opens without a warning, starts clear of contact and carries demonstration and outcome",
+TEST_CASE("scenes: each opens without a warning, starts without contact, and has demonstration and outcome",
           "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
@@ -77,7 +77,7 @@ TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][s
     }
 }
 
-TEST_CASE("scenes: the paper's mode runs each within its row cap", "[scenes][slow]") {
+TEST_CASE("scenes: paper mode runs each within its row limit", "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
         const sandbox::HapticScene scene = open(file);

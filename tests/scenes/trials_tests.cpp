@@ -1,4 +1,4 @@
-// A hand that only feels puts the splined shaft into its hole, and not into one that is blocked.
+// A hand that works by feel inserts the splined shaft into its hole, but not into a blocked hole.
 #include <catch2/catch.hpp>
 
 #include <unistd.h>
@@ -39,12 +39,12 @@ std::vector<ordered_json> run(const HapticScene& scene, const Protocol& protocol
     return rows;
 }
 
-/// The scene with another shaft in the hole, its upper end this deep below the mouth, mm, and turned, rad.
-HapticScene plugged(const std::string& name, double depth, double turned) {
+/// The scene with a second shaft in the hole, its upper end at this depth below the mouth, mm, and turned, rad.
+HapticScene blockedScene(const std::string& name, double depth, double turned) {
     HapticScene scene = open(name);
     World world = *scene.world;
     const GoalRegion& goal = *scene.roles.goal;
-    const double length = 2 * (goal.depth + goal.X_WT.p.y());  // the tool's origin is its middle
+    const double length = 2 * (goal.depth + goal.X_WT.p.y());  // the tool's origin is its center
     world.obstacles.push_back({"plug", world.tool, {{0, -depth - length / 2, 0}, expRotation({0, turned, 0})}});
     scene.world = std::make_shared<World>(world);
     return scene;
@@ -58,19 +58,19 @@ TEST_CASE("trials: hands of many seeds insert the splined shaft by feel", "[scen
     for (const ordered_json& row : run(scene, study(name, 6, 30))) {
         INFO(name << " " << row);
         CHECK(row.at("outcome") == "seated");
-        // In order: it came, searched or aligned, and went in no faster than a hand moves.
+        // In order: approach, search or align, and insertion no faster than a hand moves.
         CHECK(row.at("first_contact_s").get<double>() > 0.2);
         CHECK(row.at("search_s").get<double>() + row.at("align_s").get<double>() > 0.02);
-        CHECK(row.at("insert_s").get<double>() > 1);  // 36 mm at some 30 mm/s
+        CHECK(row.at("insert_s").get<double>() > 1);  // 36 mm at about 30 mm/s
         CHECK(row.at("force_peak_N").get<double>() < 6);
         CHECK(row.at("residual_penetration_mm").get<double>() <= 1e-3);
     }
 }
 
-TEST_CASE("trials: a hole that is blocked seats nobody", "[scenes]") {
-    // Closed at the mouth by keys where keyways should be, and 6 mm below it.
+TEST_CASE("trials: no hand is seated in a blocked hole", "[scenes]") {
+    // Blocked at the mouth, by keys in place of keyways, and 6 mm below the mouth.
     const auto [depth, turned] = GENERATE(std::pair(0.0, 0.3927), std::pair(6.0, 0.0));
-    const HapticScene scene = plugged("spline-05", depth, turned);
+    const HapticScene scene = blockedScene("spline-05", depth, turned);
     for (const ordered_json& row : run(scene, study("spline-05", 3, 12))) {
         INFO(depth << " " << row);
         CHECK(row.at("outcome") != "seated");

@@ -1,4 +1,4 @@
-// Replaces the global allocation functions of this test program by ones that count.
+// Replaces the global allocation functions of this test program by counting ones.
 #include "tests/support/alloc_count.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ void* orThrow(void* p) {
 
 }  // namespace
 
-// Every form, so that none pairs with another allocator's. GCC inlines one half of a pair and then misses the other.
+// Every form, so that none pairs with another allocator. GCC inlines one half of a pair and then warns about the other.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 using std::align_val_t, std::nothrow_t, std::size_t;
 void* operator new(size_t n) { return orThrow(allocate(n)); }
@@ -46,7 +46,7 @@ void operator delete[](void* p, const nothrow_t&) noexcept { std::free(p); }
 void operator delete(void* p, align_val_t, const nothrow_t&) noexcept { std::free(p); }
 void operator delete[](void* p, align_val_t, const nothrow_t&) noexcept { std::free(p); }
 
-TEST_CASE("allocation counter: sees plain, array and aligned allocations, and nothing else", "[support]") {
+TEST_CASE("allocation counter: counts plain, array and aligned allocations, and nothing else", "[support]") {
     struct alignas(64) Line {
         char bytes[64];
     };

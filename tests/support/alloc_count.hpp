@@ -1,6 +1,6 @@
 #pragma once
-// Counts allocations of this thread, to prove that the real-time path makes none. The program that uses it must replace
-// the global operator new by one that increments the counter; tests/support/alloc_count.cpp does.
+// Counts allocations of this thread, to prove that the real-time path does not allocate. The program must replace the
+// global operator new by one that increments the counter; tests/support/alloc_count.cpp does this.
 #include <cstdint>
 
 namespace touchstone::test {
@@ -8,7 +8,7 @@ namespace touchstone::test {
 /// Allocations of this thread since it began.
 inline thread_local std::uint64_t allocationsOfThread = 0;
 
-/// Counts from its construction.
+/// Counts since its construction.
 class AllocationCounter {
   public:
     AllocationCounter() : start_(allocationsOfThread) {}

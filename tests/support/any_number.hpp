@@ -1,5 +1,5 @@
 #pragma once
-// Numbers as a broken driver or an edited file may give them.
+// Numbers that a broken driver or an edited file may give.
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace touchstone::test {
 
-/// Numbers of every size that a double has, of both signs.
+/// Numbers of every magnitude of a double, of both signs.
 class AnyNumber {
   public:
     explicit AnyNumber(unsigned seed) : random_(seed) {}
@@ -33,7 +33,7 @@ class AnyNumber {
         return sign * std::pow(10, std::uniform_real_distribution<double>(-20, 308)(random_));
     }
     double small() { return std::normal_distribution<double>(0, 60)(random_); }
-    /// Some axes large, some of the size of a body.
+    /// Some coordinates are large, some of the size of a body.
     Vec3 vector() {
         Vec3 v;
         for (double& x : v) x = random_() % 2 ? number() : small();
@@ -43,7 +43,7 @@ class AnyNumber {
         std::normal_distribution<double> normal;
         return Quat(normal(random_), normal(random_), normal(random_), normal(random_)).normalized();
     }
-    /// Not always of unit length, and not always near it.
+    /// Not always of unit length or near it.
     Quat quaternion() {
         if (random_() % 2) return rotation();
         return Quat(number(), number(), number(), number());

@@ -1,10 +1,11 @@
 #pragma once
-// A world whose contact is known by heart.
+// A world with a known contact.
 #include "haptics/loop/world.hpp"
 
 namespace touchstone::test {
 
-/// A tool of two balls R 5, `height` mm above ground that is the top of a ball R 1000: contact at 5 mm.
+/// A tool of two balls of radius 5, `height` mm above the ground, which is the top of a ball of radius 1000: contact at
+/// 5 mm.
 inline std::shared_ptr<const World> groundBelow(const Vec3& up = Vec3::UnitY(), double height = 8) {
     World world;
     world.tool = std::make_shared<SphereTree>(makeSphereTree({{-3, 0, 0, 5}, {3, 0, 0, 5}}));

@@ -1,5 +1,5 @@
 #pragma once
-// How far two pictures of one scene are apart, in numbers that forgive drivers but not changes.
+// The difference of two pictures of one scene, in numbers that tolerate drivers but detect changes.
 #include <algorithm>
 #include <cstdlib>
 
@@ -8,13 +8,13 @@
 namespace touchstone::test {
 
 struct ImageDifference {
-    double mean = 255;  ///< over all pixels and colours, of 255
-    double share = 1;   ///< of pixels where the means over 3 x 3 pixels differ by more than kVisible in a colour
+    double mean = 255;  ///< over all pixels and colors, of 255
+    double share = 1;   ///< of pixels where the means over 3 x 3 pixels differ by more than kVisible in a color
     static constexpr int kVisible = 20;
 };
 
-/// Drivers place the samples of a pixel differently and round differently, which changes single pixels at edges and
-/// less elsewhere; a mean over nine pixels hides it. Of other sizes: all differs.
+/// Drivers place the samples of a pixel and round differently, which changes single pixels at edges and less elsewhere;
+/// a mean over nine pixels hides it. Pictures of different sizes differ everywhere.
 inline ImageDifference difference(const engine::Image& a, const engine::Image& b) {
     if (a.width != b.width || a.height != b.height || a.width < 3 || a.height < 3) return {};
     const auto at = [](const engine::Image& image, int x, int y, int c) {

@@ -1,5 +1,5 @@
 #pragma once
-// Small scenes made by hand, in memory and on disk.
+// Small scenes for tests, in memory and on disk.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@
 
 namespace touchstone::test {
 
-/// An axis-aligned box about the origin, metres, outside counter-clockwise.
+/// An axis-aligned box about the origin, meters, counter-clockwise seen from outside.
 inline std::shared_ptr<const engine::MeshData> boxMesh(const glm::vec3& size) {
     auto mesh = std::make_shared<engine::MeshData>();
     for (int i = 0; i < 8; ++i)
@@ -44,11 +44,11 @@ inline engine::Animation translation(engine::Entity node, std::vector<double> ti
               std::move(values)}}};
 }
 
-/// A cube of 10 mm comes down from 5 mm above a slab of 10 mm, is pushed 2 mm in, slides 4 mm, and leaves; 0.8 s.
+/// A cube of 10 mm moves down from 5 mm above a slab of 10 mm, is pushed 2 mm in, slides 4 mm, and leaves; 0.8 s.
 inline engine::Scene pressScene() {
     engine::Scene scene;
     scene.name = "press";
-    const double touch = 0.010;  // height of the cube's centre when it touches
+    const double touch = 0.010;  // height of the cube's center when it touches
     const engine::Entity tool = addBox(scene, "cube", glm::vec3(0.01f),
                                        {{"role", "tool"},
                                         {"leaves", 64},
@@ -66,7 +66,7 @@ inline engine::Scene pressScene() {
     return scene;
 }
 
-/// The same with a goal: the cube is put down on the slab and stays for so long, s.
+/// The same with a goal: the cube is put down on the slab and stays for `hold` seconds.
 inline engine::Scene downScene(double hold = 0.3) {
     engine::Scene scene = pressScene();
     const engine::Entity goal = addNode(scene, "down", {}, {.translation = {0, 0.010, 0}});

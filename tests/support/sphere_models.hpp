@@ -1,5 +1,5 @@
 #pragma once
-// Bodies made of spheres by hand, for tests whose answers are known.
+// Bodies of spheres with known answers.
 #include <cmath>
 #include <memory>
 #include <random>
@@ -26,7 +26,7 @@ inline std::shared_ptr<const SphereTree> slab(int n, float pitch, float radius) 
     return treeOf(std::move(spheres));
 }
 
-/// A bumpy closed body of about `size` mm radius, its surface covered by spheres at random.
+/// A bumpy closed body of about `size` mm radius with a surface of random spheres.
 inline std::shared_ptr<const SphereTree> blob(int leaves, float size, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;

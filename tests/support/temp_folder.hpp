@@ -1,5 +1,5 @@
 #pragma once
-// A place on disk for a test.
+// A temporary folder for a test.
 #include <unistd.h>
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace touchstone::test {
 
-/// A folder of its own, removed with all in it.
+/// A temporary folder, removed with its contents.
 class TempFolder {
   public:
     TempFolder() {

@@ -26,7 +26,7 @@ inline TriangleMesh boxMesh(const Vec3& size, const Vec3& corner = Vec3::Zero())
     return m;
 }
 
-/// A surface point(u, v) with u, v in [0, 1), both closed upon themselves.
+/// A surface point(u, v) with u, v in [0, 1), periodic in both.
 inline TriangleMesh closedGrid(std::uint32_t nu, std::uint32_t nv, const std::function<Vec3(double, double)>& point) {
     TriangleMesh m;
     for (std::uint32_t i = 0; i < nu; ++i)
@@ -48,7 +48,7 @@ inline TriangleMesh torusMesh(double R, double r, std::uint32_t nu = 32, std::ui
     });
 }
 
-/// A tube along a flat figure of eight, 2 size long, that goes through itself at a right angle.
+/// A tube along a flat figure of eight, 2 size long, that intersects itself at a right angle.
 inline TriangleMesh eightMesh(double size, double radius, std::uint32_t nu, std::uint32_t nv) {
     return closedGrid(nu, nv, [=](double u, double v) {
         const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v;
@@ -130,7 +130,7 @@ inline TriangleMesh moved(TriangleMesh m, double scale, const Vec3& by) {
     return m;
 }
 
-/// Triangles that share no vertex, as STL files hold them.
+/// Triangles that share no vertex, as in STL files.
 inline TriangleMesh unwelded(const TriangleMesh& m) {
     TriangleMesh out;
     for (const auto& t : m.triangles) {
@@ -155,7 +155,7 @@ inline TriangleMesh patchedCube(double size, const std::array<std::uint32_t, 6>&
     return m;
 }
 
-/// Small closed bodies thrown on a heap: n^3 of them, some through others.
+/// n^3 small closed bodies, some of which intersect.
 inline TriangleMesh heapMesh(int n, double pitch) {
     TriangleMesh m;
     const TriangleMesh bolt = lathe(6, 2, 0, 1, [](double a, double t) { return Vec3(std::cos(a), std::sin(a), t); });
@@ -185,13 +185,13 @@ inline std::vector<Triangle> trianglesOf(const TriangleMesh& m) {
     return out;
 }
 
-/// Point of a triangle by two numbers in [0, 1], uniform in area.
+/// Maps two numbers in [0, 1] to a point of a triangle, uniform in area.
 inline Vec3 pointOn(const Triangle& t, double u, double v) {
     const double s = std::sqrt(u);
     return (1 - s) * t[0] + s * (1 - v) * t[1] + s * v * t[2];
 }
 
-/// Distance to a triangle by minimising over a plane and three segments, written apart from the code under test.
+/// Distance to a triangle: the minimum over a plane and three segments, independent of the code under test.
 inline double bruteDistance(const Vec3& p, const Triangle& t) {
     double best = HUGE_VAL;
     for (int k = 0; k < 3; ++k) {
@@ -226,7 +226,7 @@ inline std::vector<Sphere> leavesOf(const SphereTree& tree) {
     return out;
 }
 
-/// How many random points of the surface lie in no leaf.
+/// Number of random points of the surface that lie in no leaf.
 inline int barePoints(const TriangleMesh& mesh, const SphereTree& tree, int samples, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform;
     const auto triangles = trianglesOf(mesh);

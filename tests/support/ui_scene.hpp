@@ -1,5 +1,5 @@
 #pragma once
-// The scene of the window's tests, and a user's patience.
+// The scene of the window's tests, and waiting with a time limit.
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -9,7 +9,7 @@
 
 namespace touchstone::test {
 
-/// A red cube of 10 mm is brought 2 mm into a blue slab within 0.2 s and stays there.
+/// A red cube of 10 mm moves 2 mm into a blue slab within 0.2 s and stays there.
 inline engine::Scene holdScene() {
     engine::Scene scene;
     const engine::Entity tool =
@@ -27,14 +27,14 @@ inline engine::Scene holdScene() {
     return scene;
 }
 
-/// The same in a file.
+/// The same scene, written to a file.
 inline std::filesystem::path holdFile(const TempFolder& folder) {
     const std::filesystem::path file = folder.path() / "hold.glb";
     writeGltf(holdScene(), file);
     return file;
 }
 
-/// Calls `step` until it returns true; false after a minute, which only a hang takes.
+/// Calls `step` until it returns true; false after a minute, which only a hang exceeds.
 inline bool patiently(const std::function<bool()>& step) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end) {

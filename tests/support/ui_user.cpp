@@ -13,7 +13,7 @@ using sandbox::WindowFrame;
 
 namespace {
 
-// A press or a move is seen in a later frame: the system's events take their time.
+// The window sees a press or a move in a later frame, because system events are delayed.
 constexpr int kSeen = 3;
 
 }  // namespace
@@ -32,7 +32,7 @@ sandbox::WindowRunOptions optionsFor(const std::filesystem::path& scene) {
     options.window.width = 1280;
     options.window.height = 800;
     options.window.vsync = false;
-    options.seconds = 90;  // many times what it takes: sanitizers and crowded machines are slow
+    options.seconds = 90;  // many times the usual time: sanitizers and busy machines are slow
     return options;
 }
 
@@ -65,7 +65,7 @@ User& User::hold(const Place& place) {
     until([=](WindowFrame& frame) { return place(frame).has_value(); });
     return then([=, this](WindowFrame& frame, int frames) {
         down_ = frames > kSeen;
-        if (!down_) cursor_ = place(frame).value_or(cursor_);  // what has just come may find its place yet
+        if (!down_) cursor_ = place(frame).value_or(cursor_);  // an item that has just appeared may still move
         return frames > 2 * kSeen;
     });
 }
@@ -112,7 +112,7 @@ User& User::key(int key, bool control) {
 
 User& User::drop(const std::filesystem::path& file) {
     return doing([=](WindowFrame& frame) {
-        // As GLFW hands on a drop of the system.
+        // As GLFW passes on a drop.
         const char* paths[] = {file.c_str()};
         const GLFWdropfun callback = glfwSetDropCallback(frame.window.handle(), nullptr);
         glfwSetDropCallback(frame.window.handle(), callback);

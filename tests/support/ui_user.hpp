@@ -1,5 +1,5 @@
 #pragma once
-// A user of the real window, who sees what is drawn and acts through GLFW's cursor and its callbacks.
+// A simulated user of the real window, who sees what is drawn and acts through GLFW's cursor and callbacks.
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -10,21 +10,21 @@
 
 namespace touchstone::test {
 
-/// False, with a warning, where no window can be opened.
+/// False, with a warning, if no window can be opened.
 bool hasDisplay();
 
-/// Options for a window on the scene that fails rather than hangs: it closes by itself after a while.
+/// Options for a window on the scene that closes by itself after a time limit, so that a test fails instead of hanging.
 sandbox::WindowRunOptions optionsFor(const std::filesystem::path& scene);
 
-/// A point of the window, nothing while it is not to be seen.
+/// A point of the window; nothing while it is not visible.
 using Place = std::function<std::optional<glm::vec2>(sandbox::WindowFrame&)>;
-/// On a control, at a share of its width.
+/// A point on a control, at a share of its width.
 Place onItem(const std::string& name, float share = 0.5f);
 
-/// Takes one step after the other, each as often as it says no, once a frame.
+/// Runs one step after the other; repeats each once a frame until it returns true.
 class User {
   public:
-    /// `frames`: since the step before, from 1.
+    /// `frames`: since the previous step, from 1.
     using Step = std::function<bool(sandbox::WindowFrame&, int frames)>;
 
     User& then(Step step);
@@ -41,8 +41,8 @@ class User {
     User& key(int key, bool control = false);
     User& drop(const std::filesystem::path& file);  ///< on the window
 
-    /// Runs the window until all steps are taken, which closes it, or it closes by itself. Whether all were taken.
-    /// Of the options, onFrame sees each frame first.
+    /// Runs the window until all steps are done, which closes it, or until it closes by itself. Returns whether all
+    /// steps were done. The options' onFrame sees each frame first.
     bool use(sandbox::WindowRunOptions options);
 
   private:

@@ -15,12 +15,12 @@ using engine::Entity;
 using engine::Scene;
 using nlohmann::json;
 
-/// Above the y axis or `x` beside it, turned about it.
+/// A pose on the y axis or `x` beside it, turned about it.
 ToolPose upright(double y, double angle, double x = 0) {
     return {{x, y, 0}, glm::angleAxis(angle, glm::dvec3(0, 1, 0))};
 }
 
-/// Adds the place to reach, with some room to move about there, mm and rad.
+/// Adds the goal pose, with its tolerances in mm and rad.
 void addGoal(Scene& scene, const ToolPose& pose, double room, double angle) {
     addBody(scene, "seated", pose, nullptr, {},
             {{"role", "goal"}, {"goal", {{"tolerance_m", room / 1000}, {"tolerance_rad", angle}, {"hold_s", 0.5}}}});
@@ -95,7 +95,7 @@ Scene makeGears(const SceneOptions& options) {
     addBody(scene, "fixed gear", {}, shared(fixedGear(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addBody(scene, "post", {{fit.distance(), 0, 0}}, shared(gearPost(fit)), silver(),
             marked(obstacleMarking(options.leaves)));
-    // Two modules beyond the pitch circles all round, one beyond the tips.
+    // Two modules beyond the pitch circles all around, one beyond the tips.
     const double thick = 8, low = -fit.module * (fit.fixedTeeth + 4) / 2,
                  high = fit.distance() + fit.module * (fit.looseTeeth + 4) / 2,
                  wide = fit.module * (std::max(fit.fixedTeeth, fit.looseTeeth) + 4);
@@ -114,7 +114,7 @@ Scene makeHook(const SceneOptions& options) {
     const double hung = fit.hung(), load = 20;
     const auto at = [](double x, double y, double z) { return ToolPose{{x, y, z}}; };
     const double out = fit.bow + fit.wire + 8, in = fit.bow / 3, low = fit.eye - fit.bow;
-    // The tip beside the ring's wire and too high: pushed on, it slips under.
+    // The tip is beside the wire of the ring and too high: pushed on, it slips under.
     Demonstration motion(at(out, low + 4, 3));
     motion.hold(0.3);
     motion.moveTo(at(in, low + 4, 3), 0.8);
@@ -178,7 +178,7 @@ Scene makeLock(const SceneOptions& options) {
     addBody(scene, "lock", {}, shared(lock(fit)), silver(), marked(obstacleMarking(options.leaves)));
     addGoal(scene, upright(home + fit.play(), -fit.turn), 1.5 * fit.clearance, 0.06);
     scene.animations.push_back(motion.animation(tool));
-    // Held where it was, but for the clearance: nearly all of the turn is lag, at 1 N·m/rad.
+    // The key is held in place within the clearance: nearly all of the turn is lag, at 1 N·m/rad.
     scene.animations.push_back(notHome.animation(
         tool, "not-home", {{"max_penetration_mm", 0.001}, {"min_peak_torque_mNm", 1000 * (fit.turn - 0.15)}}));
     return scene;

@@ -19,10 +19,10 @@ using nlohmann::json;
 
 constexpr double kDegree = kTau / 360;
 
-/// Points around an axis, counter-clockwise seen from its end; all at one place where a surface comes to a point.
+/// Points around an axis, counter-clockwise seen from its end; all at the same place at an apex.
 using Ring = std::vector<glm::dvec3>;
 
-/// The surface through rings of equal point counts, as addWall() faces it.
+/// The surface through rings of equal point counts, facing as in addWall().
 void loft(Solid& solid, const Ring& from, const Ring& to) {
     for (std::size_t i = 0, n = from.size(); i < n; ++i) {
         const std::size_t j = (i + 1) % n;
@@ -31,18 +31,18 @@ void loft(Solid& solid, const Ring& from, const Ring& to) {
     }
 }
 
-// The tooth: level sections are ellipses, longer along z.
+// The tooth: horizontal sections are ellipses, longer along z.
 constexpr int kAround = 96;
-constexpr double kLengthwise = 1.2;  // half axis along z, of that along x
+constexpr double kLengthwise = 1.2;  // ratio of the half axes along z and x
 
-/// Half axis along x (.x) over height (.y), from the root's end to the middle of the crown, at most 0.3 mm apart.
+/// Half axis along x (.x) against height (.y), from the root's end to the middle of the crown, at most 0.3 mm apart.
 const std::vector<glm::dvec2>& toothProfile() {
     static const std::vector<glm::dvec2> profile = [] {
         constexpr glm::dvec2 kPoints[]{{-0.7, -11.8}, {0, -12}, {0.7, -11.8}, {1.5, -10.8}, {2.2, -8.5}, {2.75, -5.5},
                                        {3.0, -3},     {3.2, 0}, {3.4, 1.7},   {3.5, 3.5},   {3.3, 5.5},  {2.7, 6.9},
                                        {1.9, 7.3},    {1, 6.9}, {0, 6.7},     {-1, 6.9}};
         std::vector<glm::dvec2> points{kPoints[1]};
-        for (std::size_t i = 1; i + 2 < std::size(kPoints); ++i) {  // Catmull and Rom
+        for (std::size_t i = 1; i + 2 < std::size(kPoints); ++i) {  // a Catmull-Rom spline
             const glm::dvec2 &a = kPoints[i - 1], &b = kPoints[i], &c = kPoints[i + 1], &d = kPoints[i + 2];
             const int pieces = static_cast<int>(std::ceil(glm::distance(b, c) / 0.25));
             for (int k = 1; k <= pieces; ++k) {
@@ -69,12 +69,12 @@ glm::dvec3 onTooth(double radius, double y, double angle) {
     return {radius * std::cos(angle), y, -kLengthwise * radius * std::sin(angle)};
 }
 
-/// Level and square to the tooth's section.
+/// The horizontal normal of the tooth's section.
 glm::dvec3 outward(double angle) {
     return glm::normalize(glm::dvec3(kLengthwise * std::cos(angle), 0, -std::sin(angle)));
 }
 
-/// Off the tooth in a level plane.
+/// The point at a distance from the tooth in a horizontal plane.
 glm::dvec3 besideTooth(double away, double y, double angle) {
     return onTooth(toothRadius(y), y, angle) + away * outward(angle);
 }
@@ -86,7 +86,7 @@ double depthAt(const PocketFit& fit, double angle) {
     return glm::mix(fit.sulcus, fit.depth, t * t * (3 - 2 * t));
 }
 
-// The probe, by the way s along its axis.
+// The probe, by the arc length s along its axis.
 constexpr double kMarked = 15;
 
 double probeRadius(double s) { return glm::mix(kTipRadius, 0.5, (s - kTipRadius) / (kMarked - kTipRadius)); }
@@ -130,21 +130,21 @@ Ring probeRing(const Station& station) {
     const double before = std::min(station.s, kBendFrom);
     const double after = std::max(0.0, station.s - kBendFrom - kBendRadius * kBend);
     const glm::dvec3 along(std::sin(turned), std::cos(turned), 0), across(along.y, -along.x, 0);
-    const glm::dvec3 centre =
+    const glm::dvec3 center =
         glm::dvec3(0, before, 0) + kBendRadius * glm::dvec3(1 - std::cos(turned), std::sin(turned), 0) + after * along;
     constexpr int kSides = 32;
     Ring ring;
     for (int i = 0; i < kSides; ++i) {
         const double angle = kTau * i / kSides;
-        ring.push_back(centre + station.radius * (std::cos(angle) * across - std::sin(angle) * glm::dvec3(0, 0, 1)));
+        ring.push_back(center + station.radius * (std::cos(angle) * across - std::sin(angle) * glm::dvec3(0, 0, 1)));
     }
     return ring;
 }
 
-/// Of the probe's axis from the tooth's at the bottom of the pocket.
+/// The distance of the probe's axis from the tooth's axis at the bottom of the pocket.
 double atBottom(const PocketFit& fit) { return toothRadius(-fit.depth) + fit.bottomWidth / 2; }
 
-/// How far the probe leans out in the pocket, so that its flank passes root and crown; radians.
+/// The angle by which the probe leans out in the pocket so that its flank clears root and crown, rad.
 double leaning(const PocketFit& fit) {
     constexpr double kRoom = 0.03;
     double most = 0;
@@ -191,8 +191,8 @@ engine::MeshData gum(const PocketFit& fit) {
     check(fit);
     constexpr double kThick = 3.5, kCrest = 0.4, kInside = -0.05, kSpacing = 0.3;
     const double low = -std::max(fit.depth + 1.5, 4.5);
-    // The section at an angle as distance from the tooth and height, from below the tooth out and up, over the margin,
-    // down the gap's wall, along its bottom and down inside the tooth. The number of points is the same everywhere.
+    // The section at an angle, as distance from the tooth and height: from below the tooth out and up, over the margin,
+    // down the wall of the gap, along its bottom and down inside the tooth. The number of points is constant.
     const auto section = [&](double angle) {
         const double depth = depthAt(fit, angle);
         std::vector<glm::dvec2> points;
@@ -240,17 +240,17 @@ std::array<engine::MeshData, 2> periodontalProbe() {
 
 engine::Scene makeDental(const SceneOptions& options) {
     const PocketFit& fit = options.pocket;
-    const bool inflamed = fit.depth >= 4;  // mm: where a pocket counts as one
+    const bool inflamed = fit.depth >= 4;  // mm: a deeper gap counts as a pocket
     engine::MeshData gumMesh = gum(fit);
 
-    // The probe's tip beside the tooth, the probe leaning out; `away` of its axis.
+    // The probe's tip beside the tooth, the probe leaning out; `away` is the distance of its axis.
     const auto at = [](double away, double y, double angle, double lean) {
         const glm::dvec3 out = outward(angle);
         return ToolPose{besideTooth(away, y, angle), glm::angleAxis(std::atan2(-out.z, out.x), glm::dvec3(0, 1, 0)) *
                                                          glm::angleAxis(-lean, glm::dvec3(0, 0, 1))};
     };
     const double lean = leaning(fit), beginning = -90 * kDegree, steep = 25 * kDegree;
-    const double pushed = 300 / fit.stiffness;  // mm that make 0.3 N, somewhat more than one probes with
+    const double pushed = 300 / fit.stiffness;  // mm, for 0.3 N: slightly more than the usual probing force
     const double middle = fit.bottomWidth / 2;
     const auto sway = [](double t, double seconds, int times) { return std::sin(times * kTau * t / seconds); };
 

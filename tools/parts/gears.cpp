@@ -4,15 +4,14 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/parts/shapes.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/shapes.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
 namespace {
 
-
-/// Straight up from low to high, around a hole (may be empty), with a chamfer at the upper end.
+/// A prism from low to high around a hole (may be empty), with a chamfer at the upper end.
 engine::MeshData prism(const Outline& outer, const Outline& hole, double low, double high, double chamfer,
                        double spacing) {
     const Outline top = offset(outer, -chamfer);
@@ -45,7 +44,7 @@ Outline gearProfile(const GearPair& fit, int teeth) {
     Outline outline;
     const double foot = std::max(root, base);
     const int pieces = static_cast<int>(std::ceil((tip - foot) / fit.spacing * 2));
-    const int first = foot > root ? 0 : 1;  // the root's arc brings its own ends
+    const int first = foot > root ? 0 : 1;  // the arc of the root includes its ends
     const auto at = [&](double r, double angle) { outline.push_back({r * std::cos(angle), r * std::sin(angle)}); };
     for (int tooth = 0; tooth < teeth; ++tooth) {
         const double middle = 2 * kPi * tooth / teeth;

@@ -52,7 +52,7 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
     const auto add = [&](const Demonstration& motion, const std::string& name, const json& outcome) {
         scene.animations.push_back(motion.animation(tool, name, outcome));
     };
-    // Clear of contact, then pressed in, at 40 mm/s.
+    // From free space into the obstacle, at 40 mm/s.
     const auto pressedBy = [&](double depth) {
         Demonstration motion(at(-2));
         motion.hold(0.05);
@@ -75,7 +75,7 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
         approach.hold(0.05);
         approach.moveTo(at(25), 0.05 / metresPerSecond);
         approach.hold(0.2);
-        // The device itself adds its speed times the stiffness of 1 N/mm.
+        // The motion of the device itself adds its speed times the stiffness of 1 N/mm.
         json outcome = with(snaps(), {{"min_peak_force_N", 10}});
         outcome["max_dforce_N_per_ms"] = metresPerSecond + 0.6;
         add(approach, numbered("hard-03-approach", metresPerSecond), outcome);
@@ -87,7 +87,7 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
     teleport.jumpTo(at(-10));
     teleport.hold(0.2);
     json jump = with(snaps(), {{"min_peak_force_N", 10}, {"max_final_lag_mm", 1e-9}});
-    jump.erase("max_dforce_N_per_ms");  // the device's own 50 mm in a tick
+    jump.erase("max_dforce_N_per_ms");  // the device itself moves 50 mm in one tick
     add(teleport, "hard-05-teleport", jump);
 
     Demonstration rotate = pressedBy(8);
@@ -95,7 +95,7 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
         1, [&](double t) { return at(8, 0, about(kX, 0.3 * std::sin(2 * kTau * t)) * about(kZ, std::sin(kTau * t))); });
     add(rotate, "hard-06-rotate", with(snaps(), {{"min_peak_force_N", 3}}));
 
-    // About the tool's reference point, so that the device's own way adds nothing to the force.
+    // The device turns about the tool's reference point, so that its own motion adds nothing to the force.
     const Vec3 p_TC = tree.center();
     const glm::dvec3 c(p_TC.x(), p_TC.y(), p_TC.z());
     for (const double degrees : {1.0, 3.0, 10.0}) {
@@ -112,8 +112,8 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
                 0.001);
             spin.hold(0.1);
         }
-        // A contact that the solver reaches for stands within the margin of 0.5 mm; where a cap stops the tool short of
-        // it, the curvature of the leaves adds up to 6 µm as they turn past each other.
+        // The contacts that the solver sees lie within the margin of 0.5 mm; if a cap stops the tool before a contact,
+        // the curvature of the leaves adds up to 6 µm as they turn past each other.
         add(spin, numbered("hard-07-spin", degrees), with(snaps(), {{"min_peak_force_N", 3}, {"max_hover_mm", 0.51}}));
     }
 
@@ -149,7 +149,7 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
         with(slides(), {{"max_hover_mm", 0.01}, {"max_hold_noise_N", 0.02}, {"max_hold_noise_mNm", 0.5}}));
 
     Demonstration press(at(-2));
-    press.hold(0.15);  // until the force has faded in
+    press.hold(0.15);  // until the force ramp has ended
     press.moveTo(at(8), 0.1);
     press.hold(0.4);
     press.moveTo(at(-2), 0.1);
@@ -192,7 +192,7 @@ engine::Scene makePinch(const SceneOptions& options) {
     const auto ballMesh = shared(sphere(radius)), wallMesh = shared(box({thickness, 40, 40}, 4));
     const SphereTree ball = treeOf(*ballMesh, leaves, options.treeCache);
     const SphereTree wall = treeOf(*wallMesh, 4 * leaves, options.treeCache);
-    // Of the wall's middle from the ball's, where they touch by the balls that stand for them.
+    // Distance between the centers of wall and ball at which their leaf spheres touch.
     const double right = 40 - travelToContact(wall, ball, {40.0 * kX}, -kX);
     const double left = 40 - travelToContact(wall, ball, {-40.0 * kX}, kX);
 

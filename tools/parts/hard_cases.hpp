@@ -1,5 +1,5 @@
 #pragma once
-// Motions that a haptic tick fails at, each with the outcome that is asked of it. Their names begin with hard-NN, the
+// Motions that are difficult for a haptic tick, each with its required outcome. Their names begin with hard-NN, the
 // number of the case.
 #include <nlohmann/json.hpp>
 
@@ -9,18 +9,18 @@
 
 namespace touchstone::app {
 
-inline constexpr double kTouch = 0.001;  ///< mm: what counts as not entering
+inline constexpr double kTouch = 0.001;  ///< mm: a penetration up to this counts as none
 
-/// What is asked of every contact that slides, and of one that snaps or spins faster than the tool may follow.
+/// The required outcome of a sliding contact, and of one that snaps or spins faster than the tool may follow.
 nlohmann::json slides();
 nlohmann::json snaps();
 
-/// Cases 1, 2, 3, 5, 6, 7, 8, 11, 13 and 14: two bodies of the same tree, the tool coming from +x and first touching at
+/// Cases 1, 2, 3, 5, 6, 7, 8, 11, 13 and 14: two bodies with the same tree; the tool comes from +x and first touches at
 /// x = `contact`, mm, in the pose of the meshes.
 void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& tree, double contact);
 
-/// Of the ball's centre, mm: where it starts above the plate, how far below it is driven, how near it may come to the
-/// plate's middle, and where it touches.
+/// Positions of the ball's center, mm: its start above the plate, how far below the plate it is driven, its smallest
+/// allowed distance from the plate's middle, and its height at contact.
 struct PlateHeights {
     double above, past, side, pressed;
 };

@@ -14,7 +14,7 @@ constexpr glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
 engine::MeshData hook(const HookAndEye& fit) {
     std::vector<glm::dvec3> line{{0, fit.shank, 0}};
-    // From above the middle out to the bow, as gently as half the shank allows.
+    // From the axis above the bow out to the bow, as gently as half the shank allows.
     const double bend = 0.6 * fit.shank;
     for (int i = 0; i <= 24; ++i)
         line.emplace_back(fit.bow * (1 - std::cos(kPi * i / 24)) / 2, bend * (1 - i / 24.0), 0);

@@ -1,5 +1,5 @@
 #pragma once
-// A hook and the eye that it hangs in, of round wire.
+// A hook and the eye that holds it, of round wire.
 #include "engine/scene/mesh_data.hpp"
 
 namespace touchstone::app {
@@ -13,15 +13,15 @@ struct HookAndEye {
     double tip = 2;      ///< of the hook, straight up beyond the bow
     double spacing = 1;  ///< of the mesh's points
 
-    /// Height of the bow's middle above the ring's when the hook hangs in it, drawn up.
+    /// Height of the bow's middle above the ring's when the hook is pulled up against the ring.
     double hung() const { return eye + bow - wire; }
 };
 
-/// In the plane of x and y, the middle of the bow at the origin, the tip at -x, the shank above the origin.
+/// The hook in the xy plane, the middle of the bow at the origin, the tip at -x, the shank above the origin.
 /// Throws std::invalid_argument with one sentence when the wire is too thick for its bends.
 engine::MeshData hook(const HookAndEye& fit);
 
-/// A ring about the x axis and the origin, and the stem that it stands on, from its lower edge 1.5 radii down.
+/// A ring about the x axis and the origin, on a stem that reaches 1.5 radii down from its lower edge.
 engine::MeshData eyeRing(const HookAndEye& fit);
 engine::MeshData eyeStem(const HookAndEye& fit);
 

@@ -32,7 +32,7 @@ engine::MeshData key(const LockFit& fit) {
     key.add({stem, fit.bitReach, -half, half, from, to});
     key.cut({fit.wardReach, fit.bitReach, -notch, notch, from, to});
     key.add({0, stem + 2, neck, neck + 2});
-    // The bow: a stem on the collar with a loop on either side.
+    // The bow: a stem on the collar with a loop on each side.
     const double low = neck + 2, high = low + 14;
     key.add({0, stem, low, high});
     for (const double angle : {0.0, std::numbers::pi}) {

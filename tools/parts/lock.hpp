@@ -1,13 +1,13 @@
 #pragma once
-// A key with a notched bit, and the lock whose ward lets it turn only when it is all the way in.
+// A key with a notched bit, and a lock whose ward allows it to turn only when it is fully inserted.
 #include <numbers>
 
 #include "engine/scene/mesh_data.hpp"
 
 namespace touchstone::app {
 
-/// Lengths in mm, angles in rad. The bit is a flat flag on the key's stem, with a notch in its outer edge. Behind the
-/// lock's plate it has room to turn clockwise (seen from the plate), but for a ward: a rib that only the notch passes.
+/// Lengths in mm, angles in rad. The bit is a flat plate on the key's stem, with a notch in its outer edge. Behind the
+/// lock's plate it can turn clockwise (seen from the plate) except for a ward: a rib that only the notch clears.
 struct LockFit {
     double stem = 8;       ///< diameter
     double bitReach = 11;  ///< from the axis
@@ -22,15 +22,15 @@ struct LockFit {
     double spacing = 1;      ///< of the mesh's points
 
     double play() const { return 2 * clearance; }  ///< along the axis
-    /// Height of the bit's middle when the key is all the way in; the plate's face is at 0.
+    /// Height of the bit's middle when the key is fully inserted; the plate's face is at 0.
     double home() const { return -plate - play() - bitLength / 2; }
 };
 
-/// About the y axis, the bit at +x with its middle at y = 0, the bow above.
-/// Throws std::invalid_argument with one sentence when the measures leave nothing of bit or ward.
+/// The key about the y axis, the bit at +x with its middle at y = 0, the bow above.
+/// Throws std::invalid_argument with one sentence when the dimensions leave no material for bit or ward.
 engine::MeshData key(const LockFit& fit);
 
-/// Its face in the plane y = 0, the keyhole's slot at +x.
+/// The lock with its face in the plane y = 0, the slot of the keyhole at +x.
 engine::MeshData lock(const LockFit& fit);
 
 }  // namespace touchstone::app

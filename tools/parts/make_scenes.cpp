@@ -1,79 +1,105 @@
-// make_scenes: writes one of the scenes that come with the program, with its parameters.
+// make_scenes: writes one computed scene with its parameters, or all scenes that are bundled with the program.
 #include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "engine/scene/gltf_write.hpp"
 #include "tools/parts/scenes.hpp"
 
+namespace {
+
+using namespace touchstone;
+
+/// The options of one scene, by its name.
+void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& options) {
+    const auto number = [&command](const char* name, auto& value, const char* help) {
+        command.add_option(name, value, help)->capture_default_str();
+    };
+    command.add_option("--leaves", options.leaves, "maximum leaf count of each body's sphere tree")
+        ->check(CLI::Range(8, 65536));
+    if (scene == "spline") {
+        app::SplineFit& fit = options.fit;
+        number("--diameter", fit.diameter, "diameter over the keys of the shaft, mm");
+        number("--keys", fit.keys, "number of keys");
+        number("--key-depth", fit.keyDepth, "height of a key from root to top, mm");
+        number("--key-width", fit.keyWidth, "distance between the flanks of a key, mm");
+        number("--length", fit.length, "length of the shaft, mm");
+        number("--depth", fit.depth, "depth of the hole, mm");
+        number("--clearance", fit.clearance, "distance between the surfaces on each side, mm");
+        number("--chamfer", fit.chamfer, "chamfer of the shaft's end and the hole's mouth, mm");
+    } else if (scene == "bayonet") {
+        app::BayonetFit& fit = options.bayonet;
+        number("--diameter", fit.diameter, "diameter of the cap's body, mm");
+        number("--lugs", fit.lugs, "number of lugs");
+        number("--depth", fit.depth, "distance from the rim down to the groove of the lugs, mm");
+        number("--turn", fit.turn, "angle from the entry slots to the pockets, rad");
+        number("--clearance", fit.clearance, "clearance of lugs and body on each side, mm");
+    } else if (scene == "gears") {
+        app::GearPair& fit = options.gears;
+        number("--module", fit.module, "pitch diameter divided by the number of teeth, mm");
+        number("--fixed-teeth", fit.fixedTeeth, "number of teeth of the fixed gear");
+        number("--loose-teeth", fit.looseTeeth, "number of teeth of the gear that slides on");
+        number("--width", fit.width, "width of both gears along the axis, mm");
+        number("--clearance", fit.clearance, "clearance of a tooth in mesh and of the post, on each side, mm");
+    } else if (scene == "hook") {
+        app::HookAndEye& fit = options.hook;
+        number("--wire", fit.wire, "thickness of hook and eye, mm");
+        number("--bow", fit.bow, "radius of the hook's bend, mm");
+        number("--eye", fit.eye, "radius of the ring, mm");
+    } else if (scene == "lock") {
+        app::LockFit& fit = options.lock;
+        number("--bit-reach", fit.bitReach, "distance of the bit's edge from the axis, mm");
+        number("--ward-reach", fit.wardReach, "distance of the notch's bottom from the axis, mm");
+        number("--ward-width", fit.wardWidth, "width of the ward along the axis, mm");
+        number("--turn", fit.turn, "angle of the key to its stop, rad");
+        number("--clearance", fit.clearance, "clearance of key and lock on each side, mm");
+    } else if (scene == "dental") {
+        app::PocketFit& pocket = options.pocket;
+        number("--depth", pocket.depth, "depth of the pocket, mm");
+        number("--sulcus", pocket.sulcus, "depth of the gap elsewhere, mm");
+        number("--width", pocket.width, "width of the pocket at the gum margin, mm");
+        number("--bottom-width", pocket.bottomWidth, "width of the pocket at its bottom, mm");
+        number("--stiffness", pocket.stiffness, "stiffness of the spring between hand and probe, N/m");
+    }
+}
+
+/// Where the bunny and sphere trees come from, for scenes that use them.
+void addSources(CLI::App& command, bool bunny, bool trees, app::SceneOptions& options) {
+    if (bunny) command.add_option("--bunny", options.bunny, "the Stanford bunny as OBJ, of any size");
+    if (trees) command.add_option("--tree-cache", options.treeCache, "folder in which sphere trees are kept");
+}
+
+void writeBundled(const std::filesystem::path& folder, const app::SceneOptions& sources) {
+    std::filesystem::create_directories(folder);
+    for (const app::SceneInfo& scene : app::sceneTable())
+        for (const app::SceneVariant& variant : app::bundledVariants(scene)) {
+            app::SceneOptions options = sources;
+            variant.choose(options);
+            engine::writeGltf(scene.make(options), folder / (std::string(variant.name) + ".glb"));
+        }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-    using namespace touchstone;
     app::SceneOptions options;
     std::filesystem::path output;
 
-    CLI::App program{"Writes a self-contained glTF scene with its parts, roles, demonstration and expected outcome."};
+    CLI::App program{"Writes self-contained glTF scenes with parts, roles, demonstration and expected outcome."};
     program.require_subcommand(1);
+    CLI::App* bundled = program.add_subcommand("bundled", "all scenes that are bundled with the program");
+    bundled->add_option("-o,--output", output, "the folder to write to")->required();
+    addSources(*bundled, true, true, options);
     for (const app::SceneInfo& scene : app::sceneTable()) {
         CLI::App* command = program.add_subcommand(std::string(scene.name), std::string(scene.summary));
         command->add_option("-o,--output", output, "the file to write, .glb or .gltf")->required();
-        command->add_option("--leaves", options.leaves, "leaves of each body's sphere tree")
-            ->check(CLI::Range(8, 65536));
-        const auto number = [command](const char* name, auto& value, const char* help) {
-            command->add_option(name, value, help)->capture_default_str();
-        };
-        if (scene.name == "bunnies" || scene.name == "wedge")
-            command->add_option("--bunny", options.bunny, "the Stanford bunny as OBJ, of any size");
-        if (scene.name == "bunnies" || scene.name == "pinch")
-            command->add_option("--tree-cache", options.treeCache, "folder in which sphere trees are kept");
-        if (scene.name == "spline") {
-            app::SplineFit& fit = options.fit;
-            number("--diameter", fit.diameter, "over the keys of the shaft, mm");
-            number("--keys", fit.keys, "number of keys");
-            number("--key-depth", fit.keyDepth, "from root to key top, mm");
-            number("--key-width", fit.keyWidth, "between the flanks of a key, mm");
-            number("--length", fit.length, "of the shaft, mm");
-            number("--depth", fit.depth, "of the hole, mm");
-            number("--clearance", fit.clearance, "between the surfaces on each side, mm");
-            number("--chamfer", fit.chamfer, "of the shaft's end and the hole's mouth, mm");
-        } else if (scene.name == "bayonet") {
-            app::BayonetFit& fit = options.bayonet;
-            number("--diameter", fit.diameter, "of the cap's body, mm");
-            number("--lugs", fit.lugs, "number of lugs");
-            number("--depth", fit.depth, "from the rim down to the lugs' way round, mm");
-            number("--turn", fit.turn, "from going in to the pockets, rad");
-            number("--clearance", fit.clearance, "of lugs and body on each side, mm");
-        } else if (scene.name == "gears") {
-            app::GearPair& fit = options.gears;
-            number("--module", fit.module, "pitch diameter by number of teeth, mm");
-            number("--fixed-teeth", fit.fixedTeeth, "of the fixed gear");
-            number("--loose-teeth", fit.looseTeeth, "of the gear that is slid on");
-            number("--width", fit.width, "of both gears along the axis, mm");
-            number("--clearance", fit.clearance, "of a tooth in mesh and of the post, on each side, mm");
-        } else if (scene.name == "hook") {
-            app::HookAndEye& fit = options.hook;
-            number("--wire", fit.wire, "thickness of hook and eye, mm");
-            number("--bow", fit.bow, "radius of the hook's bend, mm");
-            number("--eye", fit.eye, "radius of the ring, mm");
-        } else if (scene.name == "lock") {
-            app::LockFit& fit = options.lock;
-            number("--bit-reach", fit.bitReach, "of the bit, from the axis, mm");
-            number("--ward-reach", fit.wardReach, "of the notch's bottom, from the axis, mm");
-            number("--ward-width", fit.wardWidth, "along the axis, mm");
-            number("--turn", fit.turn, "of the key to its stop, rad");
-            number("--clearance", fit.clearance, "of key and lock on each side, mm");
-        }
-        if (scene.name == "dental") {
-            app::PocketFit& pocket = options.pocket;
-            command->add_option("--depth", pocket.depth, "of the pocket, mm")->capture_default_str();
-            command->add_option("--sulcus", pocket.sulcus, "depth of the gap elsewhere, mm")->capture_default_str();
-            command->add_option("--width", pocket.width, "of the pocket at the gum margin, mm")->capture_default_str();
-            command->add_option("--bottom-width", pocket.bottomWidth, "of its bottom, mm")->capture_default_str();
-            command->add_option("--stiffness", pocket.stiffness, "of the spring between hand and probe, N/m")
-                ->capture_default_str();
-        }
+        addOptions(*command, scene.name, options);
+        addSources(*command, scene.name == "bunnies" || scene.name == "wedge",
+                   scene.name == "bunnies" || scene.name == "pinch", options);
     }
     CLI11_PARSE(program, argc, argv);
 
     try {
+        if (bundled->parsed()) writeBundled(output, options);
         for (const app::SceneInfo& scene : app::sceneTable())
             if (program.got_subcommand(std::string(scene.name))) engine::writeGltf(scene.make(options), output);
     } catch (const std::exception& error) {

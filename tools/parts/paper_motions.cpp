@@ -7,15 +7,14 @@
 #include "haptics/collision/leaf_gaps.hpp"
 #include "haptics/collision/tree_walk.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "tools/parts/demonstration.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/demonstration.hpp"
 #include "tools/parts/scene_kit.hpp"
 
 namespace touchstone::app {
 namespace {
 
-
-/// How many pairs of leaves intersect, the obstacle at the origin.
+/// The number of intersecting pairs of leaves, with the obstacle at the origin.
 class PairCounter {
   public:
     explicit PairCounter(const SphereTree& tree) : tree_(tree), walk_(tree, tree) {}
@@ -39,9 +38,9 @@ class PairCounter {
     TreeWalk walk_;
 };
 
-/// Along one way over the surface, so deep that the pairs go from `fewest` to `most` and back, thrice.
+/// A path over the surface at such depths that the pair count goes from `fewest` to `most` and back three times.
 Demonstration bunnyMotion(const SphereTree& tree, double fewest, double most) {
-    constexpr double kSlide = 4, kBegin = 0.4;  // s; the first pairs come within kBegin
+    constexpr double kSlide = 4, kBegin = 0.4;  // s; the first pairs intersect within kBegin
     PairCounter counter(tree);
     const auto on = [&](double t, double x) {
         const double turn = kTau * t / kSlide;

@@ -19,7 +19,7 @@ double distanceToEdge(glm::dvec2 p, glm::dvec2 a, glm::dvec2 b) {
     return glm::distance(p, a + t * (b - a));
 }
 
-/// Even-odd rule along a ray to +x.
+/// True for a point inside, by the even-odd rule along a ray to +x.
 bool inside(const Outline& outline, glm::dvec2 p) {
     bool in = false;
     for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
@@ -37,7 +37,8 @@ double distanceTo(const Outline& outline, glm::dvec2 p) {
 }
 
 /// Incremental Delaunay triangulation by Lawson's flips inside a triangle that contains all. Points are scaled to the
-/// unit square and the predicates evaluated in long double, so that kEpsilon separates cocircular from wrong.
+/// unit square and the predicates are evaluated in long double, so that kEpsilon separates cocircular points from
+/// errors.
 class Delaunay {
   public:
     struct Triangle {
@@ -109,7 +110,7 @@ class Delaunay {
         std::replace(triangles_[t].next.begin(), triangles_[t].next.end(), from, to);
     }
 
-    /// Flips the edge opposite v[0], the newest point, while the circle rule asks for it.
+    /// Flips the edge opposite v[0], the newest point, while the empty-circle criterion is violated.
     void legalise(Index t) {
         std::vector<Index> open{t};
         while (!open.empty()) {
@@ -120,7 +121,7 @@ class Delaunay {
             if (u == kNone) continue;
             const int j = static_cast<int>(std::ranges::find(triangles_[u].next, t) - triangles_[u].next.begin());
             const Index apex = triangles_[u].v[j];
-            // A point on the edge makes a triangle without area, whose circle says nothing: it must go.
+            // A point on the edge makes a triangle of zero area, which has no circumcircle: it must be flipped away.
             const bool flat = orient(v[0], v[1], v[2]) <= kEpsilon;
             if (!flat && !inCircle(v[0], v[1], v[2], apex)) continue;
             if (orient(v[0], v[1], apex) < 0 || orient(v[0], apex, v[2]) < 0) continue;
@@ -168,7 +169,7 @@ void addArc(Outline& outline, double radius, double from, double to, double chor
 }
 
 Outline offset(const Outline& outline, double distance) {
-    if (distance == 0) return outline;  // to the last bit, so that solids that share it stay closed
+    if (distance == 0) return outline;  // bit-identical, so that solids that share the outline stay closed
     struct Edge {
         glm::dvec2 point, direction;
     };
@@ -180,11 +181,11 @@ Outline offset(const Outline& outline, double distance) {
     }
     const auto meet = [&](std::size_t i, std::size_t j) {
         const double sine = cross(edges[i].direction, edges[j].direction);
-        if (std::abs(sine) < 1e-9) return edges[j].point;  // one line: the shared point has moved with it
+        if (std::abs(sine) < 1e-9) return edges[j].point;  // collinear edges: the shared point has moved with them
         return edges[i].point +
                edges[i].direction * (cross(edges[j].point - edges[i].point, edges[j].direction) / sine);
     };
-    // Drop the edge that has turned round the most until none has; its neighbors then meet each other.
+    // Drop the most reversed edge until no edge is reversed; its neighbors then meet each other.
     std::vector<std::size_t> kept(n);
     for (std::size_t i = 0; i < n; ++i) kept[i] = i;
     while (true) {
@@ -200,7 +201,7 @@ Outline offset(const Outline& outline, double distance) {
         if (worst == m) break;
         kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(worst));
     }
-    // Point i starts edge i; those of dropped edges lie where the edges around them meet.
+    // Point i starts edge i; the points of dropped edges lie where the neighboring edges meet.
     Outline result(n);
     for (std::size_t k = 0; k < kept.size(); ++k) {
         const std::size_t from = kept[k], to = kept[(k + 1) % kept.size()];
@@ -244,13 +245,14 @@ PlanarMesh triangulate(const Outline& outer, const Outline& hole, double spacing
     PlanarMesh mesh;
     mesh.points = outer;
     mesh.points.insert(mesh.points.end(), hole.begin(), hole.end());
-    // Hexagonal grid, symmetric about the centre, kept off the outlines so that no thin triangle arises there.
-    const glm::dvec2 centre = (low + high) / 2.0, reach = (high - low) / 2.0;
+    // Hexagonal grid, symmetric about the center, at a distance from the outlines so that no thin triangles arise
+    // there.
+    const glm::dvec2 center = (low + high) / 2.0, reach = (high - low) / 2.0;
     const double rowHeight = spacing * std::sqrt(0.75);
     const int rows = static_cast<int>(reach.y / rowHeight), columns = static_cast<int>(reach.x / spacing) + 1;
     for (int row = -rows; row <= rows; ++row)
         for (int column = -columns; column <= columns; ++column) {
-            const glm::dvec2 p = centre + glm::dvec2((column + (row & 1) * 0.5) * spacing, row * rowHeight);
+            const glm::dvec2 p = center + glm::dvec2((column + (row & 1) * 0.5) * spacing, row * rowHeight);
             if (!inside(outer, p) || distanceTo(outer, p) < 0.6 * spacing) continue;
             if (!hole.empty() && (inside(hole, p) || distanceTo(hole, p) < 0.6 * spacing)) continue;
             mesh.points.push_back(p);
@@ -259,7 +261,7 @@ PlanarMesh triangulate(const Outline& outer, const Outline& hole, double spacing
     Delaunay delaunay(low, high);
     for (const glm::dvec2& p : mesh.points) delaunay.insert(p);
 
-    // Directed edges that have the region on their left; the way from triangle to triangle stops at them.
+    // Directed edges with the region on their left; the flood fill from triangle to triangle stops at them.
     std::map<std::pair<Index, Index>, bool> border;
     const auto addLoop = [&](std::size_t first, std::size_t count, bool reversed) {
         for (std::size_t i = 0; i < count; ++i) {

@@ -59,9 +59,9 @@ std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file)
     MeshData mesh = engine::readMeshFile(file, 1).mesh;
     glm::vec3 low = mesh.positions.front(), high = low;
     for (const glm::vec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
-    const glm::vec3 size = high - low, centre = (low + high) / 2.0f;
+    const glm::vec3 size = high - low, center = (low + high) / 2.0f;
     const float scale = 0.1f / std::max({size.x, size.y, size.z});
-    for (glm::vec3& p : mesh.positions) p = (p - centre) * scale;
+    for (glm::vec3& p : mesh.positions) p = (p - center) * scale;
     return shared(std::move(mesh));
 }
 
@@ -76,7 +76,7 @@ SphereTree treeOf(const MeshData& mesh, int leaves, const std::filesystem::path&
 
 double travelToContact(const SphereTree& tool, const SphereTree& obstacle, const ToolPose& start,
                        const glm::dvec3& direction) {
-    // The gap shrinks no faster than the tool moves, so that going by the gap never passes the contact.
+    // The gap shrinks at most as fast as the tool moves, so a step of the size of the gap never passes the contact.
     const glm::dquat& q = start.rotation;
     double travel = 0;
     while (travel < 1000) {

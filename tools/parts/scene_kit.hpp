@@ -1,5 +1,5 @@
 #pragma once
-// What the scenes are put together from: marked bodies, looks, the bunny, the height of first contact.
+// Building blocks of the scenes: marked bodies, materials, the bunny, the position of first contact.
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,20 +25,20 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
 nlohmann::json toolMarking(int leaves, nlohmann::json outcome);
 nlohmann::json obstacleMarking(int leaves);
 
-/// What a fit of this clearance, mm, needs: of its bodies, leaves that stand out of both by nine tenths of it together
-/// (or `leaves`, if not 0), and of the scene, a margin and trust of 0.4 of it.
+/// The settings of a fit with this clearance, mm: leaves whose protrusions on both bodies together are at most 0.9 of
+/// it (or `leaves`, if not 0), and a margin and trust of 0.4 of it.
 nlohmann::json closeFit(nlohmann::json marking, int leaves, double clearance);
 nlohmann::json closeFitExtras(double clearance);
 
-/// The bunny about the centre of its bounding box, whose largest side is made 100 mm; up is +y, the face at -x.
-/// Throws engine::SceneError, with what to install when the file is missing.
+/// The bunny about the center of its bounding box, scaled so that its largest side is 100 mm; up is +y, the face at -x.
+/// Throws engine::SceneError that names the package to install when the file is missing.
 std::shared_ptr<const engine::MeshData> stanfordBunny(const std::filesystem::path& file);
 
-/// The sphere tree of a mesh, mm, from the cache folder or built; an empty folder means no cache.
+/// The sphere tree of a mesh, mm, read from the cache folder or built; an empty folder disables the cache.
 SphereTree treeOf(const engine::MeshData& mesh, int leaves, const std::filesystem::path& cache);
 
-/// How far the tool can go from `start` along the unit direction before it touches an obstacle at the origin, mm.
-/// Throws engine::SceneError when it passes by.
+/// The distance from `start` along the unit direction at which the tool touches an obstacle at the origin, mm. Throws
+/// engine::SceneError when it misses the obstacle.
 double travelToContact(const SphereTree& tool, const SphereTree& obstacle, const ToolPose& start,
                        const glm::dvec3& direction);
 

@@ -108,13 +108,13 @@ Scene makeSpline(const SceneOptions& options) {
 /// A ball is driven at a thin plate, faster each time, and must never come out below.
 Scene makePlate(const SceneOptions& options) {
     const int leaves = options.leaves ? options.leaves : 4096;
-    const int ballLeaves = options.leaves ? options.leaves : 256;  // few balls make a ball
+    const int ballLeaves = options.leaves ? options.leaves : 256;  // few leaf spheres suffice for a ball
     const double radius = 12, thickness = 1;
-    const double above = thickness / 2 + radius + 20, past = thickness / 2 + radius + 60;  // of the ball's centre
+    const double above = thickness / 2 + radius + 20, past = thickness / 2 + radius + 60;  // of the ball's center
     Demonstration motion({{0, above, 0}});
     motion.hold(0.2);
-    for (const double metresPerSecond : {0.2, 1.0, 3.0, 10.0}) {
-        motion.moveTo({{0, -past, 0}}, (above + past) / 1000 / metresPerSecond);
+    for (const double metersPerSecond : {0.2, 1.0, 3.0, 10.0}) {
+        motion.moveTo({{0, -past, 0}}, (above + past) / 1000 / metersPerSecond);
         motion.hold(0.2);
         motion.moveTo({{0, above, 0}}, 0.3);
         motion.hold(0.2);
@@ -122,8 +122,8 @@ Scene makePlate(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "plate";
-    // On its side of the plate throughout: the centre never nearer than the radius, with a little for chords and
-    // rounding.
+    // The ball stays on its side of the plate: its center never comes closer than the radius, less a small allowance
+    // for chords and rounding.
     const double side = (thickness / 2 + radius - 0.1) / 1000;
     const json outcome{{"min_peak_force_N", past - 1},
                        {"max_final_lag_mm", 0.01},
@@ -140,8 +140,7 @@ Scene makePlate(const SceneOptions& options) {
 Scene makeWedge(const SceneOptions& options) {
     const int leaves = options.leaves ? options.leaves : 4096;
     const double radius = 9, length = 40, drive = 44, swing = 6;
-    // The ears stand in a V, seen from above. The rod lies along its middle, one end near the corner, and swings
-    // across.
+    // Seen from above the ears form a V. The rod lies along its middle, one end near the corner, and swings across.
     const glm::dvec3 along(0.46, 0, -0.89), across(0.89, 0, 0.46);
     const glm::dvec3 start(-17, 52 + radius, -13);  // just above the tips of the ears, 50 mm up
     const glm::dquat lying = about(glm::normalize(glm::cross({0, 1, 0}, along)), kTau / 4);
@@ -169,21 +168,45 @@ Scene makeWedge(const SceneOptions& options) {
     return scene;
 }
 
+constexpr SceneVariant kSplineFiles[] = {
+    {"spline", [](SceneOptions& options) { options.fit.clearance = 0.2; }},
+    {"spline-01", [](SceneOptions& options) { options.fit.clearance = 0.1; }},
+    {"spline-05",
+     [](SceneOptions& options) {
+         options.fit.clearance = 0.5;
+         options.leaves = 8192;
+     }},
+};
+constexpr SceneVariant kDentalFiles[] = {
+    {"dental", [](SceneOptions&) {}},
+    {"dental-inflamed",
+     [](SceneOptions& options) {
+         options.pocket.depth = 5.5;
+         options.pocket.width = 0.9;
+         options.pocket.stiffness = 300;
+     }},
+};
+
 constexpr SceneInfo kScenes[] = {
     {"bunnies", "one Stanford bunny touches, slides along, presses into and turns against another", makeBunnies},
-    {"spline", "a splined shaft is turned until it drops into its hole and is pushed home", makeSpline},
+    {"spline", "a splined shaft is turned until it drops into its hole and is pushed home", makeSpline, kSplineFiles},
     {"plate", "a ball is driven at a 1 mm plate at 0.2, 1, 3 and 10 m/s", makePlate},
     {"wedge", "a rod is wedged between the ears of a bunny", makeWedge},
-    {"pinch", "a ball between walls that leave it too little room, or hardly enough", makePinch},
-    {"dental", "a periodontal probe measures how deep the pocket between tooth and gum is", makeDental},
-    {"bayonet", "a cap with lugs is put into its holder, turned and locked", makeBayonet},
+    {"pinch", "a ball between walls that leave too little room for it, or barely enough", makePinch},
+    {"dental", "a periodontal probe measures how deep the pocket between tooth and gum is", makeDental, kDentalFiles},
+    {"bayonet", "a cap with lugs is inserted into its holder, turned and locked", makeBayonet},
     {"gears", "a gear slides down a post into mesh with a fixed gear", makeGears},
     {"hook", "a hook goes through an eye and carries load", makeHook},
-    {"lock", "a key goes into its lock, turns when it is home, and is held", makeLock},
+    {"lock", "a key is inserted into its lock, turned and held", makeLock},
 };
 
 }  // namespace
 
 std::span<const SceneInfo> sceneTable() { return kScenes; }
+
+std::vector<SceneVariant> bundledVariants(const SceneInfo& scene) {
+    if (scene.variants.empty()) return {{scene.name, [](SceneOptions&) {}}};
+    return {scene.variants.begin(), scene.variants.end()};
+}
 
 }  // namespace touchstone::app

@@ -1,8 +1,9 @@
 #pragma once
-// The scenes that come with the program: parts, roles, demonstration, expected outcome.
+// The computed scenes of the program: parts, roles, demonstration, expected outcome.
 #include <filesystem>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "engine/scene/scene.hpp"
 #include "tools/parts/bayonet.hpp"
@@ -21,9 +22,15 @@ struct SceneOptions {
     GearPair gears;
     HookAndEye hook;
     LockFit lock;
-    int leaves = 0;  ///< of each body's sphere tree; 0: the scene's own
+    int leaves = 0;  ///< of each body's sphere tree; 0: the default of the scene
     std::filesystem::path bunny = "/usr/share/glmark2/models/bunny.obj";  ///< of `bunnies` and `wedge`
     std::filesystem::path treeCache;                                      ///< folder for sphere trees; empty for none
+};
+
+/// A scene file of the program, made with its own choice of options.
+struct SceneVariant {
+    std::string_view name;  ///< of the file, without extension
+    void (*choose)(SceneOptions&);
 };
 
 struct SceneInfo {
@@ -31,10 +38,15 @@ struct SceneInfo {
     std::string_view summary;  ///< one line for help
     /// Throws engine::SceneError or std::invalid_argument with one sentence.
     engine::Scene (*make)(const SceneOptions&);
+    /// The files that are bundled with the program; empty for one file of the scene's own name with default options.
+    std::span<const SceneVariant> variants = {};
 };
 
-/// bunnies, spline, plate, wedge, pinch, dental, bayonet, gears, hook, lock. Adding one is adding a row; a scene
-/// without computed parts is a file in scenes/.
+/// The one list of computed scenes: a new scene is a row, and the build then makes its file. A scene without computed
+/// parts is a file in scenes/.
 std::span<const SceneInfo> sceneTable();
+
+/// The bundled files of a row of the table.
+std::vector<SceneVariant> bundledVariants(const SceneInfo& scene);
 
 }  // namespace touchstone::app

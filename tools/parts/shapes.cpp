@@ -13,7 +13,7 @@ namespace {
 
 void check(const SplineFit& fit) {
     require(fit.diameter > 0 && fit.length > 0 && fit.depth > 0 && fit.wall > 0 && fit.spacing > 0,
-          "diameter, length, depth, wall and spacing of a spline must be positive");
+            "diameter, length, depth, wall and spacing of a spline must be positive");
     require(fit.clearance >= 0 && fit.chamfer >= 0, "clearance and chamfer of a spline must not be negative");
     require(fit.chamfer < std::min(fit.length, fit.depth), "the chamfer must be smaller than the length of the spline");
     require(fit.chamfer < fit.wall, "the chamfer must be smaller than the wall around the hole");
@@ -42,7 +42,7 @@ Solid icosahedron(double radius) {
     return solid;
 }
 
-/// Every triangle into four, new points on the sphere.
+/// Divides every triangle into four, with the new points on the sphere.
 void divide(Solid& solid, double radius) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
@@ -59,7 +59,7 @@ void divide(Solid& solid, double radius) {
     solid.triangles = std::move(finer);
 }
 
-/// How far the flattest place of any triangle lies inside the sphere.
+/// The largest distance of a triangle's interior from the sphere.
 double sagitta(const Solid& solid, double radius) {
     double most = 0;
     for (const auto& [a, b, c] : solid.triangles) {
@@ -79,7 +79,7 @@ engine::MeshData box(const glm::dvec3& size, double spacing) {
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         for (const int side : {0, 1}) {
-            // Cell corners as fractions of the box, so that neighboring faces compute the same numbers.
+            // Cell corners are fractions of the box, so that neighboring faces compute identical numbers.
             const auto at = [&](int i, int j) {
                 glm::dvec3 p;
                 p[axis] = (side - 0.5) * size[axis];
@@ -129,7 +129,7 @@ Outline splineProfile(const SplineFit& fit) {
     const double tipHalf = std::asin(fit.keyWidth / 2 / tip), rootHalf = std::asin(fit.keyWidth / 2 / root);
     require(2 * rootHalf < pitch, "the keys overlap; make them fewer or narrower");
 
-    // Arcs as chords of equal length, corners exactly on the flanks; flanks are divided afterwards.
+    // Arcs become chords of equal length with corners exactly on the flanks; the flanks are divided later.
     Outline outline;
     const auto arc = [&](double radius, double from, double to) {
         addArc(outline, radius, from, to, kChordError, fit.spacing);
@@ -153,8 +153,8 @@ engine::MeshData splinedShaft(const SplineFit& fit) {
 }
 
 engine::MeshData splinedHole(const SplineFit& fit) {
-    // The profile anew with its points spread evenly: the shift shortens edges in inner corners, lengthens them in
-    // outer.
+    // The points of the profile are spread evenly again: the shift shortens edges in inner corners and lengthens them
+    // in outer ones.
     const Outline bore = subdivided(withoutRepeats(offset(splineProfile(fit), fit.clearance)), fit.spacing);
     const Outline mouth = offset(bore, fit.chamfer);
     const Outline outer = circle(fit.diameter / 2 + fit.clearance + fit.wall, kChordError, fit.spacing);

@@ -1,6 +1,6 @@
 #pragma once
-// Closed solids as triangle meshes: what the scenes are made of.
-// Parameters are in mm, as parts are drawn; meshes are in metres, as MeshData says. Every mesh is watertight by exact
+// Closed solids as triangle meshes: the parts of the scenes.
+// Parameters are in mm, as in drawings; meshes are in meters, as MeshData says. Every mesh is watertight by exact
 // positions, counter-clockwise seen from outside, with flat normals at edges sharper than 30 degrees and smooth ones
 // elsewhere. Curved faces are inscribed: their vertices lie on the surface, their chords at most kChordError inside it.
 #include "engine/scene/mesh_data.hpp"
@@ -20,7 +20,7 @@ engine::MeshData sphere(double radius);
 engine::MeshData cylinder(double radius, double length, double spacing);
 
 /// A splined shaft and the hole it fits. The profile has straight-sided keys on a root circle; in the hole the same
-/// profile stands `clearance` further out everywhere: on key tops, roots and flanks alike, measured square to the face.
+/// profile is offset outward by `clearance` everywhere: on key tops, roots and flanks alike, along the face normal.
 struct SplineFit {
     double diameter = 30;  ///< over the keys of the shaft
     int keys = 8;
@@ -30,7 +30,7 @@ struct SplineFit {
     double clearance = 0.5;  ///< between the surfaces, on each side
     double chamfer = 0;      ///< 45° on the shaft's lower end and around the hole's mouth
     double depth = 36;       ///< of the hole
-    double wall = 5;         ///< around the hole and, where it is blind, below it
+    double wall = 5;         ///< around the hole and, if it is blind, below it
     bool blind = true;       ///< false: the hole goes through a sleeve of height `depth`
     double spacing = 1;      ///< of the mesh's points along edges and faces
 };

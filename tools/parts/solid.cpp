@@ -32,7 +32,7 @@ void addWall(Solid& solid, std::span<const Section> sections, double spacing) {
             height = std::max(height, glm::distance(inSpace(from.outline[i], from.y), inSpace(to.outline[i], to.y)));
         const int rows = std::max(1, static_cast<int>(std::ceil(height / spacing - 1e-9)));
         const auto at = [&](std::size_t i, int row) {
-            // The ends exactly, so that they weld with what adjoins.
+            // The ends are exact, so that they weld with adjoining surfaces.
             if (row == 0) return inSpace(from.outline[i % n], from.y);
             if (row == rows) return inSpace(to.outline[i % n], to.y);
             const double t = double(row) / rows;
@@ -56,7 +56,7 @@ void addEnd(Solid& solid, double y, const PlanarMesh& mesh, bool up) {
 engine::MeshData finished(const Solid& solid) {
     const double sharp = std::cos(30 * std::acos(-1.0) / 180);
 
-    // Weld by the positions as they will be stored; adding 0 makes one zero of the two.
+    // Weld by the positions as they will be stored; adding 0 turns -0 into +0.
     using Key = std::tuple<float, float, float>;
     std::map<Key, std::uint32_t> known;
     std::vector<std::uint32_t> place;

@@ -5,8 +5,8 @@
 #include <span>
 #include <stdexcept>
 
-#include "tools/parts/shapes.hpp"
 #include "tools/parts/angles.hpp"
+#include "tools/parts/shapes.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
@@ -16,10 +16,10 @@ constexpr double kSame = 1e-9;
 
 int pieces(double length, double step) { return std::max(1, static_cast<int>(std::ceil(length / step - kSame))); }
 
-/// Places along one axis: the limits of the blocks, and places between them so that none are far apart.
+/// Places along one axis: the limits of the blocks, and intermediate places so that gaps stay small.
 struct Axis {
     std::vector<double> limits, places;
-    std::vector<int> cell;  // that a piece between two places belongs to, between two limits
+    std::vector<int> cell;  // the cell between two limits that each piece between two places belongs to
 
     Axis(std::vector<double> values, double spacing) : limits(std::move(values)) {
         std::ranges::sort(limits);
@@ -40,16 +40,16 @@ struct Axis {
     }
 };
 
-/// The flanks in their order round the axis, and planes between them.
+/// The flanks in their order around the axis, and planes between them.
 struct Round {
     struct Line {
         Flank flank;
-        double inner;  // nearest to the axis that a block uses it
+        double inner;  // smallest radius at which a block uses it
         double at(double r) const { return flank.angle + std::asin(flank.offset / std::max(r, inner)); }
     };
     double outer;
     std::vector<Line> lines;
-    std::vector<std::pair<int, double>> places;  // a line, and the share of the way to the next
+    std::vector<std::pair<int, double>> places;  // a line, and the fraction of the way to the next one
 
     explicit Round(double outerRadius) : outer(outerRadius) {}
 
@@ -70,7 +70,7 @@ struct Round {
         if (known == lines.size()) lines.push_back({flank, inner});
         lines[known].inner = std::min(lines[known].inner, inner);
     }
-    /// Nearer the axis a sector of parallel flanks is wider as an angle: the radius that asks for most pieces counts.
+    /// Near the axis a sector with parallel flanks spans a larger angle: the radius that needs the most pieces decides.
     void divide(std::span<const double> radii, double spacing) {
         if (lines.empty()) lines.push_back({{0}, 1});
         for (Line& line : lines) line.flank.angle = order(line.flank) - std::asin(line.flank.offset / outer);

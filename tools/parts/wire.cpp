@@ -10,13 +10,13 @@
 
 namespace touchstone::app {
 
-std::vector<glm::dvec3> arc(const glm::dvec3& centre, const glm::dvec3& u, const glm::dvec3& v, double radius,
+std::vector<glm::dvec3> arc(const glm::dvec3& center, const glm::dvec3& u, const glm::dvec3& v, double radius,
                             double from, double to, double spacing) {
     const int n = std::max(1, static_cast<int>(std::ceil(radius * std::abs(to - from) / spacing)));
     std::vector<glm::dvec3> points;
     for (int i = 0; i <= n; ++i) {
         const double angle = from + (to - from) * i / n;
-        points.push_back(centre + radius * (std::cos(angle) * u + std::sin(angle) * v));
+        points.push_back(center + radius * (std::cos(angle) * u + std::sin(angle) * v));
     }
     return points;
 }
@@ -26,9 +26,9 @@ engine::MeshData wire(std::span<const glm::dvec3> line, double radius, bool clos
     if (n < (closed ? 3 : 2)) throw std::invalid_argument("a wire needs two points, a ring three");
     const Outline round = circle(radius, kChordError, spacing);
 
-    // Frames carried along the line with as little turning as can be. In a plane they come back as they left.
+    // Frames carried along the line with minimal rotation. Along a closed plane line they return unchanged.
     struct Ring {
-        glm::dvec3 centre, side, up, along;
+        glm::dvec3 center, side, up, along;
         double radius;
     };
     std::vector<Ring> rings;
@@ -42,7 +42,7 @@ engine::MeshData wire(std::span<const glm::dvec3> line, double radius, bool clos
         rings.push_back({line[i], side, glm::cross(along, side), along, radius});
     }
     for (std::size_t i = 0; i + 1 < n; ++i) {
-        const glm::dvec3 step = rings[i + 1].centre - rings[i].centre;
+        const glm::dvec3 step = rings[i + 1].center - rings[i].center;
         if (glm::length(rings[i + 1].along - rings[i].along) * radius >= glm::length(step))
             throw std::invalid_argument("the wire bends more sharply than it is thick");
     }
@@ -52,7 +52,7 @@ engine::MeshData wire(std::span<const glm::dvec3> line, double radius, bool clos
         for (int k = 1; k <= caps; ++k) {
             const double angle = std::numbers::pi / 2 * k / caps, out = radius * std::sin(angle);
             Ring a = rings.front(), b = rings.back();
-            a.centre -= out * a.along, b.centre += out * b.along;
+            a.center -= out * a.along, b.center += out * b.along;
             a.radius = b.radius = k == caps ? 0 : radius * std::cos(angle);
             start.insert(start.begin(), a), end.push_back(b);
         }
@@ -65,7 +65,7 @@ engine::MeshData wire(std::span<const glm::dvec3> line, double radius, bool clos
     const auto at = [&](std::size_t ring, std::size_t i) {
         const Ring& r = rings[ring % rings.size()];
         const glm::dvec2 p = round[i % m] / radius * r.radius;
-        return r.centre + p.x * r.side + p.y * r.up;
+        return r.center + p.x * r.side + p.y * r.up;
     };
     for (std::size_t ring = 0; ring < spans; ++ring)
         for (std::size_t i = 0; i < m; ++i) {

@@ -1,4 +1,5 @@
-// Measures one case after another: judged once in full, timed in runs that alternate with those of the other cases.
+// Measures the cases of a scene: each is run once in full to judge it, then timed in runs that alternate with those of
+// the other cases.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,15 +15,15 @@
 namespace touchstone::app {
 namespace {
 
-/// What an exact answer may leave: of rows of unit normal, mm, N and mJ.
+/// Limit of an exact answer's KKT residuals on rows of unit normal, in mm, N and mJ.
 constexpr double kExactResidual = 1e-6;
-/// The device's depth beyond the tool, mm: upper ends of the classes that times are told by.
+/// Upper ends of the classes of the device's depth beyond the tool by which times are reported, mm.
 constexpr int kDepths[] = {1, 2, 5, 10, 20, 40};
 constexpr const char* kStageNames[] = {"step", "collision", "solve", "helper", "both"};  // both: step and helper
 constexpr std::size_t kStages = std::size(kStageNames);
-constexpr double kSlowUs = 70;  // that no more than one tick of a thousand is to take on the bunnies
+constexpr double kSlowUs = 70;  // the goal for bunnies: at most one tick in a thousand takes longer
 
-/// engine::Looks at every problem that the solver was given, and at every tick. Times count only if it finds nothing.
+/// Checks every problem that the solver was given, and every tick. Times count only if no check fails.
 class Judge {
   public:
     Judge(const Settings& settings, double tolerance)
@@ -41,7 +42,7 @@ class Judge {
                               exact_ ? kkt.complementarity_mJ : natural(problem, result)});
     }
 
-    /// The rows that an elastic answer meets: each gives way by the slack in the metric of the stiffness.
+    /// The rows that an elastic answer satisfies: each is relaxed by the slack in the metric of the stiffness.
     static void soften(const QpProblem& problem, double slack, RowSet& softened) {
         for (int i = 0; i < problem.rows->size(); ++i) {
             const Vec6 j = problem.rows->row(i);
@@ -56,7 +57,7 @@ class Judge {
         inexact_ += record.screenInexact > 0;
     }
 
-    /// Why the times do not count; empty if they do.
+    /// The reason why the times do not count; empty if they do.
     std::string why() const {
         std::string text;
         const auto say = [&](std::uint64_t count, const std::string& what) {
@@ -64,8 +65,8 @@ class Judge {
         };
         for (const SolveStatus status : {SolveStatus::IterationLimit, SolveStatus::Invalid})
             say(statuses_[static_cast<std::size_t>(status)], std::string("answers are ") + name(status));
-        say(nonFinite_, "ticks not finite");
-        say(overflows_, "ticks with a list too long");
+        say(nonFinite_, "non-finite ticks");
+        say(overflows_, "ticks with an overflowing list");
         if (residual_ > limit_) {
             char number[96];
             std::snprintf(number, sizeof number, "%sresidual %.2g above %.2g", text.empty() ? "" : "; ", residual_,
@@ -106,15 +107,15 @@ nlohmann::ordered_json medianOrNull(std::vector<double> values) {
     return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
 }
 
-/// Times of one case, run by run.
+/// Times of one case, collected run by run.
 struct Timing {
     std::array<std::array<std::vector<double>, 3>, kStages> percentiles;  ///< of each run: p50, p99, p99.9
     std::vector<double> most, constantMost;
     std::vector<double> slow;      ///< share of a run's ticks above kSlowUs
-    std::vector<double> firstTen;  ///< worst of the motion's first ten ticks, each time it was run
+    std::vector<double> firstTen;  ///< longest of the motion's first ten ticks, for each repetition
     std::array<std::vector<double>, 3> constant;
     std::vector<std::vector<double>> byDepth = std::vector<std::vector<double>>(std::size(kDepths));
-    std::size_t ticks = 0;  ///< of a run, the fewest
+    std::size_t ticks = 0;  ///< smallest tick count of a run
 
     void add(std::array<std::vector<double>, kStages>& times, std::vector<double>& equal) {
         ticks = ticks == 0 ? times[0].size() : std::min(ticks, times[0].size());
@@ -134,14 +135,14 @@ struct Timing {
     }
 };
 
-/// Arithmetic that always takes as long.
+/// Arithmetic of constant cost per round.
 void work(std::uint64_t rounds) {
     volatile double x = 1;
     for (std::uint64_t i = 0; i < rounds; ++i) x = x * 0.999999 + 1e-6;
 }
 
-/// Processor times of as many pieces of equal work as there are ticks, each of about the ticks' median: what the
-/// machine alone does to percentiles.
+/// CPU times of `count` equal pieces of work, each about as long as the median tick: they show how much of the
+/// percentiles is due to the machine alone.
 std::vector<double> timeConstant(std::size_t count, double us) {
     static const double roundsPerUs = [] {
         constexpr std::uint64_t kRounds = 2'000'000;
@@ -172,7 +173,7 @@ class Measuring {
         options_.timing = false;
     }
 
-    /// The run in full, which is also the warm-up.
+    /// Runs the case once in full, which is also the warm-up.
     void judge() {
         options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) { judge_.solved(problem, result); };
         options_.onTick = [&](const TickRecord& record, double) {
@@ -201,7 +202,7 @@ class Measuring {
                 else
                     ++lost_;
             } catch (const std::invalid_argument&) {
-                ++lost_;  // the meshes meet: there is no truth to compare with
+                ++lost_;  // the meshes overlap, so the exact answer does not exist
             }
         }
     }
@@ -214,7 +215,7 @@ class Measuring {
             const sandbox::TimedRun run = sandbox::timeHeadless(scene_, settings_, options_);
             if (run.hash != report_.hash)
                 throw std::runtime_error(case_.key() +
-                                         ": a repeated run gave other results, which is a fault of the program: "
+                                         ": a repeated run gave different results, which is a bug in the program: "
                                          "please report it");
             double first = 0;
             for (std::size_t i = 0; i < std::min<std::size_t>(10, run.ticks.size()); ++i)

@@ -1,21 +1,20 @@
-// What a sweep measures.
+// The plan of a sweep: which cases it measures.
 #include <algorithm>
 #include <array>
 
 #include "tools/touchstone/bench.hpp"
-#include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
 namespace {
 
-constexpr double kQuickPaperRate = 250;  // Hz: a tick of paper mode takes milliseconds
+constexpr double kQuickPaperRate = 250;  // Hz; a tick of paper mode takes milliseconds, so --quick runs fewer of them
 constexpr int kLinearisations[] = {1, 2, 4};
 constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 2048, 4096, 8192, 16384, 32768, 64000};
 constexpr int kQuickLeaves[] = {512, 1024, 2048};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
-constexpr const char* kFits[] = {"spline", "spline-01"};  // where walks are what a tick may spend most on
+constexpr const char* kFits[] = {"spline", "spline-01"};  // tree walks may dominate their ticks: also with the helper
 constexpr double kUsualTolerance = 0.01;
 
 std::string number(double value) {
@@ -24,14 +23,14 @@ std::string number(double value) {
     return text;
 }
 
-/// The motions to measure: those called hard, else the demonstration.
+/// The motions to measure: those whose name begins with "hard-", or the first one if there is none.
 std::vector<std::string> motionsOf(const std::string& name) {
     sandbox::SceneOptions options;
     options.buildTrees = false;
     const sandbox::HapticScene scene = sandbox::openScene(findScene(name), options);
     if (!scene.missing.empty()) throw std::runtime_error(name + ": " + scene.missing);
     if (scene.motions.empty())
-        throw std::runtime_error(name + ": nothing moves the tool: give its node an animation, as docs/scenes.md says");
+        throw std::runtime_error(name + ": nothing moves the tool: give its node an animation (see docs/scenes.md)");
     std::vector<std::string> motions;
     for (const NamedMotion& motion : scene.motions)
         if (motion.name.rfind("hard-", 0) == 0) motions.push_back(motion.name);
@@ -43,7 +42,7 @@ class Planner {
   public:
     explicit Planner(bool quick) : quick_(quick) {}
 
-    /// Once each, whatever asks for it.
+    /// Adds the case unless it is there already.
     void add(BenchCase wanted) {
         if (wanted.mode == "paper" && quick_) wanted.rate = kQuickPaperRate;
         const auto same = [&](const BenchCase& other) { return other.key() == wanted.key(); };
@@ -63,7 +62,7 @@ class Planner {
         }
     }
 
-    /// One motion, all that may be chosen.
+    /// One motion with every choice of settings.
     void addTrade(const BenchCase& motion) {
         BenchCase wanted = motion;
         const std::span<const double> tolerances = quick_ ? std::span<const double>(kQuickTolerances) : kTolerances;
@@ -85,7 +84,16 @@ class Planner {
         wanted = motion;
         wanted.fixedMargin = true;
         add(wanted);
-        wanted.solver = "pqp";
+        for (const SolverInfo& solver : solverTable())
+            if (!solver.exact) addScreenings(wanted, std::string(solver.name), tolerances);
+        wanted = motion;
+        wanted.mode = "paper";
+        addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
+    }
+
+    /// An approximate solver with every kind of screening.
+    void addScreenings(BenchCase wanted, const std::string& solver, std::span<const double> tolerances) {
+        wanted.solver = solver;
         for (const char* screening : {"none", "screen", "cluster"}) {
             wanted.screening = screening;
             for (const double tolerance : tolerances) {
@@ -93,9 +101,6 @@ class Planner {
                 if (!quick_ || tolerance == kUsualTolerance) add(wanted);
             }
         }
-        wanted = motion;
-        wanted.mode = "paper";
-        addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
     }
 
     std::vector<BenchCase> take() { return std::move(cases_); }
@@ -114,8 +119,8 @@ std::string BenchCase::key() const {
            (fixedMargin ? "/fixed-margin" : "") + (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
 
-Settings BenchCase::settings(const Settings& usual) const {
-    Settings chosen = usual;
+Settings BenchCase::settings(const Settings& sceneSettings) const {
+    Settings chosen = sceneSettings;
     const auto set = [&](const char* name, const std::string& value) {
         if (const std::string wrong = setSetting(chosen, name, value); !wrong.empty()) throw UsageError(wrong);
     };
@@ -173,7 +178,7 @@ BenchPlan planBench(const BenchCommand& command) {
     }
     BenchPlan plan{planner.take(), {}};
     if (!hard) plan.qpRows.assign(qpRowCounts().begin(), qpRowCounts().end());
-    // Cases of the same trees stand together, so that each scene is opened once.
+    // Cases with the same trees are adjacent, so that each scene is opened once.
     std::stable_sort(plan.cases.begin(), plan.cases.end(), [](const BenchCase& a, const BenchCase& b) {
         return std::tie(a.scene, a.leaves) < std::tie(b.scene, b.leaves);
     });

@@ -1,4 +1,4 @@
-// touchstone compare: one device motion, every solver, the same inputs.
+// touchstone compare: renders the same device motion with every solver.
 #include "tools/touchstone/compare.hpp"
 
 #include <algorithm>
@@ -12,9 +12,10 @@
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "tools/touchstone/bench.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
-#include "tools/touchstone/gnuplot.hpp"
+#include "tools/touchstone/csv.hpp"
+#include "tools/touchstone/figures.hpp"
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
 #include "tools/touchstone/tick_table.hpp"
@@ -25,18 +26,27 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr int kMostRows = 1 << 15;  // of the tick
+struct CompareCommand {
+    std::string motion;  ///< folder of a recording, or a scene
+    std::string device;  ///< of a scene; empty: its demonstration
+    std::vector<std::string> solvers, modes{"default"};
+    std::optional<double> seconds;
+    std::optional<std::string> tolerance;  ///< as text, checked like settings
+    std::vector<std::string> set;          ///< KEY=VALUE
+    int runs = 5;
+    std::filesystem::path out;  ///< empty: only print the table
+};
+
+constexpr int kMostRows = 1 << 15;  // maximum row count of a tick
 
 Settings settingsFor(const ComparedMotion& motion, const CompareCase& what, const Settings& usual) {
-    RunOptions options;
-    options.mode = what.mode;
-    if (!what.solver.empty()) options.solver = what.solver;
-    options.shadow = "none";
-    options.tolerance = motion.tolerance;
-    options.set = motion.set;
-    const Settings settings = withCommandLine(usual, options);
-    if (const std::string wrong = checkSettings(settings); !wrong.empty()) throw UsageError(wrong);
-    return settings;
+    SettingsChoice choice;
+    choice.mode = what.mode;
+    if (!what.solver.empty()) choice.solver = what.solver;
+    choice.shadow = "none";
+    choice.tolerance = motion.tolerance;
+    choice.set = motion.set;
+    return checkedWithCommandLine(usual, choice);
 }
 
 /// A case while it is run.
@@ -78,7 +88,7 @@ class Comparing {
         timed_.push_back(sandbox::timeHeadless(motion_.scene, run.settings, options_));
         if (timed_.back().hash != run.hash)
             throw std::runtime_error(run.what.name() +
-                                     ": a repeated run gave other results, which is a fault of the program: please "
+                                     ": a repeated run gave different results, which is a bug in the program: please "
                                      "report it");
     }
 
@@ -211,12 +221,12 @@ void printTable(const std::vector<ordered_json>& rows) {
 std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const std::vector<std::string>& solvers) {
     std::vector<CompareCase> cases;
     for (const std::string& mode : modes) {
-        RunOptions asked;
-        asked.mode = mode;
-        const bool solves = withCommandLine({}, asked).mode != Mode::Penalty;
+        SettingsChoice choice;
+        choice.mode = mode;
+        const bool solves = withCommandLine({}, choice).mode != Mode::Penalty;
         for (const std::string& solver : solvers) {
-            asked.solver = solver;
-            withCommandLine({}, asked);
+            choice.solver = solver;
+            withCommandLine({}, choice);  // throws for a name that does not exist
             if (solves) cases.push_back({mode, solver});
         }
         if (!solves) cases.push_back({mode, ""});
@@ -233,8 +243,9 @@ std::vector<ComparedRun> compareMotion(const ComparedMotion& motion, const std::
         one.judge();
         if (one.run.deviceHash != all.front().run.deviceHash)
             throw std::runtime_error(
-                "the device was elsewhere with " + one.run.what.name() + " than with " + all.front().run.what.name() +
-                ", as one that feels the force is: record it with `touchstone run --record DIR` and compare that");
+                "the device's poses with " + one.run.what.name() + " differ from those with " +
+                all.front().run.what.name() +
+                ", so it reacts to the force: record its motion with `touchstone run --record DIR` and compare that");
     }
     for (int run = 0; run < runs; ++run)
         for (Comparing& one : all) one.time();
@@ -257,43 +268,6 @@ std::vector<ordered_json> comparisonRows(const std::vector<ComparedRun>& runs) {
     return rows;
 }
 
-Points overTime(const ComparedRun& run, double (*value)(const ComparedRun&, std::size_t)) {
-    constexpr std::size_t kStretches = 800;
-    Points points;
-    const std::size_t ticks = run.ticks.size(),
-                      length = std::max<std::size_t>(1, (ticks + kStretches - 1) / kStretches);
-    for (std::size_t first = 0; first < ticks; first += length) {
-        double most = value(run, first);
-        for (std::size_t i = first + 1; i < std::min(ticks, first + length); ++i) most = std::max(most, value(run, i));
-        points.push_back({static_cast<double>(first) * 1000 / run.settings.rate, most});
-    }
-    return points;
-}
-
-void drawComparison(const std::vector<ComparedRun>& runs, const fs::path& folder, const std::string& prefix) {
-    const auto plot = [&](const std::string& name, const std::string& axis, const std::string& scale, auto value) {
-        Lines lines;
-        for (const ComparedRun& run : runs) lines.add(run.what.name(), overTime(run, value), "lines");
-        gnuplot(folder, prefix + name,
-                lines.data() + scale + "set xlabel \"ms\"\nset ylabel \"" + axis + "\"\nset key outside right\n" +
-                    lines.plot());
-    };
-    plot("time", "step, µs", "set logscale y\n",
-         [](const ComparedRun& r, std::size_t i) { return r.ticks[i].totalUs; });
-    plot("rows", "rows", "", [](const ComparedRun& r, std::size_t i) { return double(r.ticks[i].rows); });
-    plot("force", "force, N", "", [](const ComparedRun& r, std::size_t i) { return r.ticks[i].wrench_C.force.norm(); });
-    plot("penetration", "true penetration, mm (least shown: 1e-7)", "set logscale y\nset format y \"10^{%T}\"\n",
-         [](const ComparedRun& r, std::size_t i) { return std::max(1e-7, r.penetration[i]); });
-    std::vector<std::pair<std::string, std::vector<double>>> groups;
-    for (const ordered_json& row : comparisonRows(runs))
-        groups.push_back(
-            {row.at("case").get<std::string>(),
-             {cellOf(row, "collision_mean_us"), cellOf(row, "solve_mean_us"), cellOf(row, "step_mean_us")}});
-    gnuplot(folder, prefix + "stages",
-            "set logscale y\nset ylabel \"mean, µs\"\nset key outside top horizontal\n" +
-                bars(groups, {"collision", "optimisation", "total"}));
-}
-
 void writeComparison(const std::vector<ComparedRun>& runs, const fs::path& folder, const std::string& prefix) {
     writeFile(folder / (prefix + "compare.csv"), "the table", toCsv(comparisonRows(runs)));
     for (const ComparedRun& run : runs) {
@@ -304,18 +278,16 @@ void writeComparison(const std::vector<ComparedRun>& runs, const fs::path& folde
             table.add(run.ticks[i], run.penetration[i], run.settings.rate);
         table.close();
     }
-    drawComparison(runs, folder, prefix);
 }
+
+namespace {
 
 int compare(const CompareCommand& command) {
     const std::vector<CompareCase> cases = casesOf(command.modes, command.solvers);
-    if (!command.out.empty()) {
-        requireGnuplot();
-        makeFolder(command.out, "the comparison");
-    }
+    if (!command.out.empty()) makeFolder(command.out, "the comparison");
     const bool recorded = sandbox::isRecording(command.motion);
     if (recorded && !command.device.empty())
-        throw UsageError("--device belongs to a scene: a recording brings its motion along");
+        throw UsageError("--device needs a scene: a recording contains its own motion");
     const fs::path file = recorded ? sandbox::Recording(command.motion).scene().file : findScene(command.motion);
     const sandbox::HapticScene scene =
         sandbox::openScene(file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
@@ -330,8 +302,43 @@ int compare(const CompareCommand& command) {
     motion.set = command.set;
     const std::vector<ComparedRun> runs = compareMotion(motion, cases, command.runs);
     printTable(comparisonRows(runs));
-    if (!command.out.empty()) writeComparison(runs, command.out);
+    if (command.out.empty()) return kOk;
+    writeComparison(runs, command.out);
+    drawFigures("compare", command.out);
     return kOk;
+}
+
+constexpr const char* kCompareFooter =
+    "Examples:\n"
+    "  touchstone compare bunnies --device demo:figure-5 --mode paper,default --out compared\n"
+    "  touchstone run spline --record push && touchstone compare push --mode default,penalty\n";
+
+}  // namespace
+
+void addCompare(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<CompareCommand>();
+    CLI::App* command =
+        addCommand(program, "compare", "Render the same device motion with one solver after another", kCompareFooter);
+    command->add_option("RECORDING|SCENE", options->motion, "folder that `touchstone run --record` wrote, or a scene")
+        ->required();
+    for (const SolverInfo& solver : solverTable()) options->solvers.emplace_back(solver.name);
+    command->add_option("--solvers", options->solvers, "comma-separated, of " + namesOf(solverTable()))
+        ->delimiter(',')
+        ->capture_default_str();
+    command->add_option("--mode", options->modes, "comma-separated: default, paper, penalty (which has no solver)")
+        ->delimiter(',')
+        ->capture_default_str();
+    command->add_option("--device", options->device,
+                        "the device that moves the tool of a scene: demo:NAME, replay:FILE");
+    command->add_option("--seconds", options->seconds, "duration (default: until the motion ends)")
+        ->check(durationInSeconds());
+    command->add_option("--tolerance", options->tolerance, kToleranceHelp);
+    addSet(*command, options->set, "KEY=VALUE: set one setting by name, in every run");
+    command->add_option("--runs", options->runs, "timed runs of each case; the median of each tick is reported")
+        ->check(within(1, 1000))
+        ->capture_default_str();
+    command->add_option("--out", options->out, "folder for the table, every tick and figures (python3-matplotlib)");
+    command->callback([options, &action] { action = [options] { return compare(*options); }; });
 }
 
 }  // namespace touchstone::app

@@ -1,59 +1,51 @@
 #pragma once
-// One motion of the device, fed to one solver after another.
+// One motion of the device, rendered by one solver after another.
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "haptics/sandbox/scene/scene_world.hpp"
-#include "tools/touchstone/commands.hpp"
 
 namespace touchstone::app {
 
-/// What renders: a mode and, where it has one, a solver.
+/// A mode and, if the mode has one, a solver.
 struct CompareCase {
     std::string mode, solver;
     std::string name() const { return solver.empty() ? mode : mode + " " + solver; }
 };
-/// Every mode with every solver; penalty has none. Throws UsageError for a name that does not exist.
+/// Every mode with every solver; penalty mode has none. Throws UsageError for a name that does not exist.
 std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const std::vector<std::string>& solvers);
 
-/// A motion and what all cases have in common.
+/// A motion, and the settings that all cases share.
 struct ComparedMotion {
     const sandbox::HapticScene& scene;
     std::string device = "demo";  ///< NAME or NAME:FILE; of replay:FOLDER the recorded input of every tick
     std::optional<double> seconds = {};
     std::optional<std::string> tolerance = {};  ///< as --tolerance
-    std::vector<std::string> set = {};          ///< KEY=VALUE, wins over mode and solver
+    std::vector<std::string> set = {};          ///< KEY=VALUE, overrides mode and solver
 };
 
 struct ComparedRun {
     CompareCase what;
     Settings settings;
     std::vector<TickRecord> ticks;    ///< times are the medians of the timed runs, thread CPU time
-    std::vector<double> penetration;  ///< true, of each tick, mm
-    /// Of each tick against the exact solver on the same rows, N, the worst of its linearisations; negative without
-    /// rows, or where they contradict each other.
+    std::vector<double> penetration;  ///< true penetration of each tick, mm
+    /// Force error of each tick relative to the exact solver on the same rows, N: the largest of its linearizations;
+    /// negative without rows, or if they are infeasible.
     std::vector<double> forceError;
     std::uint64_t deviceHash = 0;  ///< of the device's poses
-    std::uint64_t hash = 0;        ///< of what was done, as a report's
+    std::uint64_t hash = 0;        ///< of the results, as in a report
 };
 
-/// Judges each case in full once and times it `runs` times, the cases by turns. Every case is given the same poses of
-/// the device. Throws std::runtime_error when the device gives others each time, as one that feels the force does.
+/// Runs each case once in full and times it `runs` times, the cases in turn. Every case is given the same device poses.
+/// Throws std::runtime_error when the device's poses depend on the case, as those of a device that reacts to forces do.
 std::vector<ComparedRun> compareMotion(const ComparedMotion& motion, const std::vector<CompareCase>& cases, int runs);
 
-/// What each run amounts to, a line of the table. Its force difference is from the run of the exact solver in the same
-/// mode, tick by tick: rows are then not the same.
+/// The table, one line for each run. The force difference is relative to the run of the exact solver in the same mode,
+/// tick by tick; the two runs then have different rows.
 std::vector<nlohmann::ordered_json> comparisonRows(const std::vector<ComparedRun>& runs);
 
-/// A value of each tick over time, ms, in at most 800 stretches of which the largest value is kept.
-std::vector<std::pair<double, double>> overTime(const ComparedRun& run,
-                                                double (*value)(const ComparedRun&, std::size_t));
-/// Draws times, rows, force and penetration over time and the mean times into the folder, names beginning with
-/// `prefix`.
-void drawComparison(const std::vector<ComparedRun>& runs, const std::filesystem::path& folder,
-                    const std::string& prefix = "");
-/// Writes table, plots and every tick of every run.
+/// Writes the table and every tick of every run; the names of the files begin with `prefix`.
 void writeComparison(const std::vector<ComparedRun>& runs, const std::filesystem::path& folder,
                      const std::string& prefix = "");
 

@@ -1,3 +1,4 @@
+// touchstone doctor: what works on this machine, what does not, and what to do about it.
 #include <unistd.h>
 
 #include <cstdio>
@@ -10,7 +11,7 @@
 #include "haptics/device/device.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -18,12 +19,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPassive = 1.1;  // times the least damping: where a simulated hand gains nothing (hard case 14)
+struct DoctorCommand {
+    std::optional<double> stiffness, rate;  ///< N/mm, Hz, of a contact that should feel passive; none: the defaults
+};
+
+constexpr double kPassive = 1.1;  // times the least damping: a simulated hand then gains no energy (hard case 14)
 constexpr const char* kBunny = "/usr/share/glmark2/models/bunny.obj";
 
 enum class State { Works, Limited, Fails };
 
-/// Prints lines of the examination and remembers how it went.
+/// Prints one line per finding and remembers whether anything failed.
 class Examination {
   public:
     void say(const char* what, State state, const std::string& text) {
@@ -52,7 +57,7 @@ void examineProcessor(Examination& examination) {
         examination.say("cores", State::Works, std::to_string(cores) + ": one for the loop, the others for the window");
     else
         examination.say("cores", State::Limited,
-                        "one alone: loop and window share it, so expect late ticks in a window");
+                        "only one: loop and window share it, so expect late ticks in a window");
 #if defined(__AVX512F__)
     const char* built = "AVX-512";
 #elif defined(__AVX2__)
@@ -111,12 +116,13 @@ void examineDevices(Examination& examination) {
 void explainPassivity(Examination& examination, const DoctorCommand& command) {
     const double k = command.stiffness.value_or(Settings{}.stiffness), rate = command.rate.value_or(Settings{}.rate);
     const auto least = [&](double delay) { return kPassive * leastDamping(k, rate, delay); };
-    char text[320];
-    std::snprintf(text, sizeof text,
-                  "k = %g N/mm sampled every T = %g ms gives a hand no energy where device and hand damp at least "
-                  "1.1 k T (0.5 + d): %.3g N·s/m without delay, %.3g with d = 1 tick, as a driver of its own adds "
-                  "(--stiffness, --rate)",
-                  k, 1000 / rate, least(0), least(1));
+    char text[400];
+    std::snprintf(
+        text, sizeof text,
+        "k = %g N/mm sampled every T = %g ms feeds no energy to the hand if device and hand provide a damping of at "
+        "least 1.1 k T (0.5 + d): %.3g N·s/m without delay, %.3g with d = 1 tick, the delay of a driver with "
+        "its own thread (--stiffness, --rate)",
+        k, 1000 / rate, least(0), least(1));
     examination.say("passivity", State::Works, text);
 }
 
@@ -125,7 +131,7 @@ void examineData(Examination& examination) {
         examination.say("bunny", State::Works, kBunny);
     else
         examination.say("bunny", State::Limited,
-                        std::string(kBunny) + " is missing, from which scenes are made: apt install glmark2-data");
+                        std::string(kBunny) + " is missing; scenes are made from it: apt install glmark2-data");
     std::string names;
     for (const fs::path& scene : listScenes()) names += (names.empty() ? "" : ", ") + scene.stem().string();
     if (names.empty())
@@ -138,15 +144,13 @@ void examineData(Examination& examination) {
     std::error_code error;
     if (!cache.empty()) fs::create_directories(cache, error);
     if (!cache.empty() && access(cache.c_str(), W_OK) == 0)
-        examination.say("cache", State::Works, "sphere trees are kept in " + cache.string());
+        examination.say("cache", State::Works, "sphere trees are stored in " + cache.string());
     else
         examination.say(
             "cache", State::Limited,
             (cache.empty() ? std::string("no folder for sphere trees") : cache.string() + " is not writable") +
-                ", so they are built anew each time: set TOUCHSTONE_CACHE to a folder of yours");
+                ", so they are built again each time: set TOUCHSTONE_CACHE to a writable folder");
 }
-
-}  // namespace
 
 int doctor(const DoctorCommand& command) {
     Examination examination;
@@ -157,6 +161,23 @@ int doctor(const DoctorCommand& command) {
     explainPassivity(examination, command);
     examineData(examination);
     return examination.failed() ? kFailed : kOk;
+}
+
+constexpr const char* kDoctorFooter =
+    "Examples:\n"
+    "  touchstone doctor\n"
+    "  touchstone doctor --stiffness 2 --rate 4000\n";
+
+}  // namespace
+
+void addDoctor(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<DoctorCommand>();
+    CLI::App* command = addCommand(
+        program, "doctor", "Report what works on this machine, what does not, and what to do about it", kDoctorFooter);
+    command->add_option("--stiffness", options->stiffness, "stiffness of the contact that should feel passive, N/mm")
+        ->check(within(1e-3, 1e6, "N/mm"));
+    command->add_option("--rate", options->rate, "tick rate of that contact, Hz")->check(within(1, 1e6, "Hz"));
+    command->callback([options, &action] { action = [options] { return doctor(*options); }; });
 }
 
 }  // namespace touchstone::app

@@ -1,3 +1,4 @@
+// touchstone new: makes a scene from two mesh files.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -6,7 +7,7 @@
 #include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
 
@@ -14,6 +15,12 @@ namespace touchstone::app {
 namespace {
 
 using engine::Scene;
+
+struct NewOptions {
+    std::filesystem::path tool, obstacle, output;
+    std::string unit = "mm";  ///< mm, cm, m or in
+    TreeChoice tree;          ///< of both parts
+};
 
 struct Box {
     glm::dvec3 low{1e30}, high{-1e30};
@@ -29,12 +36,12 @@ Box boxOf(const engine::MeshData& mesh) {
     return box;
 }
 
-/// Writes down what was chosen, and leaves the rest to the defaults.
+/// Writes the options that were given, and leaves the others to the defaults.
 void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
     const TreeOptions options = withChoice({}, choice, diagonal);
     if (options.maxError > 0) {
         if (options.maxError < sandbox::kMinError || options.maxError > sandbox::kMaxError)
-            throw UsageError("--max-error is out of the range that a scene may ask for");
+            throw UsageError("--max-error is outside the range that scenes allow");
         mark["max_error_mm"] = options.maxError;
     }
     if (choice.leaves) mark["leaves"] = options.leaves;
@@ -56,8 +63,6 @@ void print(const char* role, const std::filesystem::path& file, const Box& box) 
     std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
 }
 
-}  // namespace
-
 int makeScene(const NewOptions& options) {
     const double metres = metresPer(options.unit);
     checkChoice(options.tree);
@@ -69,8 +74,7 @@ int makeScene(const NewOptions& options) {
     engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, metres);
     const Box toolBox = boxOf(tool.mesh), obstacleBox = boxOf(obstacle.mesh);
 
-    // Parts keep the coordinates they were drawn in. The tool starts in the air, a tenth of its size above the
-    // obstacle.
+    // Parts keep their coordinates. The tool starts in free space, a tenth of its size above the obstacle.
     const double gap = 0.1 * glm::length(toolBox.size());
     const glm::dvec3 start(0, obstacleBox.high.y + gap - toolBox.low.y, 0);
 
@@ -91,6 +95,23 @@ int makeScene(const NewOptions& options) {
         for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
     std::printf("try it: touchstone run %s\n", options.output.string().c_str());
     return kOk;
+}
+
+constexpr const char* kNewFooter =
+    "Example:\n  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n";
+
+}  // namespace
+
+void addNew(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<NewOptions>();
+    CLI::App* command = addCommand(program, "new", "Make a scene from two parts in STL, OBJ or PLY files", kNewFooter);
+    command->add_option("--tool", options->tool, "the part that moves with the hand")->required();
+    command->add_option("--obstacle", options->obstacle, "the part that is fixed")->required();
+    command->add_option("--unit", options->unit, "unit of the parts' coordinates: mm, cm, m or in")
+        ->capture_default_str();
+    addTreeChoice(*command, options->tree);
+    command->add_option("-o,--output", options->output, "the scene to write, .glb or .gltf")->required();
+    command->callback([options, &action] { action = [options] { return makeScene(*options); }; });
 }
 
 }  // namespace touchstone::app

@@ -1,8 +1,4 @@
-// touchstone qp: any problem of the tick's form, whatever its scale.
-#include "haptics/threads/rt_thread.hpp"
-#include "tools/touchstone/qp_file.hpp"
-#include "tools/touchstone/settings_choice.hpp"
-
+// touchstone qp: solves quadratic programs of the tick's form, at any scale.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -13,16 +9,27 @@
 #include <fstream>
 #include <numeric>
 
+#include "haptics/threads/rt_thread.hpp"
+#include "tools/touchstone/command_line.hpp"
+#include "tools/touchstone/qp_file.hpp"
+#include "tools/touchstone/settings_choice.hpp"
+
 namespace touchstone::app {
 namespace {
 
-constexpr int kFewRows = 4096;  // memory to begin with; a longer problem takes more, and starts cold
+struct QpCommand {
+    std::filesystem::path file;
+    std::optional<std::string> mode, solver, tolerance;  ///< as text, checked like settings
+    bool warm = false;
+};
 
-/// A problem as solvers like it, and the way back: rows of unit normal in the order of their identities, none without
-/// direction, and G times a power of four that makes h about one deep.
-class Normalised {
+constexpr int kFewRows = 4096;  // initial capacity of the solver; a longer problem reallocates it and starts cold
+
+/// A problem scaled for the solvers, and the scaling back: rows with unit normals in the order of their identities,
+/// without zero rows, and G times a power of four so that h is about one deep.
+class NormalizedProblem {
   public:
-    Normalised(const QpLine& line, bool asGiven) : rows_(static_cast<int>(line.J.size())), line_(line) {
+    NormalizedProblem(const QpLine& line, bool asGiven) : rows_(static_cast<int>(line.J.size())), line_(line) {
         order_.resize(line.J.size());
         std::iota(order_.begin(), order_.end(), 0);
         if (!line.ids.empty())
@@ -45,7 +52,7 @@ class Normalised {
 
     QpProblem problem() const { return {stiffer_ * line_.G, line_.h, &rows_}; }
     double stiffer() const { return stiffer_; }
-    /// A dropped row asks for what nothing can give.
+    /// True if a dropped zero row cannot be satisfied.
     bool hopeless() const { return hopeless_; }
 
     void takeOver(const SolveResult& result, QpAnswer& answer) const {
@@ -69,8 +76,8 @@ class Normalised {
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
     std::uint64_t id(int row) const { return line_.ids.empty() ? at(row) : line_.ids[at(row)]; }
 
-    /// What makes the normal, or of a row of rotation alone the whole, of unit length; exactly 1 where it is one to
-    /// rounding, and 0 without direction. No square of an entry overflows on the way.
+    /// The factor that scales the normal to unit length, or the whole row if it has only a rotational part. Exactly 1
+    /// if the length is one within rounding, 0 for a zero row. No intermediate square overflows.
     static double scaleOf(const Vec6& j) {
         constexpr double kRotationAlone = 1e-9, kUnit = 1e-14;
         const double largest = j.cwiseAbs().maxCoeff();
@@ -84,7 +91,7 @@ class Normalised {
     }
 
     double scaleOfStiffness() const {
-        double depth = 0;  // of h under the rows, in the metric of G; not less than what rounding makes of it
+        double depth = 0;  // of h below the rows, in the metric of G; at least its rounding error
         for (int i = 0; i < rows_.size(); ++i) {
             const Vec6 j = rows_.row(i);
             const double s = j.dot(line_.h) + rows_.gap()[i];
@@ -92,9 +99,9 @@ class Normalised {
             const double rounding = 1e-3 * (j.cwiseProduct(line_.h).lpNorm<1>() + std::abs(rows_.gap()[i]));
             depth = std::max(depth, std::max(-s, rounding) / j.cwiseQuotient(line_.G.cwiseSqrt()).norm());
         }
-        // Contacts are left as they are, to the bit.
+        // The problems of usual contacts stay bit-identical.
         if (!(depth > 0) || !std::isfinite(depth) || (depth > 1e-4 && depth < 1e4)) return 1;
-        // Not so stiff that a row has no length left in the metric.
+        // The stiffness stays so small that no row's length in the metric underflows.
         constexpr int kStiffest = 90;
         return std::ldexp(1.0, std::min(-2 * std::ilogb(depth), kStiffest - std::ilogb(line_.G.maxCoeff())));
     }
@@ -126,12 +133,12 @@ class LineSolver {
         if (!warm_ || line.ids.empty()) solver_->reset();
 
         const bool paper = settings_.mode == Mode::Paper;
-        const Normalised normalised(line, paper && !info.exact);
+        const NormalizedProblem normalized(line, paper && !info.exact);
         SolverSettings settings;
         settings.paperForm = paper;
-        settings.tolerance = settings_.tolerance * (paper ? 1 : normalised.stiffer());
+        settings.tolerance = settings_.tolerance * (paper ? 1 : normalized.stiffer());
         const std::uint64_t start = clock_.now();
-        const SolveResult result = solver_->solve(normalised.problem(), settings);
+        const SolveResult result = solver_->solve(normalized.problem(), settings);
         const std::uint64_t end = clock_.now();
 
         QpAnswer answer;
@@ -141,13 +148,13 @@ class LineSolver {
         answer.status = statusName(result.status);
         if (result.status == SolveStatus::Invalid) {
             answer.why = paper && m > 1024 ? "paper mode's solver takes at most 1024 rows"
-                         : paper           ? "paper mode's answer is not finite, as it is with a zero row"
-                                           : "the answer is not finite: the problem's numbers are too far apart";
+                         : paper           ? "paper mode's answer is not finite, for example because of a zero row"
+                                           : "the answer is not finite: the problem's numbers differ too much in size";
             return answer;
         }
-        if (result.status == SolveStatus::Solved && normalised.hopeless())
+        if (result.status == SolveStatus::Solved && normalized.hopeless())
             answer.status = statusName(SolveStatus::Elastic);
-        normalised.takeOver(result, answer);
+        normalized.takeOver(result, answer);
         return answer;
     }
 
@@ -159,14 +166,23 @@ class LineSolver {
     std::unique_ptr<Solver> solver_;
 };
 
-}  // namespace
+Settings settingsOf(const QpCommand& command) {
+    SettingsChoice choice;
+    choice.solver = command.solver;
+    choice.tolerance = command.tolerance;
+    Settings settings = withCommandLine({}, choice);
+    if (command.mode) setFromOption(settings, "mode", *command.mode, "--mode");
+    return settings;
+}
 
+/// Returns kFailed if a line is broken; the other lines are still answered.
 int solveQps(const QpCommand& command) {
     const Settings settings = settingsOf(command);
-    if (settings.mode == Mode::Penalty) throw UsageError("--mode penalty solves no problems: use default or paper");
+    if (settings.mode == Mode::Penalty)
+        throw UsageError("--mode penalty does not solve quadratic programs: use default or paper");
     std::ifstream in(command.file, std::ios::binary);
     if (!in || std::filesystem::is_directory(command.file))
-        throw std::runtime_error("cannot read '" + command.file.string() + "': is there such a file?");
+        throw std::runtime_error("cannot read '" + command.file.string() + "': check that the file exists");
     LineSolver solver(settings, command.warm);
     std::string text;
     int number = 0, broken = 0;
@@ -186,6 +202,40 @@ int solveQps(const QpCommand& command) {
         std::puts(toLine(answer).c_str());
     }
     return broken > 0 ? kFailed : kOk;
+}
+
+/// The footer names a solver that has a tolerance.
+std::string qpFooter() {
+    std::string_view approximate;
+    for (const SolverInfo& solver : solverTable())
+        if (!solver.exact && approximate.empty()) approximate = solver.name;
+    return "A line is min ½(x-h)'G(x-h) s.t. J x >= -g: G is a diagonal; units are mm, N, mN·m and rad. The answers "
+           "are\n"
+           "printed in the same order, one object per line; a problem that cannot be solved is answered 'invalid' "
+           "with\n"
+           "the reason.\n\n"
+           "Examples:\n"
+           "  touchstone qp problems.jsonl --solver " +
+           std::string(approximate) +
+           " --tolerance 1e-3\n"
+           "  touchstone run bunnies --headless --dump-qp bunnies.jsonl\n"
+           "  touchstone qp bunnies.jsonl --warm\n";
+}
+
+}  // namespace
+
+void addQp(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<QpCommand>();
+    CLI::App* command =
+        addCommand(program, "qp", "Solve quadratic programs of contact, one JSON object per line", qpFooter().c_str());
+    command->add_option("FILE", options->file, "lines of {\"G\":[6],\"J\":[[6],…],\"g\":[…],\"h\":[6],\"ids\":[…]}")
+        ->required();
+    command->add_option("--solver", options->solver, "one of " + namesOf(solverTable()) + " (default: the first)");
+    command->add_option("--tolerance", options->tolerance, kToleranceHelp);
+    command->add_option("--mode", options->mode,
+                        "default, or paper: approximate solvers in their published form, on unscaled rows");
+    command->add_flag("--warm", options->warm, "start each problem from the answer of the previous line, by ids");
+    command->callback([options, &action] { action = [options] { return solveQps(*options); }; });
 }
 
 }  // namespace touchstone::app

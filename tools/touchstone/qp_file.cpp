@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A line that is not as it should be.
+/// A malformed line.
 struct Broken : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -69,7 +69,7 @@ class Reader {
         for (const json& id : array("ids")) to.ids.push_back(identity(id, to.ids.size()));
         requireAsMany("ids", to.ids.size(), to.J.size());
     }
-    /// The first number that is none.
+    /// Where the first NaN or infinity is, in one sentence; empty if there is none.
     const std::string& notFinite() const { return notFinite_; }
 
   private:
@@ -97,7 +97,7 @@ class Reader {
     static std::uint64_t identity(const json& value, std::size_t i) {
         if (value.is_number_unsigned()) return value.get<std::uint64_t>();
         if (value.is_number_integer()) return static_cast<std::uint64_t>(value.get<std::int64_t>());
-        throw Broken("ids[" + std::to_string(i) + "] must be a whole number of 64 bits");
+        throw Broken("ids[" + std::to_string(i) + "] must be a 64-bit integer");
     }
     static void requireAsMany(const char* key, std::size_t n, std::size_t rows) {
         if (n != rows)
@@ -183,7 +183,7 @@ QpFault readQpLine(const std::string& text, QpLine& line) {
     } catch (const json::out_of_range&) {
         return {"a number is too large: every entry must be a finite number", false};
     } catch (const json::exception&) {
-        return {"this is not JSON: write one object a line, like {\"G\":[…],\"J\":[[…]],\"g\":[…],\"h\":[…]}", true};
+        return {"this is not JSON: write one object per line, like {\"G\":[…],\"J\":[[…]],\"g\":[…],\"h\":[…]}", true};
     }
 }
 

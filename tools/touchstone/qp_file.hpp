@@ -9,7 +9,7 @@
 namespace touchstone::app {
 
 /// min ½(x-h)'G(x-h) s.t. J x >= -g, as a line holds it: {"G":[6],"J":[[6],…],"g":[…],"h":[6],"ids":[…]}; ids are
-/// optional, other keys are left alone.
+/// optional, other keys are ignored.
 struct QpLine {
     Vec6 G = Vec6::Zero(), h = Vec6::Zero();
     std::vector<Vec6> J;
@@ -17,21 +17,21 @@ struct QpLine {
     std::vector<std::uint64_t> ids;  ///< empty: none given
 };
 
-/// Why a line is no problem, in one sentence; empty: it is one.
+/// Why a line cannot be solved, in one sentence; empty if it can.
 struct QpFault {
     std::string why;
-    bool broken = false;  ///< not as a line should be; else its numbers cannot be solved
+    bool broken = false;  ///< the line is malformed; otherwise its numbers are unsuitable
 };
-/// NaN and Infinity may stand bare, as Python writes them; they are a fault, but not a broken line.
+/// Accepts NaN and Infinity without quotes, as Python writes them; they are a fault, but do not break the line.
 QpFault readQpLine(const std::string& text, QpLine& line);
 
-/// The next line with anything on it, and its number; false at the end.
+/// Reads the next line that is not empty, and its number; false at the end.
 bool nextLine(std::istream& in, std::string& text, int& number);
 
-/// A problem and the answer that a run had for it, as a line that readQpLine() reads back to the same bits.
+/// A problem and its answer in a run, as a line that readQpLine() reads back to the same bits.
 std::string toLine(const QpProblem& problem, const SolveResult& result);
 
-/// What is known of a solved line. The multipliers are those of the rows as given.
+/// The answer to a line. The multipliers belong to the rows as given.
 struct QpAnswer {
     std::string status = "invalid";  ///< solved, infeasible-elastic, iteration-limit, invalid
     Vec6 x = Vec6::Zero();

@@ -1,3 +1,4 @@
+// touchstone run: opens a scene in a window, or steps it headless and reports.
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
@@ -5,6 +6,7 @@
 #include <map>
 #include <memory>
 
+#include "engine/scene/user_folder.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/device/emergency_stop.hpp"
@@ -16,20 +18,33 @@
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 #include "haptics/threads/rt_thread.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/qp_file.hpp"
 #include "tools/touchstone/run_report.hpp"
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/settings_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
-#include "engine/scene/user_folder.hpp"
 
 namespace touchstone::app {
 namespace {
 
-/// What the picture or the window is to show.
+struct RunOptions {
+    std::string scene = "bunnies";
+    bool headless = false;
+    bool paced = false;
+    std::optional<double> seconds;
+    std::string device;  ///< empty: the demonstration; in a window without one, the mouse
+    SettingsChoice settings;
+    std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
+    std::string show, view;  ///< of the picture: applyShowList(), checkView()
+    std::string plots;       ///< the plots that a window shows first: time, contact or trade
+    std::string select;      ///< name of the node that is selected in the window at the start
+};
+
+/// The display options of the picture or the window.
 sandbox::DisplayOptions chosenDisplay(const RunOptions& options) {
     sandbox::DisplayOptions display;
     if (const std::string wrong = sandbox::applyShowList(display, options.show); !wrong.empty())
@@ -39,21 +54,14 @@ sandbox::DisplayOptions chosenDisplay(const RunOptions& options) {
     return display;
 }
 
-/// The scene's settings as the command line changes them.
-Settings chosenSettings(const Settings& scene, const RunOptions& options) {
-    const Settings settings = withCommandLine(scene, options);
-    if (const std::string wrong = checkSettings(settings); !wrong.empty()) throw UsageError(wrong);
-    return settings;
-}
-
 std::unique_ptr<TickTable> tableFor(const RunOptions& options) {
     return options.ticks.empty() ? nullptr : std::make_unique<TickTable>(options.ticks);
 }
 
-/// Outputs that fail one by one: what can be written is written, and what cannot is told at the end.
+/// Outputs that fail independently: each is written if it can be, and the failures are reported at the end.
 class Outputs {
   public:
-    /// Nothing of this name has failed yet.
+    /// True while no output of this name has failed.
     bool good(const std::string& name) const { return failures_.count(name) == 0; }
     template <class Work>
     void write(const std::string& name, Work&& work) {
@@ -76,7 +84,7 @@ class Outputs {
 };
 constexpr const char *kTicks = "ticks", *kProblems = "problems";
 
-/// Outputs do not replace each other, nor what is read.
+/// Throws UsageError when two outputs have the same path, or an output would replace the scene.
 void checkOutputs(const RunOptions& options, const std::filesystem::path& scene) {
     std::error_code error;
     const auto place = [&](const std::filesystem::path& path) {
@@ -93,18 +101,18 @@ void checkOutputs(const RunOptions& options, const std::filesystem::path& scene)
         const auto [other, isNew] = taken.emplace(place(path), option);
         if (!isNew)
             throw UsageError(std::string(option) + " '" + path.string() + "' is also " + other->second +
-                             ": give each a file of its own");
+                             ": give each a different file");
     }
 }
 
-/// The scene without its trees, which take their time: enough to find what is wrong with it, the settings or the
+/// The scene without its trees, which take time to build: enough to find errors in the scene, the settings and the
 /// device.
-sandbox::HapticScene lookInto(const std::filesystem::path& file, const RunOptions& options, const std::string& device,
-                              std::shared_ptr<MouseTarget> mouse) {
+sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOptions& options,
+                                  const std::string& device, std::shared_ptr<MouseTarget> mouse) {
     sandbox::SceneOptions sceneOptions;
     sceneOptions.buildTrees = false;
     sandbox::HapticScene scene = sandbox::openScene(file, sceneOptions);
-    chosenSettings(scene.settings, options);
+    checkedWithCommandLine(scene.settings, options.settings);
     if (const auto recording = sandbox::recordingOf(device))
         sandbox::Recording whole(*recording);
     else if (scene.missing.empty() && !device.empty())
@@ -116,7 +124,7 @@ sandbox::HapticScene lookInto(const std::filesystem::path& file, const RunOption
 
 sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options,
                                 const std::string& device) {
-    sandbox::HapticScene scene = lookInto(file, options, device, nullptr);
+    sandbox::HapticScene scene = checkedScene(file, options, device, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] :
          {std::pair{options.report, "the report"}, std::pair{options.screenshot, "the picture"},
@@ -129,17 +137,18 @@ sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOpti
     return scene;
 }
 
-/// False when the bits should be those recorded and are not.
-bool tellReplay(const sandbox::ReplayCheck& check) {
+/// Prints how much of a recording was reproduced. False when the bits should be the recorded ones and are not.
+bool reportReplay(const sandbox::ReplayCheck& check) {
     for (const std::string& difference : check.differences) spdlog::warn("replay: {}", difference);
     if (check.notCompared > 0)
-        spdlog::warn("replay: the recording lacks ticks; the {} after them cannot be repeated", check.notCompared);
+        spdlog::warn("replay: the recording lacks ticks; the {} ticks after the gap cannot be reproduced",
+                     check.notCompared);
     const std::uint64_t compared = check.ticks - check.notCompared;
     if (!check.different) {
         std::printf("  replay: all of %llu ticks have the recorded bits\n", static_cast<unsigned long long>(compared));
         return true;
     }
-    std::printf("  replay: %llu of %llu ticks have the recorded bits, row %llu is the first that has not\n",
+    std::printf("  replay: %llu of %llu ticks have the recorded bits; row %llu is the first that differs\n",
                 static_cast<unsigned long long>(check.same), static_cast<unsigned long long>(compared),
                 static_cast<unsigned long long>(*check.different));
     return !check.differences.empty();
@@ -152,12 +161,13 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.seconds = options.seconds;
     headless.paced = options.paced;
     headless.record = options.record;
-    headless.adjust = [&](const Settings& recorded) { return chosenSettings(recorded, options); };
+    headless.adjust = [&](const Settings& recorded) { return checkedWithCommandLine(recorded, options.settings); };
     if (options.paced && sandbox::recordingOf(headless.device))
         throw UsageError(
-            "--paced measures a device that ticks by the clock, and a recording is replayed as fast as it goes");
+            "--paced measures a device that is paced by the clock, but a recording is replayed as fast as possible: "
+            "leave out --paced");
     const sandbox::HapticScene scene = openForRun(file, options, headless.device);
-    const Settings settings = chosenSettings(scene.settings, options);
+    const Settings settings = checkedWithCommandLine(scene.settings, options.settings);
     sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
     const bool traced = picture.display.trace && !options.screenshot.empty();
@@ -201,7 +211,7 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         });
     if (!run.recordingFailure.empty())
         outputs.write("recording", [&] { throw std::runtime_error(run.recordingFailure); });
-    const bool replayed = !run.replay || tellReplay(*run.replay);
+    const bool replayed = !run.replay || reportReplay(*run.replay);
     outputs.finish();
     if (StopRequest::signal() != 0) return kSignalled + StopRequest::signal();
     if (!replayed) return kFailed;
@@ -216,10 +226,10 @@ std::optional<sandbox::PlotsTab> tabOf(const std::string& name) {
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
-    const sandbox::HapticScene scene = lookInto(file, options, options.device, std::make_shared<MouseTarget>());
+    const sandbox::HapticScene scene = checkedScene(file, options, options.device, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
-    sandbox::LiveSession* session = nullptr;  // known from the first frame on
+    sandbox::LiveSession* session = nullptr;  // set in the first frame
 
     sandbox::WindowRunOptions window;
     window.scene = file;
@@ -228,7 +238,9 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.session.device = options.device;
     window.session.record = options.record;
     window.recordings = engine::userFolder("TOUCHSTONE_RECORDINGS", "XDG_DATA_HOME", ".local/share");
-    window.session.adjust = [&](const Settings& settings) { return chosenSettings(settings, options); };
+    window.session.adjust = [&](const Settings& settings) {
+        return checkedWithCommandLine(settings, options.settings);
+    };
     window.seconds = options.seconds;
     window.screenshot = options.screenshot;
     window.display = chosenDisplay(options);
@@ -265,7 +277,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     Outputs outputs;
     window.onEnd = [&](sandbox::LiveSession& ended) {
         if (!options.report.empty()) outputs.write("report", [&] { writeReport(live.finish(ended), options.report); });
-        // Also one that was stopped before; its reason stands in the log, too.
+        // A recording that stopped earlier on a failure is reported here too; its reason is also in the log.
         ended.recording().stop();
         if (!ended.recording().failure().empty())
             outputs.write("recording", [&] { throw std::runtime_error(ended.recording().failure()); });
@@ -283,24 +295,22 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     return StopRequest::signal() != 0 ? kSignalled + StopRequest::signal() : code;
 }
 
-}  // namespace
-
-int run(const RunOptions& options) {
-    withCommandLine({}, options);  // what does not exist is told before a scene is read
+int runScene(const RunOptions& options) {
+    withCommandLine({}, options.settings);  // reports wrong names before a scene is read
     chosenDisplay(options);
     const std::filesystem::path file = findScene(options.scene);
     checkOutputs(options, file);
-    if (options.headless && !options.select.empty())
-        throw UsageError("--select belongs to a window: leave out --headless");
+    if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
-    if (options.paced) throw UsageError("--paced belongs to a headless run: add --headless");
-    if (!options.dumpQp.empty()) throw UsageError("--dump-qp belongs to a headless run: add --headless");
+    if (options.paced) throw UsageError("--paced needs a headless run: add --headless");
+    if (!options.dumpQp.empty()) throw UsageError("--dump-qp needs a headless run: add --headless");
     if (!options.sweep.empty() && !options.seconds)
-        throw UsageError("--sweep in a window needs --seconds: it takes the tick at three fifths of them");
+        throw UsageError("--sweep in a window needs --seconds: it takes the tick at three fifths of that time");
     requireDisplay();
     return runInWindow(options, file);
 }
 
+/// Prints the keys of --set, one per line, and the solvers.
 void printSettings() {
     const Settings defaults;
     std::printf("Settings for --set KEY=VALUE and for extras.touchstone.settings of a scene:\n\n");
@@ -314,6 +324,76 @@ void printSettings() {
     std::printf("\nSolvers:\n\n");
     for (const SolverInfo& solver : solverTable())
         std::printf("  %-16s %s\n", std::string(solver.name).c_str(), std::string(solver.summary).c_str());
+}
+
+constexpr const char* kRunFooter =
+    "Settings come from the defaults, then the scene, then --mode, --solver and the like, then --set.\n\n"
+    "Examples:\n"
+    "  touchstone run bunnies\n"
+    "  touchstone run spline --headless --report spline.json\n"
+    "  touchstone run spline --headless --screenshot in.png --show section,clearance --view contact\n"
+    "  touchstone run bunnies --mode paper --headless --seconds 2 --ticks paper.csv\n"
+    "  touchstone run part.glb --device replay:hand.csv --shadow none --set stiffness=0.5\n"
+    "  touchstone run bunnies --record push\n"
+    "  touchstone run bunnies --headless --device replay:push\n";
+
+/// "the published method, with solver NAME at TOLERANCE", from the settings that paper mode sets.
+std::string paperModeHelp() {
+    const Settings paper = sandbox::withMode({}, Mode::Paper);
+    return "the published method, with solver " +
+           std::string(solverTable()[static_cast<std::size_t>(paper.solver)].name) + " at " +
+           getSetting(paper, "tolerance") + " and no shadow unless chosen";
+}
+
+}  // namespace
+
+void addRun(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<RunOptions>();
+    SettingsChoice& settings = options->settings;
+    CLI::App* run = addCommand(program, "run", "Run a scene: in a window, or headless with a report", kRunFooter);
+    run->add_option("SCENE", options->scene, kSceneHelp)->capture_default_str();
+    run->add_flag("--headless", options->headless,
+                  "without a window, as fast as possible, in simulated time; bit-reproducible");
+    run->add_flag("--paced", options->paced,
+                  "headless: pace the ticks by the clock and run the list helper thread, as a window does");
+    run->add_option("--seconds", options->seconds,
+                    "duration; headless in simulated time (default: headless, until the motion ends, or 60 s if the "
+                    "device does not end within a day)")
+        ->check(durationInSeconds());
+    run->add_option("--device", options->device,
+                    "the device that moves the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
+    run->add_option("--mode", settings.mode,
+                    "default; paper: " + paperModeHelp() + "; or penalty: springs against overlaps, for comparison");
+    run->add_option("--solver", settings.solver, "solver that moves the tool: " + namesOf(solverTable()));
+    run->add_option("--shadow", settings.shadow, "second solver, measured on the same rows: one of these, or none");
+    run->add_option("--tolerance", settings.tolerance, kToleranceHelp);
+    run->add_option("--rate", settings.rate, "ticks per second");
+    addSet(*run, settings.set, "KEY=VALUE: set one setting by name; overrides every other option");
+    run->add_option("--report", options->report, "write the measurements to a JSON file");
+    run->add_option("--ticks", options->ticks, "write every tick to a CSV file");
+    run->add_option("--record", options->record,
+                    "record every tick in a folder that --device replay:FOLDER replays and NumPy reads");
+    run->add_option("--dump-qp", options->dumpQp, "headless: write every solved problem, for `touchstone qp`");
+    run->add_option("--sweep", options->sweep,
+                    "solve the rows of one tick with every solver over its tolerances, to a CSV file: headless the "
+                    "last tick; in a window, which also plots it, the tick at three fifths of --seconds");
+    run->add_option("--plots", options->plots, "the plots that the window shows first: time, contact or trade")
+        ->check(CLI::IsMember({"time", "contact", "trade"}));
+    run->add_option("--select", options->select, "name of the part that is selected in the window at the start");
+    run->add_option("--screenshot", options->screenshot, "write a picture of the last tick to a PNG file");
+    run->add_option("--show", options->show,
+                    "overlays to draw, comma-separated: " + namesOf(sandbox::displaySwitches()) +
+                        "; no-NAME hides one, trees:LEVEL, section:x");
+    run->add_option("--view", options->view,
+                    "direction of the view: front, back, left, right, top, bottom, or contact: close to the contact");
+    run->add_flag_callback(
+        "--help-settings",
+        [] {
+            printSettings();
+            throw CLI::Success();
+        },
+        "list the keys of --set and exit");
+    run->callback([options, &action] { action = [options] { return runScene(*options); }; });
 }
 
 }  // namespace touchstone::app

@@ -40,10 +40,10 @@ void printReport(const sandbox::Report& report) {
     std::printf("  penetration up to %.6f mm, hover up to %.4f mm\n", report.penetration.max.value_or(0),
                 report.hover.max.value_or(0));
     if (!report.gauge.empty())
-        std::printf("  %s: %.3f mm at the deepest, %.3f mm at the end\n", report.gauge.c_str(), report.depth.deepest,
+        std::printf("  %s: %.3f mm maximum, %.3f mm at the end\n", report.gauge.c_str(), report.depth.deepest,
                     report.depth.last);
     if (report.infeasible || report.rowsTruncated || report.safetyTrips)
-        std::printf("  %llu ticks with contradicting contacts, %lld rows left out, %llu safety trips\n",
+        std::printf("  %llu ticks with infeasible rows, %lld rows truncated, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
                     static_cast<unsigned long long>(report.safetyTrips));
     if (report.badInput)
@@ -51,23 +51,22 @@ void printReport(const sandbox::Report& report) {
                     static_cast<unsigned long long>(report.badInput));
     if (report.ended == "limit")
         std::printf(
-            "  ended after %g s of simulated time: the device did not end before; --seconds sets another limit\n",
+            "  ended after %g s of simulated time, because the device had not ended; --seconds sets another limit\n",
             sandbox::kUnendingSeconds);
     else if (report.ended.starts_with("SIG"))
         std::printf("  stopped by %s after %g s of simulated time\n", report.ended.c_str(),
                     static_cast<double>(report.ticks) / report.rate);
     if (report.pastGoal > 0)
-        std::printf("  the tool fell through: it was %.1f mm past its goal, and touched nothing there\n",
-                    report.pastGoal);
+        std::printf("  the tool fell through: it was %.1f mm past its goal without contact\n", report.pastGoal);
     if (!report.safetyFault.empty())
-        std::printf("  no force from some tick on, by the safety stage: %s\n", report.safetyFault.c_str());
+        std::printf("  the safety stage switched the force off: %s\n", report.safetyFault.c_str());
     if (report.overruns)
         std::printf("  %llu ticks ended late, %llu were not recorded\n",
                     static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
     std::printf("  hash %s\n", toJson(report).at("hash").get<std::string>().c_str());
     if (report.checks.empty()) return;
     std::printf("  expected outcome: %s%s\n", report.met() ? "met" : "NOT MET",
-                report.ended.starts_with("SIG") ? " as far as it came" : "");
+                report.ended.starts_with("SIG") ? " until it was stopped" : "");
     for (const sandbox::OutcomeCheck& check : report.checks)
         std::printf("    %-5s %-22s limit %-10g was %g\n", check.met ? "ok" : "UNMET", check.name.c_str(), check.limit,
                     check.value);
@@ -89,7 +88,7 @@ void LiveReport::add(const TickRecord& record, const sandbox::LiveSession& sessi
     scene_ = session.sceneNumber();
     last_ = record.tick;
     const LoopSnapshot& loop = *session.snapshot();
-    // Default mode measures it itself; the paper's scheme never looks.
+    // Default mode measures the penetration in every tick, the paper's scheme does not.
     const double penetration =
         loop.settings.mode == Mode::Paper ? meter_->depth(record.X_WT, loop.X_WO) : record.penetration;
     const double rate = loop.settings.rate;
@@ -145,14 +144,14 @@ void WindowLoad::frame(const sandbox::LiveSession& session, const sandbox::Frame
 
 void WindowLoad::print() const {
     std::printf("window: %zu frames, %zu ticks\n", cpuMs_.size(), tickUs_.size());
-    printPercentiles("frame", percentiles(cpuMs_), "ms of the window's thread");
-    printPercentiles("its drawing", percentiles(drawingMs_), "ms, in the graphics driver and what calls it");
-    printPercentiles("all else", percentiles(restMs_), "ms");
-    printPercentiles("drawing", percentiles(drawCalls_), "calls a frame");
-    printPercentiles("frame", percentiles(frameMs_), "ms from frame to frame");
+    printPercentiles("frame", percentiles(cpuMs_), "ms CPU time of the window's thread");
+    printPercentiles("drawing", percentiles(drawingMs_), "ms of it, in the renderer and the graphics driver");
+    printPercentiles("other", percentiles(restMs_), "ms of it");
+    printPercentiles("draw calls", percentiles(drawCalls_), "per frame");
+    printPercentiles("frame period", percentiles(frameMs_), "ms");
     printPercentiles("step", percentiles(stepUs_), "µs");
     printPercentiles("with shadow", percentiles(tickUs_), "µs");
-    printPercentiles("period", percentiles(periodUs_), "µs from tick to tick");
+    printPercentiles("tick period", percentiles(periodUs_), "µs");
     std::printf("  %llu ticks ended late, %llu were not recorded\n",
                 static_cast<unsigned long long>(overruns_ - overrunsBefore_),
                 static_cast<unsigned long long>(dropped_));

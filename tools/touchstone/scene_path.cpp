@@ -7,11 +7,13 @@ namespace touchstone::app {
 
 namespace fs = std::filesystem;
 
-fs::path sceneFolder() {
+fs::path programFolder() {
     std::error_code error;
     const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    return (error ? fs::current_path() : program.parent_path()) / "scenes";
+    return error ? fs::current_path() : program.parent_path();
 }
+
+fs::path sceneFolder() { return programFolder() / "scenes"; }
 
 std::vector<fs::path> listScenes() {
     std::vector<fs::path> scenes;
@@ -27,7 +29,7 @@ std::vector<fs::path> listScenes() {
 fs::path findScene(const std::string& pathOrName) {
     std::error_code error;
     const fs::path path = pathOrName;
-    // A folder or a pipe is named for what it is where it is read; a bundled scene wins over a folder of its name.
+    // A bundled scene takes precedence over a folder of its name. Reading another folder or a pipe reports what it is.
     if (fs::is_regular_file(path, error)) return path;
     std::string names;
     for (const fs::path& scene : listScenes()) {

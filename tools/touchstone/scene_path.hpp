@@ -1,18 +1,21 @@
 #pragma once
-// Where scenes and the program itself stand.
+// Where the program and its scenes are.
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace touchstone::app {
 
-/// `scenes` beside the executable.
+/// The folder of the executable.
+std::filesystem::path programFolder();
+
+/// The folder `scenes` beside the executable.
 std::filesystem::path sceneFolder();
 
-/// The .glb and .gltf files of that folder, sorted; none when there is no such folder.
+/// The .glb and .gltf files of that folder, sorted; empty when there is no such folder.
 std::vector<std::filesystem::path> listScenes();
 
-/// A path to a file, or the bare name of a scene in sceneFolder(). Throws std::runtime_error listing what is there.
+/// The path of a file, or of a scene in sceneFolder() by its name. Throws std::runtime_error that lists the scenes.
 std::filesystem::path findScene(const std::string& pathOrName);
 
 }  // namespace touchstone::app

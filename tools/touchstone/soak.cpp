@@ -1,4 +1,4 @@
-// touchstone soak: the live loop for long, with all that a user may do to it, and a count of what must never happen.
+// touchstone soak: a long run of the live loop with every change that a user can make, counting what must never happen.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -17,7 +17,7 @@
 #include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -27,7 +27,14 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-/// Counts of values from 0.01 to 1e6 in steps of 1 %: its memory does not grow with the run.
+struct SoakOptions {
+    std::string scene = "bunnies";
+    double seconds = 1800;
+    double mostGrowth = 16;  ///< MB
+    fs::path record;         ///< folder for recordings; empty: a temporary folder
+};
+
+/// Counts values from 0.01 to 1e6 in classes of 1 %: its memory does not grow with the run.
 class Histogram {
   public:
     void add(double value) {
@@ -55,7 +62,7 @@ struct Times {
     Histogram tick, period;  ///< µs
 };
 
-/// Memory of the process that is in RAM, what was freed given back first, MB.
+/// Resident memory of the process after returning freed memory to the system, MB.
 double residentMegabytes() {
     malloc_trim(0);
     std::ifstream in("/proc/self/statm");
@@ -115,16 +122,16 @@ class Soak {
         times.period.add(record.periodUs);
     }
 
-    /// A frame of a window without one.
+    /// Does what a window does in one frame, without drawing.
     void pass() {
         session_.update();
         for (const sandbox::Message& message : session_.log().messages())
-            if (message.kind == sandbox::Message::Kind::Error && message.seconds > toldUntil_) {
+            if (message.kind == sandbox::Message::Kind::Error && message.seconds > reportedUntil_) {
                 std::printf("  %.1f s: %s\n", message.seconds, message.text.c_str());
-                toldUntil_ = message.seconds;
+                reportedUntil_ = message.seconds;
             }
         if (const LoopSnapshot* snapshot = session_.snapshot()) {
-            // What was pushed before the snapshot has been taken since.
+            // Every tick that was pushed before the snapshot has been received by now.
             const std::uint64_t pushed = snapshot->ticks - snapshot->dropped;
             if (pushed > taken_) uncounted_ = std::max(uncounted_, pushed - taken_);
             dropped_ = snapshot->dropped;
@@ -193,7 +200,7 @@ class Soak {
         }
     }
 
-    /// Ended by a signal before there is enough to judge.
+    /// The report of a run that a signal ended too early for a verdict.
     int stopped() {
         std::printf(
             "soak: stopped after %.1f s, %llu ticks, %llu recorded in %s, %llu not counted, %llu unsafe outputs\n",
@@ -230,9 +237,9 @@ class Soak {
         const std::uint64_t overruns = session_.snapshot()->overruns;
         std::printf("soak: %s, %.0f s, %llu ticks, %llu changes of settings, %llu of scene, device or place\n",
                     scene.stem().c_str(), seconds(), number(taken_), number(settings_), number(scenes_));
-        std::printf("  memory      %.1f MB after %.0f s, %.1f MB at the end: grew by %.1f MB, %.0f may be\n", first,
+        std::printf("  memory      %.1f MB after %.0f s, %.1f MB at the end: grew by %.1f MB, limit %.0f MB\n", first,
                     warm, last, last - first, options_.mostGrowth);
-        std::printf("  by the second");
+        std::printf("  MB by time, s:");
         for (const auto& [t, megabytes] : memory_) std::printf(" %.0f: %.1f", t, megabytes);
         std::printf("\n  ticks       %llu dropped and counted, %llu not counted, %llu ended late\n", number(dropped_),
                     number(uncounted_), number(overruns));
@@ -244,10 +251,10 @@ class Soak {
                         times->tick.percentile(50), times->tick.percentile(99), times->period.percentile(50),
                         times->period.percentile(99), number(times->tick.total()));
         const bool replays = replayLast(scene);
-        // Ticks that were counted as dropped may be missing from a recording, others not.
+        // Only ticks that were counted as dropped may be missing from a recording.
         const bool good = last - first <= options_.mostGrowth && uncounted_ == 0 && lost_ <= dropped_ && broken_ == 0 &&
                           unsafe_ == 0 && replays && rows_ > 0;
-        std::printf("  %s\n", good ? "all is well" : "NOT WELL");
+        std::printf("  %s\n", good ? "passed" : "FAILED");
         if (good) {
             std::error_code error;
             fs::remove_all(folder_, error);
@@ -278,7 +285,7 @@ class Soak {
     const double block_;  // s
     std::mt19937 random_{1};
     Clock::time_point began_ = Clock::now();
-    double toldUntil_ = -1;
+    double reportedUntil_ = -1;
     std::uint64_t taken_ = 0, dropped_ = 0, uncounted_ = 0, unsafe_ = 0, lost_ = 0;
     std::uint64_t settings_ = 0, scenes_ = 0, recordings_ = 0, rows_ = 0, broken_ = 0;
     struct Memory {
@@ -286,11 +293,31 @@ class Soak {
     };
     std::vector<Memory> memory_;
     Times plain_, recorded_;
-    sandbox::LiveSession session_;  // last: its loop ends before what it tells
+    sandbox::LiveSession session_;  // last: its loop ends before the members that it reports to are destroyed
 };
+
+int soak(const SoakOptions& options) { return Soak(options).run(); }
+
+constexpr const char* kSoakFooter =
+    "Exit code 1 if memory grew by more than --most-growth, a lost tick was not counted, a recording does not replay, "
+    "or\n"
+    "an output was not finite or above the device's limits.\n\n"
+    "Example:\n  touchstone soak bunnies --seconds 60\n";
 
 }  // namespace
 
-int soak(const SoakOptions& options) { return Soak(options).run(); }
+void addSoak(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<SoakOptions>();
+    CLI::App* command = addCommand(
+        program, "soak",
+        "Run the loop for a long time, recording half of it, while scenes, devices and settings change", kSoakFooter);
+    command->add_option("SCENE", options->scene, kSceneHelp)->capture_default_str();
+    command->add_option("--seconds", options->seconds, "duration")->check(within(4, 1e6, "s"))->capture_default_str();
+    command->add_option("--most-growth", options->mostGrowth, "maximum growth of memory after the first quarter, MB")
+        ->check(within(0, 1e6, "MB"))
+        ->capture_default_str();
+    command->add_option("--record", options->record, "folder for recordings, each removed after it is checked");
+    command->callback([options, &action] { action = [options] { return soak(*options); }; });
+}
 
 }  // namespace touchstone::app

@@ -1,3 +1,4 @@
+// touchstone tree: builds or imports sphere trees, and writes, exports and draws them.
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -14,8 +15,9 @@
 #include "haptics/sandbox/picture/tree_picture.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
+#include "tools/touchstone/tree_check.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
 
@@ -24,7 +26,14 @@ namespace {
 
 constexpr int kPictureSize = 800;
 
-/// By the clock, and of all threads of the program.
+struct TreeCommand {
+    PartChoice from;
+    TreeChoice tree;
+    std::filesystem::path output, exported, imported, picture;  ///< empty: none
+    bool json = false, noCache = false;
+};
+
+/// Wall-clock time, and CPU time of all threads of the program.
 class Stopwatch {
   public:
     double wall() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - wallStart_).count(); }
@@ -46,7 +55,7 @@ struct MadeTree {
     double wall = 0, cpu = 0;      ///< s
 };
 
-/// The leaves of another program's tree, with a certificate that is measured here.
+/// The leaves of another program's tree, with a certificate measured by this program.
 SphereTree importTree(const std::filesystem::path& file, const TreePart& part, const BuildProgress& progress) {
     SphereTree tree = makeSphereTree(readSph(file, part.mmPerUnit).leaves());
     const TreeMetrics measured = measureTree(tree, part.mesh, {.samples = 20000, .poses = 0}, progress);
@@ -61,12 +70,12 @@ SphereTree importTree(const std::filesystem::path& file, const TreePart& part, c
     if (!certificate.covered) {
         char text[160];
         std::snprintf(text, sizeof text,
-                      "The leaves leave about %.2g %% of the surface bare, by up to %.3g mm; whatever meets it there "
-                      "is not felt.",
+                      "The leaves leave about %.2g %% of the surface uncovered, with gaps of up to %.3g mm; contact in "
+                      "a gap is not felt.",
                       100 * measured.uncoveredShare, measured.largestGap);
         certificate.note = text;
     } else if (!certificate.closed) {
-        certificate.note = "The surface is open or does not bound a volume, so where it is open it is felt as a sheet.";
+        certificate.note = "The surface is open or does not bound a volume, so its open parts are felt as a sheet.";
     }
     return tree;
 }
@@ -128,7 +137,7 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
     std::printf("%s\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
-/// What the command line alone shows to be wrong.
+/// Finds the errors that the command line alone shows.
 void check(const TreeCommand& command) {
     if (command.from.file.empty())
         throw UsageError("tree needs a mesh (.obj, .ply, .stl) or a scene (.glb, .gltf, or the name of one)");
@@ -136,7 +145,7 @@ void check(const TreeCommand& command) {
     const TreeChoice& choice = command.tree;
     if (!command.imported.empty() && (choice.leaves || choice.levels || !choice.maxError.empty() || choice.quality ||
                                       choice.interior || choice.seed))
-        throw UsageError("--import takes the leaves as they are: it goes with no option that says how to build them");
+        throw UsageError("--import takes the leaves as they are: leave out the options for building them");
     for (const auto& [path, what] :
          {std::pair{command.output, "the tree"}, std::pair{command.exported, "the exported tree"},
           std::pair{command.picture, "the picture"}})
@@ -159,18 +168,16 @@ std::vector<TreePart> partsFor(const TreeCommand& command) {
 
 void write(const TreeCommand& command, const TreePart& part, const TreeOptions& options, const MadeTree& made) {
     if (!command.output.empty()) {
-        // What is given to others is proven once more, by other code than built it.
+        // A tree that is saved is verified again, by other code than the code that built it.
         if (const std::string wrong = refuteCertificate(made.tree, part.mesh); !wrong.empty())
             throw std::runtime_error(part.name +
-                                     ": the tree is not what its certificate says, so it is not saved: " + wrong);
+                                     ": the tree contradicts its certificate, so it is not saved: " + wrong);
         saveTree(made.tree, command.output, command.imported.empty() ? treeKey(part.mesh, options) : 0);
     }
     if (!command.exported.empty()) writeSph(hierarchyOf(made.tree), command.exported, part.mmPerUnit);
     if (!command.picture.empty())
         sandbox::renderTree(made.tree, part.mesh, command.picture, kPictureSize, kPictureSize);
 }
-
-}  // namespace
 
 int makeTrees(const TreeCommand& command) {
     check(command);
@@ -203,6 +210,43 @@ int makeTrees(const TreeCommand& command) {
         std::fflush(stdout);
     }
     return kOk;
+}
+
+constexpr const char* kTreeFooter =
+    "The trees of a scene's parts are built as the scene says; the options override it. A scene without roles is one\n"
+    "mesh.\n\n"
+    "Examples:\n"
+    "  touchstone tree bunny.obj --leaves 4096 --quality best -o bunny.spheres\n"
+    "  touchstone tree shaft.stl --unit mm --max-error 0.02mm --json\n"
+    "  touchstone tree bunny.obj --max-error 0.1% --export bunny.sph\n"
+    "  touchstone tree spline --part shaft --picture shaft.png\n"
+    "  touchstone tree bunny.obj --import other.sph -o other.spheres\n"
+    "  touchstone tree check bunny.spheres bunny.obj\n";
+
+}  // namespace
+
+void addTree(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<TreeCommand>();
+    CLI::App* tree =
+        addCommand(program, "tree", "Build the sphere tree of a mesh, or of each part of a scene", kTreeFooter);
+    tree->add_option("MESH", options->from.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene");
+    tree->add_option("-o,--output", options->output, "write the tree to a file");
+    addTreeChoice(*tree, options->tree);
+    tree->add_option("--levels", options->tree.levels,
+                     "number of levels including the root, instead of --leaves: 5 levels hold 4096 leaves");
+    tree->add_option("--seed", options->tree.seed, "random seed")->check(within(0, 9e15));
+    tree->add_option("--threads", options->tree.threads, "number of threads; it does not change the tree (default: 2)");
+    addPartChoice(*tree, options->from);
+    tree->add_option("--export", options->exported,
+                     "write a .sph file, in the frame and unit of the mesh (scenes: meters)");
+    tree->add_option("--import", options->imported, "take the leaves from a .sph file instead of building them");
+    tree->add_option("--picture", options->picture, "draw the leaves over the mesh, 800 x 800 pixels, to a PNG file");
+    tree->add_flag("--json", options->json, "print one JSON object per line, with units in the key names");
+    tree->add_flag("--no-cache", options->noCache, "build the tree without reading or writing the cache");
+    const CLI::App* check = addTreeCheck(*tree, action);
+    tree->callback([options, check, &action] {
+        if (!check->parsed()) action = [options] { return makeTrees(*options); };
+    });
 }
 
 }  // namespace touchstone::app

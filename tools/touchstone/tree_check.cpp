@@ -1,12 +1,14 @@
-#include "haptics/builder/tree_check.hpp"
+// touchstone tree check: measures how closely a sphere tree follows a mesh.
+#include "tools/touchstone/tree_check.hpp"
 
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/tree_parts.hpp"
 
@@ -14,6 +16,14 @@ namespace touchstone::app {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
+
+struct TreeCheckCommand {
+    std::filesystem::path tree;
+    PartChoice of;
+    int samples = 200000, poses = 64;
+    std::uint64_t seed = 1;
+    bool json = false;
+};
 
 /// Rows of name, value and unit; lengths also in percent of the diagonal.
 class Table {
@@ -97,8 +107,6 @@ void printJson(const TreeCheckCommand& command, const TreePart& part, const Tree
     std::printf("%s\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
-}  // namespace
-
 int checkTree(const TreeCheckCommand& command) {
     const TreePart part = onlyPart(readParts(command.of), command.of.file, "tree check measures one tree");
     const CheckOptions options{.samples = command.samples, .poses = command.poses, .seed = command.seed};
@@ -120,6 +128,37 @@ int checkTree(const TreeCheckCommand& command) {
     else
         print(command, part, metrics);
     return kOk;
+}
+
+constexpr const char* kCheckFooter =
+    "Lengths in a .sph file are in the unit of the mesh.\n\n"
+    "Example:\n"
+    "  touchstone tree check other.sph bunny.obj --json\n";
+
+}  // namespace
+
+const CLI::App* addTreeCheck(CLI::App& tree, Action& action) {
+    const auto options = std::make_shared<TreeCheckCommand>();
+    CLI::App* check =
+        addCommand(tree, "check", "Measure how closely a tree of this or another program follows a mesh", kCheckFooter);
+    check->add_option("FILE", options->tree, "a .sph file, or a file that `touchstone tree -o` wrote")->required();
+    check->add_option("MESH", options->of.file, "an .obj, .ply, .stl, .glb or .gltf file, or the name of a scene")
+        ->required();
+    addPartChoice(*check, options->of);
+    check
+        ->add_option("--samples", options->samples,
+                     "number of samples on the surface, and on the outside of the leaves")
+        ->check(within(100, 1e8))
+        ->capture_default_str();
+    check->add_option("--poses", options->poses, "number of poses in which the tree touches a copy of itself")
+        ->check(within(1, 1e5))
+        ->capture_default_str();
+    check->add_option("--seed", options->seed, "random seed of samples and poses")
+        ->check(within(0, 9e15))
+        ->capture_default_str();
+    check->add_flag("--json", options->json, "print a JSON object, with units in the key names");
+    check->callback([options, &action] { action = [options] { return checkTree(*options); }; });
+    return check;
 }
 
 }  // namespace touchstone::app

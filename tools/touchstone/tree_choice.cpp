@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/scene/text.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
-#include "engine/scene/text.hpp"
+#include "tools/touchstone/command_line.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -43,9 +44,18 @@ void requireRange(const std::string& option, int value, int most) {
 
 }  // namespace
 
+void addTreeChoice(CLI::App& command, TreeChoice& choice) {
+    command.add_option("--leaves", choice.leaves, "maximum leaf count of the sphere tree (default: 4096)");
+    command.add_option("--max-error", choice.maxError,
+                       "use the fewest leaves that protrude at most this far from the part: 0.02mm, or 0.1% of its "
+                       "diagonal");
+    command.add_option("--quality", choice.quality, "fast, or best: tighter, takes several times longer");
+    command.add_option("--interior", choice.interior, "shell, or solid: the inside is filled with leaves as well");
+}
+
 TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double diagonal) {
     if (choice.leaves.has_value() + choice.levels.has_value() + !choice.maxError.empty() > 1)
-        throw UsageError("give one of --leaves, --levels and --max-error: each alone says how many leaves there are");
+        throw UsageError("give one of --leaves, --levels and --max-error: each of them sets the number of leaves");
     if (choice.leaves || choice.levels) options.maxError = 0;
     if (choice.leaves) {
         requireRange("--leaves", *choice.leaves, TreeOptions::kMostLeaves);
@@ -53,7 +63,7 @@ TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double dia
     }
     if (choice.levels) {
         requireRange("--levels", *choice.levels, kMostLevels);
-        options.leaves = 1 << 3 * (*choice.levels - 1);  // the root is a level of its own
+        options.leaves = 1 << 3 * (*choice.levels - 1);  // the root alone is the first level
     }
     if (!choice.maxError.empty()) options.maxError = errorInMm(choice.maxError, diagonal);
     set(options.quality, choice.quality, sandbox::kQualityNames, "--quality");

@@ -12,6 +12,7 @@
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
@@ -37,7 +38,7 @@ TreePart readMeshPart(const PartChoice& choice) {
     TreePart part;
     part.name = fs::path(choice.file).stem().string();
     part.mmPerUnit = sandbox::kMmPerMetre * metresPer(choice.unit.value_or("mm"));
-    // Read in its own unit: single precision keeps the file's digits, and the unit is applied in double.
+    // The file is read in its own unit: single precision then keeps its digits, and the unit is applied in double.
     const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
     for (const std::string& note : read.notes) spdlog::warn("{}", note);
     part.mesh = sandbox::toTriangles(read.mesh, part.mmPerUnit);
@@ -59,7 +60,7 @@ TreePart nodePart(const engine::Scene& scene, engine::Entity node) {
 }
 
 std::vector<TreePart> readSceneParts(const PartChoice& choice) {
-    if (choice.unit) throw UsageError("--unit is for .obj, .ply and .stl files: scenes are in metres");
+    if (choice.unit) throw UsageError("--unit is for .obj, .ply and .stl files: scenes are in meters");
     engine::Scene scene = engine::readGltf(findScene(choice.file));
     updateWorldTransforms(scene);
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
@@ -83,6 +84,11 @@ std::vector<TreePart> readSceneParts(const PartChoice& choice) {
 
 }  // namespace
 
+void addPartChoice(CLI::App& command, PartChoice& choice) {
+    command.add_option("--unit", choice.unit, "unit of .obj, .ply and .stl coordinates: mm (default), cm, m or in");
+    command.add_option("--part", choice.part, "name of a node of the scene");
+}
+
 engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name) {
     std::vector<engine::Entity> found;
     std::string names;
@@ -98,10 +104,10 @@ engine::Entity nodeNamed(const engine::Scene& scene, const std::string& name) {
     if (found.empty())
         throw std::runtime_error(scene.file.string() + ": no node is called '" + engine::printable(name) + "'" +
                                  (names.empty() ? "" : "; there are " + names));
-    const auto meant = marked == found.begin() ? found.end() : marked;
-    if (meant - found.begin() > 1)
+    const auto end = marked == found.begin() ? found.end() : marked;
+    if (end - found.begin() > 1)
         throw std::runtime_error(scene.file.string() + ": several nodes are called '" + engine::printable(name) +
-                                 "': give the one that is meant a name of its own");
+                                 "': give the node for the tree a unique name");
     return found.front();
 }
 
@@ -128,7 +134,7 @@ std::vector<TreePart> readParts(const PartChoice& choice) {
     std::error_code error;
     if (extension != ".glb" && extension != ".gltf" && fs::is_regular_file(choice.file, error))
         throw std::runtime_error(choice.file +
-                                 ": is no .obj, .ply, .stl, .glb or .gltf file; export it as one of these");
+                                 ": this is not an .obj, .ply, .stl, .glb or .gltf file; export it as one of these");
     return readSceneParts(choice);
 }
 

@@ -1,4 +1,4 @@
-// touchstone trials: runs what a protocol asks for and the folder does not hold yet.
+// touchstone trials: runs the trials of a protocol that its folder does not contain yet.
 #include "tools/touchstone/trials.hpp"
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 #include "haptics/sandbox/record/recorded_scene.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
-#include "tools/touchstone/bench.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
-#include "tools/touchstone/gnuplot.hpp"
+#include "tools/touchstone/csv.hpp"
 #include "tools/touchstone/scene_path.hpp"
+#include "tools/touchstone/shard.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -30,7 +30,18 @@ using sandbox::Condition;
 using sandbox::Protocol;
 using sandbox::Trial;
 
-/// Scenes by the name in the protocol, each opened once.
+struct TrialsCommand {
+    fs::path protocol, out;
+    std::string shard;  ///< K/N; empty: all trials, and their summary
+    bool headless = false;
+};
+
+struct TrialsSummaryCommand {
+    std::vector<fs::path> folders;  ///< the --out folder of each shard
+    fs::path out;
+};
+
+/// Scenes by their names in the protocol, each opened once.
 class Scenes {
   public:
     const sandbox::HapticScene& open(const Condition& condition) {
@@ -45,8 +56,8 @@ class Scenes {
     std::map<std::string, std::unique_ptr<sandbox::HapticScene>> scenes_;
 };
 
-/// Finds what is wrong with a condition before the first trial, without its trees.
-void lookInto(const Condition& condition, bool headless) {
+/// Finds the errors in a condition before the first trial, without building sphere trees.
+void checkCondition(const Condition& condition, bool headless) {
     sandbox::SceneOptions options;
     options.buildTrees = false;
     const sandbox::HapticScene scene = sandbox::openScene(findScene(condition.scene), options);
@@ -59,7 +70,7 @@ void lookInto(const Condition& condition, bool headless) {
     sandbox::startDevice(scene, condition.device, headless ? nullptr : std::make_shared<MouseTarget>());
 }
 
-/// The folder belongs to this protocol, now or since an earlier run.
+/// Reserves the folder for this protocol, or checks that an earlier run did.
 void claim(const fs::path& folder, const Protocol& protocol) {
     makeFolder(folder, "the trials");
     const fs::path file = folder / kProtocolFile;
@@ -67,7 +78,7 @@ void claim(const fs::path& folder, const Protocol& protocol) {
         writeFile(file, "the protocol", protocol.source.dump(1) + "\n");
     } else if (sandbox::readProtocol(file).source != protocol.source) {
         throw std::runtime_error("'" + folder.string() +
-                                 "' holds trials of another protocol: choose another folder for --out");
+                                 "' contains trials of another protocol: choose another folder for --out");
     }
 }
 
@@ -78,14 +89,14 @@ bool isRowOf(const TrialRow& row, const Protocol& protocol, const Trial& trial) 
            });
 }
 
-/// An empty folder for a trial: what an interrupted run left of it goes.
-fs::path freshFolder(const fs::path& study, const Trial& trial) {
+/// An empty folder for a trial; the remains of an interrupted run are removed.
+fs::path emptyFolder(const fs::path& study, const Trial& trial) {
     const fs::path folder = trialFolder(study, trial.number);
     fs::remove_all(folder);
     return folder;
 }
 
-/// The recording is whole by now; with its row the trial counts as done.
+/// Writes the row, after the recording is complete: a trial counts as done if it has a row.
 void finish(const fs::path& study, const Protocol& protocol, const Trial& trial, const TrialRow& row) {
     writeFile(trialFolder(study, trial.number) / kRowFile, "the row", row.dump(1) + "\n");
     std::fprintf(stderr, "trial %d, %s, %s: %s after %.2f s\n", trial.number,
@@ -94,23 +105,23 @@ void finish(const fs::path& study, const Protocol& protocol, const Trial& trial,
     writeTable(study, readRows({study}, protocol));
 }
 
-void runHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+void runTrialsHeadless(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
     Scenes scenes;
     for (const Trial& trial : queue) {
         const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-        const auto row = sandbox::runTrial(scenes.open(condition), protocol, trial, freshFolder(study, trial));
-        if (!row) return;  // asked to stop
+        const auto row = sandbox::runTrial(scenes.open(condition), protocol, trial, emptyFolder(study, trial));
+        if (!row) return;  // stopped by a signal
         finish(study, protocol, trial, *row);
     }
 }
 
-void runInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
     sandbox::LiveTrials live(
         protocol, {.queue = queue,
                    .sceneFile = findScene,
-                   .folder = [&](const Trial& trial) { return freshFolder(study, trial); },
+                   .folder = [&](const Trial& trial) { return emptyFolder(study, trial); },
                    .done = [&](const Trial& trial, const TrialRow& row) { finish(study, protocol, trial, row); }});
-    sandbox::LiveSession* session = nullptr;  // known from the first frame on
+    sandbox::LiveSession* session = nullptr;  // set in the first frame
     sandbox::WindowRunOptions window;
     window.scene = findScene(protocol.conditions[static_cast<std::size_t>(queue.front().condition)].scene);
     window.configFolder = engine::configFolder();
@@ -147,19 +158,19 @@ std::vector<TrialRow> readRows(const std::vector<fs::path>& studies, const Proto
             if (!in) continue;
             if (found)
                 throw std::runtime_error(file.string() +
-                                         ": this trial is in another of the folders too: leave one of "
+                                         ": this trial is also in another of the folders: leave one of "
                                          "them out");
             TrialRow row = TrialRow::parse(in, nullptr, false);
             if (!isRowOf(row, protocol, trial) || (!rows.empty() && row.size() != rows.front().size()))
                 throw std::runtime_error(file.string() +
-                                         ": this is no row of this trial of the study: remove the folder around it, "
+                                         ": this row does not belong to this trial of the study: remove its folder, "
                                          "and run the trial again");
             const std::string& name = protocol.conditions[static_cast<std::size_t>(trial.condition)].scene;
             const TrialRow hash = row.value("scene_hash", TrialRow());
             if (scenes.try_emplace(name, hash).first->second != hash)
                 throw std::runtime_error(file.string() + ": the scene '" + name +
-                                         "' was another in this trial than in others or is now: remove the folder "
-                                         "around it, and run the trial again, or choose another folder for --out");
+                                         "' has changed since this trial or differs from other trials: remove the "
+                                         "trial's folder and run it again, or choose another folder for --out");
             found = &rows.emplace_back(std::move(row));
         }
     }
@@ -170,55 +181,95 @@ void writeTable(const fs::path& folder, const std::vector<TrialRow>& rows) {
     writeFile(folder / "trials.csv", "the table", toCsv(rows));
 }
 
+namespace {
+
 int trials(const TrialsCommand& command) {
     const Shard shard = shardOf(command.shard);
     const Protocol protocol = sandbox::readProtocol(command.protocol);
-    if (command.shard.empty()) requireGnuplot();
     if (!command.headless) requireDisplay();
     SceneHashes scenes;
     for (const Condition& condition : protocol.conditions) {
-        lookInto(condition, command.headless);
+        checkCondition(condition, command.headless);
         scenes[condition.scene] = sandbox::hashOf(findScene(condition.scene));
     }
     claim(command.out, protocol);
 
     const std::vector<Trial> all = protocol.trials();
-    readRows({command.out}, protocol, scenes);  // what is wrong with them is told before the first trial
+    readRows({command.out}, protocol, scenes);  // reports their errors before the first trial
     std::deque<Trial> queue;
     for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
         if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
     const StopRequest stop;
-    if (!queue.empty()) (command.headless ? runHeadless : runInWindow)(protocol, queue, command.out);
+    if (!queue.empty()) (command.headless ? runTrialsHeadless : runTrialsInWindow)(protocol, queue, command.out);
 
     const std::vector<TrialRow> rows = readRows({command.out}, protocol, scenes);
     writeTable(command.out, rows);
     const bool stopped = StopRequest::signal() != 0;
-    if (command.shard.empty() && !rows.empty() && !stopped) summarise(command.out, rows, protocol);
+    if (command.shard.empty() && !rows.empty() && !stopped) summarize(command.out, rows, protocol);
     std::printf("%zu of %zu trials are in %s%s\n", rows.size(), all.size(),
-                (command.out / "trials.csv").string().c_str(),
-                stopped ? ": stopped, and the same command continues" : "");
+                (command.out / "trials.csv").string().c_str(), stopped ? ": stopped; the same command continues" : "");
     return stopped ? kSignalled + StopRequest::signal() : kOk;
 }
 
-int summariseTrials(const TrialsSummaryCommand& command) {
-    requireGnuplot();
+int summarizeTrials(const TrialsSummaryCommand& command) {
     for (const fs::path& folder : command.folders)
         if (!fs::exists(folder / kProtocolFile))
             throw std::runtime_error("'" + folder.string() +
-                                     "' holds no trials: give the folders that --out of `touchstone trials` was");
+                                     "' contains no trials: give the --out folders of `touchstone trials`");
     const Protocol protocol = sandbox::readProtocol(command.folders.front() / kProtocolFile);
     for (const fs::path& folder : command.folders)
         if (sandbox::readProtocol(folder / kProtocolFile).source != protocol.source)
-            throw std::runtime_error("'" + folder.string() + "' holds trials of another protocol than '" +
-                                     command.folders.front().string() + "': summarise them apart");
+            throw std::runtime_error("'" + folder.string() + "' contains trials of another protocol than '" +
+                                     command.folders.front().string() + "': summarize them separately");
     const std::vector<TrialRow> rows = readRows(command.folders, protocol);
-    if (rows.empty()) throw std::runtime_error("no trial is done yet in these folders: run `touchstone trials` first");
+    if (rows.empty()) throw std::runtime_error("no trial is complete in these folders: run `touchstone trials` first");
     makeFolder(command.out, "the summary");
     writeTable(command.out, rows);
-    summarise(command.out, rows, protocol);
+    summarize(command.out, rows, protocol);
     std::printf("%zu of %zu trials are in %s\n", rows.size(), protocol.trials().size(),
                 (command.out / "trials.csv").string().c_str());
     return kOk;
+}
+
+constexpr const char* kTrialsFooter =
+    "A study can be interrupted at any time: the same command continues it.\n\n"
+    "Examples:\n"
+    "  touchstone trials study.json --headless --out study\n"
+    "  touchstone trials study.json --headless --shard 2/8 --out part-2\n"
+    "  touchstone trials summary part-* --out study\n";
+
+const CLI::App* addTrialsSummary(CLI::App& trials, Action& action) {
+    const auto options = std::make_shared<TrialsSummaryCommand>();
+    CLI::App* summary =
+        addCommand(trials, "summary", "Join shards: one table, means with confidence intervals, figures",
+                   "Figures need python3-matplotlib.\n\nExample:\n  touchstone trials summary part-* --out study\n");
+    summary->add_option("DIR", options->folders, "the --out folder of each shard")->required();
+    summary->add_option("--out", options->out, "folder for the table, the summary and its figures")->required();
+    summary->callback([options, &action] { action = [options] { return summarizeTrials(*options); }; });
+    return summary;
+}
+
+}  // namespace
+
+void addTrials(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<TrialsCommand>();
+    CLI::App* command = addCommand(program, "trials", "Run an assembly study", kTrialsFooter);
+    const CLI::Option* protocol =
+        command->add_option("PROTOCOL", options->protocol, "the study, a JSON file (see docs/trials.md)");
+    const CLI::Option* out =
+        command->add_option("--out", options->out,
+                            "folder for the recording of each trial, trials.csv and the summary; trials that it "
+                            "already contains are not repeated");
+    command->add_option("--shard", options->shard,
+                        "K/N: run the K-th of N parts without a summary, for `touchstone trials summary`");
+    command->add_flag("--headless", options->headless,
+                      "without a window, as fast as possible; otherwise a panel in the window guides the participant");
+    const CLI::App* summary = addTrialsSummary(*command, action);
+    command->callback([options, summary, protocol, out, &action] {
+        if (summary->parsed()) return;
+        if (protocol->empty() || out->empty()) throw CLI::RequiredError("PROTOCOL and --out");
+        action = [options] { return trials(*options); };
+    });
 }
 
 }  // namespace touchstone::app

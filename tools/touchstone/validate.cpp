@@ -1,11 +1,13 @@
+// touchstone validate: how a scene's nodes were interpreted, and whether it can be run.
 #include <cstdio>
 
 #include "haptics/sandbox/scene/tree_words.hpp"
-#include "tools/touchstone/commands.hpp"
+#include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
+namespace {
 
 int validate(const std::string& pathOrName) {
     const std::filesystem::path file = findScene(pathOrName);
@@ -38,6 +40,18 @@ int validate(const std::string& pathOrName) {
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     std::printf("valid%s\n", scene.warnings.empty() ? "" : ", with warnings");
     return kOk;
+}
+
+constexpr const char* kValidateFooter = "Example:\n  touchstone validate part.glb\n";
+
+}  // namespace
+
+void addValidate(CLI::App& program, Action& action) {
+    const auto scene = std::make_shared<std::string>();
+    CLI::App* command =
+        addCommand(program, "validate", "Report how a scene's nodes were interpreted, and why", kValidateFooter);
+    command->add_option("SCENE", *scene, kSceneHelp)->required();
+    command->callback([scene, &action] { action = [scene] { return validate(*scene); }; });
 }
 
 }  // namespace touchstone::app

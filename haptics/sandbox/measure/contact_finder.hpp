@@ -29,7 +29,7 @@ class ContactFinder {
   public:
     explicit ContactFinder(std::shared_ptr<const World> world);
 
-    /// Sets the poses of the obstacles, X_WO by obstacle; before that they are where the world starts them.
+    /// Sets where the obstacles are from now on, X_WO by obstacle; at first they are where the world starts them.
     void place(std::span<const Pose> X_WO) { X_WO_.assign(X_WO.begin(), X_WO.end()); }
     const Pose& obstacle(std::size_t i) const { return X_WO_[i]; }
 

@@ -1,6 +1,8 @@
 #pragma once
 // The panels. Each is a function that draws `view` into the current ImGui window and changes the objects it is given.
 // Everything else that the user requests is returned in PanelRequests. ItemRects may be null everywhere.
+#include <imgui.h>
+
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -21,6 +23,7 @@ struct PanelRequests {
     std::optional<Workspace> workspace;
     bool reconnect = false, alignWithView = false;
     std::vector<engine::SceneEdit> edits;  ///< of the scene shown
+    std::vector<Marking> markings;         ///< of the shown scene: roles and trees
     std::optional<std::filesystem::path> save;
     bool saveSettings = false;                 ///< include the settings in `save`
     std::optional<engine::StandardView> view;  ///< new direction of the camera

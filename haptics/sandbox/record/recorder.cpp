@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 // At most a quarter of a second may be lost in a crash; this leaves room for a caller that adds its ticks late.
 constexpr auto kFlushInterval = std::chrono::milliseconds(100);
 
-std::string dumpOf(const ordered_json& json, int indent = -1) {
+std::string dumped(const ordered_json& json, int indent = -1) {
     return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);
 }
 
@@ -117,7 +117,7 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
                           {"device", facts.device},
                           {"settings", toJson(first.input.settings, nullptr)},
                           {"start", toJson(*first.input.start, X_WO)}};
-    std::string text = dumpOf(notes, 1);
+    std::string text = dumped(notes, 1);
     text.resize(text.rfind('\n'));
     text += std::string(",\n ") + kChangesBegin;
     // Both files appear with the first tick and are complete from then on: a process that is killed before that leaves
@@ -131,7 +131,7 @@ void Recorder::begin(const RecordedTick& first, std::span<const Pose> X_WO) {
 void Recorder::noteChange(const RecordedTick& tick, const char* kind, ordered_json what) {
     ordered_json entry = {{"row", ticks_->rows()}, {"tick", tick.record.tick}, {"kind", kind}};
     for (auto& [key, value] : what.items()) entry[key] = std::move(value);
-    pendingChanges_ += (anyChange_ ? ",\n  " : "\n  ") + dumpOf(entry);
+    pendingChanges_ += (anyChange_ ? ",\n  " : "\n  ") + dumped(entry);
     anyChange_ = true;
 }
 

@@ -1,4 +1,4 @@
-// The handles around a body, without a window.
+// The handles of a body, without a window.
 #include <catch2/catch.hpp>
 
 #include "engine/edit/gizmo.hpp"
@@ -47,7 +47,7 @@ struct Hand {
         if (pose) place.body = *pose;
         return pose;
     }
-    /// Takes hold of the handle.
+    /// Grabs the handle.
     void take(GizmoHandle handle) {
         const auto at = Gizmo::grip(handle, camera, kViewport, place);
         REQUIRE(at);
@@ -57,13 +57,13 @@ struct Hand {
         mouse.left = true;
         const RigidPart before = place.body;
         REQUIRE(step());
-        CHECK(glm::distance(place.body.translation, before.translation) < 1e-6);  // taking hold moves nothing
+        CHECK(glm::distance(place.body.translation, before.translation) < 1e-6);  // grabbing moves nothing
     }
 };
 
 }  // namespace
 
-TEST_CASE("gizmo: an axis moves along itself alone, and the point under the cursor follows it", "[gizmo]") {
+TEST_CASE("gizmo: an axis handle moves along its axis only, and the grabbed point follows the cursor", "[gizmo]") {
     const bool ownAxes = GENERATE(false, true);
     const int k = GENERATE(0, 1, 2);
     CAPTURE(ownAxes, k);
@@ -72,7 +72,7 @@ TEST_CASE("gizmo: an axis moves along itself alone, and the point under the curs
     const RigidPart start = hand.place.body;
     const glm::dvec3 axis = ownAxes ? start.rotation * unit(k) : unit(k);
     hand.take(GizmoHandle(int(GizmoHandle::MoveX) + k));
-    // To where the grip is on the screen once the body is 15 mm further on.
+    // Drag to the screen position of the grip after a motion of 15 mm.
     GizmoPlace ahead = hand.place;
     ahead.body.translation += 0.015 * axis;
     const OrbitCamera& camera = hand.camera;
@@ -94,13 +94,13 @@ TEST_CASE("gizmo: an axis moves along itself alone, and the point under the curs
     CHECK_FALSE(hand.gizmo.dragging());
 }
 
-TEST_CASE("gizmo: a ring turns about its axis through the pivot, past half a turn too", "[gizmo]") {
+TEST_CASE("gizmo: a ring turns about its axis through the pivot, also beyond half a turn", "[gizmo]") {
     Hand hand;
     const RigidPart start = hand.place.body;
     const glm::dvec3 pivot = hand.place.worldPivot();
     hand.take(GizmoHandle::TurnY);
     const glm::vec2 middle = *hand.camera.project(glm::vec3(pivot), kViewport);
-    // Once around the pivot on the screen and half a turn more; y points down there, so this is against the clock.
+    // One and a half turns around the pivot on the screen; y points down there, so this is counter-clockwise.
     const glm::vec2 r = hand.mouse.cursor - middle;
     double turned = 0, last = 0;
     for (int i = 1; i <= 108; ++i) {
@@ -114,12 +114,12 @@ TEST_CASE("gizmo: a ring turns about its axis through the pivot, past half a tur
         last = w.y;
         CHECK(glm::distance(hand.place.worldPivot(), pivot) < 1e-9);
     }
-    // Seen from above, against the clock is +y. The ring is seen at a slant, so a turn and a half on the screen is one
-    // and a half about the axis only where it began.
+    // Seen from above, counter-clockwise is +y. The ring is seen at an angle, so one and a half turns on the screen
+    // equal one and a half turns about the axis only at the starting point.
     CHECK(turned == Approx(3 * 3.14159265358979).margin(1e-3));
 }
 
-TEST_CASE("gizmo: the middle moves in the view plane", "[gizmo]") {
+TEST_CASE("gizmo: the middle handle moves in the view plane", "[gizmo]") {
     Hand hand;
     const RigidPart start = hand.place.body;
     hand.take(GizmoHandle::MovePlane);
@@ -130,7 +130,7 @@ TEST_CASE("gizmo: the middle moves in the view plane", "[gizmo]") {
     CHECK(glm::dot(moved, glm::dvec3(hand.camera.right())) > 0.005);
 }
 
-TEST_CASE("gizmo: over a panel, with another button, or far away nothing is taken", "[gizmo]") {
+TEST_CASE("gizmo: over a panel, with another button, or far away nothing is grabbed", "[gizmo]") {
     Hand hand;
     hand.mouse.cursor = *Gizmo::grip(GizmoHandle::MoveX, hand.camera, kViewport, hand.place);
     hand.mouse.elsewhere = true;
@@ -138,7 +138,7 @@ TEST_CASE("gizmo: over a panel, with another button, or far away nothing is take
     CHECK(hand.gizmo.handle() == GizmoHandle::None);
     hand.mouse.left = true;
     hand.step();
-    hand.mouse.elsewhere = false;  // slid in with the button down
+    hand.mouse.elsewhere = false;  // entered the picture with the button down
     CHECK_FALSE(hand.step());
     hand.mouse.left = false;
     hand.mouse.right = true;
@@ -150,7 +150,7 @@ TEST_CASE("gizmo: over a panel, with another button, or far away nothing is take
     CHECK(hand.gizmo.handle() == GizmoHandle::None);
 }
 
-TEST_CASE("camera: standard views look along the axes, and zooming keeps what is under the cursor", "[gizmo]") {
+TEST_CASE("camera: standard views look along the axes, and zooming keeps the point under the cursor", "[gizmo]") {
     OrbitCamera camera;
     camera.target = {0.1f, 0.2f, 0.3f};
     const std::pair<StandardView, glm::vec3> sides[]{
@@ -158,7 +158,8 @@ TEST_CASE("camera: standard views look along the axes, and zooming keeps what is
         {StandardView::Left, {1, 0, 0}},   {StandardView::Top, {0, -1, 0}}, {StandardView::Bottom, {0, 1, 0}}};
     for (const auto& side : sides) {
         camera.look(side.first);
-        CHECK(glm::length(camera.forward() - side.second) < 0.011f);  // `up` stays defined: 0.01 rad off the vertical
+        CHECK(glm::length(camera.forward() - side.second) <
+              0.011f);  // 0.01 rad off the vertical, so that `up` stays defined
         CHECK(camera.target == glm::vec3(0.1f, 0.2f, 0.3f));
     }
     camera.look(StandardView::Front);

@@ -10,7 +10,7 @@ using namespace touchstone::engine;
 
 namespace {
 
-// Values near 1 pass through a handful of rounded double operations.
+// Rounding of a few double operations on values near 1.
 constexpr double kRounding = 1e-14;
 
 AnimationChannel vectorChannel(Interpolation interpolation, std::vector<glm::dvec4> values) {
@@ -42,7 +42,7 @@ TEST_CASE("animation: a step keeps its value until the next key", "[animation]")
     CHECK(sampleVector(channel, 3).x == 2);
 }
 
-TEST_CASE("animation: a single key holds for ever", "[animation]") {
+TEST_CASE("animation: a single key holds forever", "[animation]") {
     const AnimationChannel channel{{}, AnimationPath::Scale, Interpolation::Linear, {2}, {{5, 6, 7, 0}}};
     for (const double t : {0.0, 2.0, 9.0}) CHECK(sampleVector(channel, t) == glm::dvec3(5, 6, 7));
 }
@@ -71,10 +71,10 @@ TEST_CASE("animation: a cubic spline through samples of a cubic is that cubic", 
     for (double t = 0; t <= 2; t += 0.01) CHECK(sampleVector(channel, t).x == Approx(t * t * t - 2 * t).margin(1e-13));
 }
 
-TEST_CASE("animation: rotations turn at constant rate on the shorter path", "[animation]") {
+TEST_CASE("animation: rotations turn at a constant rate along the shorter path", "[animation]") {
     AnimationChannel channel{{}, AnimationPath::Rotation, Interpolation::Linear, {0, 1}, {aboutZ(10), aboutZ(90)}};
     CHECK(degreesAboutZ(sampleRotation(channel, 0.25)) == Approx(30).epsilon(1e-12));
-    channel.values[1] = -channel.values[1];  // the same rotation, far side of the sphere
+    channel.values[1] = -channel.values[1];  // the same rotation, on the opposite side of the sphere
     CHECK(degreesAboutZ(sampleRotation(channel, 0.25)) == Approx(30).epsilon(1e-12));
     channel.values = {aboutZ(170), aboutZ(-170)};
     const double middle = degreesAboutZ(sampleRotation(channel, 0.5));
@@ -97,7 +97,7 @@ TEST_CASE("animation: sampled rotations have unit length in every mode", "[anima
 }
 
 TEST_CASE("animation: a rotation spline through zero falls back to its key", "[animation]") {
-    // Opposite values and no tangents: the middle of the spline is exactly zero.
+    // With opposite values and zero tangents the middle of the spline is exactly zero.
     const AnimationChannel channel{{},
                                    AnimationPath::Rotation,
                                    Interpolation::CubicSpline,
@@ -106,7 +106,7 @@ TEST_CASE("animation: a rotation spline through zero falls back to its key", "[a
     CHECK(sampleRotation(channel, 0.5) == glm::dquat(1, 0, 0, 0));
 }
 
-TEST_CASE("animation: a node keeps what is not animated", "[animation]") {
+TEST_CASE("animation: a node keeps the properties that are not animated", "[animation]") {
     Registry registry;
     const Entity moved = registry.create(), still = registry.create();
     LocalTransform rest;

@@ -269,7 +269,7 @@ const std::vector<BrokenCase> kBrokenCases = {
          j["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
      },
      "\"pbrMetallicRoughness.baseColorTexture.index\" is 0 but the file has 0 textures"},
-    {"image that is none",
+    {"invalid image",
      [](json& j, Bytes&) {
          j["images"] = {{{"name", "wood"}, {"bufferView", 0}}};
          j["textures"] = {{{"source", 0}}};
@@ -302,9 +302,9 @@ const std::vector<BrokenCase> kBrokenCases = {
      "animation 0 \"demo\": refers to sampler 2 of 2"},
     {"channel node out of range", [](json& j, Bytes&) { j["animations"][0]["channels"][0]["target"]["node"] = 2; },
      "animation 0 \"demo\", channel 0: \"target.node\" is 2"},
-    {"times fall", [](json&, Bytes& b) { poke(b, 144, 0.25f); },
+    {"decreasing times", [](json&, Bytes& b) { poke(b, 144, 0.25f); },
      "animation 0 \"demo\", translation of node 1 \"tool\": key 1 is not later"},
-    {"times stand", [](json&, Bytes& b) { poke(b, 144, 0.5f); }, "key 1 is not later"},
+    {"constant times", [](json&, Bytes& b) { poke(b, 144, 0.5f); }, "key 1 is not later"},
     {"negative time", [](json&, Bytes& b) { poke(b, 140, -1.0f); }, "starts before time 0"},
     {"NaN time", [](json&, Bytes& b) { poke(b, 140, std::numeric_limits<float>::quiet_NaN()); },
      "accessor 4: holds a non-finite number"},
@@ -329,7 +329,7 @@ const std::vector<BrokenCase> kBrokenCases = {
 
 }  // namespace
 
-TEST_CASE("broken glTF: every damage gives one sentence that names file, object and remedy", "[gltf]") {
+TEST_CASE("broken glTF: every kind of damage gives one sentence with file, object and remedy", "[gltf]") {
     const TemporaryFolder folder;
     for (const BrokenCase& broken : kBrokenCases) {
         DYNAMIC_SECTION(broken.name) {
@@ -440,7 +440,7 @@ TEST_CASE("broken glTF: one accessor read a million times does not fill the memo
                   "mesh 0 \"square\": brings the scene above 67 million vertices, corners and keys");
 }
 
-TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else", "[gltf][fuzz]") {
+TEST_CASE("broken glTF: mutated files give a scene or one sentence", "[gltf][fuzz]") {
     const unsigned seed = 20240612;
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -456,7 +456,7 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     draft.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
     const Bytes whole = draft.glb();
     const std::string text = draft.json.dump();
-    // Numbers and words that stand at borders of some check.
+    // Numbers and words at the borders of some check.
     const std::vector<std::string> words = {"-1",         "0",
                                             "1",          "2",
                                             "3",          "6",
@@ -474,11 +474,11 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     for (int i = 0; i < 4000; ++i) {
         CAPTURE(i);
         Bytes bytes = whole;
-        if (i % 2 == 0) {  // bytes anywhere
+        if (i % 2 == 0) {  // replace random bytes
             for (unsigned k = 0; k <= random() % 4; ++k)
                 bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
             if (random() % 8 == 0) bytes.resize(random() % bytes.size());
-        } else {  // one JSON value by another
+        } else {  // replace one JSON value by another
             std::string mutated = text;
             for (unsigned k = 0; k <= random() % 2; ++k) {
                 std::size_t colon = mutated.find_first_of(":[,", random() % mutated.size());
@@ -508,7 +508,7 @@ TEST_CASE("broken glTF: mutated files give a scene or a sentence, nothing else",
     CHECK(sentences > 100);
 }
 
-TEST_CASE("glTF: the models of assimp load or give a sentence", "[gltf]") {
+TEST_CASE("glTF: the models of assimp load or give one sentence", "[gltf]") {
     const std::filesystem::path models = "/usr/share/assimp/models";
     if (!std::filesystem::exists(models)) return;  // an optional package
     int scenes = 0, sentences = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// A small valid glTF file to start from, and a folder to put variants of it into.
+// A small valid glTF file, and a folder for variants of it.
 #include <unistd.h>
 
 #include <cstdint>
@@ -15,12 +15,12 @@
 
 namespace touchstone::engine::test {
 
-/// A folder of its own for one test, removed at the end.
+/// A temporary folder for one test, removed at the end.
 class TemporaryFolder {
   public:
     TemporaryFolder() {
         static int count = 0;
-        // Thousands of small files: in memory where the system has such a folder.
+        // The tests write thousands of small files: use a folder in memory if the system has one.
         const std::filesystem::path memory = "/dev/shm";
         path_ = (std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path()) /
                 ("touchstone-" + std::to_string(::getpid()) + "-" + std::to_string(count++));
@@ -63,7 +63,7 @@ struct GltfDraft {
     nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
     Bytes bin;
 
-    /// Appends a plain accessor with a buffer view of its own and returns its index.
+    /// Appends a plain accessor with its own buffer view and returns its index.
     template <class T>
     int add(const std::vector<T>& values, int componentType, const std::string& type, int count,
             bool normalized = false) {

@@ -1,4 +1,4 @@
-// glTF as other programs write it: valid or harmless oddities load, with a warning where something is left out.
+// glTF as other programs write it: valid or harmless oddities load, with a warning if something is skipped.
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
@@ -76,11 +76,11 @@ TEST_CASE("foreign glTF: integers may be written as 4.0", "[gltf]") {
               .find("\"mesh\" must be an index") != std::string::npos);
 }
 
-TEST_CASE("foreign glTF: what the scene does not use may be broken", "[gltf]") {
+TEST_CASE("foreign glTF: objects that the scene does not use may be broken", "[gltf]") {
     struct Case {
         const char* name;
         std::function<void(json&)> damage;
-        std::string warning;  ///< its beginning; empty: none, since the file is valid
+        std::string warning;  ///< its beginning; empty for no warning, because the file is valid
     };
     const std::vector<Case> cases = {
         {"buffer without uri",
@@ -189,14 +189,14 @@ TEST_CASE("foreign glTF: what the scene does not use may be broken", "[gltf]") {
                 CHECK(scene.warnings.size() == (harmless.warning.empty() ? 0 : 1));
                 CHECK(all.starts_with(harmless.warning));
             }
-            // Marking the scene works as well.
+            // The scene can be marked, too.
             updateGltf(folder / "draft.glb", folder / "marked.glb", {{{1, {{"k", 1}}}}, {}, {}, {}, {}});
             CHECK(cornersOf(readGltf(folder / "marked.glb")) == cornersOf(plain));
         }
     }
 }
 
-TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf]") {
+TEST_CASE("foreign glTF: skipped features that change the geometry are named", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     json& j = draft.json;
@@ -208,7 +208,7 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
         CHECK(glm::length(local.rotation) == Approx(1));
         CHECK(local.rotation.z == Approx(std::sqrt(0.5)));
     }
-    SECTION("a rotation rounded to a few digits is no matter") {
+    SECTION("a rotation rounded to a few digits is accepted") {
         j["nodes"][0]["rotation"] = {0, 0, 0.707, 0.707};
         CHECK(draft.read(folder).warnings.empty());
     }
@@ -232,7 +232,7 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
               "shape "
               "without them.");
     }
-    SECTION("extensions that are not supported, but not those of looks") {
+    SECTION("unsupported extensions, except those of looks") {
         j["extensionsUsed"] = {"KHR_materials_clearcoat", "KHR_texture_transform", "MSFT_lod"};
         CHECK(warningOf(draft.read(folder)) == "extension MSFT_lod: is not supported and is ignored.");
     }
@@ -241,13 +241,13 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
         j["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["bufferView"] = 0;
         CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("has its vertices in KHR_draco_mesh_compression"));
     }
-    SECTION("a buffer that is there in compressed form alone") {
+    SECTION("a buffer that exists only in compressed form") {
         j["buffers"].push_back(
             {{"byteLength", 48}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
         j["bufferViews"][0]["buffer"] = 1;
         CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("compressed form of EXT_meshopt_compression alone"));
     }
-    SECTION("an animated property that is no node's") {
+    SECTION("an animated property that does not belong to a node") {
         j["animations"][0]["channels"].push_back({{"sampler", 0}, {"target", {{"path", "pointer"}}}});
         const Scene scene = draft.read(folder);
         CHECK(warningOf(scene) == "animation 0 \"demo\": has channels without a target node; they are ignored.");
@@ -255,7 +255,7 @@ TEST_CASE("foreign glTF: what changes geometry and is left out is named", "[gltf
     }
 }
 
-TEST_CASE("foreign glTF: one fault of many objects is one warning", "[gltf]") {
+TEST_CASE("foreign glTF: the same fault of many objects is one warning", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     for (int i = 0; i < 20; ++i) draft.json["accessors"].push_back(json::object());
@@ -289,19 +289,19 @@ TEST_CASE("foreign glTF: instances become part of the node's mesh", "[gltf]") {
         REQUIRE(mesh.positions.size() == 12);
         REQUIRE(mesh.normals.size() == 12);
         CHECK(mesh.positions[2] == glm::vec3(1, 1, 0));
-        CHECK(glm::length(mesh.positions[6] - glm::vec3(8, -2, 0)) < 1e-6f);    // turned and twice as large
+        CHECK(glm::length(mesh.positions[6] - glm::vec3(8, -2, 0)) < 1e-6f);    // rotated and twice as large
         CHECK(glm::length(mesh.positions[10] - glm::vec3(-1, 21, 0)) < 1e-6f);  // mirrored
-        CHECK(smoothNormals(mesh)[10] == glm::vec3(0, 0, 1));                   // and its triangles turned over
+        CHECK(smoothNormals(mesh)[10] == glm::vec3(0, 0, 1));                   // and its triangles are flipped
         CHECK(mesh.normals[10] == glm::vec3(0, 0, 1));
-        // The mesh itself stays as it is for others, and a copy that is written says nothing of instances.
+        // The mesh itself is unchanged for other nodes, and a written copy contains no instances.
         CHECK(scene.meshes[0].primitives[0].mesh->positions.size() == 4);
         writeGltf(scene, folder / "copy.glb");
         CHECK(cornersOf(readGltf(folder / "copy.glb")) == cornersOf(scene));
-        // Markings are saved beside the extension.
+        // Saved markings keep the extension.
         updateGltf(folder / "draft.glb", folder / "marked.glb", {{{1, {{"k", 1}}}}, {}, {}, {}, {}});
         CHECK(cornersOf(readGltf(folder / "marked.glb")) == cornersOf(scene));
     }
-    SECTION("another number of elements") {
+    SECTION("different numbers of elements") {
         j["accessors"][std::size_t(scales)]["count"] = 2;
         CHECK_THROWS_WITH(draft.read(folder),
                           Catch::Contains("node 1 \"tool\": instance attribute SCALE has 2 elements"));
@@ -317,14 +317,14 @@ TEST_CASE("foreign glTF: instances become part of the node's mesh", "[gltf]") {
         attributes["ROTATION"] = draft.add<float>({0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1}, 5126, "VEC4", 3);
         CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("instance 1 has a rotation of length zero"));
     }
-    SECTION("so many that the memory would not hold them") {
+    SECTION("more instances than fit into memory") {
         j["accessors"].push_back({{"componentType", 5126}, {"count", 1 << 24}, {"type", "VEC3"}});
         attributes = {{"TRANSLATION", j["accessors"].size() - 1}};
         CHECK_THROWS_WITH(draft.read(folder), Catch::Contains("above 67 million vertices"));
     }
 }
 
-TEST_CASE("foreign glTF: hidden nodes are hidden with all below them, and named", "[gltf]") {
+TEST_CASE("foreign glTF: hidden nodes hide all nodes below them, and are named", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     draft.json["extensionsUsed"] = draft.json["extensionsRequired"] = {"KHR_node_visibility"};
@@ -336,7 +336,7 @@ TEST_CASE("foreign glTF: hidden nodes are hidden with all below them, and named"
     CHECK(warningOf(scene) ==
           "node 0 \"base\": is hidden by KHR_node_visibility: it is not drawn, but it collides if it has a role.");
     Scene other;
-    appendScene(other, scene, "part");  // what it shows: nothing
+    appendScene(other, scene, "part");  // hidden parts add nothing
     CHECK(cornersOf(other).empty());
     writeGltf(scene, folder / "copy.glb");
     const Scene again = readGltf(folder / "copy.glb");
@@ -349,7 +349,7 @@ TEST_CASE("foreign glTF: a written file keeps the indices of meshes, to which co
     json& meshes = draft.json["meshes"];
     meshes.push_back(meshes[0]);  // equal to the first
     meshes.push_back(meshes[0]);
-    meshes[2]["primitives"][0]["mode"] = 0;  // points: empty to us
+    meshes[2]["primitives"][0]["mode"] = 0;  // points: empty for this program
     meshes.push_back(meshes[0]);
     meshes[3]["primitives"][0].erase("material");
     for (const int mesh : {1, 2, 3})
@@ -366,7 +366,7 @@ TEST_CASE("foreign glTF: a written file keeps the indices of meshes, to which co
     CHECK(again.meshes[3].primitives.at(0).material == -1);
 }
 
-TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
+TEST_CASE("foreign glTF: files of other formats are recognized and named", "[gltf]") {
     const TemporaryFolder folder;
     const auto check = [&](const Bytes& contents, const std::string& words) {
         writeFile(folder / "file.glb", contents);
@@ -388,7 +388,7 @@ TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
     text("version https://git-lfs.github.com/spec/v1\n", "the pointer that Git LFS keeps");
     text("Dear reader,\n", "a text file of another kind");
     check(Bytes{1, 2, 3, 0, 0}, "a file of another kind");
-    // Text with a mark of UTF-8 in front is still glTF.
+    // Text with a UTF-8 byte order mark is still glTF.
     const std::string marked = "\xef\xbb\xbf" + squareDraft().json.dump();
     writeFile(folder / "file.gltf", marked);
     CHECK(sentenceOf(folder / "file.gltf").find("buffer 0: has no \"uri\"") != std::string::npos);
@@ -401,7 +401,7 @@ TEST_CASE("foreign glTF: files that are something else are named", "[gltf]") {
     CHECK(sentenceOf("/dev/zero").find("is a device; name a file") != std::string::npos);
 }
 
-TEST_CASE("foreign glTF: names reach sentences without control characters", "[gltf]") {
+TEST_CASE("foreign glTF: names appear in messages without control characters", "[gltf]") {
     CHECK(printable("a\nb\tc\x1b[31m") == "a\\nb\\tc\\x1b[31m");
     CHECK(printable("\xc2\x9b"
                     "31m") == "\\x9b31m");  // the one-character form of ESC [
@@ -418,7 +418,7 @@ TEST_CASE("foreign glTF: names reach sentences without control characters", "[gl
 }
 
 TEST_CASE("foreign glTF: four hundred thousand empty objects are read in linear time", "[gltf]") {
-    // As many as took minutes where each cost a walk over those before it; the time limit of the tests bounds it.
+    // With quadratic time this count would take minutes; the time limit of the tests bounds it.
     constexpr std::size_t kCount = 400000;
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();

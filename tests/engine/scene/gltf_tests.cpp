@@ -19,7 +19,7 @@ const MeshData& firstMesh(const Scene& scene) { return *scene.meshes.at(0).primi
 const std::vector<glm::vec3> kSquare = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
 
 std::string dataUri(const Bytes& bytes, const std::string& mimeType) {
-    // Through the writer's own encoding would test nothing: a plain one, by the definition.
+    // The writer's own encoding would test nothing, so this is a plain one, by the definition.
     const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string text, bits;
     for (const auto byte : bytes)
@@ -74,7 +74,7 @@ TEST_CASE("glTF: buffers may be external, below the folder, percent-encoded, pad
     }
 }
 
-TEST_CASE("glTF: every index width and none", "[gltf]") {
+TEST_CASE("glTF: every index width, and no indices", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     auto& primitive = draft.json["meshes"][0]["primitives"][0];
@@ -96,13 +96,13 @@ TEST_CASE("glTF: strips and fans become triangles with their winding, and other 
     GltfDraft draft = squareDraft();
     auto& primitive = draft.json["meshes"][0]["primitives"][0];
     primitive["indices"] = draft.add<std::uint8_t>({0, 1, 3, 2}, 5121, "SCALAR", 4);
-    primitive["mode"] = 5;  // strip: (0 1 3), (1 2 3) with the second turned over
+    primitive["mode"] = 5;  // strip: (0 1 3), (1 2 3) with the second one flipped
     CHECK(firstMesh(draft.read(folder)).indices == std::vector<std::uint32_t>{0, 1, 3, 1, 2, 3});
     primitive["indices"] = draft.add<std::uint8_t>({0, 1, 2, 3}, 5121, "SCALAR", 4);
     primitive["mode"] = 6;  // fan around 0
     CHECK(firstMesh(draft.read(folder)).indices == std::vector<std::uint32_t>{1, 2, 0, 2, 3, 0});
     primitive["indices"] = draft.add<std::uint8_t>({0, 1, 1, 3, 2}, 5121, "SCALAR", 5);
-    primitive["mode"] = 5;  // a stitched strip: the two thin triangles vanish, (1 2 3) comes third and is not turned
+    primitive["mode"] = 5;  // a stitched strip: the two thin triangles vanish, (1 2 3) is third and keeps its winding
     CHECK(firstMesh(draft.read(folder)).indices == std::vector<std::uint32_t>{1, 3, 2});
 
     Json points = primitive;
@@ -151,7 +151,7 @@ TEST_CASE("glTF: interleaved, sparse and normalized accessors", "[gltf]") {
         attributes["TEXCOORD_0"] = draft.add<std::uint16_t>({65535, 0, 0, 0, 0, 0, 0, 0}, 5123, "VEC2", 4, true);
         CHECK(firstMesh(draft.read(folder)).texcoords[0] == glm::vec2(1, 0));
     }
-    SECTION("quantised positions, where the extension is used") {
+    SECTION("quantized positions, if the extension is used") {
         const int positions =
             draft.add<std::int16_t>({-1, 0, 0, 0, 300, 0, 0, 0, 300, 300, 0, 0, 0, 300, 0, 0}, 5122, "VEC3", 4);
         json["bufferViews"].back()["byteStride"] = 8;
@@ -169,7 +169,7 @@ TEST_CASE("glTF: interleaved, sparse and normalized accessors", "[gltf]") {
     }
 }
 
-TEST_CASE("glTF: normals come out at unit length, and zero ones are computed", "[gltf]") {
+TEST_CASE("glTF: normals have unit length, and zero normals are recomputed", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     draft.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
@@ -228,7 +228,7 @@ TEST_CASE("glTF: nodes that share a mesh share its data, and entities come in fi
     CHECK(order == std::vector<int>{0, 2});
 }
 
-TEST_CASE("glTF: extras and extensions are kept as they stand", "[gltf]") {
+TEST_CASE("glTF: extras and extensions are kept unchanged", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     const Json body = {{"motion", Json::object()}, {"collider", {{"geometry", {{"mesh", 0}}}}}};
@@ -245,7 +245,7 @@ TEST_CASE("glTF: extras and extensions are kept as they stand", "[gltf]") {
     CHECK_FALSE(scene.registry.has<NodeMarking>(scene.nodes[0]));
 }
 
-TEST_CASE("glTF: images from buffer views, data URIs and files; others are not opened", "[gltf]") {
+TEST_CASE("glTF: reads images from buffer views, data URIs and files, and no others", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     auto& json = draft.json;
@@ -272,7 +272,7 @@ TEST_CASE("glTF: images from buffer views, data URIs and files; others are not o
     }
 }
 
-TEST_CASE("glTF: a texture uses the set of coordinates it names", "[gltf]") {
+TEST_CASE("glTF: a texture uses the set of coordinates that it names", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     auto& attributes = draft.json["meshes"][0]["primitives"][0]["attributes"];
@@ -282,7 +282,7 @@ TEST_CASE("glTF: a texture uses the set of coordinates it names", "[gltf]") {
     draft.json["textures"] = {{{"source", 0}}};
     draft.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}, {"texCoord", 1}};
     CHECK(firstMesh(draft.read(folder)).texcoords[0] == glm::vec2(9, 9));
-    // A mesh has one set: a texture on another than the base colour's is left out, and the reader says so.
+    // A mesh has one set: a texture on another set than the base color's is skipped, and a warning says so.
     draft.json["materials"][0]["normalTexture"] = {{"index", 0}, {"texCoord", 0}};
     const Scene scene = draft.read(folder);
     CHECK(scene.materials[0].texture == 0);
@@ -304,7 +304,7 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
         MeshData{kSquare, std::vector<glm::vec3>(4, {0, 0, 1}), {{0, 1}, {1, 1}, {1, 0}, {0, 0}}, {0, 1, 2, 0, 2, 3}});
     LocalTransform turned;
     turned.translation = {0.1, -0.2, 0.3};
-    turned.rotation = {0.5, 0.5, -0.5, 0.5};  // of exact unit length, so that normalising changes no bit
+    turned.rotation = {0.5, 0.5, -0.5, 0.5};  // of exact unit length, so that normalizing changes no bit
     turned.scale = {1, 2, -3};
     LocalTransform sheared;
     sheared.shear[1][0] = 0.5;
@@ -365,7 +365,7 @@ TEST_CASE("glTF: a scene written and read again is the same scene", "[gltf]") {
         // indices, times, rotations, scales).
         const GltfContainer container = readContainer(folder / name);
         CHECK(parseJson(folder / name, container.json)["accessors"].size() == 7);
-        // Writing what was read changes nothing any more.
+        // Writing and reading a second time changes nothing.
         writeGltf(again, folder / ("again-" + name));
         const bool isSame = readBytes(folder / ("again-" + name)) == readBytes(folder / name);
         CHECK(isSame);
@@ -390,7 +390,7 @@ TEST_CASE("glTF: written files keep node indices when some nodes belong to anoth
     CHECK(animates(again.animations[0], again.nodes[2]));
 }
 
-TEST_CASE("glTF: what cannot be written is refused, and the old file stays", "[gltf]") {
+TEST_CASE("glTF: a failed write is reported, and the old file stays", "[gltf]") {
     const TemporaryFolder folder;
     const auto file = folder / "scene.glb";
     writeFile(file, "old");
@@ -421,7 +421,7 @@ TEST_CASE("glTF: what cannot be written is refused, and the old file stays", "[g
         Catch::Contains("cannot be written"));
 }
 
-TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
+TEST_CASE("glTF: extras are replaced in place, and the rest is unchanged", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();
     draft.json["nodes"][0]["extras"]["old"] = true;
@@ -463,7 +463,7 @@ TEST_CASE("glTF: extras are replaced in place and all else stays", "[gltf]") {
         updateGltf(file, folder / "copy.gltf", update);
         CHECK_THROWS_WITH(updateGltf(file, folder / "sub/scene.gltf", update), Catch::Contains("would lose the files"));
     }
-    SECTION("never of objects that do not exist") {
+    SECTION("not for objects that do not exist") {
         const auto file = folder / "scene.glb";
         writeFile(file, draft.glb());
         CHECK_THROWS_WITH(updateGltf(file, file, {{{2, {{"a", 1}}}}, {}, {}, {}, {}}),

@@ -74,18 +74,18 @@ double volume(const MeshData& mesh) {
 
 }  // namespace
 
-TEST_CASE("mesh file: an ASCII STL in millimetres is welded and scaled to metres", "[mesh]") {
+TEST_CASE("mesh file: an ASCII STL in millimeters is welded and scaled to meters", "[mesh]") {
     const TemporaryFolder folder;
     writeFile(folder / "part.stl", kTetrahedron);
     const MeshData mesh = readMeshFile(folder / "part.stl", 0.001).mesh;
-    CHECK(mesh.positions.size() == 4);  // 12 corners at 4 places, -0 and 0 being one
+    CHECK(mesh.positions.size() == 4);  // 12 corners at 4 places; -0 and 0 are equal
     CHECK(mesh.normals.size() == 4);
     CHECK(mesh.indices.size() == 12);
     CHECK(volume(mesh) == Approx(0.01 * 0.02 * 0.03 / 6).epsilon(1e-6));
     CHECK(std::find(mesh.positions.begin(), mesh.positions.end(), glm::vec3(0, 0, 0.03f)) != mesh.positions.end());
 }
 
-TEST_CASE("mesh file: a binary STL is read, and its upper-case name too", "[mesh]") {
+TEST_CASE("mesh file: reads a binary STL, also with an upper-case extension", "[mesh]") {
     const TemporaryFolder folder;
     writeFile(folder / "PART.STL", binaryStl({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 1, 1, 0, 0, 1, 0}}));
     const MeshData mesh = readMeshFile(folder / "PART.STL", 1).mesh;
@@ -94,7 +94,7 @@ TEST_CASE("mesh file: a binary STL is read, and its upper-case name too", "[mesh
     CHECK(mesh.normals[0] == glm::vec3(0, 0, 1));
 }
 
-TEST_CASE("mesh file: OBJ polygons become triangles and its material library is not opened", "[mesh]") {
+TEST_CASE("mesh file: OBJ polygons become triangles, and the material library is not opened", "[mesh]") {
     const TemporaryFolder folder;
     writeFile(folder / "part.obj",
               "mtllib ../../../../etc/passwd\no first\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
@@ -104,7 +104,7 @@ TEST_CASE("mesh file: OBJ polygons become triangles and its material library is 
     CHECK(mesh.positions.size() == 5);  // vertex 5 repeats vertex 1
 }
 
-TEST_CASE("mesh file: the triangles of a polygon cover it and nothing else", "[mesh]") {
+TEST_CASE("mesh file: the triangles of a polygon cover exactly the polygon", "[mesh]") {
     const TemporaryFolder folder;
     // An L with a corner on the diagonal between two others, and a bow tie that crosses itself.
     const auto [corners, area] = GENERATE(table<std::string, float>({
@@ -131,7 +131,7 @@ TEST_CASE("mesh file: triangles without three distinct corners are dropped", "[m
     CHECK_THROWS_WITH(readMeshFile(folder / "thin.stl", 1), Catch::Contains("has no triangles"));
 }
 
-TEST_CASE("mesh file: broken parts are refused in one sentence that names them", "[mesh]") {
+TEST_CASE("mesh file: broken files are refused in one sentence that names them", "[mesh]") {
     const TemporaryFolder folder;
     Bytes cut = binaryStl({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {1, 0, 0, 1, 1, 0, 0, 1, 0}});
     cut.resize(cut.size() - 60);
@@ -151,7 +151,7 @@ TEST_CASE("mesh file: broken parts are refused in one sentence that names them",
         writeFile(folder / name, bytes);
         try {
             readMeshFile(folder / name, 1);
-            FAIL("was read");
+            FAIL("the broken file was read");
         } catch (const SceneError& error) {
             const std::string sentence = error.what();
             CAPTURE(sentence);
@@ -166,7 +166,7 @@ TEST_CASE("mesh file: broken parts are refused in one sentence that names them",
     CHECK_THROWS_WITH(readMeshFile(folder.path(), 1), Catch::Contains("is not a .obj, .ply or .stl"));
 }
 
-TEST_CASE("mesh file: mutated parts give a mesh or a sentence, nothing else", "[mesh][fuzz]") {
+TEST_CASE("mesh file: mutated files give a mesh or one sentence", "[mesh][fuzz]") {
     const unsigned seed = 99;
     CAPTURE(seed);
     std::mt19937 random(seed);

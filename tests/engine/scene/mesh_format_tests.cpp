@@ -1,4 +1,4 @@
-// What mesh files of other programs hold, in OBJ, STL and PLY: read, or noted, or refused, always by line.
+// OBJ, STL and PLY files of other programs: read, noted or refused, always with the line.
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ MeshFile readText(const TemporaryFolder& folder, const std::string& name, const 
     return readMeshFile(folder / name, 1);
 }
 
-/// The sentence with which a file is refused; empty if it is read.
+/// The sentence that refuses the file; empty if it is read.
 std::string refusal(const TemporaryFolder& folder, const std::string& name, const std::string& text) {
     try {
         readText(folder, name, text);
@@ -73,7 +73,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 }  // namespace
 
-TEST_CASE("OBJ: every way to write a number is that number", "[mesh]") {
+TEST_CASE("OBJ: reads every notation of a number", "[mesh]") {
     const TemporaryFolder folder;
     const MeshFile read = readText(folder, "part.obj",
                                    "v .5 5. 1e-3\nv +1 -.5e+1 1E2\nv 1e-400 -0 17.3\nv +.5e1 007 3.4e-46\n"
@@ -90,7 +90,7 @@ TEST_CASE("OBJ: coordinates are rounded to the nearest float", "[mesh]") {
     CHECK(read.mesh.positions[0].x == -0.0000385359f);
 }
 
-TEST_CASE("OBJ: faces need no texture coordinates or normals, though they name some", "[mesh]") {
+TEST_CASE("OBJ: faces may refer to missing texture coordinates or normals", "[mesh]") {
     const TemporaryFolder folder;
     for (const std::string face : {"f 1 2 3", "f 1/1 2/2 3/3", "f 1//1 2//2 3//3", "f 1/1/1 2/2/2 3/3/3", "f 1/ 2/ 3/",
                                    "f 1// 2// 3//", "f 1/9/-7 2/9/0 3/9/4", "fo 1 2 3", "F +1 2 3", "f -3 -2 -1"}) {
@@ -102,7 +102,7 @@ TEST_CASE("OBJ: faces need no texture coordinates or normals, though they name s
     }
 }
 
-TEST_CASE("OBJ: lines may end, begin and go on as they do elsewhere", "[mesh]") {
+TEST_CASE("OBJ: reads line ends, indents and continuations of other programs", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::string> texts{
         "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
@@ -122,7 +122,7 @@ TEST_CASE("OBJ: lines may end, begin and go on as they do elsewhere", "[mesh]") 
     }
 }
 
-TEST_CASE("OBJ: what is not read is noted by line, once for each kind", "[mesh]") {
+TEST_CASE("OBJ: notes skipped statements by line, once for each kind", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
         {"l 1 2\nl 2 3\np 1\n", "part.obj: line 5: lines and points are ignored"},
@@ -143,7 +143,7 @@ TEST_CASE("OBJ: what is not read is noted by line, once for each kind", "[mesh]"
     }
 }
 
-TEST_CASE("OBJ: what is malformed is refused by line", "[mesh]") {
+TEST_CASE("OBJ: a malformed file is refused with the line", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
         {kObj + "v 1 0,5 0\n" + kFace, "line 4: '0,5' is not a number"},
@@ -170,11 +170,11 @@ TEST_CASE("OBJ: what is malformed is refused by line", "[mesh]") {
         CHECK_THAT(sentence, Contains(words) && Contains("my part.obj: "));
         CHECK(sentence.find('\n') == sentence.npos);
     }
-    // Scanners write NaN for points that they did not see, and make no face of them.
+    // Scanners write NaN for points that they did not see, without a face.
     CHECK(refusal(folder, "scan.obj", kObj + "v nan nan nan\n" + kFace).empty());
 }
 
-TEST_CASE("mesh file: rounding of a part that lies far from the origin is noted", "[mesh]") {
+TEST_CASE("mesh file: notes the rounding of a part far from the origin", "[mesh]") {
     const TemporaryFolder folder;
     const MeshFile far =
         readText(folder, "far.obj", "v 500000.01 0 0\nv 500010.02 0 0\nv 500000.01 10.03 0\nf 1 2 3\n");
@@ -183,7 +183,7 @@ TEST_CASE("mesh file: rounding of a part that lies far from the origin is noted"
     CHECK(readText(folder, "near.obj", "v 5.01 0 0\nv 10.02 0 0\nv 5.01 10.03 0\nf 1 2 3\n").notes.empty());
 }
 
-TEST_CASE("STL: text of any case and layout, several solids", "[mesh]") {
+TEST_CASE("STL: reads text of any case and layout, and several solids", "[mesh]") {
     const TemporaryFolder folder;
     std::string upper = stlOf(kFacet);
     std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -201,7 +201,7 @@ TEST_CASE("STL: text of any case and layout, several solids", "[mesh]") {
     }
 }
 
-TEST_CASE("STL: what is left over is noted", "[mesh]") {
+TEST_CASE("STL: notes trailing data", "[mesh]") {
     const TemporaryFolder folder;
     const std::vector<std::pair<std::string, std::string>> cases{
         {stlOf(kFacet) + stlOf(""), "line 10: this solid has no facet"},
@@ -220,7 +220,7 @@ TEST_CASE("STL: what is left over is noted", "[mesh]") {
     }
 }
 
-TEST_CASE("STL: what is malformed is refused by line or triangle", "[mesh]") {
+TEST_CASE("STL: a malformed file is refused with the line or triangle", "[mesh]") {
     const TemporaryFolder folder;
     std::string broken = binaryStl("part", 3);
     const float nan = std::nanf("");
@@ -245,7 +245,7 @@ TEST_CASE("STL: what is malformed is refused by line or triangle", "[mesh]") {
     }
 }
 
-TEST_CASE("PLY: ASCII with other elements, properties, orders and line ends", "[mesh]") {
+TEST_CASE("PLY: reads ASCII with other elements, properties, orders and line ends", "[mesh]") {
     const TemporaryFolder folder;
     std::string cr = kPly;
     std::replace(cr.begin(), cr.end(), '\n', '\r');
@@ -268,7 +268,7 @@ TEST_CASE("PLY: ASCII with other elements, properties, orders and line ends", "[
     }
 }
 
-TEST_CASE("PLY: binary of both orders, every scalar type, and data that begin with a line feed", "[mesh]") {
+TEST_CASE("PLY: reads binary of both byte orders, every scalar type, and data that begin with a line feed", "[mesh]") {
     const TemporaryFolder folder;
     for (const bool big : {false, true})
         for (const std::string line : {"\n", "\r\n", "\r"}) {
@@ -280,7 +280,7 @@ TEST_CASE("PLY: binary of both orders, every scalar type, and data that begin wi
                   "property char z", "property uint id", "element face 1", "property ushort flags",
                   "property list uint ushort vertex_indices", "end_header"})
                 text += word + line;
-            append<std::uint16_t>(text, 10, big);  // of little endian the first byte is a line feed
+            append<std::uint16_t>(text, 10, big);  // in little endian the first byte is a line feed
             for (int i = 0; i < 10; ++i) append<double>(text, i, big);
             for (const auto& [x, y, z] : {std::array{-1, -300, -100}, {2, -300, -100}, {2, 5, -100}, {-1, 5, -100}}) {
                 append<double>(text, x + 0.25, big);
@@ -303,7 +303,7 @@ TEST_CASE("PLY: binary of both orders, every scalar type, and data that begin wi
         }
 }
 
-TEST_CASE("PLY: triangle strips keep their side, and -1 begins another", "[mesh]") {
+TEST_CASE("PLY: triangle strips keep their orientation, and -1 begins another strip", "[mesh]") {
     const TemporaryFolder folder;
     const MeshFile read = readText(folder, "part.ply",
                                    "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
@@ -313,7 +313,7 @@ TEST_CASE("PLY: triangle strips keep their side, and -1 begins another", "[mesh]
     for (const glm::vec3& normal : read.mesh.normals) CHECK(normal == glm::vec3(0, 0, 1));
 }
 
-TEST_CASE("PLY: what is malformed is refused by line, and unknown header lines are noted", "[mesh]") {
+TEST_CASE("PLY: a malformed file is refused with the line, and unknown header lines are noted", "[mesh]") {
     const TemporaryFolder folder;
     const std::string huge = "1152921504606846976";
     const std::vector<std::pair<std::string, std::string>> cases{
@@ -355,10 +355,10 @@ TEST_CASE("PLY: what is malformed is refused by line, and unknown header lines a
                Contains("everything from here on is ignored"));
 }
 
-TEST_CASE("mesh file: a face of many corners is read, one that crosses itself all over refused", "[mesh]") {
+TEST_CASE("mesh file: a face of many corners is read, and one with too many self-crossings is refused", "[mesh]") {
     const TemporaryFolder folder;
     constexpr int kTeeth = 2000;
-    // A gear, whose corners in a scattered order would cross in more than a million points.
+    // A gear; its corners in a scattered order would cross in more than a million points.
     const auto gear = [&](int step) {
         std::string text, face = "f";
         for (int i = 0; i < kTeeth; ++i) {
@@ -373,7 +373,7 @@ TEST_CASE("mesh file: a face of many corners is read, one that crosses itself al
     CHECK_THAT(refusal(folder, "star.obj", gear(777)), Contains("line 2001: the edges of this face cross"));
 }
 
-TEST_CASE("mesh file: folders and pipes are refused, and none blocks", "[mesh]") {
+TEST_CASE("mesh file: folders and pipes are refused without blocking", "[mesh]") {
     const TemporaryFolder folder;
     for (const std::string extension : {".obj", ".ply", ".stl"}) {
         std::filesystem::create_directory(folder / ("folder" + extension));

@@ -47,7 +47,7 @@ TEST_CASE("registry: a stale handle does not reach the new owner of its index", 
     CHECK(registry.get<Mass>(young).kilograms == 2);
 }
 
-TEST_CASE("registry: a component added again is replaced", "[registry]") {
+TEST_CASE("registry: adding a component again replaces it", "[registry]") {
     Registry registry;
     const Entity entity = registry.create();
     registry.add(entity, Tag{"first"});
@@ -118,7 +118,7 @@ TEST_CASE("registry: random use agrees with a model of maps", "[registry]") {
     Registry registry;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::map<int, double>>
         model;                    // entity -> component type -> value
-    std::vector<Entity> handles;  // living and stale
+    std::vector<Entity> handles;  // live and stale
     for (int step = 0; step < 20000; ++step) {
         const auto pick = [&] { return handles[random() % handles.size()]; };
         const int action = int(random() % 6);

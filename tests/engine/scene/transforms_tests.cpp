@@ -34,7 +34,7 @@ struct RandomMatrices {
     }
 };
 
-// Entries near 1, products of a few matrices in double.
+// Rounding of products of a few matrices in double with entries near 1.
 constexpr double kRounding = 1e-12;
 
 }  // namespace
@@ -49,7 +49,7 @@ TEST_CASE("transforms: local matrix is translation, rotation, scale in this orde
     CHECK(glm::length(point - glm::dvec4(7, 2, 4, 1)) < kRounding);
 }
 
-TEST_CASE("transforms: any affine matrix is its rigid part times its rest", "[transforms]") {
+TEST_CASE("transforms: any affine matrix is its rigid part times its rest matrix", "[transforms]") {
     const unsigned seed = 3;
     CAPTURE(seed);
     RandomMatrices matrices(seed);
@@ -62,7 +62,7 @@ TEST_CASE("transforms: any affine matrix is its rigid part times its rest", "[tr
     }
 }
 
-TEST_CASE("transforms: the rest does not change with a rigid motion in front", "[transforms]") {
+TEST_CASE("transforms: a rigid motion in front does not change the rest matrix", "[transforms]") {
     const unsigned seed = 5;
     CAPTURE(seed);
     RandomMatrices matrices(seed);
@@ -74,7 +74,7 @@ TEST_CASE("transforms: the rest does not change with a rigid motion in front", "
     }
 }
 
-TEST_CASE("transforms: a rotation with positive or mirrored scale comes apart again", "[transforms]") {
+TEST_CASE("transforms: decomposes a rotation with positive or mirrored scale", "[transforms]") {
     LocalTransform local;
     local.rotation = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, 3)));
     for (const double x : {2.0, -2.0}) {
@@ -88,7 +88,7 @@ TEST_CASE("transforms: a rotation with positive or mirrored scale comes apart ag
     }
 }
 
-TEST_CASE("transforms: singular matrices keep their product", "[transforms]") {
+TEST_CASE("transforms: the decomposition of a singular matrix keeps the product", "[transforms]") {
     for (const glm::dvec3 scale : {glm::dvec3(0), glm::dvec3(1, 0, 2), glm::dvec3(0, 0, 1)}) {
         glm::dmat4 m = glm::rotate(glm::dmat4(1), 0.5, glm::dvec3(1, 1, 0)) * glm::scale(glm::dmat4(1), scale);
         CHECK(difference(assembled(rigidPart(m)), m) < kRounding);
@@ -130,7 +130,7 @@ TEST_CASE("transforms: a baked mirror keeps triangles and normals facing outward
     CHECK(smoothNormals(baked)[0] == glm::vec3(-1, 0, 0));
 }
 
-TEST_CASE("transforms: baked normals stay at right angles to their triangles under shear and scale", "[transforms]") {
+TEST_CASE("transforms: baked normals stay perpendicular to their triangles under shear and scale", "[transforms]") {
     const unsigned seed = 11;
     CAPTURE(seed);
     RandomMatrices matrices(seed);
@@ -138,12 +138,12 @@ TEST_CASE("transforms: baked normals stay at right angles to their triangles und
     mesh.normals = smoothNormals(mesh);
     for (int i = 0; i < 200; ++i) {
         const MeshData baked = bakedMesh(mesh, matrices.affine());
-        // Single precision positions; thin triangles turn their normal by more than the rounding of one coordinate.
+        // Positions are in single precision; rounding of one coordinate turns the normal of a thin triangle by more.
         CHECK(glm::dot(baked.normals[0], smoothNormals(baked)[0]) > 0.999f);
     }
 }
 
-TEST_CASE("mesh: smooth normals weigh triangles by area", "[transforms]") {
+TEST_CASE("mesh: smooth normals weight triangles by area", "[transforms]") {
     // Vertex 0 belongs to a triangle of area 2 facing +z and one of area 1/2 facing +x: sum (1, 0, 4) / sqrt(17).
     MeshData mesh{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 1, 0}, {0, 0, 1}, {5, 5, 5}}, {}, {}, {0, 1, 2, 0, 3, 4}};
     const auto normals = smoothNormals(mesh);

@@ -22,7 +22,7 @@ void requireNear(glm::vec3 actual, glm::vec3 expected, float tolerance = kTolera
     REQUIRE(glm::distance(actual, expected) <= tolerance);
 }
 
-/// engine::Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
+/// Looks along -z from (0, 0, 2); the view plane through the origin is 2 m high: one pixel of 200 is 1 cm.
 OrbitCamera plainCamera() {
     OrbitCamera camera;
     camera.distance = 2;
@@ -47,7 +47,7 @@ TEST_CASE("camera: yaw and pitch place the eye about the target", "[camera]") {
     requireNear(camera.eye(), {0, std::sqrt(2.f), std::sqrt(2.f)});
 }
 
-TEST_CASE("camera: a drag to the right turns what is seen to the right", "[camera]") {
+TEST_CASE("camera: a drag to the right turns the scene to the right", "[camera]") {
     OrbitCamera camera = plainCamera();
     const glm::vec3 front{0, 0, 0.5f};
     const glm::vec2 viewport{400, 200};
@@ -82,18 +82,18 @@ TEST_CASE("camera: pixels map to the view plane by hand", "[camera]") {
     requireNear(corner.direction, glm::normalize(glm::vec3(2, 1, -2)));
 }
 
-TEST_CASE("camera: panning carries the target's depth along with the mouse", "[camera]") {
+TEST_CASE("camera: panning moves points at the target's depth with the mouse", "[camera]") {
     OrbitCamera camera = plainCamera();
     camera.pan({10, 20}, 200);
     requireNear(camera.target, {-0.1f, 0.2f, 0});
-    // What was at the centre is now 10 pixels right and 20 down.
+    // The point at the center is now 10 pixels right and 20 down.
     const auto pixel = camera.project({0, 0, 0}, {400, 200});
     REQUIRE(pixel);
     REQUIRE(pixel->x == Approx(210));
     REQUIRE(pixel->y == Approx(120));
 }
 
-TEST_CASE("camera: eight wheel steps come nearer by the factor e", "[camera]") {
+TEST_CASE("camera: eight wheel steps zoom by the factor e", "[camera]") {
     OrbitCamera camera = plainCamera();
     camera.zoom(8);
     REQUIRE(camera.distance == Approx(2 / std::exp(1.f)));
@@ -137,7 +137,7 @@ TEST_CASE("camera: project, ray and the matrices agree on random poses", "[camer
         const auto pixel = camera.project(point, viewport);
         REQUIRE(pixel);
         const glm::vec4 clip = camera.projection(viewport.x / viewport.y) * camera.view() * glm::vec4(point, 1);
-        // Pixels of a viewport of several hundred, from float products: a hundredth.
+        // Float products in a viewport of several hundred pixels are accurate to a hundredth of a pixel.
         REQUIRE((0.5f + 0.5f * clip.x / clip.w) * viewport.x == Approx(pixel->x).margin(0.01));
         REQUIRE((0.5f - 0.5f * clip.y / clip.w) * viewport.y == Approx(pixel->y).margin(0.01));
         REQUIRE(std::abs(clip.z) < clip.w);  // inside the depth range

@@ -11,7 +11,7 @@ using namespace touchstone::engine;
 
 namespace {
 
-/// A folder of its own for each test, removed afterwards.
+/// A temporary folder for each test, removed afterwards.
 struct TemporaryFolder {
     std::filesystem::path path;
 
@@ -24,7 +24,7 @@ struct TemporaryFolder {
 
 }  // namespace
 
-TEST_CASE("image file: a PNG comes back as it was written", "[image]") {
+TEST_CASE("image file: a PNG is read back as it was written", "[image]") {
     const TemporaryFolder folder("view_image_round_trip");
     const Image image{
         2, 3, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 10, 20, 30, 128, 255, 255, 255, 255, 0, 0, 0, 255}};

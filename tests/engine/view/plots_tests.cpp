@@ -18,7 +18,7 @@ RingView whole(const std::vector<float>& values) { return {values.data(), values
 }  // namespace
 
 TEST_CASE("plots: a ring is read from its oldest sample", "[plots]") {
-    const std::vector<float> data{30, 40, 0, 10, 20};  // next to be written: index 2
+    const std::vector<float> data{30, 40, 0, 10, 20};  // index 2 is written next
     const RingView full{data.data(), 5, 2, 5};
     for (std::size_t i = 0; i < 5; ++i) REQUIRE(full[i] == static_cast<float>(10 * i));
     const RingView lastTwo{data.data(), 5, 2, 2};
@@ -31,7 +31,7 @@ TEST_CASE("plots: columns hold the range of their samples", "[plots]") {
     REQUIRE(minMaxColumns(whole(data), {6}, 3) == std::vector<ColumnRange>{{1, 5}, {2, 2}, {-3, 0}});
 }
 
-TEST_CASE("plots: a short series stands at the right, the rest is empty", "[plots]") {
+TEST_CASE("plots: a short series is at the right, and the rest is empty", "[plots]") {
     const std::vector<float> data{7, 8};
     const auto columns = minMaxColumns(whole(data), {8}, 4);
     REQUIRE(columns[0].empty());
@@ -45,10 +45,10 @@ TEST_CASE("plots: only the newest samples of a long series are shown", "[plots]"
     REQUIRE(minMaxColumns(whole(data), {4}, 2) == std::vector<ColumnRange>{{1, 2}, {3, 4}});
 }
 
-TEST_CASE("plots: a stretch may end before the newest sample", "[plots]") {
+TEST_CASE("plots: an interval may end before the newest sample", "[plots]") {
     const std::vector<float> data{1, 2, 3, 4, 5};
     REQUIRE(minMaxColumns(whole(data), {2, 1}, 2) == std::vector<ColumnRange>{{3, 3}, {4, 4}});
-    const auto columns = minMaxColumns(whole(data), {4, 3}, 4);  // two samples are left
+    const auto columns = minMaxColumns(whole(data), {4, 3}, 4);  // two samples remain
     REQUIRE(columns[1].empty());
     REQUIRE(columns[3] == ColumnRange{2, 2});
     const RingView turned{data.data(), 5, 2, 5};  // 3 4 5 1 2
@@ -72,7 +72,7 @@ TEST_CASE("plots: with fewer samples than columns each repeats", "[plots]") {
     REQUIRE(minMaxColumns(whole(data), {2}, 4) == std::vector<ColumnRange>{{1, 1}, {1, 1}, {2, 2}, {2, 2}});
 }
 
-TEST_CASE("plots: NaN and infinity leave no mark, and nothing gives empty columns", "[plots]") {
+TEST_CASE("plots: NaN and infinity are not drawn, and no samples give empty columns", "[plots]") {
     const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
     const std::vector<float> data{nan, 2, infinity, nan};
     const auto columns = minMaxColumns(whole(data), {4}, 2);
@@ -82,7 +82,7 @@ TEST_CASE("plots: NaN and infinity leave no mark, and nothing gives empty column
     REQUIRE(minMaxColumns(whole(data), {4}, 0).empty());
 }
 
-TEST_CASE("plots: a spike of one sample is seen wherever it is, and the newest sample in the last column", "[plots]") {
+TEST_CASE("plots: a spike of one sample is always visible, and the newest sample is in the last column", "[plots]") {
     const std::uint32_t seed = 77;
     INFO("seed " << seed);
     std::mt19937 random(seed);

@@ -1,5 +1,5 @@
-// Pictures drawn without a display, checked at pixels computed by hand. Colours are 8-bit sRGB; a tolerance of 2 steps
-// stands for the rounding of driver and blending.
+// Pictures drawn without a display, checked at pixels computed by hand. Colors are 8-bit sRGB; a tolerance of 2 steps
+// covers the rounding of driver and blending.
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -113,7 +113,7 @@ TEST_CASE("renderer: an empty frame is the background gradient, top row first", 
 
 TEST_CASE("renderer: meshes and sphere instances share outline and depth", "[gl]") {
     Stage stage;
-    // A sphere off the axis, where its outline is an ellipse, cut by a slanted plane through its centre.
+    // A sphere off the axis, where its outline is an ellipse, cut by a slanted plane through its center.
     const glm::vec3 center{0.45f, 0.2f, 0.1f};
     const float radius = 0.5f;
     Frame meshFrame = darkFrame();
@@ -134,8 +134,8 @@ TEST_CASE("renderer: meshes and sphere instances share outline and depth", "[gl]
         if (std::max(c.x, c.y) < 60) return Seen::Background;
         return c.x > c.y ? Seen::Sphere : Seen::Plane;
     };
-    // The two kinds of edge are antialiased in different ways, so a pixel on one may fall to either side; a pixel whose
-    // neighbors all show the same has no such excuse.
+    // The two kinds of edge are antialiased differently, so a pixel on an edge may differ. A pixel whose neighbors all
+    // agree must not.
     int spherePixels = 0, planePixels = 0, mismatches = 0;
     for (int y = 1; y < kHeight - 1; ++y)
         for (int x = 1; x < kWidth - 1; ++x) {
@@ -162,10 +162,10 @@ TEST_CASE("renderer: a sphere's outline has the computed radius", "[gl]") {
     const Image image = stage.draw(frame);
     int covered = 0;
     for (int x = 0; x < kWidth; ++x) covered += pixel(image, x, kHeight / 2).x > 40;
-    REQUIRE(static_cast<float>(covered) == Approx(2 * expected).margin(2));  // one pixel at each side
+    REQUIRE(static_cast<float>(covered) == Approx(2 * expected).margin(2));  // one pixel on each side
 }
 
-TEST_CASE("renderer: gold is yellow, silver is grey, and neither looks like matt paint", "[gl]") {
+TEST_CASE("renderer: gold is yellow, silver is gray, and neither looks like matte paint", "[gl]") {
     Stage stage;
     const GpuMesh ball = stage.renderer.upload(sphereMesh(0.6f));
     const auto mean = [&](const Material& material) {
@@ -183,7 +183,7 @@ TEST_CASE("renderer: gold is yellow, silver is grey, and neither looks like matt
     };
     const glm::vec3 gold = mean({"gold", {1, 0.766f, 0.336f, 1}, 1, 0.3f, -1});
     const glm::vec3 silver = mean({"silver", {0.972f, 0.960f, 0.915f, 1}, 1, 0.3f, -1});
-    // Thresholds far from both: of gold's reflectance a third is blue, of silver's nearly as much as red.
+    // Thresholds far from both: gold reflects a third as much blue as red, silver nearly as much.
     REQUIRE(gold.r > 130);
     REQUIRE(gold.r > gold.g + 10);
     REQUIRE(gold.b < 0.75f * gold.r);
@@ -225,11 +225,11 @@ TEST_CASE("renderer: a section shows the dark inside", "[gl]") {
     Frame frame = darkFrame();
     frame.items = {{stage.renderer.upload(sphereMesh(0.6f)), glm::mat4(1), matt({0.5f, 0.2f, 0.1f}), {}, 1}};
     frame.section = glm::vec4(0, 0, -1, 0);  // keeps z <= 0
-    // A quarter of the base colour, (0.125, 0.05, 0.025); the tone map subtracts x - 6.25 x² of the least part, 0.0211,
-    // and sRGB makes (0.1039, 0.0289, 0.0039) to (91, 47, 13).
+    // A quarter of the base color, (0.125, 0.05, 0.025); the tone map subtracts x - 6.25 x² of the smallest component,
+    // 0.0211, and sRGB maps (0.1039, 0.0289, 0.0039) to (91, 47, 13).
     requireColor(pixel(stage.draw(frame), kViewport / 2.f), {91, 47, 13});
 
-    // The same of a sphere instance: sRGB (0.5, 0, 0) is 0.2140 in linear light, a quarter 0.0535 and sRGB 65.
+    // The same for a sphere instance: sRGB (0.5, 0, 0) is 0.2140 in linear light; a quarter is 0.0535, sRGB 65.
     frame.items.clear();
     frame.spheres = {{{0, 0, 0}, 0.6f, {0.5f, 0, 0, 1}}};
     requireColor(pixel(stage.draw(frame), kViewport / 2.f), {65, 0, 0});
@@ -237,7 +237,7 @@ TEST_CASE("renderer: a section shows the dark inside", "[gl]") {
     requireColor(pixel(stage.draw(frame), kViewport / 2.f), {0, 0, 0});
 }
 
-TEST_CASE("renderer: through a ghost one sees what stands behind it", "[gl]") {
+TEST_CASE("renderer: a ghost is transparent", "[gl]") {
     Stage stage;
     const GpuMesh quad = stage.renderer.upload(quadMesh(0.5f, 0.5f));
     const DrawItem behind{quad, glm::translate(glm::mat4(1), glm::vec3(0, 0, -0.5f)), matt({0.8f, 0.1f, 0.1f}), {}, 1};
@@ -249,8 +249,8 @@ TEST_CASE("renderer: through a ghost one sees what stands behind it", "[gl]") {
     frame.items = {ghost};
     const glm::vec3 front(pixel(stage.draw(frame), middle));
     ghost.alpha = 0.4f;
-    frame.items = {ghost, behind};  // whatever the order
-    // Seen face on the rim adds nothing: the picture is 0.4 of the one and 0.6 of the other.
+    frame.items = {ghost, behind};  // in any order
+    // Seen face-on the rim adds nothing: the picture is 0.4 of one and 0.6 of the other.
     requireColor(pixel(stage.draw(frame), middle), glm::ivec3(glm::round(0.4f * front + 0.6f * back)));
 
     frame.items[0].alpha = 0;
@@ -277,7 +277,7 @@ TEST_CASE("renderer: lines keep their width in pixels at any distance", "[gl]") 
         frame.lines = {{{-5, 0, 0.9f}, {0.2f, 0, 0.9f}, {1, 1, 1, 1}, width},  // near, at the left
                        {{1, 0, -3}, {30, 0, -30}, {1, 1, 1, 1}, width}};       // far, at the right
         const Image image = stage.draw(frame);
-        // Coverage is linear in the distance to the edge, so that a column sums to the width; colours round to 1/255.
+        // Coverage is linear in the distance to the edge, so a column sums to the width; colors round to 1/255.
         REQUIRE(columnSum(image, 30) == Approx(width).margin(0.1));
         REQUIRE(columnSum(image, 260) == Approx(width).margin(0.1));
         frame.pixelScale = 2;
@@ -285,14 +285,14 @@ TEST_CASE("renderer: lines keep their width in pixels at any distance", "[gl]") 
     }
 }
 
-TEST_CASE("renderer: a line without length is a round dot, one that starts behind the eye is cut", "[gl]") {
+TEST_CASE("renderer: a line of zero length is a round dot, and a line from behind the eye is clipped", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     frame.lines = {{{0, 0, 0}, {0, 0, 0}, {1, 1, 1, 1}, 20}};
     Image image = stage.draw(frame);
     float area = 0;
     for (int x = 0; x < kWidth; ++x) area += columnSum(image, x);
-    REQUIRE(area == Approx(glm::pi<float>() * 100).epsilon(0.02));  // sampled at pixel centres
+    REQUIRE(area == Approx(glm::pi<float>() * 100).epsilon(0.02));  // sampled at pixel centers
 
     frame.lines = {{{0, 0, 0}, {4, 0, 50}, {1, 1, 1, 1}, 4}};  // passes the eye at the right
     image = stage.draw(frame);
@@ -300,7 +300,7 @@ TEST_CASE("renderer: a line without length is a round dot, one that starts behin
     requireColor(pixel(image, 100, kHeight / 2), {0, 0, 0});
 }
 
-TEST_CASE("renderer: hidden lines and arrows show faintly, visible ones in full", "[gl]") {
+TEST_CASE("renderer: hidden lines and arrows are faint, visible ones opaque", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     frame.items = {{stage.renderer.upload(quadMesh(0.5f, 0.5f)), glm::mat4(1), matt({0, 0, 0}), {}, 1}};
@@ -327,23 +327,23 @@ TEST_CASE("renderer: an arrow has its shaft's radius, a wider head, and ends at 
     };
     // One pixel is 1 cm at the axis; the near side of the shaft is 2.5 percent nearer, and an edge adds up to a pixel.
     REQUIRE(std::abs(thickness(130) - 10) <= 2);
-    // Just above the head's base, which lies 6 radii before the tip at x = 240: nearly 2.4 radii to each side.
+    // Just above the base of the head, 6 radii before the tip at x = 240: nearly 2.4 radii to each side.
     REQUIRE(std::abs(thickness(212) - 23) <= 3);
     REQUIRE(thickness(243) == 0);
     REQUIRE(thickness(76) == 0);
 
     frame.arrows[0].to = frame.arrows[0].from;
-    for (const std::uint8_t c : stage.draw(frame).rgba) REQUIRE((c == 0 || c == 255));  // nothing but the background
+    for (const std::uint8_t c : stage.draw(frame).rgba) REQUIRE((c == 0 || c == 255));  // only the background
 }
 
-TEST_CASE("renderer: textures are put on upright", "[gl]") {
+TEST_CASE("renderer: textures are upright", "[gl]") {
     Stage stage;
     const Image picture{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255}};
     Frame frame = darkFrame();
     frame.items = {{stage.renderer.upload(quadMesh(0.8f, 0.8f)), glm::mat4(1), matt({1, 1, 1}),
                     stage.renderer.upload(picture), 1}};
     const Image image = stage.draw(frame);
-    // At the centres of the four texels, where nothing is interpolated.
+    // At the centers of the four texels, where nothing is interpolated.
     const glm::ivec3 upperLeft = pixel(image, 120, 60), upperRight = pixel(image, 200, 60);
     const glm::ivec3 lowerLeft = pixel(image, 120, 140), lowerRight = pixel(image, 200, 140);
     REQUIRE(upperLeft.r > upperLeft.g + 80);
@@ -361,7 +361,7 @@ TEST_CASE("renderer: the grid has lines on the ground and fades out", "[gl]") {
     // The x axis, red, runs through the target.
     const glm::ivec3 axis = pixel(image, 40, kHeight / 2);
     REQUIRE(axis.r > axis.b + 20);
-    // Between the lines, at x = z = 0.05, there is nothing: strong lines lie 1 m apart, weak ones 0.1 m.
+    // Between the lines, at x = z = 0.05, nothing is drawn: strong lines are 1 m apart, weak ones 0.1 m.
     const auto between = frame.camera.project({0.05f, 0, 0.05f}, kViewport);
     REQUIRE(difference(pixel(image, *between), {0, 0, 0}) < 12);
     int top = 0;
@@ -395,7 +395,7 @@ TEST_CASE("renderer: a viewport fills its part of a framebuffer and leaves the r
     glDeleteRenderbuffers(1, &color);
 }
 
-TEST_CASE("renderer: the same frame gives the same picture, and an empty mesh nothing", "[gl]") {
+TEST_CASE("renderer: the same frame gives the same picture, and an empty mesh draws nothing", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     frame.items = {{stage.renderer.upload(sphereMesh(0.4f)), glm::mat4(1), matt({0.5f, 0.5f, 0.5f}), {}, 1},
@@ -405,11 +405,11 @@ TEST_CASE("renderer: the same frame gives the same picture, and an empty mesh no
     REQUIRE(glGetError() == GL_NO_ERROR);
 }
 
-TEST_CASE("renderer: what stands in the key light darkens what lies behind it, and nothing else", "[gl]") {
+TEST_CASE("renderer: a body in the key light casts a shadow behind it, and nowhere else", "[gl]") {
     Stage stage;
-    // The light comes from the upper left and the front, (-0.45, 0.74, 0.5) seen from a camera that looks along -z: a
-    // small plate 0.2 m above the middle of a floor casts its shadow 0.2 m * 0.45 / 0.74 = 0.12 m to the right and
-    // 0.135 m back.
+    // The light comes from the upper left and the front, (-0.45, 0.74, 0.5) for a camera that looks along -z: a small
+    // plate 0.2 m above the center of a floor casts its shadow 0.2 m * 0.45 / 0.74 = 0.12 m to the right and 0.135 m
+    // back.
     const glm::mat4 flat = glm::rotate(glm::mat4(1), -glm::half_pi<float>(), glm::vec3(1, 0, 0));
     Frame frame = darkFrame();
     frame.camera.pitch = 1;
@@ -426,7 +426,7 @@ TEST_CASE("renderer: what stands in the key light darkens what lies behind it, a
     const Image lit = stage.draw(frame);
     REQUIRE(at(lit, inShadow) < at(lit, beside) - 40);
 
-    // What the light sees is drawn once, and again when something moves.
+    // The shadow map is drawn once, and again when something moves.
     const int first = stage.renderer.cost().calls;
     REQUIRE(stage.draw(frame).rgba == lit.rgba);
     REQUIRE(stage.renderer.cost().calls == first - 2);
@@ -445,7 +445,7 @@ TEST_CASE("renderer: what stands in the key light darkens what lies behind it, a
     REQUIRE(std::abs(at(lit, beside) - at(plain, beside)) <= 2);
 }
 
-TEST_CASE("renderer: the cut of a closed body is filled, that of a hollow one has its hole", "[gl]") {
+TEST_CASE("renderer: the cut of a closed body is filled, and that of a hollow body has a hole", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     const Material red = matt({0.8f, 0.1f, 0.1f});
@@ -456,8 +456,8 @@ TEST_CASE("renderer: the cut of a closed body is filled, that of a hollow one ha
     frame.items = {{ball, glm::mat4(1), red, {}, 1}};
     frame.items[0].body = 1;
     frame.section = glm::vec4(0, 0, -1, 0);
-    // Hatched between 0.62 and 0.34 of the base colour, both far above the dark inside of one that is not filled, and
-    // the same wherever one looks.
+    // Hatched between 0.62 and 0.34 of the base color, both far above the dark inside of an unfilled body, and the same
+    // from every view.
     const auto brightness = [&](const Image& image, glm::vec2 middle) {
         float sum = 0;
         for (int y = -9; y < 9; ++y)
@@ -474,12 +474,12 @@ TEST_CASE("renderer: the cut of a closed body is filled, that of a hollow one ha
     frame.items[1].body = 1;
     image = stage.draw(frame);
     REQUIRE(brightness(image, rim) > 150);
-    // Through the hole one sees the inner wall, lit and without hatching.
+    // The inner wall is visible through the hole, lit and without hatching.
     const glm::ivec3 wall = pixel(image, middle);
     REQUIRE(difference(wall, pixel(image, middle + glm::vec2(4, 0))) <= 6);
 }
 
-TEST_CASE("renderer: textures of surface, normals and emission do what glTF says", "[gl]") {
+TEST_CASE("renderer: textures of surface, normals and emission follow glTF", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     const auto texture = [&](std::array<std::uint8_t, 3> c, bool srgb) {
@@ -491,15 +491,15 @@ TEST_CASE("renderer: textures of surface, normals and emission do what glTF says
         frame.items = {of};
         return pixel(stage.draw(frame), kViewport / 2.f);
     };
-    // Green is roughness, blue metalness: the texture's factors are those of the material without it.
+    // Green is roughness, blue metalness: the texture gives the same factors as the material without it.
     DrawItem textured = item;
     textured.metallicRoughness = texture({7, 128, 51}, false);
     item.material.roughness = 128 / 255.f;
     item.material.metallic = 51 / 255.f;
     requireColor(shown(textured), shown(item));
 
-    // A flat normal map changes nothing; one that leans to the left looks like the quad turned there, and one that
-    // leans up (green) like the quad turned up. sin 30 degrees = 0.5.
+    // A flat normal map changes nothing; one that leans to the left looks like the quad turned to the left, and one
+    // that leans up (green) like the quad turned up. sin 30 degrees = 0.5.
     item.material = matt({0.6f, 0.6f, 0.6f});
     DrawItem bumped = item;
     bumped.normal = texture({128, 128, 255}, false);
@@ -515,7 +515,7 @@ TEST_CASE("renderer: textures of surface, normals and emission do what glTF says
     bumped.normal = texture({128, 191, 238}, false);
     requireColor(shown(bumped), turned({1, 0, 0}, -tilt), 4);
 
-    // Emission comes on top: sRGB 188 is 0.503 in linear light.
+    // Emission is added: sRGB 188 is 0.503 in linear light.
     DrawItem glowing{quad, glm::mat4(1), {"black", {0, 0, 0, 1}, 0, 1, -1}, {}, 1}, factor = glowing;
     glowing.material.emissive = {1, 1, 1};
     glowing.emissive = texture({188, 0, 0}, true);
@@ -524,7 +524,7 @@ TEST_CASE("renderer: textures of surface, normals and emission do what glTF says
     REQUIRE(shown(glowing).x > 150);
 }
 
-TEST_CASE("renderer: a label stands beside its point, over all, and calls are counted", "[gl]") {
+TEST_CASE("renderer: a label is drawn beside its point, on top, and draw calls are counted", "[gl]") {
     Stage stage;
     Frame frame = darkFrame();
     frame.items = {{stage.renderer.upload(quadMesh(0.9f, 0.9f)), glm::mat4(1), matt({0, 0, 0}), {}, 1}};
@@ -534,7 +534,7 @@ TEST_CASE("renderer: a label stands beside its point, over all, and calls are co
     REQUIRE(stage.renderer.cost().triangles == 3);
     frame.labels = {{{0, 0, -1}, "1.5 mN·m", {1, 1, 1, 1}}, {{0, 0, 5}, "behind the eye", {1, 1, 1, 1}}};
     const Image image = stage.draw(frame);
-    REQUIRE(stage.renderer.cost().calls == 3);  // all labels are one
+    REQUIRE(stage.renderer.cost().calls == 3);  // all labels are one call
     int left = kWidth, right = 0, top = kHeight, bottom = 0;
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x)
@@ -544,7 +544,7 @@ TEST_CASE("renderer: a label stands beside its point, over all, and calls are co
                 top = std::min(top, y);
                 bottom = std::max(bottom, y);
             }
-    // A font of about 15 pixels: whatever it is, eight letters are 30 to 110 wide and at most 16 high.
+    // In any font of about 15 pixels, eight letters are 30 to 110 wide and at most 16 high.
     REQUIRE(left >= kWidth / 2 + 10);
     REQUIRE(right - left > 30);
     REQUIRE(right - left < 110);

@@ -1,4 +1,4 @@
-// Shader files: includes, and errors that name the place.
+// Shader files: includes, and errors with file and line.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
@@ -59,7 +59,7 @@ TEST_CASE("shader: errors in and after an included file name the right place", "
     REQUIRE_NOTHROW(ShaderProgram(folder.path / "good.vert", folder.path / "fine.frag"));
 }
 
-TEST_CASE("shader: missing and circular files are told, not run into", "[gl]") {
+TEST_CASE("shader: reports missing and circular includes", "[gl]") {
     const HeadlessContext context;
     const ShaderFolder folder("view_shader_missing");
     REQUIRE_THROWS_WITH(ShaderProgram(folder.path / "good.vert", folder.path / "absent.frag"),
@@ -69,7 +69,7 @@ TEST_CASE("shader: missing and circular files are told, not run into", "[gl]") {
                         Catch::Contains("circular include"));
 }
 
-TEST_CASE("shader: the environment may name another folder", "[view]") {
+TEST_CASE("shader: an environment variable may set another folder", "[view]") {
     const char* set = std::getenv("TOUCHSTONE_SHADERS");
     const std::optional<std::string> before = set ? std::optional<std::string>(set) : std::nullopt;
     setenv("TOUCHSTONE_SHADERS", "/elsewhere", 1);

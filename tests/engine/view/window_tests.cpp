@@ -1,4 +1,4 @@
-// The window. Cases that need a display are skipped with a warning where there is none.
+// The window. Cases that need a display are skipped with a warning if there is none.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
@@ -44,10 +44,10 @@ std::array<int, 3> pixel(const Image& image, int x, int y) {
 
 }  // namespace
 
-TEST_CASE("window: without a display the error is one sentence that says what to do", "[view]") {
+TEST_CASE("window: without a display the error is one sentence with a remedy", "[view]") {
     const char* set = std::getenv("DISPLAY");
     const std::optional<std::string> before = set ? std::optional<std::string>(set) : std::nullopt;
-    glfwTerminate();  // another case of this run may have started it with a display
+    glfwTerminate();  // another case of this run may have initialized it with a display
     unsetenv("DISPLAY");
     CHECK_THROWS_WITH(Window(small()), Catch::Contains("DISPLAY") && Catch::Contains("headless"));
     if (before) setenv("DISPLAY", before->c_str(), 1);
@@ -104,12 +104,12 @@ TEST_CASE("window: a slider follows the mouse", "[ui]") {
         frames(3);
     };
     click(0.5 * (low.x + high.x));
-    REQUIRE(value == Approx(500).margin(20));  // the grab is some pixels wide
+    REQUIRE(value == Approx(500).margin(20));  // the slider's grab is some pixels wide
     click(high.x - 1);
     REQUIRE(value == Approx(1000));
 }
 
-TEST_CASE("window: a plot shows a spike of one sample and lives with NaN and nothing", "[ui]") {
+TEST_CASE("window: a plot shows a spike of one sample and accepts NaN and empty data", "[ui]") {
     if (noDisplay()) return;
     Window window(small());
     std::array<float, 4000> data{};
@@ -132,7 +132,7 @@ TEST_CASE("window: a plot shows a spike of one sample and lives with NaN and not
         ImGui::End();
         window.endFrame(&picture);
     }
-    // Half the plot's height, 6 lines of text, in one column of pure green; text in green is far lower.
+    // Half the plot's height, 6 lines of text, in one column of pure green; green text is much lower.
     int tallest = 0;
     for (int x = 0; x < picture.width; ++x) {
         int run = 0;
@@ -144,8 +144,7 @@ TEST_CASE("window: a plot shows a spike of one sample and lives with NaN and not
     REQUIRE(tallest >= 30);
 }
 
-TEST_CASE("window: many follow one another in a process, among headless contexts and another library's windows",
-          "[ui]") {
+TEST_CASE("window: a process can open many in sequence, among headless contexts and other windows", "[ui]") {
     if (noDisplay()) return;
     const auto requireDraws = [](Window& window, int shade) {
         Image picture;

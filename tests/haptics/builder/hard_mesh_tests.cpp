@@ -1,4 +1,4 @@
-// What becomes of meshes that are no clean solids: each kind with its treatment.
+// How meshes that are not clean solids are treated, kind by kind.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
@@ -21,7 +21,7 @@ TriangleMesh without(TriangleMesh m, std::size_t first, std::size_t count = 1) {
 
 TriangleMesh tube(double radius, double length) {
     TriangleMesh m = cylinderMesh(radius, length);
-    std::erase_if(m.triangles, [](const auto& t) { return t[0] < 2; });  // the ends' fans
+    std::erase_if(m.triangles, [](const auto& t) { return t[0] < 2; });  // the fans at both ends
     return m;
 }
 
@@ -49,13 +49,13 @@ TriangleMesh jittered(TriangleMesh m, double by) {
     return m;
 }
 
-/// Two chambers [0, 20] x [0, 10]^2 with one wall between them, whose rim is also theirs: edges of three faces.
+/// Two chambers [0, 20] x [0, 10]^2 with a common wall; its rim belongs to both, so its edges have three faces.
 TriangleMesh chambers() {
     const TriangleMesh left = boxMesh(Vec3(10, 10, 10)), right = boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0));
-    return joined(left, without(right, 8, 2));  // side 4 of boxMesh is x = its corner's
+    return joined(left, without(right, 8, 2));  // side 4 of boxMesh is the plane x = its corner's x
 }
 
-/// A rib that stands on the middle of a plate's top and shares its foot: an edge of four faces.
+/// A rib on the middle of a plate's top that shares its foot with it: an edge of four faces.
 TriangleMesh ribbed() {
     TriangleMesh m = patchedCube(10, {2, 2, 2, 2, 2, 2});
     const auto n = static_cast<std::uint32_t>(m.vertices.size());
@@ -65,7 +65,7 @@ TriangleMesh ribbed() {
     return m;
 }
 
-/// A band of `half` half turns about z; with an odd number it has one side only.
+/// A band of `half` half turns about z; with an odd number it has only one side.
 TriangleMesh band(int half) {
     TriangleMesh m;
     constexpr std::uint32_t kAround = 48;
@@ -84,7 +84,7 @@ TriangleMesh band(int half) {
     return m;
 }
 
-/// Klein's bottle as a figure of eight that makes half a turn on its way around: no rim, no inside.
+/// A Klein bottle: a figure of eight that makes half a turn on its way around. It has no rim and no inside.
 TriangleMesh kleinBottle() {
     constexpr std::uint32_t kAround = 40, kAlong = 24;
     TriangleMesh m = closedGrid(kAround, kAlong, [](double u, double v) {
@@ -93,7 +93,7 @@ TriangleMesh kleinBottle() {
         const double z = std::sin(a / 2) * std::sin(b) + std::cos(a / 2) * std::sin(2 * b);
         return Vec3((10 + 4 * x) * std::cos(a), (10 + 4 * x) * std::sin(a), 4 * z);
     });
-    // On the way around x and z change sign, as if b ran backwards: the last row meets the first mirrored.
+    // After one round x and z change sign, as if b ran backwards: the last row meets the first one mirrored.
     for (auto& t : m.triangles) {
         const bool last = std::any_of(t.begin(), t.end(), [](std::uint32_t i) { return i >= (kAround - 1) * kAlong; });
         for (std::uint32_t& i : t)
@@ -102,7 +102,7 @@ TriangleMesh kleinBottle() {
     return m;
 }
 
-/// Shells around each other, all alike or every other one turned.
+/// Nested shells, all with the same orientation or every second one inverted.
 TriangleMesh onion(bool alternating) {
     TriangleMesh m;
     for (int k = 0; k < 6; ++k) {
@@ -139,8 +139,8 @@ struct HardMesh {
     const char* treatment;
     TriangleMesh mesh;
     bool closed;
-    const char* note;  // a phrase of it; "" for none
-    double percent;    // protrusion of 100 leaves, of the diagonal: a quarter above what was measured
+    const char* note;  // a phrase of the note; "" for no note
+    double percent;    // protrusion with 100 leaves, in percent of the diagonal: 1.25 times the measured value
 };
 
 const char* const kOpen = "open or does not bound a volume";
@@ -152,45 +152,45 @@ std::vector<HardMesh> hardMeshes() {
     const TriangleMesh fineInner = moved(patchedCube(6, {9, 9, 9, 9, 9, 9}), 1, Vec3(2, 2, 2));
     return {
         {"box", "nothing to do", box, true, "", 4.6},
-        {"small hole", "closed by a cap, and said", without(ball, 150), false, "has 1 small hole", 0.93},
+        {"small hole", "closed by a cap, and noted", without(ball, 150), false, "has 1 small hole", 0.93},
         {"three small holes", "each closed by a cap", without(without(without(ball, 300), 200), 100), false,
          "has 3 small holes", 0.83},
-        {"large hole", "a sheet, and said", without(box, 10, 2), false, kOpen, 13.0},
-        {"tube", "a sheet, and said", tube(5, 30), false, kOpen, 9.8},
+        {"large hole", "a sheet, and noted", without(box, 10, 2), false, kOpen, 13.0},
+        {"tube", "a sheet, and noted", tube(5, 30), false, kOpen, 9.8},
         {"edge of four", "two shells that touch", joined(box, boxMesh(Vec3(10, 10, 10), Vec3(10, 10, 0))), true, "",
          4.2},
-        {"edges of three", "the wall between is a sheet inside", chambers(), true, "", 4.4},
+        {"edges of three", "the wall between them is an inner sheet", chambers(), true, "", 4.4},
         {"rib", "a closed shell and a sheet", ribbed(), false, kOpen, 4.8},
         {"book", "sheets", book(24), false, kOpen, 9.4},
         {"soup", "sheets", soupMesh(200, 2, 9), false, kOpen, 11.0},
         {"dense soup", "sheets", soupMesh(100, 15, 9), false, kOpen, 10.9},
-        {"inverted", "turned by its volume", flipped(box), true, "", 4.6},
-        {"mixed orientation", "turned to the sense of most, then by volume", everyOtherFlipped(ball), true, "", 0.9},
+        {"inverted", "oriented by its volume", flipped(box), true, "", 4.6},
+        {"mixed orientation", "oriented by the majority, then by volume", everyOtherFlipped(ball), true, "", 0.9},
         {"zero areas", "dropped, their seams closed", withZeroAreas(box), true, "", 4.6},
         {"duplicates", "one of each is kept", joined(box, joined(box, box)), true, "", 4.6},
-        {"both sides", "cancel and become a sheet", joined(box, flipped(box)), false, kOpen, 13.9},
+        {"both sides", "both sides cancel and become a sheet", joined(box, flipped(box)), false, kOpen, 13.9},
         {"unwelded", "welded", unwelded(ball), true, "", 0.85},
         {"unwelded and jittered", "welded within 1e-6 of the diagonal", jittered(ball, 1e-6), true, "", 0.83},
-        {"T-junctions", "faces split where others' vertices lie on their edges", patchedCube(10, {1, 2, 3, 4, 5, 7}),
-         true, "", 4.5},
-        {"inner shell", "buried: it takes no leaves", joined(box, inner), true, "", 4.8},
-        {"fine inner shell", "buried: it takes no leaves", joined(box, fineInner), true, "", 4.9},
+        {"T-junctions", "faces split at vertices on their edges", patchedCube(10, {1, 2, 3, 4, 5, 7}), true, "", 4.5},
+        {"inner shell", "buried: uses no leaves", joined(box, inner), true, "", 4.8},
+        {"fine inner shell", "buried: uses no leaves", joined(box, fineInner), true, "", 4.9},
         {"cavity", "kept hollow", joined(box, flipped(inner)), true, "", 6.2},
         {"onion", "all but the outermost buried", onion(false), true, "", 1.2},
         {"onion of hollows", "the largest container decides: hollows stay", onion(true), true, kThin, 10.3},
         {"overlap", "one body", joined(box, boxMesh(Vec3(10, 10, 10), Vec3(5, 5, 5))), true, "", 4.9},
-        {"touching", "one body; what both share is a sheet inside",
+        {"touching", "one body; the common face is an inner sheet",
          joined(box, boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0))), true, "", 4.4},
         {"stacked askew", "one body", joined(box, boxMesh(Vec3(6, 6, 6), Vec3(1, 1, 10))), true, "", 4.7},
-        {"self-intersecting", "where it winds twice its walls are buried", eightMesh(10, 2, 40, 8), true, "", 2.0},
+        {"self-intersecting", "walls are buried where the winding number is two", eightMesh(10, 2, 40, 8), true, "",
+         2.0},
         {"apart", "one body of two shells", joined(box, boxMesh(Vec3(1, 1, 1), Vec3(300, 0, 0))), true, "", 0.26},
-        {"heap", "shells that cross make one body", heapMesh(5, 1.2), true, kThin, 14.5},
-        {"open sheet", "a sheet, and said", squareMesh(10, 8), false, kOpen, 7.6},
-        {"one-sided band", "a sheet, and said", band(1), false, kOpen, 6.3},
-        {"two-sided band", "a sheet, and said", band(2), false, kOpen, 6.5},
-        {"one-sided bottle", "a sheet, and said", kleinBottle(), false, kOpen, 10.5},
-        {"thin plate", "covered, and asks for more leaves", boxMesh(Vec3(60, 60, 0.4)), true, kThin, 7.1},
-        {"foil", "covered, and asks for more leaves", boxMesh(Vec3(60, 60, 1e-3)), true, kThin, 7.6},
+        {"heap", "intersecting shells become one body", heapMesh(5, 1.2), true, kThin, 14.5},
+        {"open sheet", "a sheet, and noted", squareMesh(10, 8), false, kOpen, 7.6},
+        {"one-sided band", "a sheet, and noted", band(1), false, kOpen, 6.3},
+        {"two-sided band", "a sheet, and noted", band(2), false, kOpen, 6.5},
+        {"one-sided bottle", "a sheet, and noted", kleinBottle(), false, kOpen, 10.5},
+        {"thin plate", "covered, and recommends more leaves", boxMesh(Vec3(60, 60, 0.4)), true, kThin, 7.1},
+        {"foil", "covered, and recommends more leaves", boxMesh(Vec3(60, 60, 1e-3)), true, kThin, 7.6},
         {"needle box", "covered", boxMesh(Vec3(100, 0.1, 0.1)), true, kThin, 0.86},
         {"needle triangle", "a sheet", triangleMesh(Vec3(0, 0, 0), Vec3(100, 0, 0), Vec3(50, 0.1, 0)), false, kOpen,
          6.0},
@@ -198,7 +198,7 @@ std::vector<HardMesh> hardMeshes() {
         {"fan", "nothing to do",
          lathe(120, 1, 0, 10, [](double a, double) { return Vec3(5 * std::cos(a), 5 * std::sin(a), 2); }), true, "",
          2.1},
-        {"stray vertices", "not looked at", withStrayVertices(box), true, "", 4.6},
+        {"stray vertices", "ignored", withStrayVertices(box), true, "", 4.6},
         {"1e-6", "scaled by a power of two", moved(box, 1e-6, Vec3::Zero()), true, "", 4.6},
         {"1e6", "scaled by a power of two", moved(box, 1e6, Vec3::Zero()), true, "", 4.6},
         {"1e-20", "scaled by a power of two", moved(box, 1e-20, Vec3::Zero()), true, "", 4.6},
@@ -207,7 +207,7 @@ std::vector<HardMesh> hardMeshes() {
     };
 }
 
-TEST_CASE("hard mesh: each kind ends in a covering tree that says what the mesh is not", "[tree]") {
+TEST_CASE("hard mesh: each kind gets a covering tree whose note names the defect", "[tree]") {
     for (const HardMesh& hard : hardMeshes()) {
         INFO(hard.name << ": " << hard.treatment);
         const SphereTree tree = buildSphereTree(hard.mesh, {.leaves = 100});
@@ -225,8 +225,8 @@ TEST_CASE("hard mesh: each kind ends in a covering tree that says what the mesh 
     }
 }
 
-/// Whether parity tells inside from outside: rays from one point meet the faces equally often, mod 2. Exact copies
-/// count once.
+/// Whether parity distinguishes inside from outside: all rays from one point meet the same number of faces, mod 2.
+/// Exact copies count once.
 bool bounds(const TriangleMesh& mesh, std::mt19937& random) {
     std::set<std::array<std::uint32_t, 3>> seen;
     std::vector<Triangle> triangles;
@@ -254,7 +254,7 @@ bool bounds(const TriangleMesh& mesh, std::mt19937& random) {
     return true;
 }
 
-/// One of the clean solids, within a ball of radius 12 about the origin.
+/// One of the clean solids, inside a ball of radius 12 about the origin.
 TriangleMesh anySolid(std::mt19937& random) {
     switch (random() % 6) {
         case 0:
@@ -272,8 +272,7 @@ TriangleMesh anySolid(std::mt19937& random) {
     }
 }
 
-TEST_CASE("hard mesh: random damage ends in a covering tree, and closed is said of what bounds a volume only",
-          "[tree]") {
+TEST_CASE("hard mesh: random damage gives a covering tree, and only a mesh that bounds a volume is closed", "[tree]") {
     const unsigned seed = 17;
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -313,7 +312,7 @@ TEST_CASE("hard mesh: random damage ends in a covering tree, and closed is said 
         CHECK(tree.leafCount() <= 24);
         CHECK(tree.certificate.covered);
         CHECK(barePoints(mesh, tree, 100, random) == 0);
-        // Junk may lie inside, where it spoils nothing.
+        // Extra faces may lie inside, where they do no harm.
         if (tree.certificate.closed && !junk) CHECK(bounds(mesh, random));
         if (!tree.certificate.closed) CHECK_FALSE(tree.certificate.note.empty());
         (tree.certificate.closed ? closed : open) += 1;
@@ -322,7 +321,7 @@ TEST_CASE("hard mesh: random damage ends in a covering tree, and closed is said 
     CHECK(open > 10);
 }
 
-TEST_CASE("hard mesh: buried shells take no leaves from the outside", "[tree]") {
+TEST_CASE("hard mesh: buried shells use no leaves", "[tree]") {
     const auto protrusion = [](const TriangleMesh& m) {
         return buildSphereTree(m, {.leaves = 128}).certificate.protrusion;
     };
@@ -333,7 +332,7 @@ TEST_CASE("hard mesh: buried shells take no leaves from the outside", "[tree]") 
     CHECK(protrusion(chambers()) < 1.3 * protrusion(boxMesh(Vec3(20, 10, 10))));
 }
 
-TEST_CASE("hard mesh: a mesh scaled by a power of two gives the same tree to the bit, scaled", "[tree]") {
+TEST_CASE("hard mesh: scaling a mesh by a power of two scales its tree with the same bits", "[tree]") {
     for (const TriangleMesh& mesh : {blobMesh(10, 12, 7), without(torusMesh(10, 3, 16, 8), 40), soupMesh(40, 4, 2)}) {
         const auto before = leavesOf(buildSphereTree(mesh, {.leaves = 48}));
         for (const int exponent : {-60, -20, -1, 1, 20, 60}) {
@@ -348,7 +347,7 @@ TEST_CASE("hard mesh: a mesh scaled by a power of two gives the same tree to the
     }
 }
 
-TEST_CASE("hard mesh: wherever and however large a mesh is, its tree is as good", "[tree]") {
+TEST_CASE("hard mesh: the quality of a tree does not depend on place and size of the mesh", "[tree]") {
     const TriangleMesh mesh = blobMesh(10, 12, 7);
     const TreeCertificate before = buildSphereTree(mesh, {.leaves = 48}).certificate;
     for (const double scale : {1e-6, 1e-3, 1e3, 1e6})
@@ -360,14 +359,14 @@ TEST_CASE("hard mesh: wherever and however large a mesh is, its tree is as good"
             CHECK(tree.certificate.covered);
             CHECK(tree.certificate.closed);
             CHECK(barePoints(there, tree, 300, random) == 0);
-            // The search takes other turns after other roundings: up to a fifth with so few leaves. Far off, floats
-            // round by 1e-7 of the offset.
+            // The search branches differently after different roundings: up to a fifth with so few leaves. Far from the
+            // origin, floats round by 1e-7 of the offset.
             const double rounding = 4e-7 * scale * offset * 20;
             CHECK(tree.certificate.protrusion == Approx(scale * before.protrusion).epsilon(0.2).margin(rounding));
         }
 }
 
-// Sanitizers take far longer.
+// Sanitizers take much longer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint32_t kFine = 100;
 #else
@@ -380,7 +379,7 @@ TEST_CASE("hard mesh: two million triangles", "[tree][slow]") {
     const SphereTree tree = buildSphereTree(mesh, {.leaves = 8});
     CHECK(tree.certificate.covered);
     CHECK(tree.certificate.closed);
-    // As with few triangles, where the bumps are the same.
+    // The same as with few triangles, where the bumps are the same.
     const TreeCertificate coarse = buildSphereTree(blobMesh(10, 60, 40), {.leaves = 8}).certificate;
     CHECK(tree.certificate.protrusion < 1.25 * coarse.protrusion);
 }

@@ -24,7 +24,7 @@ double depthAt(const TriangleMesh& mesh, const Vec3& p) {
 const TriangleMesh kBox = test::boxMesh(Vec3(10, 10, 10));
 const Vec3 kCenter(5, 5, 5);
 
-TEST_CASE("mesh repair: a box is closed however its faces are turned or split", "[tree]") {
+TEST_CASE("mesh repair: a box is closed for any orientation or split of its faces", "[tree]") {
     TriangleMesh mixed = kBox;
     for (std::size_t i = 0; i < mixed.triangles.size(); i += 3) std::swap(mixed.triangles[i][0], mixed.triangles[i][1]);
     TriangleMesh jittered = test::unwelded(kBox);
@@ -42,7 +42,7 @@ TEST_CASE("mesh repair: a box is closed however its faces are turned or split", 
     }
 }
 
-TEST_CASE("mesh repair: an open box is a sheet, and says so", "[tree]") {
+TEST_CASE("mesh repair: an open box is a sheet, and its note says so", "[tree]") {
     TriangleMesh open = kBox;
     open.triangles.resize(10);
     const RepairedMesh body = repairMesh(open);
@@ -65,7 +65,7 @@ TEST_CASE("mesh repair: a small hole is closed by a cap and counted", "[tree]") 
     CHECK(depthAt(holed, Vec3::Zero()) > 5);
 }
 
-TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if turned against it", "[tree]") {
+TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if it is inverted", "[tree]") {
     const TriangleMesh inner = test::boxMesh(Vec3(6, 6, 6), Vec3(2, 2, 2));
     const TriangleMesh solid = test::joined(kBox, inner), hollow = test::joined(kBox, test::flipped(inner));
     CHECK(count(repairMesh(solid), FaceRole::Buried) == 12);
@@ -78,18 +78,19 @@ TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if turned 
     }
 }
 
-TEST_CASE("mesh repair: overlapping boxes make one body; no face that reaches out of the other is dropped", "[tree]") {
+TEST_CASE("mesh repair: overlapping boxes make one body, and no face that protrudes from the other is dropped",
+          "[tree]") {
     const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(5, 5, 5)));
     const RepairedMesh body = repairMesh(mesh);
     CHECK(body.closed());
     CHECK(depthAt(mesh, Vec3(7, 7, 7)) > 0);
     CHECK(depthAt(mesh, Vec3(12, 12, 12)) > 0);
     CHECK(depthAt(mesh, Vec3(12, 2, 2)) < 0);
-    // The cut faces stay walls: the depth is never taken too large.
+    // Faces that are cut stay walls, so the depth is never overestimated.
     CHECK(count(body, FaceRole::Wall) == 24);
 }
 
-TEST_CASE("mesh repair: boxes that share a face have a membrane, which bounds nothing", "[tree]") {
+TEST_CASE("mesh repair: boxes that share a face have a membrane between them, which bounds no volume", "[tree]") {
     const TriangleMesh mesh = test::joined(kBox, test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0)));
     const RepairedMesh body = repairMesh(mesh);
     CHECK(body.closed());
@@ -115,8 +116,8 @@ TEST_CASE("mesh repair: a face drawn from both sides is one sheet", "[tree]") {
     CHECK_FALSE(body.closed());
 }
 
-TEST_CASE("mesh repair: a seam of triangles without area closes the mesh it belongs to", "[tree]") {
-    // The bottom's diagonal 0-3 gets a vertex in its middle on one side only; a triangle without area fills the seam.
+TEST_CASE("mesh repair: a seam of zero-area triangles closes its mesh", "[tree]") {
+    // The diagonal 0-3 of the bottom gets a vertex in its middle on one side only; a zero-area triangle fills the seam.
     TriangleMesh mesh = kBox;
     mesh.vertices.push_back(Vec3(5, 5, 0));
     mesh.triangles[0] = {0, 2, 8};
@@ -126,30 +127,31 @@ TEST_CASE("mesh repair: a seam of triangles without area closes the mesh it belo
     CHECK(depthAt(mesh, kCenter) == Approx(5));
 }
 
-TEST_CASE("mesh repair: T-junctions are closed, and no face moves further than is said", "[tree]") {
+TEST_CASE("mesh repair: T-junctions are closed, and no face moves further than reported", "[tree]") {
     TriangleMesh cube = test::patchedCube(10, {1, 2, 3, 4, 5, 7});
     const RepairedMesh body = repairMesh(cube);
     CHECK(body.closed());
     CHECK(body.holes == 0);
     CHECK(count(body, FaceRole::Sheet) == 0);
     CHECK(depthAt(cube, kCenter) == Approx(5));
-    // The bottom is one square; the walls' feet have vertices on its edges, one of them now off by less than the
-    // tolerance, 1e-6 * 17 mm.
+    // The bottom is one square. The lower edges of the walls have vertices on its edges; one of them is now off by less
+    // than the tolerance, 1e-6 * 17 mm.
     for (Vec3& v : cube.vertices)
         if (v.z() == 0 && v.x() == 5 && v.y() == 10) v.y() = 10 - 1e-5;
     const RepairedMesh near = repairMesh(cube);
     CHECK(near.closed());
     CHECK(near.weld / near.scale == Approx(1e-5).epsilon(1e-3));
-    // By more than that: a crack, closed by caps and counted.
+    // If it is off by more, it is a crack, which is closed by caps and counted.
     for (Vec3& v : cube.vertices)
         if (v.y() == 10 - 1e-5) v.y() = 10 - 1e-4;
     CHECK_FALSE(repairMesh(cube).closed());
     CHECK(repairMesh(cube).holes == 1);
 }
 
-TEST_CASE("mesh repair: a wall between two chambers is a sheet inside; one that sticks out opens the body", "[tree]") {
+TEST_CASE("mesh repair: a wall between two chambers is an inner sheet, and a protruding wall opens the body",
+          "[tree]") {
     TriangleMesh right = test::boxMesh(Vec3(10, 10, 10), Vec3(10, 0, 0));
-    right.triangles.erase(right.triangles.begin() + 8, right.triangles.begin() + 10);  // its side x = 10
+    right.triangles.erase(right.triangles.begin() + 8, right.triangles.begin() + 10);  // the side x = 10
     TriangleMesh chambers = test::joined(kBox, right);
     const RepairedMesh body = repairMesh(chambers);
     CHECK(body.closed());
@@ -157,7 +159,7 @@ TEST_CASE("mesh repair: a wall between two chambers is a sheet inside; one that 
     CHECK(count(body, FaceRole::Sheet) == 2);
     CHECK(depthAt(chambers, Vec3(10, 5, 5)) == Approx(5));
 
-    TriangleMesh finned = kBox;  // its middle is inside, one corner is not
+    TriangleMesh finned = kBox;  // its center is inside, one corner is outside
     finned.vertices.insert(finned.vertices.end(), {Vec3(1, 1, 5), Vec3(9, 1, 5), Vec3(1, 12, 5)});
     finned.triangles.push_back({8, 9, 10});
     CHECK_FALSE(repairMesh(finned).closed());
@@ -165,24 +167,24 @@ TEST_CASE("mesh repair: a wall between two chambers is a sheet inside; one that 
     CHECK(repairMesh(finned).closed());
 }
 
-TEST_CASE("mesh repair: a finely meshed shell inside another is buried, flats and all", "[tree]") {
+TEST_CASE("mesh repair: a finely meshed shell inside another is buried, including its flat faces", "[tree]") {
     const TriangleMesh inner = test::moved(test::patchedCube(6, {4, 4, 4, 4, 4, 4}), 1, Vec3(2, 2, 2));
     CHECK(count(repairMesh(test::joined(kBox, inner)), FaceRole::Buried) == 6 * 32);
     CHECK(depthAt(test::joined(kBox, inner), kCenter) == Approx(5));
 }
 
-TEST_CASE("mesh repair: where a shell goes through itself, what it winds around twice is inside", "[tree]") {
-    // Two arms of radius 2 cross at a right angle at the origin. The arm that ends the depth of this point if it is
-    // alone, 2 - 1.5 sqrt(1/2) = 0.94 away, is inside the other there; together they end it where both do, 1.33 away.
+TEST_CASE("mesh repair: where a shell intersects itself, points with winding number two are inside", "[tree]") {
+    // Two arms of radius 2 cross at a right angle at the origin. The wall of one arm alone, 2 - 1.5 sqrt(1/2) = 0.94
+    // away from this point, lies inside the other arm there; the nearest wall of both together is 1.33 away.
     const TriangleMesh eight = test::eightMesh(10, 2, 240, 48);
     const RepairedMesh body = repairMesh(eight);
     CHECK(body.closed());
     CHECK(count(body, FaceRole::Buried) > 200);
-    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) > 1.1);  // faces that cross stay walls, and are 0.3 long
+    CHECK(depthAt(eight, Vec3(1.5, 0, 0)) > 1.1);  // crossing faces stay walls, and they are 0.3 long
     CHECK(depthAt(eight, Vec3(1.5, 0, 0)) < 1.34);
 }
 
-TEST_CASE("mesh repair: vertices of no triangle are not looked at", "[tree]") {
+TEST_CASE("mesh repair: vertices without a triangle are ignored", "[tree]") {
     TriangleMesh mesh = kBox;
     mesh.vertices.insert(mesh.vertices.end(), 100000, Vec3::Constant(1e200));
     mesh.vertices.push_back(Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
@@ -190,8 +192,7 @@ TEST_CASE("mesh repair: vertices of no triangle are not looked at", "[tree]") {
     CHECK(repairMesh(mesh).diagonal == repairMesh(kBox).diagonal);
 }
 
-TEST_CASE("mesh repair: a sliver too thin to weld is open if it is all there is, and spoils nothing beside a body",
-          "[tree]") {
+TEST_CASE("mesh repair: a sliver too thin to weld is open on its own, and does no harm beside a body", "[tree]") {
     TriangleMesh sliver;
     sliver.vertices = {Vec3(0, 0, 5), Vec3(10, 0, 5), Vec3(5, 1e-8, 5)};
     sliver.triangles = {{0, 1, 2}};
@@ -199,7 +200,7 @@ TEST_CASE("mesh repair: a sliver too thin to weld is open if it is all there is,
     CHECK(repairMesh(test::joined(kBox, sliver)).closed());
 }
 
-TEST_CASE("mesh repair: the heartbeat ends it at any beat", "[tree]") {
+TEST_CASE("mesh repair: the progress callback can cancel at any call", "[tree]") {
     const TriangleMesh mesh = test::joined(test::blobMesh(10, 100, 50), test::soupMesh(3000, 2, 4));
     int beats = 0;
     repairMesh(mesh, [&] { ++beats; });
@@ -214,7 +215,7 @@ TEST_CASE("mesh repair: the heartbeat ends it at any beat", "[tree]") {
     }
 }
 
-TEST_CASE("mesh repair: what has no area or does not fit a float is refused in one sentence", "[tree]") {
+TEST_CASE("mesh repair: meshes without area or beyond the range of float are refused in one sentence", "[tree]") {
     TriangleMesh line;
     line.vertices = {Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(2, 2, 2)};
     line.triangles = {{0, 1, 2}, {1, 1, 2}};

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own, gone at the end.
+/// A temporary folder, removed at the end.
 struct Folder {
     fs::path path = fs::temp_directory_path() / ("touchstone_sph_" + std::to_string(::getpid()));
     Folder() {
@@ -58,7 +58,7 @@ bool same(const SphereHierarchy& a, const SphereHierarchy& b) {
                       });
 }
 
-/// The sentence with which readSph() refuses; empty if it does not.
+/// The sentence with which readSph() refuses the file; empty if it reads it.
 std::string refusal(const fs::path& file) {
     try {
         readSph(file);
@@ -68,7 +68,7 @@ std::string refusal(const fs::path& file) {
     }
 }
 
-TEST_CASE("sphere hierarchy: a tree of ours becomes nodes with spheres of their own", "[tree]") {
+TEST_CASE("sphere hierarchy: a sphere tree becomes nodes, each with its own sphere", "[tree]") {
     const SphereTree tree = makeSphereTree(randomLeaves(100, 1));  // 100 leaves, 13 buckets, 2, 1
     const SphereHierarchy h = hierarchyOf(tree);
     REQUIRE(h.nodes.size() == 116);
@@ -90,7 +90,7 @@ TEST_CASE("sphere hierarchy: a tree of ours becomes nodes with spheres of their 
     }
 }
 
-TEST_CASE("sphere hierarchy: leaves in single precision hold the leaves as given", "[tree]") {
+TEST_CASE("sphere hierarchy: leaves in single precision contain the given leaves", "[tree]") {
     SphereHierarchy h;
     h.nodes = {{Vec3(1.0 / 3, -2e3 / 7, 1e-9), 1.0 / 11, -1, 1, 2},
                {Vec3(1.0 / 3, 2.0 / 7, 1e-9), 1.0 / 11, 0},
@@ -106,7 +106,7 @@ TEST_CASE("sphere hierarchy: leaves in single precision hold the leaves as given
     CHECK(leaves[1].r == std::nextafter(0.1f, 0.0f) + 0x1p-27f);  // 0.1f is above 0.1: rounded up once, not twice
 }
 
-TEST_CASE("sphere files: what is written is read to the bit", "[tree]") {
+TEST_CASE("sphere files: a written tree is read back with the same bits", "[tree]") {
     const Folder folder;
     const fs::path file = folder.path / "tree.sph";
     for (int count : {1, 7, 8, 9, 64, 65, 600}) {
@@ -114,7 +114,7 @@ TEST_CASE("sphere files: what is written is read to the bit", "[tree]") {
         const SphereHierarchy h = hierarchyOf(makeSphereTree(randomLeaves(count, 2)));
         writeSph(h, file);
         CHECK(same(readSph(file), h));
-        writeSph(h, file, 1024);  // a power of two: exact both ways
+        writeSph(h, file, 1024);  // a power of two: exact in both directions
         CHECK(same(readSph(file, 1024), h));
     }
     SphereHierarchy odd;
@@ -125,7 +125,7 @@ TEST_CASE("sphere files: what is written is read to the bit", "[tree]") {
                  {Vec3(1, 2, 3), 4, 2}};
     writeSph(odd, file);
     CHECK(same(readSph(file), odd));
-    CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);  // nothing else is left behind
+    CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);  // no other file remains
 }
 
 TEST_CASE("sphere files: a full tree of six levels has a line for every slot", "[tree]") {
@@ -139,19 +139,19 @@ TEST_CASE("sphere files: a full tree of six levels has a line for every slot", "
     CHECK(same(readSph(file), h));
 }
 
-TEST_CASE("sphere files: the toolkit's trees end early here and there", "[tree]") {
+TEST_CASE("sphere files: branches of the toolkit's trees may end early", "[tree]") {
     const Folder folder;
     const std::string unused = "0.000000 0.000000 0.000000 -0.000078 1.000000\n";
-    const SphereHierarchy h =
-        readSph(folder.write("3 2\r\n"
-                             "# the root\n\n"
-                             "  0 0 0\t10.5 1.0  \r\n" +
-                             unused +                      // the first child is missing
-                             "1 +2 3 4 1 1 2 3 4 0.5\n" +  // with an auxiliary sphere
-                             unused + unused + unused +    // nothing below it, then its own first child
-                             "5 6 7 8 # a leaf of four numbers\n"
-                             "\n\nOptions : \n  branch = 2\n12 samples, 5 medial spheres\n1 2\n"),
-                10);
+    const SphereHierarchy h = readSph(
+        folder.write("3 2\r\n"
+                     "# the root\n\n"
+                     "  0 0 0\t10.5 1.0  \r\n" +
+                     unused +                      // the first child is missing
+                     "1 +2 3 4 1 1 2 3 4 0.5\n" +  // with an auxiliary sphere
+                     unused + unused + unused +    // no children of the missing child, no first child of the second
+                     "5 6 7 8 # a leaf of four numbers\n"
+                     "\n\nOptions : \n  branch = 2\n12 samples, 5 medial spheres\n1 2\n"),
+        10);
     REQUIRE(h.nodes.size() == 3);
     CHECK(h.branching == 2);
     CHECK(h.nodes[0].children == 1);
@@ -227,7 +227,7 @@ TEST_CASE("sphere files: a malformed file is refused in a sentence with its line
     }
 }
 
-TEST_CASE("sphere files: damage anywhere is refused or read, never worse", "[tree]") {
+TEST_CASE("sphere files: a damaged file is either refused or read", "[tree]") {
     const Folder folder;
     writeSph(hierarchyOf(makeSphereTree(randomLeaves(11, 3))), folder.path / "tree.sph");
     const std::string good = textOf(folder.path / "tree.sph");
@@ -248,7 +248,7 @@ TEST_CASE("sphere files: damage anywhere is refused or read, never worse", "[tre
     }
 }
 
-TEST_CASE("sphere files: one that cannot be written leaves nothing behind", "[tree]") {
+TEST_CASE("sphere files: a failed write leaves no file", "[tree]") {
     const Folder folder;
     const SphereHierarchy h = hierarchyOf(makeSphereTree(randomLeaves(3, 5)));
     CHECK_THROWS_AS(writeSph(h, folder.path / "no_such_folder" / "tree.sph"), std::runtime_error);

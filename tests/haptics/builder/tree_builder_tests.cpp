@@ -18,7 +18,7 @@ bool sameBits(const SphereTree& a, const SphereTree& b) {
            a.certificate.protrusion == b.certificate.protrusion;
 }
 
-/// Random points of the surface and all corners lie in a leaf.
+/// Checks that random points of the surface and all corners lie in a leaf.
 void checkCovered(const TriangleMesh& mesh, const SphereTree& tree, int samples, unsigned seed) {
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -30,7 +30,7 @@ void checkCovered(const TriangleMesh& mesh, const SphereTree& tree, int samples,
                               [&](const Sphere& s) { return (p - s.center()).norm() <= s.r; }));
 }
 
-/// Random points of leaf spheres are inside the mesh or no further out than the certificate says.
+/// Checks that random points of leaf spheres are inside the mesh or no further outside than the certificate says.
 void checkProtrusion(const TriangleMesh& mesh, const SphereTree& tree, int samples, unsigned seed) {
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -45,15 +45,15 @@ void checkProtrusion(const TriangleMesh& mesh, const SphereTree& tree, int sampl
             worst = std::max(worst, test::bruteDistance(p, triangles));
     }
     CHECK(worst <= tree.certificate.protrusion);
-    CHECK(worst > 0.3 * tree.certificate.protrusion);  // an honest bound, not just a large one
+    CHECK(worst > 0.3 * tree.certificate.protrusion);  // the bound is tight, not just large
 }
 
-TEST_CASE("tree builder: the surface lies in the leaves and the leaves near the body", "[tree]") {
+TEST_CASE("tree builder: the leaves cover the surface and stay near the body", "[tree]") {
     struct Case {
         const char* name;
         TriangleMesh mesh;
         int leaves;
-        double percent;  // of the diagonal: half above what was measured
+        double percent;  // of the diagonal: 1.5 times the measured value
     };
     const std::vector<Case> cases{{"cube", test::boxMesh(Vec3(10, 10, 10)), 64, 7.5},
                                   {"box", test::boxMesh(Vec3(60, 60, 20)), 512, 1.7},
@@ -77,7 +77,7 @@ TEST_CASE("tree builder: the surface lies in the leaves and the leaves near the 
     }
 }
 
-TEST_CASE("tree builder: more leaves reach out less", "[tree]") {
+TEST_CASE("tree builder: more leaves protrude less", "[tree]") {
     const TriangleMesh mesh = test::cylinderMesh(10, 30);
     double before = HUGE_VAL;
     for (int leaves : {4, 32, 256}) {
@@ -87,12 +87,12 @@ TEST_CASE("tree builder: more leaves reach out less", "[tree]") {
     }
 }
 
-TEST_CASE("tree builder: thin parts ask for more leaves", "[tree]") {
+TEST_CASE("tree builder: the note for thin parts recommends more leaves", "[tree]") {
     CHECK(buildSphereTree(test::boxMesh(Vec3(10, 10, 10)), {.leaves = 64}).certificate.note.empty());
     CHECK_FALSE(buildSphereTree(test::boxMesh(Vec3(60, 60, 0.4)), {.leaves = 300}).certificate.note.empty());
 }
 
-TEST_CASE("tree builder: any number of leaves will do", "[tree]") {
+TEST_CASE("tree builder: any number of leaves works", "[tree]") {
     const TriangleMesh mesh = test::boxMesh(Vec3(10, 10, 10));
     for (int leaves : {-1, 0, 1, 2, 3, 7, 8, 9, 33}) {
         const SphereTree tree = buildSphereTree(mesh, {.leaves = leaves});
@@ -103,7 +103,7 @@ TEST_CASE("tree builder: any number of leaves will do", "[tree]") {
     }
 }
 
-TEST_CASE("tree builder: hard meshes end covered, open ones say so", "[tree]") {
+TEST_CASE("tree builder: hard meshes are covered, and open ones say so", "[tree]") {
     const TriangleMesh box = test::boxMesh(Vec3(10, 10, 10));
     TriangleMesh single;
     single.vertices = {Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 10, 0)};
@@ -156,7 +156,7 @@ TEST_CASE("tree builder: hard meshes end covered, open ones say so", "[tree]") {
     }
 }
 
-TEST_CASE("tree builder: the inside of a solid takes no leaves from its outside", "[tree]") {
+TEST_CASE("tree builder: a shell inside a solid uses no leaves", "[tree]") {
     const TriangleMesh box = test::boxMesh(Vec3(10, 10, 10));
     const TriangleMesh nested = test::joined(box, test::boxMesh(Vec3(6, 6, 6), Vec3(2, 2, 2)));
     const double plain = buildSphereTree(box, {.leaves = 256}).certificate.protrusion;

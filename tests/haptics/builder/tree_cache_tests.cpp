@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of the test's own, gone with it.
+/// A temporary folder of the test, removed at its end.
 struct Folder {
     fs::path path;
     Folder() {
@@ -56,14 +56,14 @@ bool same(const SphereTree& a, const SphereTree& b) {
 const TriangleMesh kMesh = test::boxMesh(Vec3(10, 20, 30));
 const TreeOptions kOptions{.leaves = 16};
 
-/// Whether the tree had to be built: a build reports progress many times, a kept entry once.
+/// Whether the tree had to be built: a build reports progress many times, a cached entry once.
 std::pair<SphereTree, bool> get(const fs::path& folder) {
     int calls = 0;
     SphereTree tree = cachedSphereTree(kMesh, kOptions, folder, [&](const BuildStatus&) { return ++calls > 0; });
     return {std::move(tree), calls > 1};
 }
 
-TEST_CASE("tree cache: the second time a tree is read, with the same bits", "[tree]") {
+TEST_CASE("tree cache: the second request reads the tree, with the same bits", "[tree]") {
     const Folder folder;
     const auto [fresh, built] = get(folder.path / "new" / "folders");
     const auto [kept, again] = get(folder.path / "new" / "folders");
@@ -72,13 +72,13 @@ TEST_CASE("tree cache: the second time a tree is read, with the same bits", "[tr
     CHECK(same(fresh, kept));
 }
 
-TEST_CASE("tree cache: an entry with any byte changed is rebuilt and mended", "[tree]") {
+TEST_CASE("tree cache: an entry with any byte changed is rebuilt and replaced", "[tree]") {
     const Folder folder;
     const SphereTree good = get(folder.path).first;
     REQUIRE(folder.files().size() == 1);
     const fs::path file = folder.files().front();
     const std::string bytes = read(file);
-    // Every region: magic, version, key, certificate, note and counts one by one, then leaves and checksum in steps.
+    // Every region: magic, version, key, certificate, note and counts byte by byte, then leaves and checksum in steps.
     for (std::size_t i = 0; i < bytes.size(); i += i < 48 || i + 10 > bytes.size() ? 1 : 29) {
         INFO("byte " << i);
         std::string bad = bytes;
@@ -91,7 +91,7 @@ TEST_CASE("tree cache: an entry with any byte changed is rebuilt and mended", "[
     }
 }
 
-TEST_CASE("tree cache: a cut, lengthened, empty or foreign entry is rebuilt", "[tree]") {
+TEST_CASE("tree cache: a truncated, lengthened, empty or foreign entry is rebuilt", "[tree]") {
     const Folder folder;
     const SphereTree good = get(folder.path).first;
     const fs::path file = folder.files().front();
@@ -105,7 +105,7 @@ TEST_CASE("tree cache: a cut, lengthened, empty or foreign entry is rebuilt", "[
     write(file, bytes + "x");
     CHECK(get(folder.path).second);
 
-    // Sound in itself, but of another tree.
+    // A valid entry, but of another tree.
     cachedSphereTree(kMesh, {.leaves = 8}, folder.path);
     for (const fs::path& other : folder.files())
         if (other != file) fs::copy_file(other, file, fs::copy_options::overwrite_existing);
@@ -114,7 +114,7 @@ TEST_CASE("tree cache: a cut, lengthened, empty or foreign entry is rebuilt", "[
     CHECK(same(tree, good));
 }
 
-TEST_CASE("tree cache: a folder that cannot be written means no cache", "[tree]") {
+TEST_CASE("tree cache: without a writable folder trees are built without a cache", "[tree]") {
     const Folder folder;
     write(folder.path / "file", "not a folder");
     for (int i = 0; i < 2; ++i) {
@@ -122,7 +122,7 @@ TEST_CASE("tree cache: a folder that cannot be written means no cache", "[tree]"
         CHECK(built);
         CHECK(tree.certificate.covered);
     }
-    // A folder where the entry should be.
+    // A folder at the path of the entry.
     const fs::path file = [&] {
         get(folder.path / "a");
         return fs::directory_iterator(folder.path / "a")->path().filename();
@@ -131,7 +131,7 @@ TEST_CASE("tree cache: a folder that cannot be written means no cache", "[tree]"
     CHECK(get(folder.path / "b").first.certificate.covered);
 }
 
-TEST_CASE("tree cache: writers at the same time leave one sound entry and nothing else", "[tree][thread]") {
+TEST_CASE("tree cache: simultaneous writers leave one valid entry and nothing else", "[tree][thread]") {
     const Folder folder;
     const SphereTree good = get(folder.path / "reference").first;
     const fs::path shared = folder.path / "shared";
@@ -155,7 +155,7 @@ TEST_CASE("tree cache: writers at the same time leave one sound entry and nothin
     CHECK_FALSE(get(shared).second);
 }
 
-TEST_CASE("tree cache: the key follows mesh and options", "[tree]") {
+TEST_CASE("tree cache: the key depends on mesh and options", "[tree]") {
     std::set<std::uint64_t> keys{treeKey(kMesh, kOptions)};
     TriangleMesh nudged = kMesh, turned = kMesh, fewer = kMesh;
     nudged.vertices[3].y() = std::nextafter(nudged.vertices[3].y(), 1e9);

@@ -18,7 +18,7 @@ namespace {
 const CheckOptions kQuick{.samples = 20000, .poses = 4, .seed = 1};
 const std::function<void(double)> kSilent = [](double) {};
 
-/// A root around leaves that are given.
+/// A root around the given leaves.
 SphereHierarchy flat(const std::vector<Sphere>& leaves) {
     SphereHierarchy h;
     h.branching = static_cast<int>(leaves.size());
@@ -55,7 +55,7 @@ double outOfCube(const Vec3& p, double half, Vec3& normal) {
     return (p - on).norm();
 }
 
-TEST_CASE("tree check: leaves that lie on each other by the thousand are refused, few are not", "[tree]") {
+TEST_CASE("tree check: thousands of coincident leaves are refused, a few are accepted", "[tree]") {
     const std::vector<Sphere> same(100000, Sphere{0.5f, 0.5f, 0, 1}), few(100, same[0]);
     CHECK_THROWS_WITH(measureTree(flat(same), squareMesh(1), kQuick), Catch::Contains("100000 leaves overlap"));
     CHECK(measureTree(flat(few), squareMesh(1), {.samples = 1000, .poses = 0}).coverageProven);
@@ -66,7 +66,7 @@ TEST_CASE("tree check: leaves that lie on each other by the thousand are refused
 }
 
 TEST_CASE("tree check: one sphere around a cube", "[tree]") {
-    // Half side 1. The sphere passes just outside the corners, sqrt(3) from the middle.
+    // Half side 1. The sphere passes just outside the corners, sqrt(3) from the center.
     const double r = std::sqrt(3.0) + 1e-6;
     const TriangleMesh cube = test::boxMesh(Vec3(2, 2, 2), Vec3(-1, -1, -1));
     const TreeMetrics m = measureTree(flat({{0, 0, 0, float(r)}}), cube, {.samples = 100000, .poses = 2});
@@ -76,13 +76,13 @@ TEST_CASE("tree check: one sphere around a cube", "[tree]") {
     CHECK(m.coverageProven);
     CHECK(m.uncoveredShare == 0);
     CHECK(m.largestGap == 0);
-    // Farthest above the middle of a side.
+    // The largest distance is above the center of a side.
     CHECK(m.protrusionMax == Approx(r - 1).epsilon(1e-6));
     CHECK(m.protrusionCertified == Approx(r - 1).epsilon(1e-6));
     CHECK(m.hausdorffToSurface == Approx(r - 1).epsilon(1e-6));
     CHECK(m.hausdorffToTree == Approx(r - 1).epsilon(1e-3));  // sampled: 1e5 points on 24 square mm lie 0.01 apart
     CHECK(m.volumeRatio == Approx(4 * M_PI / 3 * r * r * r / 8).epsilon(2e-3));  // random points: 3e-3
-    // By random points of the sphere and the cube's own distance.
+    // Reference: random points of the sphere and their exact distance from the cube.
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
     double squares = 0, angles = 0;
@@ -94,9 +94,8 @@ TEST_CASE("tree check: one sphere around a cube", "[tree]") {
         squares += d * d;
         angles += std::acos(u.dot(side));
     }
-    CHECK(m.protrusionRms == Approx(std::sqrt(squares / kPoints)).epsilon(5e-3));  // the reference's own error: 1/447
-    CHECK(m.normalErrorMean ==
-          Approx(angles / kPoints).epsilon(2e-2));  // beyond an edge either side may be the nearest
+    CHECK(m.protrusionRms == Approx(std::sqrt(squares / kPoints)).epsilon(5e-3));  // error of the reference: 1/447
+    CHECK(m.normalErrorMean == Approx(angles / kPoints).epsilon(2e-2));  // beyond an edge either side may be nearest
     CHECK(m.leavesOutside == 0);
     CHECK(m.poses == 2);
     CHECK(m.pairsPerPose == 1);
@@ -118,17 +117,17 @@ TEST_CASE("tree check: a leaf pushed outward raises the protrusion by the push",
     }
 }
 
-TEST_CASE("tree check: a planted gap is seen with its size", "[tree]") {
+TEST_CASE("tree check: finds a planted gap and its size", "[tree]") {
     const TriangleMesh square = squareMesh(10);
     const TreeMetrics whole = measureTree(flat(gridLeaves(10, 0.75f)), square, kQuick);
     CHECK(whole.coverageProven);
     CHECK(whole.uncoveredShare == 0);
     CHECK(std::isnan(whole.volumeRatio));
-    CHECK(whole.protrusionCertified == Approx(0.75).epsilon(1e-14));  // a sheet: every centre lies on it
+    CHECK(whole.protrusionCertified == Approx(0.75).epsilon(1e-14));  // a sheet: every center lies on it
 
     const TreeMetrics m = measureTree(flat(gridLeaves(10, 0.75f, 4, 6)), square, kQuick);
     CHECK_FALSE(m.coverageProven);
-    CHECK(m.largestGap == Approx(0.25).epsilon(2e-3));  // the hole's middle is 1 away from its neighbors' centres
+    CHECK(m.largestGap == Approx(0.25).epsilon(2e-3));  // the center of the hole is 1 away from its neighbors' centers
     int bare = 0;
     constexpr int kGrid = 1000;
     for (int i = 0; i < kGrid; ++i)
@@ -139,7 +138,7 @@ TEST_CASE("tree check: a planted gap is seen with its size", "[tree]") {
     CHECK(m.uncoveredShare == Approx(0.01 * bare / kGrid / kGrid).epsilon(5e-3));  // pieces of 2e-4 of the diagonal
 }
 
-TEST_CASE("tree check: gaps of any size are refused, and only gaps", "[tree]") {
+TEST_CASE("tree check: refuses gaps of any size, and nothing else", "[tree]") {
     const TriangleMesh square = squareMesh(10);
     const auto refuted = [&](const std::vector<Sphere>& leaves) {
         TreeCertificate claimed;
@@ -152,22 +151,22 @@ TEST_CASE("tree check: gaps of any size are refused, and only gaps", "[tree]") {
     const std::string hole = refuted(gridLeaves(10, 0.75f, 4, 6));
     CHECK(hole.find("lies in no leaf") != hole.npos);
     CHECK(hole.find("mm") != hole.npos);
-    // Four spheres meet at the middles of the grid's squares, sqrt(1/2) away.
+    // Four spheres meet at the centers of the grid's squares, sqrt(1/2) away.
     const double reach = std::sqrt(0.5);
     for (const double spare : {1e-1, 1e-3, 1e-6}) CHECK(refuted(gridLeaves(10, float(reach + spare))).empty());
     for (const double gap : {1e-1, 1e-3, 1e-6}) CHECK_FALSE(refuted(gridLeaves(10, float(reach - gap))).empty());
-    // Leaves off the sheet cover a little less of it.
+    // Leaves beside the sheet cover slightly less of it.
     auto lifted = gridLeaves(10, float(reach + 1e-3));
     for (Sphere& s : lifted) s.z = 0.05f;
     CHECK_FALSE(refuted(lifted).empty());
-    // What is not claimed is not refuted.
+    // A claim that is not made is not refuted.
     TreeCertificate modest;
     modest.protrusion = 1;
     modest.diagonal = 10 * std::sqrt(2.0);
     CHECK(refuteCertificate(makeSphereTree(gridLeaves(10, 0.75f, 4, 6), modest), square).empty());
 }
 
-TEST_CASE("tree check: every claim of a certificate is held against the tree", "[tree]") {
+TEST_CASE("tree check: every claim of a certificate is compared with the tree", "[tree]") {
     const TriangleMesh blob = test::blobMesh(20);
     const SphereTree good = buildSphereTree(blob, {.leaves = 100});
     REQUIRE(refuteCertificate(good, blob).empty());
@@ -190,7 +189,7 @@ TEST_CASE("tree check: every claim of a certificate is held against the tree", "
     says([](SphereTree& t) { t.levels[1].lo[1][2] += 1; }, "sticks out");
     says([](SphereTree& t) { t.levels[2].round[0] *= 2.0f; }, "sticks out");
     says([](SphereTree& t) { t.levels[0].r[50] = NAN; }, "sticks out");
-    // Every leaf is needed: without any one of them the surface is bare somewhere.
+    // Every leaf is necessary: without any one of them the surface is bare somewhere.
     std::vector<Sphere> fewer;
     for (int i = 0; i < good.leafCount(); ++i)
         if (i != 42) fewer.push_back(good.leaf(i));
@@ -205,7 +204,7 @@ TEST_CASE("tree check: every claim of a certificate is held against the tree", "
     CHECK(refuteCertificate(tree, open).find("bound a volume") != std::string::npos);
 }
 
-TEST_CASE("tree check: a shrunk parent lets leaves out and loses pairs", "[tree]") {
+TEST_CASE("tree check: a shrunken parent does not contain its leaves, and walks miss pairs", "[tree]") {
     const TriangleMesh blob = test::blobMesh(20);
     const SphereTree tree = buildSphereTree(blob, {.leaves = 100});
     SphereHierarchy h = hierarchyOf(tree);
@@ -218,7 +217,7 @@ TEST_CASE("tree check: a shrunk parent lets leaves out and loses pairs", "[tree]
     CHECK(sound.pressedPairsMissed == 0);
     CHECK(sound.pressedPairsPerPose > sound.pairsPerPose);
 
-    // One bucket becomes a point: all its leaves stick out, by the distance to their far ends.
+    // One bucket becomes a point: all its leaves protrude, by the distance to their far ends.
     SphereNode& bucket = h.nodes[h.nodes[1].firstChild];
     double far = 0;
     for (int k = 0; k < bucket.children; ++k) {
@@ -239,7 +238,7 @@ TEST_CASE("tree check: a shrunk parent lets leaves out and loses pairs", "[tree]
     CHECK(static_cast<double>(all.pairsMissed) <= all.pairsPerPose * all.poses);
 }
 
-TEST_CASE("tree check: the walls of a hollow are no outside", "[tree]") {
+TEST_CASE("tree check: the walls of a hollow do not count as outside", "[tree]") {
     // A box of 10 under a crust of balls about its surface points: the hollow inside starts 1.2 below the surface.
     const TriangleMesh box = test::boxMesh(Vec3(10, 10, 10));
     std::vector<Sphere> crust;
@@ -251,11 +250,12 @@ TEST_CASE("tree check: the walls of a hollow are no outside", "[tree]") {
     CHECK(m.coverageProven);
     CHECK(m.protrusionMax == Approx(1.2).epsilon(1e-6));
     CHECK(m.hausdorffToSurface == Approx(1.2).epsilon(1e-6));
-    // Above the middle of four balls the outside is sqrt(1.2^2 - 1/2) away; its least height bounds the RMS from below.
+    // Above the center of four balls the outside is sqrt(1.2^2 - 1/2) away; this smallest height bounds the RMS from
+    // below.
     CHECK(m.protrusionRms > std::sqrt(1.2 * 1.2 - 0.5));
     CHECK(m.protrusionRms < 1.2);
     CHECK(m.volumeRatio < 12.4 * 12.4 * 12.4 / 1000);
-    // The largest ball in the middle reaches the balls on the sides: 5 - 1.2.
+    // The largest ball in the center reaches the balls on the sides: 5 - 1.2.
     CHECK(m.hollow == Approx(3.8).margin(0.005 * m.diagonal));
     TreeCertificate claimed;
     claimed.protrusion = 1.3;
@@ -272,31 +272,31 @@ TEST_CASE("tree check: the walls of a hollow are no outside", "[tree]") {
     }
     const auto filled = [&] {
         auto all = crust;
-        all.push_back({5, 5, 5, 6.9f});  // all the way to the corners of the hollow, 3.8·sqrt(3) away
+        all.push_back({5, 5, 5, 6.9f});  // reaches the corners of the hollow, 3.8·sqrt(3) away
         claimed.protrusion = 2;
         claimed.hollow = 0;
         return makeSphereTree(all, claimed);
     }();
     CHECK(refuteCertificate(filled, box).empty());
-    // Broken open, the hollow's floor belongs to it: the nearest surface there is bare.
+    // With an opening, the floor of the hollow belongs to the outside: the nearest surface there is bare.
     std::erase_if(crust, [](const Sphere& s) { return s.x == 10 && std::abs(s.y - 5) < 3 && std::abs(s.z - 5) < 3; });
     CHECK_FALSE(measureTree(flat(crust), box, kQuick).coverageProven);
 }
 
-TEST_CASE("tree check: the distance to the outside is that to the creases between leaves", "[tree]") {
-    // Two unit balls 0.8 off a crumb at the origin: their circle of intersection has radius 0.6.
-    constexpr double kCrumb = 0.01;
-    const TriangleMesh crumb = test::boxMesh(Vec3::Constant(kCrumb), Vec3::Constant(-0.5 * kCrumb));
+TEST_CASE("tree check: the distance to the outside includes the creases between leaves", "[tree]") {
+    // Two unit balls, 0.8 from a tiny part at the origin: their circle of intersection has radius 0.6.
+    constexpr double kPartSize = 0.01;
+    const TriangleMesh crumb = test::boxMesh(Vec3::Constant(kPartSize), Vec3::Constant(-0.5 * kPartSize));
     const TreeMetrics m = measureTree(flat({{-0.8f, 0, 0, 1}, {0.8f, 0, 0, 1}}), crumb, kQuick);
     CHECK(m.coverageProven);
-    // Farthest from the circle is the middle of the sides that look along the axis. The search comes within 2 %.
-    CHECK(m.hausdorffToTree >= std::hypot(0.6, 0.5 * kCrumb) - 1e-5);
+    // The centers of the sides normal to the axis are furthest from the circle. The search comes within 2 %.
+    CHECK(m.hausdorffToTree >= std::hypot(0.6, 0.5 * kPartSize) - 1e-5);
     CHECK(m.hausdorffToTree < 0.612);
-    CHECK(m.hausdorffToSurface == Approx(1.8).margin(kCrumb));
-    CHECK(m.protrusionMax == Approx(1.8).margin(kCrumb));
+    CHECK(m.hausdorffToSurface == Approx(1.8).margin(kPartSize));
+    CHECK(m.protrusionMax == Approx(1.8).margin(kPartSize));
 }
 
-TEST_CASE("tree check: progress rises to one, and ends the check when it says so", "[tree]") {
+TEST_CASE("tree check: progress rises to one, and its callback can cancel the check", "[tree]") {
     const TriangleMesh blob = test::blobMesh(20);
     const SphereTree tree = buildSphereTree(blob, {.leaves = 60});
     double before = 0;
@@ -321,7 +321,7 @@ TEST_CASE("tree check: progress rises to one, and ends the check when it says so
     CHECK_THROWS_AS(refuteCertificate(tree, line), std::invalid_argument);
 }
 
-TEST_CASE("tree check: the same tree has the same figures", "[tree]") {
+TEST_CASE("tree check: the same tree gives the same figures", "[tree]") {
     const TriangleMesh blob = test::blobMesh(20);
     const SphereTree tree = buildSphereTree(blob, {.leaves = 60});
     const TreeMetrics a = measureTree(tree, blob, kQuick), b = measureTree(tree, blob, kQuick);
@@ -332,16 +332,16 @@ TEST_CASE("tree check: the same tree has the same figures", "[tree]") {
     CHECK(a.normalErrorMean == b.normalErrorMean);
     CHECK(a.testsPerPose == b.testsPerPose);
     CHECK(a.walkUs > 0);
-    // Another seed draws other samples and poses, and agrees.
+    // Another random seed gives other samples and poses, and similar figures.
     CheckOptions other = kQuick;
     other.seed = 2;
     const TreeMetrics c = measureTree(tree, blob, other);
     CHECK(c.protrusionRms != a.protrusionRms);
-    CHECK(c.protrusionRms == Approx(a.protrusionRms).epsilon(0.02));  // about 1/sqrt(20,000), three times over
+    CHECK(c.protrusionRms == Approx(a.protrusionRms).epsilon(0.02));  // three times 1/sqrt(20,000)
     CHECK(c.volumeRatio == Approx(a.volumeRatio).epsilon(0.02));
 }
 
-TEST_CASE("leaf union: outside areas are those of spheres cut by spheres", "[tree]") {
+TEST_CASE("leaf union: outside areas are those of intersecting spheres", "[tree]") {
     const auto areaOf = [](const LeafUnion& u) {
         double sum = 0;
         for (const OutsidePatch& p : u.outside(20000, 5, kSilent)) {
@@ -351,14 +351,14 @@ TEST_CASE("leaf union: outside areas are those of spheres cut by spheres", "[tre
         return sum;
     };
     CHECK(areaOf(LeafUnion({{Vec3(1, 2, 3), 2}})) == Approx(16 * M_PI));
-    // Equal balls count once; one inside another not at all; one of no radius holds nothing.
+    // Equal balls count once; a ball inside another and a ball of zero radius do not count.
     CHECK(areaOf(LeafUnion({{Vec3(1, 2, 3), 2}, {Vec3(1, 2, 3), 2}, {Vec3(1, 2, 3.5), 1}, {Vec3(9, 9, 9), -1}})) ==
           Approx(16 * M_PI));
-    // Two unit balls 1 apart lose a cap of height 1/2 each. Patches on the rim are taken whole or not at all.
+    // Two unit balls 1 apart lose a cap of height 1/2 each. Patches on the rim count completely or not at all.
     CHECK(areaOf(LeafUnion({{Vec3(0, 0, 0), 1}, {Vec3(1, 0, 0), 1}})) == Approx(2 * 2 * M_PI * 1.5).epsilon(1e-3));
 }
 
-TEST_CASE("leaf union: points lie in it and off it as among all leaves", "[tree]") {
+TEST_CASE("leaf union: point queries agree with a test of all leaves", "[tree]") {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(-1, 1);
     const auto point = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
@@ -411,7 +411,7 @@ TEST_CASE("touching poses: the last contact is the latest of all leaf pairs", "[
     CHECK(lastContact(ball, ball, {Vec3(0, 0, 0)}, Vec3::UnitY()) == 2);
 }
 
-/// Every pair of leaves with a gap of at most `margin`, by testing all of them.
+/// Every pair of leaves with a gap of at most `margin`, by testing all pairs.
 std::vector<std::pair<int, int>> brutePairs(const SphereTree& a, const SphereTree& b, const Pose& X, double margin) {
     std::vector<std::pair<int, int>> out;
     for (int i = 0; i < a.leafCount(); ++i) {
@@ -456,7 +456,7 @@ TEST_CASE("trees of random meshes: certificates hold and walks find exactly the 
         CHECK(m.uncoveredShare == 0);
         CHECK(m.protrusionMax <= m.protrusionCertified * (1 + 1e-12));
         CHECK(m.protrusionCertified <= claimed.protrusion);
-        CHECK(m.protrusionMax > 0.8 * claimed.protrusion);  // the bound is no more than it has to be
+        CHECK(m.protrusionMax > 0.8 * claimed.protrusion);  // the bound is tight
         CHECK(m.leavesOutside == 0);
         CHECK(m.poses == 6);
         CHECK(m.pairsPerPose >= 1);

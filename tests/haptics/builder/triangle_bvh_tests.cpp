@@ -14,7 +14,7 @@ Vec3 randomPoint(std::mt19937& random, double reach) {
     return {uniform(random), uniform(random), uniform(random)};
 }
 
-// Rounding of a distance in a body of size 10; the test's brute force errs as much.
+// Rounding of a distance in a body of size 10; brute force has the same error.
 constexpr double kRounding = 1e-11;
 
 TEST_CASE("triangle tree: the closest point is that of brute force", "[tree]") {
@@ -32,7 +32,7 @@ TEST_CASE("triangle tree: the closest point is that of brute force", "[tree]") {
         CHECK(hit.distance == Approx(expected).margin(kRounding));
         CHECK((hit.point - p).norm() == Approx(hit.distance).margin(kRounding));
         CHECK(test::bruteDistance(hit.point, triangles[hit.triangle]) < kRounding);
-        // A bound just above keeps the answer, one just below leaves none.
+        // A bound just above keeps the answer, a bound just below excludes it.
         CHECK(tree.closest(p, 1.001 * expected).distance == hit.distance);
         CHECK(tree.closest(p, 0.999 * expected).triangle == -1);
     }
@@ -49,14 +49,14 @@ TEST_CASE("triangle tree: needles and points are measured to their sides", "[tre
     CHECK(TriangleBvh({triangles[1]}).closest(Vec3(4, 0, 2)).distance == Approx(2));
 }
 
-TEST_CASE("triangle tree: an empty one has no closest point and winds around nothing", "[tree]") {
+TEST_CASE("triangle tree: an empty tree has no closest point, and its winding number is zero", "[tree]") {
     const TriangleBvh tree(std::vector<Triangle>{});
     CHECK(tree.empty());
     CHECK(tree.closest(Vec3(1, 2, 3)).triangle == -1);
     CHECK(tree.windingNumber(Vec3(1, 2, 3)) == 0);
 }
 
-TEST_CASE("triangle tree: the front is the side seen counter-clockwise", "[tree]") {
+TEST_CASE("triangle tree: the front is the side with counter-clockwise vertices", "[tree]") {
     const TriangleBvh tree({{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}});
     CHECK(tree.closest(Vec3(0.2, 0.2, 1)).front);
     CHECK_FALSE(tree.closest(Vec3(0.2, 0.2, -1)).front);
@@ -72,14 +72,15 @@ TEST_CASE("triangle tree: the winding number is that of the sum of all solid ang
         const Vec3 p = randomPoint(random, 14);
         const double exact = test::bruteWinding(p, torus);
         const double inside = std::hypot(std::hypot(p.x(), p.y()) - 10, p.z());
-        // The facets lie up to 0.07 inside the torus.
+        // The facets are up to 0.07 inside the torus.
         if (inside < 2.9) CHECK(exact == Approx(1).margin(1e-9));
         if (inside > 3.0) CHECK(exact == Approx(0).margin(1e-9));
-        CHECK(std::abs(tree.windingNumber(p) - exact) < 0.05);  // dipoles; a tenth of what decides
+        CHECK(std::abs(tree.windingNumber(p) - exact) <
+              0.05);  // error of the dipoles: a tenth of the deciding threshold
     }
 }
 
-TEST_CASE("triangle tree: a box query names every triangle whose box meets it", "[tree]") {
+TEST_CASE("triangle tree: a box query returns every triangle whose box overlaps it", "[tree]") {
     const std::vector<Triangle> soup = test::trianglesOf(test::soupMesh(200, 2, 11));
     const TriangleBvh tree(soup);
     std::mt19937 random(5);
@@ -95,7 +96,7 @@ TEST_CASE("triangle tree: a box query names every triangle whose box meets it", 
             if ((own.lo.array() <= box.hi.array()).all() && (own.hi.array() >= box.lo.array()).all())
                 expected.insert(t);
         }
-        // Whole buckets are named, so there may be more.
+        // The query returns whole buckets, so there may be more.
         CHECK(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));
     }
 }

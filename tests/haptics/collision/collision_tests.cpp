@@ -1,4 +1,4 @@
-// Walk, neighbor list and clearance against brute force over all leaf pairs.
+// Compares walk, neighbor list and clearance with brute force over all leaf pairs.
 #include <catch2/catch.hpp>
 #include <map>
 #include <random>
@@ -60,7 +60,7 @@ TEST_CASE("sphere tree: every block contains its leaves and no leaf is lost", "[
             for (int i = 0; i < leaves; ++i) {
                 const Sphere leaf = tree.leaf(i), block = tree.block(int(k), i / blockSize);
                 REQUIRE((leaf.center() - block.center()).norm() + leaf.r <= block.r);
-                // A ball is a smaller one grown by the box's rounding.
+                // A ball is a smaller ball grown by the rounding radius of the box.
                 const double round = tree.levels[k].round[i / blockSize], rest = leaf.r - round;
                 REQUIRE(rest >= 0);
                 for (int d = 0; d < 3; ++d) {
@@ -72,7 +72,7 @@ TEST_CASE("sphere tree: every block contains its leaves and no leaf is lost", "[
     }
 }
 
-TEST_CASE("sphere tree: leaves on a grid, all of them in ties, are ordered without a loss", "[tree]") {
+TEST_CASE("sphere tree: leaves on a grid, where all coordinates tie, are ordered and none is lost", "[tree]") {
     std::vector<Sphere> grid;
     for (int i = 0; i < 30000; ++i) grid.push_back({float(i % 31), float(i / 31 % 31), float(i / 961), 0.7f});
     const SphereTree tree = makeSphereTree(grid);
@@ -83,7 +83,7 @@ TEST_CASE("sphere tree: leaves on a grid, all of them in ties, are ordered witho
 
 TEST_CASE("sphere tree: 4,096 leaves make 4,681 nodes", "[tree]") { REQUIRE(bumpyBall(4096, 1).nodeCount() == 4681); }
 
-TEST_CASE("neighbor list: rows are the pairs of brute force, in order of identity, whatever the list's age",
+TEST_CASE("neighbor list: rows are the pairs of brute force, in order of identity, at any age of the list",
           "[collision]") {
     const unsigned seed = GENERATE(1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u);
     CAPTURE(seed);
@@ -96,7 +96,7 @@ TEST_CASE("neighbor list: rows are the pairs of brute force, in order of identit
     for (int pose = 0; pose < 12; ++pose) {
         const Pose built = randomPose(random, 35);
         REQUIRE(list.complete({built, 0.5}, 1.5));
-        // Asked at the pose of the walk and after the list has aged by up to 1.5 mm of travel.
+        // Query at the pose of the walk and after up to 1.5 mm of travel.
         for (const double aged : {0.0, 0.7, 1.5}) {
             const Pose nudge{0.5 * aged * Vec3(0.6, 0, -0.8),
                              expRotation(0.49 * aged / std::max(reach, 1e-3) * Vec3(0, 1, 0))};
@@ -128,8 +128,8 @@ TEST_CASE("neighbor list: a row predicts how its gap changes under a small incre
     REQUIRE(list.appendRows(X_OT, X_WO.R(), 5, rows));
     REQUIRE(rows.size() > 10);
 
-    // δp of C and δθ about C, on world axes. Second order is |δ|²/2D, with centres D >= 2 mm apart: 1e-10 for |δ| ~
-    // 2e-5.
+    // δp of C and δθ about C, on world axes. The second-order term is |δ|²/2D for centers D >= 2 mm apart: 1e-10 for
+    // |δ| ~ 2e-5.
     Vec6 x;
     x << 1e-5, -2e-5, 1.5e-5, 3e-7, -2e-7, 4e-7;
     const Pose X_WT = X_WO * X_OT;
@@ -146,7 +146,7 @@ TEST_CASE("neighbor list: a row predicts how its gap changes under a small incre
     }
 }
 
-TEST_CASE("neighbor list: when rows are too many, the least gap of each tool leaf is kept and all pairs are counted",
+TEST_CASE("neighbor list: with too many rows, each tool leaf keeps its smallest gap and all pairs are counted",
           "[collision]") {
     const SphereTree tool = bumpyBall(200, 5), obstacle = bumpyBall(200, 6);
     NeighborList list(tool, obstacle, 0);
@@ -170,9 +170,8 @@ TEST_CASE("neighbor list: when rows are too many, the least gap of each tool lea
     for (const auto& [leaf, gapAndId] : least) REQUIRE(rows.id(i++) == gapAndId.second);
 }
 
-TEST_CASE(
-    "pair finder: entries of a course hold every pair that is near on it, and how far a tool is off it is bounded",
-    "[collision]") {
+TEST_CASE("pair finder: entries of a course hold every pair near it, and the distance of the tool from it is bounded",
+          "[collision]") {
     std::mt19937 random(22);
     std::uniform_real_distribution<double> uniform(-1, 1);
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
@@ -196,7 +195,7 @@ TEST_CASE(
         finder.narrow(all, {first, margin}, narrow);
         for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
             const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
-            // The bound holds for each leaf, whose way is straight.
+            // The bound holds for each leaf, because each leaf moves in a straight line.
             const double bound = deviation(course, X, LeafExtent(tool));
             const Mat3 R = course.X_OT.R();
             for (int t = 0; t < tool.leafCount(); ++t) {
@@ -220,8 +219,7 @@ TEST_CASE(
     REQUIRE(pairs > 1000);
 }
 
-TEST_CASE("pair finder: entries hold every pair of a coverage that lies in their own, however it curves",
-          "[collision]") {
+TEST_CASE("pair finder: entries hold every pair of any coverage inside their own, also along curves", "[collision]") {
     std::mt19937 random(23);
     std::uniform_real_distribution<double> uniform(0, 1);
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
@@ -265,21 +263,21 @@ TEST_CASE("pair finder: entries hold every pair of a coverage that lies in their
     REQUIRE(curved > 100);
 }
 
-TEST_CASE("neighbor list: the rows that an increment crosses are those of brute force, but for the known ones",
+TEST_CASE("neighbor list: the rows that an increment violates are those of brute force without the known ones",
           "[collision]") {
     std::mt19937 random(21);
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
     NeighborList list(tool, obstacle, 0);
     RowSet all(1 << 15), near(1 << 15), crossed(1 << 15);
-    // Also for the answer of an elastic solve, that gives way by the slack, and for one that deepens nothing.
+    // Also for the answer of an elastic solve, whose rows are softened by the slack, and for one that deepens nothing.
     Crossing by;
     by.stiffness << 1, 1, 1, 1000, 1000, 1000;
     by.slack = GENERATE(0.0, 0.7);
     by.share = GENERATE(0.0, 0.3, 1.0);
-    // With a list of all pairs, or one of those that the way may cross.
+    // With a list of all pairs, or of those that the path may violate.
     const bool onWay = GENERATE(false, true);
     const double nearest_mm = onWay ? 0 : 1;
-    // With all pairs up to that given, or the nearest of each tool leaf alone.
+    // With all pairs up to that margin as known rows, or only the nearest pair of each tool leaf.
     const bool nearest = GENERATE(false, true);
     int found = 0;
     for (int pose = 0; pose < (onWay ? 400 : 40); ++pose) {
@@ -305,7 +303,7 @@ TEST_CASE("neighbor list: the rows that an increment crosses are those of brute 
             list.forget();
             REQUIRE(list.complete(asked, 0.1));
         }
-        // Each call adds the most crossed ones of those that are left.
+        // Each call adds the most violated ones of the remaining rows.
         const auto left = [&](const RowSet& rows, int i) {
             const double g = std::max(rows.gap()[i], by.share * rows.gap()[i]);
             const double length = rows.row(i).cwiseQuotient(by.stiffness.cwiseSqrt()).norm();
@@ -331,7 +329,7 @@ TEST_CASE("neighbor list: the rows that an increment crosses are those of brute 
         int at = 0;
         for (int i = 0; i < all.size(); ++i) {
             const double s = left(all, i);
-            if (std::abs(s) < 1e-9) continue;  // on the plane: either way
+            if (std::abs(s) < 1e-9) continue;  // on the plane: either answer is right
             const bool expected = given.find(all.id(i)) >= 0 || s < 0;
             REQUIRE((near.find(all.id(i)) >= 0) == expected);
             if (!expected) continue;
@@ -340,10 +338,10 @@ TEST_CASE("neighbor list: the rows that an increment crosses are those of brute 
             REQUIRE(near.gap()[at++] == all.gap()[i]);
         }
     }
-    REQUIRE(found > 50);  // the test would be empty otherwise
+    REQUIRE(found > 50);  // otherwise the test checks nothing
 }
 
-TEST_CASE("neighbor list: points have rows like spheres, also for a step of no length", "[collision]") {
+TEST_CASE("neighbor list: points have rows like spheres, also for a step of zero length", "[collision]") {
     const SphereTree point = makeSphereTree({{0, 0, 0, 0}});
     NeighborList list(point, point, 0);
     const Pose X{Vec3(1, 0, 0), Quat::Identity()};
@@ -358,8 +356,8 @@ TEST_CASE("neighbor list: points have rows like spheres, also for a step of no l
     }
 }
 
-TEST_CASE("neighbor list: re-measuring sees a pair that got deeper and tolerates one that did not", "[collision]") {
-    // Two unit spheres; the tool's centre at x = 2 touches.
+TEST_CASE("neighbor list: re-measuring detects a pair that got deeper and accepts one that did not", "[collision]") {
+    // Two unit spheres; they touch when the tool's center is at x = 2.
     const SphereTree one = makeSphereTree({{0, 0, 0, 1}});
     NeighborList list(one, one, 0);
     const auto at = [](double x) { return Pose{Vec3(x, 0, 0), Quat::Identity()}; };
@@ -375,7 +373,7 @@ TEST_CASE("neighbor list: re-measuring sees a pair that got deeper and tolerates
     REQUIRE_FALSE(list.isDeeper(at(1.9), at(1.95), overlap, 0.5e-3));
 }
 
-TEST_CASE("neighbor list: re-measuring by the rows of a step sees what re-measuring all pairs sees", "[collision]") {
+TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re-measuring all pairs", "[collision]") {
     const unsigned seed = GENERATE(31u, 32u, 33u);
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -397,11 +395,11 @@ TEST_CASE("neighbor list: re-measuring by the rows of a step sees what re-measur
                 nearest = std::min(nearest, (X * tool.leaf(i).center() - obstacle.leaf(j).center()).norm());
         RowSet none(1 << 15), crossed(1 << 15);
         REQUIRE(list.complete({X, 4}, 0.5));
-        // Of a long way all pairs within the margin are rows, and the tool goes no further than that.
+        // On a long path all pairs within the margin are rows, and the tool moves no further than the margin.
         constexpr double kShare = 0.4;
         REQUIRE(list.appendCrossed(X, Mat3::Identity(), kShare * length, by, none, crossed));
         REQUIRE(all.complete({X, 4}, 0.5));
-        // Nothing is near there: only the rows can tell.
+        // Nothing is near there, so only the rows can detect the overlap.
         if (nearest > length) REQUIRE(list.complete({away, 4}, 0.5));
         byRows += nearest > length;
         for (const double share : {kShare, 0.1, 0.01}) {
@@ -418,7 +416,7 @@ TEST_CASE("neighbor list: re-measuring by the rows of a step sees what re-measur
     REQUIRE(overlaps > 20);
     REQUIRE(byRows > 50);
 
-    // A leaf near a large sphere enters it by the bend of its arc, of which its row says nothing.
+    // A leaf near a large sphere penetrates it by the curvature of its arc, which its row does not contain.
     const SphereTree pair = makeSphereTree({{5, 0, 0, 0.1f}, {-5, 0, 0, 0.1f}}),
                      large = makeSphereTree({{-15.101f, 0, 0, 20}});
     NeighborList bent(pair, large, 0);
@@ -433,7 +431,7 @@ TEST_CASE("neighbor list: re-measuring by the rows of a step sees what re-measur
     REQUIRE(bent.remeasure(turn.X_OT, after, 0.5e-3).deeper());
 }
 
-TEST_CASE("clearance: the least gap of brute force", "[collision]") {
+TEST_CASE("clearance: equals the smallest gap of brute force", "[collision]") {
     const unsigned seed = GENERATE(21u, 22u, 23u, 24u);
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -451,14 +449,14 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
         REQUIRE(leastGap(tool, obstacle, X, least - 1) == least - 1);
         REQUIRE(anyWithin(tool, obstacle, X, least + 1e-9));
         REQUIRE_FALSE(anyWithin(tool, obstacle, X, least - 1e-9));
-        // A list says the same where it is complete, whatever pose it was found for.
+        // A complete list gives the same answer, whatever pose it was found for.
         list.forget();
         REQUIRE_FALSE(list.anyWithin(X, least).has_value());
         REQUIRE(list.complete({Pose{X.p + Vec3(0.2, 0.1, 0), X.q}, std::max(least, 0.0) + 1}, 0.1));
         REQUIRE(list.anyWithin(X, least + 1e-9) == true);
         REQUIRE(list.anyWithin(X, least - 1e-9) == false);
         REQUIRE_FALSE(list.anyWithin(X, std::max(least, 0.0) + 2).has_value());
-        // A pair to begin with changes nothing, and the nearest takes its place.
+        // An initial pair changes nothing, and the nearest pair replaces it.
         LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
         REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));
         REQUIRE(pairGap(tool, obstacle, X, nearest.toolLeaf, nearest.obstacleLeaf) == Approx(least).margin(1e-11));
@@ -469,7 +467,7 @@ TEST_CASE("clearance: the least gap of brute force", "[collision]") {
     REQUIRE((overlaps > 0 && overlaps < 20));
 }
 
-TEST_CASE("free share: the first meeting of brute force", "[collision]") {
+TEST_CASE("free share: ends at the first contact of brute force", "[collision]") {
     const unsigned seed = GENERATE(31u, 32u, 33u, 34u);
     CAPTURE(seed);
     std::mt19937 random(seed);
@@ -483,7 +481,7 @@ TEST_CASE("free share: the first meeting of brute force", "[collision]") {
     int met = 0, inside = 0, missed = 0;
     for (int pose = 0; pose < 60; ++pose) {
         const Course way{randomPose(random, 60), vector(80), pose % 2 ? vector(0.2) : Vec3(Vec3::Zero())};
-        // Every pair by small steps: what is less than both zero and its gap at the start.
+        // Test every pair in small steps: contact is a gap below both zero and its value at the start.
         const auto deepest = [&](double share) {
             const Pose X = way.times(share).end(tool.center());
             double least = 1e30;
@@ -499,7 +497,7 @@ TEST_CASE("free share: the first meeting of brute force", "[collision]") {
         met += share > 1e-6 && share < 1;
         inside += leastGap(tool, obstacle, way.X_OT) < 0;
         missed += share == 1;
-        // No further than that: the pair that stops it is no further away than an arc may bend to either side.
+        // It ends no earlier: the pair that stops it is no further away than the curvature of an arc to either side.
         const double bend = share * reach * way.turn.squaredNorm() / 2;
         if (share < 1) REQUIRE(deepest(share) < 2 * bend + 1e-8);
         REQUIRE(freeShare(tool, obstacle, way, reach, share / 2) == share / 2);
@@ -508,7 +506,7 @@ TEST_CASE("free share: the first meeting of brute force", "[collision]") {
     REQUIRE((met >= 5 && inside >= 5 && missed >= 5));
 }
 
-TEST_CASE("free share: what touches may slide along and part, and not enter", "[collision]") {
+TEST_CASE("free share: touching bodies may slide and separate, but not penetrate", "[collision]") {
     const SphereTree ball = makeSphereTree({{0, 0, 0, 1}});
     const Pose touching{Vec3(2, 0, 0), Quat::Identity()}, inside{Vec3(1.5, 0, 0), Quat::Identity()};
     for (const Pose& X : {touching, inside}) {
@@ -517,7 +515,7 @@ TEST_CASE("free share: what touches may slide along and part, and not enter", "[
         REQUIRE(freeShare(ball, ball, {X, Vec3(-3, 0, 0), Vec3::Zero()}, 0) < 1e-8);
         REQUIRE(freeShare(ball, ball, {X, Vec3::Zero(), Vec3::Zero()}, 0) == 1);
     }
-    // Straight ahead, 10 mm of 40; fast ones do not jump over it.
+    // Straight ahead, 10 mm of 40 are free; a fast body does not jump over the obstacle.
     REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, 0) ==
             Approx(0.25));
 }

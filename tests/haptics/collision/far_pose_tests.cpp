@@ -1,5 +1,5 @@
-// Walks and searches at every finite pose: nothing beside the arrays is read, nothing that is not there is found, and
-// they end. Reads past the end show under the address sanitizer; what is found is checked in any build.
+// Walks and searches at every finite pose: they read only inside the arrays, find only leaves that exist, and end. The
+// address sanitizer detects reads past the end; every build checks the results.
 #include <catch2/catch.hpp>
 
 #include "haptics/collision/clearance.hpp"
@@ -15,7 +15,7 @@ using test::blob;
 
 namespace {
 
-/// Counts of leaves that leave lanes of every level free, and one that fills all of them.
+/// Leaf counts that leave lanes of every level empty, and one that fills all of them.
 constexpr int kLeaves[] = {1, 3, 9, 65, 130, 512, 600};
 
 struct Bodies {
@@ -43,7 +43,7 @@ struct Bodies {
 
 }  // namespace
 
-TEST_CASE("far poses: a walk meets leaves that are there, whatever the numbers", "[collision][far]") {
+TEST_CASE("far poses: a walk visits only leaves that exist, for any finite numbers", "[collision][far]") {
     const unsigned seed = GENERATE(range(1u, 25u));
     CAPTURE(seed);
     AnyNumber any(seed);
@@ -60,7 +60,7 @@ TEST_CASE("far poses: a walk meets leaves that are there, whatever the numbers",
             for (int n = 0; n < count; ++n) bodies.require(found[n]);
             entries += count;
         });
-        // No entry twice.
+        // No entry occurs twice.
         REQUIRE(entries <= std::int64_t(bodies.tool.leafCount()) * bodies.obstacle.levels[1].count);
     }
 }
@@ -98,21 +98,21 @@ TEST_CASE("far poses: the least gap is right as far as floats hold its square", 
     const Bodies bodies(any);
     for (const double far : {1e4, 1e6, 1e9, 1e12, 1e14, 1e15, 1.001e15, 1e16, 1e18}) {
         Pose X{Vec3(any.small(), any.small(), any.small()).normalized() * far, any.rotation()};
-        if (any.next() % 2) X.p = Vec3::Constant(far);  // where padding once was
+        if (any.next() % 2) X.p = Vec3::Constant(far);  // where padding used to be
         CAPTURE(X.p.transpose());
         LeafPair pair;
         const double least = leastGap(bodies.tool, bodies.obstacle, X, 1e30, &pair);
-        CHECK(least == Approx(X.p.norm()).epsilon(1e-6).margin(200));  // no body reaches further
+        CHECK(least == Approx(X.p.norm()).epsilon(1e-6).margin(200));  // no body is larger
         REQUIRE(pair.toolLeaf < bodies.tool.leafCount());
         REQUIRE(pair.obstacleLeaf < bodies.obstacle.leafCount());
         CHECK(leafGap(bodies.tool.leaf(pair.toolLeaf), bodies.obstacle.leaf(pair.obstacleLeaf), X) == least);
-        // A way that ends before the other body meets nothing.
+        // A path that ends before the other body meets nothing.
         const double reach = bodies.tool.reach();
         CHECK(freeShare(bodies.tool, bodies.obstacle, {X, -0.5 * X.p, Vec3::Zero()}, reach) == 1);
     }
 }
 
-TEST_CASE("far poses: clearance and free share end with a number that is no more than asked", "[collision][far]") {
+TEST_CASE("far poses: clearance and free share end with a number up to their limit", "[collision][far]") {
     const unsigned seed = GENERATE(range(1u, 25u));
     CAPTURE(seed);
     AnyNumber any(seed);
@@ -141,7 +141,7 @@ TEST_CASE("far poses: clearance and free share end with a number that is no more
     }
 }
 
-TEST_CASE("far poses: entries and rows are of leaves that are there", "[collision][far]") {
+TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[collision][far]") {
     const unsigned seed = GENERATE(range(1u, 25u));
     CAPTURE(seed);
     AnyNumber any(seed);

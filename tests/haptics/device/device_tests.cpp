@@ -11,7 +11,7 @@ namespace touchstone::device_tests {
 
 using Catch::Matchers::Contains;
 
-TEST_CASE("device table: each device is found by name, others are not", "[devices]") {
+TEST_CASE("device table: finds each device by name, and no other", "[devices]") {
     REQUIRE(deviceTable().size() == 7);
     for (const char* name : {"demo", "hand", "insert", "mouse", "phantom", "replay", "spacemouse"}) {
         REQUIRE(findDevice(name));
@@ -22,7 +22,7 @@ TEST_CASE("device table: each device is found by name, others are not", "[device
     CHECK(findDevice("") == nullptr);
 }
 
-TEST_CASE("devices: those that yield to the wrench say what damps them", "[devices]") {
+TEST_CASE("devices: those that the wrench moves report their damping", "[devices]") {
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {4, {}}});
     context.file = "0.1,500,2.5,3";
@@ -33,12 +33,12 @@ TEST_CASE("devices: those that yield to the wrench say what damps them", "[devic
     context.mouse = std::make_shared<MouseTarget>();
     CHECK(findDevice("mouse")->make(context)->dynamics()->damping == HandParameters{}.damping);
     context.file.clear();
-    CHECK_FALSE(findDevice("demo")->make(context)->dynamics());  // nothing moves it
+    CHECK_FALSE(findDevice("demo")->make(context)->dynamics());  // no wrench moves it
     CHECK(leastDamping(1, 1000, 0) == Approx(0.5));              // 1 N/mm at 1 kHz: 0.5 N·s/m
     CHECK(leastDamping(1, 10'000, 1) == Approx(0.15));
 }
 
-TEST_CASE("devices: without what they need they say so", "[devices]") {
+TEST_CASE("devices: report a missing requirement", "[devices]") {
     CHECK_THROWS_WITH(findDevice("demo")->make({}), Contains("no demonstration"));
     CHECK_THROWS_WITH(findDevice("mouse")->make({}), Contains("needs the window"));
     CHECK_THROWS_WITH(findDevice("replay")->make({}), Contains("replay:FILE"));
@@ -70,8 +70,7 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
     std::filesystem::remove(file);
 }
 
-TEST_CASE("mouse: the hand goes where it is dragged, is held back by force, and stays where it is let go",
-          "[devices]") {
+TEST_CASE("mouse: the hand follows the drag, force holds it back, and it stays where it is released", "[devices]") {
     DeviceContext context;
     context.mouse = std::make_shared<MouseTarget>();
     context.X_WT_start = {{100, 0, 0}, Quat::Identity()};
@@ -87,26 +86,26 @@ TEST_CASE("mouse: the hand goes where it is dragged, is held back by force, and 
         CHECK_FALSE(reading.finished);
         return reading.X_WT_device.p;
     };
-    // Nobody has grabbed it.
+    // Nothing has grabbed it.
     CHECK(run(100, {}) == Vec3(100, 0, 0));
     context.mouse->grab({{110, 0, 0}, Quat::Identity()});
     CHECK((run(1000, {}) - Vec3(110, 0, 0)).norm() < 1e-6);
-    // 2 N against 0.5 N/mm give way 4 mm.
+    // 2 N displace a spring of 0.5 N/mm by 4 mm.
     CHECK((run(1000, {{-2, 0, 0}, {0, 0, 0}}) - Vec3(106, 0, 0)).norm() < 1e-6);
     context.mouse->release();
     CHECK((run(1000, {{-2, 0, 0}, {0, 0, 0}}) - Vec3(106, 0, 0)).norm() < 1e-6);
-    // A broken target is not followed.
+    // A non-finite target is ignored.
     Pose broken;
     broken.p.y() = std::nan("");
     context.mouse->grab(broken);
     CHECK((run(1000, {}) - Vec3(110, 0, 0)).norm() < 1e-6);
-    // Time zero is a new start.
+    // Time zero restarts it.
     context.mouse->grab({{0, 50, 0}, Quat::Identity()});
     t = 0;
     CHECK(run(100, {}) == Vec3(100, 0, 0));
 }
 
-TEST_CASE("mouse: a stronger hand is held back less", "[devices]") {
+TEST_CASE("mouse: force holds a stronger hand back less", "[devices]") {
     const auto target = std::make_shared<MouseTarget>();
     MouseDevice device(target, {});
     device.read(0, 1);
@@ -119,14 +118,14 @@ TEST_CASE("mouse: a stronger hand is held back less", "[devices]") {
         // 2 N on a spring of 0.5 N/mm times the strength.
         CHECK(pose.p.x() == Approx(2 / (0.5 * strength)).epsilon(1e-9));
     }
-    target->release(1e9);  // beyond what a hand has: held to the bound, and the last target stays
+    target->release(1e9);  // beyond the range of a hand: clamped to the bound, and the last target stays
     Pose pose;
     for (int i = 5000; i < 10000; ++i) pose = device.read(i, 1).X_WT_device;
     CHECK(pose.p.x() == Approx(2 / (0.5 * MouseTarget::kStrongest)).epsilon(1e-9));
 }
 
 TEST_CASE("hand device: follows the motion, feels the wrench after its delay, and counts the work", "[devices]") {
-    // Held still by 0.5 N/mm and about critical damping: 1 N along x moves it 2 mm, and 1 N over 2 mm is 2 mJ.
+    // With 0.5 N/mm and about critical damping, 1 N along x moves the resting hand by 2 mm, and 1 N over 2 mm is 2 mJ.
     const auto still = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {1000, {}}});
     const int delay = GENERATE(0, 3);
     HeldMotion held(still, {}, delay);
@@ -138,10 +137,10 @@ TEST_CASE("hand device: follows the motion, feels the wrench after its delay, an
         if (tick == delay + 1) REQUIRE(p.x() > 0);
     }
     CHECK(held.work() == Approx(2).margin(1e-6));
-    CHECK(held.gain() == Approx(1).margin(1e-6));  // half of it is in the spring, half went into the damper
+    CHECK(held.gain() == Approx(1).margin(1e-6));  // half of it is stored in the spring, the damper took the other half
 }
 
-TEST_CASE("hand device: impossible hands are refused in a sentence", "[devices]") {
+TEST_CASE("hand device: impossible parameters are refused in one sentence", "[devices]") {
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {10, {}}});
     const auto with = [&](const char* text) {

@@ -1,4 +1,4 @@
-// Processes that die in mid-push: the last thing their device got is zero.
+// Processes that die during a push: the last force that their device gets is zero.
 #include "haptics/device/emergency_stop.hpp"
 
 #include <sys/mman.h>
@@ -22,14 +22,14 @@ namespace touchstone::emergency_stop_tests {
 
 namespace {
 
-/// What outlives the process: what its motors were told, and what it is to do at its next reading.
+/// Shared memory that outlives the process: the commands to its motors, and the action for its next reading.
 struct Motors {
     std::atomic<double> force = 0;
     std::atomic<int> releaseForces = 0, disobeyed = 0;
     std::atomic<void (*)()> atNextReading = nullptr;
 };
 
-/// Of its own the hand presses ever deeper, down to 5 mm.
+/// Without a command the hand presses deeper, down to 5 mm.
 class SharedDevice final : public Device {
   public:
     explicit SharedDevice(Motors& motors) : motors_(motors) {}
@@ -60,7 +60,7 @@ std::unique_ptr<HapticLoop> pressingLoop(Motors& motors) {
     return loop;
 }
 
-/// Whether it becomes true; the limit is for a process that hangs.
+/// Whether the condition becomes true; the time limit only detects a process that hangs.
 bool waitFor(const std::function<bool()>& wanted) {
     for (int i = 0; i < 60'000; ++i) {
         if (wanted()) return true;
@@ -69,7 +69,7 @@ bool waitFor(const std::function<bool()>& wanted) {
     return false;
 }
 
-/// Runs `live` in a process of its own until the force is 4 N and `kill` has ended it; its status, as of wait().
+/// Runs `live` in a child process until the force is 4 N and `kill` has ended it. Returns its status as from wait().
 int deathOf(Motors& motors, const std::function<void()>& live, const std::function<void(pid_t)>& kill) {
     const pid_t child = fork();
     REQUIRE(child >= 0);
@@ -103,7 +103,7 @@ struct Shared {
     }
 };
 
-/// More stack than there is.
+/// Overflows the stack.
 [[gnu::noinline]] int overflow(int depth) {
     volatile char room[4096] = {};
     return depth == 0 ? room[0] : overflow(depth - 1) + room[depth % 4096];
@@ -111,7 +111,7 @@ struct Shared {
 
 }  // namespace
 
-TEST_CASE("last act: whatever signal ends the process, its last act is zero force", "[safety][signal]") {
+TEST_CASE("emergency stop: any signal that ends the process leaves zero force", "[safety][signal]") {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGABRT, SIGFPE, SIGBUS, SIGILL}) {
         INFO(strsignal(signal));
         Shared shared;
@@ -119,20 +119,20 @@ TEST_CASE("last act: whatever signal ends the process, its last act is zero forc
             shared.motors, [&] { shared.press(); }, [&](pid_t child) { kill(child, signal); });
         CHECK(shared.motors.force == 0);
         CHECK(shared.motors.releaseForces == 2);
-        CHECK(shared.motors.disobeyed <= 1);  // a tick that had decided before
-        REQUIRE(WIFSIGNALED(status));         // and what the signal does otherwise, it does
+        CHECK(shared.motors.disobeyed <= 1);  // a tick that had already computed its force
+        REQUIRE(WIFSIGNALED(status));         // and the signal then takes its default action
         CHECK(WTERMSIG(status) == signal);
     }
 }
 
-TEST_CASE("last act: so it is when the haptic thread itself breaks", "[safety][signal]") {
+TEST_CASE("emergency stop: a crash of the haptic thread leaves zero force", "[safety][signal]") {
     struct Case {
         void (*act)();
         int signal;
     };
     const Case cases[] = {
         {[] { *static_cast<volatile int*>(nullptr) = 1; }, SIGSEGV},
-        {[] { throw std::runtime_error("nobody catches this"); }, SIGABRT},  // out of a noexcept function
+        {[] { throw std::runtime_error("nobody catches this"); }, SIGABRT},  // leaves a noexcept function
         {[] { overflow(1 << 30); }, SIGSEGV},
     };
     for (const auto& [act, signal] : cases) {
@@ -146,7 +146,7 @@ TEST_CASE("last act: so it is when the haptic thread itself breaks", "[safety][s
     }
 }
 
-TEST_CASE("last act: so it is at the end of an exception and at exit", "[safety][signal]") {
+TEST_CASE("emergency stop: an exception and exit() leave zero force", "[safety][signal]") {
     Shared shared;
     std::atomic<int>& releaseForces = shared.motors.releaseForces;
     const auto afterPressing = [&](auto act) {
@@ -157,7 +157,7 @@ TEST_CASE("last act: so it is at the end of an exception and at exit", "[safety]
             act();
         };
     };
-    SECTION("caught by somebody: the loop is taken down in order") {
+    SECTION("caught: the loop is destroyed in order") {
         const int status = deathOf(
             shared.motors,
             [&] {
@@ -170,7 +170,7 @@ TEST_CASE("last act: so it is at the end of an exception and at exit", "[safety]
         CHECK(WEXITSTATUS(status) == 99);
         CHECK(releaseForces == 0);
     }
-    SECTION("exit() with a loop that nobody takes down") {
+    SECTION("exit() with a loop that is not destroyed") {
         const int status = deathOf(shared.motors, afterPressing([] { std::exit(3); }), [](pid_t) {});
         CHECK(WEXITSTATUS(status) == 3);
         CHECK(releaseForces == 2);
@@ -178,14 +178,14 @@ TEST_CASE("last act: so it is at the end of an exception and at exit", "[safety]
     CHECK(shared.motors.force == 0);
 }
 
-TEST_CASE("last act: where somebody ends cleanly, the first signal that asks for it is noted, with zero force",
+TEST_CASE("emergency stop: with a clean shutdown, the first signal is noted and the force is zero",
           "[safety][signal]") {
     const auto live = [](Shared& shared) {
         return [&shared] {
             const StopRequest stop;
             const auto loop = pressingLoop(shared.motors);
             while (StopRequest::signal() == 0) usleep(1000);
-            usleep(50'000);  // the loop ticks on: its device stays without force
+            usleep(50'000);  // the loop continues to tick: its device stays without force
             _exit(shared.motors.force == 0 ? StopRequest::signal() : 1);
         };
     };

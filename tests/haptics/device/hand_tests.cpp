@@ -27,28 +27,28 @@ TEST_CASE("hand: at rest under a wrench, springs balance it", "[hand]") {
     Hand hand({}, {});
     const Wrench wrench{{1, -2, 0.5}, {50.625, 0, -101.25}};
     for (int i = 0; i < 2000; ++i) hand.advance(target, wrench, 1);
-    // Critical damping decays e^-70/s: after 2 s nothing above rounding is left.
+    // Critical damping decays with e^-70/s: after 2 s only rounding remains.
     CHECK((hand.pose().p - Vec3(12, 16, 31)).norm() < 1e-9);
     CHECK((logRotation(hand.pose().q * target.q.conjugate()) - Vec3(0.05, 0, -0.1)).norm() < 1e-9);
     CHECK(hand.velocity().norm() < 1e-12);
     CHECK(hand.angularVelocity().norm() < 1e-12);
 }
 
-TEST_CASE("hand: without damping it swings as mass and spring say, whatever the tick", "[hand]") {
+TEST_CASE("hand: without damping it oscillates as mass and spring determine, at any tick period", "[hand]") {
     // 0.1 kg on 1 N/mm: sqrt(1000 N/m / 0.1 kg) = 100 rad/s, so 5 mm at t become 5 cos(0.1 t/ms).
     for (const double dt : {0.1, 1.0, 4.0}) {
         Hand hand(HandParameters::fromTranslation(0.1, 1, 0), {{5, 0, 0}, Quat::Identity()});
         const int ticks = static_cast<int>(std::lround(400 / dt));
         for (int i = 1; i <= ticks; ++i) {
             hand.advance({}, {}, dt);
-            // Exact, so only rounding adds up: 4,000 steps of 1e-16 on 5 mm.
+            // The integration is exact, so only rounding accumulates: 4,000 steps of 1e-16 on 5 mm.
             REQUIRE(hand.pose().p.x() == Approx(5 * std::cos(0.1 * dt * i)).margin(1e-10));
         }
         CHECK(hand.energy({}) == Approx(0.5 * 1 * 25).epsilon(1e-10));
     }
 }
 
-TEST_CASE("hand: a constant force on an overdamped hand creeps to balance as the formula says", "[hand]") {
+TEST_CASE("hand: an overdamped hand under a constant force creeps to balance as the formula predicts", "[hand]") {
     // b² > 4 k m: 0.1 kg, 0.5 N/mm, 50 N·s/m. In N, mm, ms: m = 100, b = 50, k = 0.5, so γ = 0.25 and δ² = 0.0625 -
     // 0.005.
     const double decay = 0.25, delta = std::sqrt(0.0625 - 0.005);
@@ -61,7 +61,7 @@ TEST_CASE("hand: a constant force on an overdamped hand creeps to balance as the
     }
 }
 
-TEST_CASE("hand: torque about one axis turns it as an oscillator of its inertia", "[hand]") {
+TEST_CASE("hand: under torque about one axis it is an oscillator with its inertia", "[hand]") {
     // Inertia 0.1·50² = 250 kg·mm², spring 1·45² = 2025 mN·m/rad: sqrt(2.025 / 250e-6) = 90 rad/s.
     Hand hand(HandParameters::fromTranslation(0.1, 1, 0), {Vec3::Zero(), expRotation({0, 0.5, 0})});
     for (int i = 1; i <= 500; ++i) {
@@ -70,7 +70,7 @@ TEST_CASE("hand: torque about one axis turns it as an oscillator of its inertia"
     }
 }
 
-TEST_CASE("hand: over the whole range it never gains energy at a fixed target, and loses it to damping", "[hand]") {
+TEST_CASE("hand: with a fixed target it never gains energy over the whole range, and damping dissipates it", "[hand]") {
     const unsigned seed = std::random_device{}();
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -79,7 +79,7 @@ TEST_CASE("hand: over the whole range it never gains energy at a fixed target, a
         const double dt = std::uniform_real_distribution<double>(0.1, 4)(random);
         const Pose target{anyVector(random, 50), expRotation(anyVector(random, 1.5))};
         Hand hand(parameters, {target.p + anyVector(random, 50), expRotation(anyVector(random, 1)) * target.q});
-        // A push in another direction first, so that rotation does not stay about one axis.
+        // First a push in another direction, so that the rotation does not stay about one axis.
         for (int i = 0; i < 10; ++i) hand.advance(target, {anyVector(random, 5), anyVector(random, 100)}, dt);
         const double start = hand.energy(target);
         double energy = start;
@@ -90,7 +90,7 @@ TEST_CASE("hand: over the whole range it never gains energy at a fixed target, a
             REQUIRE(now <= energy * (1 + 1e-12) + 1e-9);
             energy = now;
         }
-        // The slowest decay is of the heaviest hand: e^(-b t / m), twice the amplitude's.
+        // The heaviest hand decays most slowly: its energy by e^(-b t / m), twice the rate of its amplitude.
         const double seconds = 2000 * dt * 1e-3,
                      bound = std::exp(-0.5 * parameters.damping * seconds / parameters.mass);
         if (parameters.damping > 1) CHECK(energy <= start * std::max(bound, 1e-20) * 4 + 1e-9);
@@ -112,7 +112,7 @@ TEST_CASE("hand: extreme parameters and long ticks stay finite and stable", "[ha
                 }
 }
 
-TEST_CASE("hand: input that is not finite changes nothing", "[hand]") {
+TEST_CASE("hand: non-finite input changes nothing", "[hand]") {
     Hand hand({}, {{1, 2, 3}, Quat::Identity()});
     hand.advance({}, {{1, 0, 0}, {0, 1, 0}}, 1);
     const Pose before = hand.pose();

@@ -17,7 +17,7 @@ InsertingHand hand(std::uint64_t seed) {
     return InsertingHand(kStart, kGoal, parameters);
 }
 
-/// A floor of 1 N/mm at that height.
+/// A floor of 1 N/mm at the given height.
 struct Floor {
     double height;
     void push(InsertingHand& one, const Pose& X) const {
@@ -27,7 +27,7 @@ struct Floor {
 
 }  // namespace
 
-TEST_CASE("inserting hand: a seed is a hand, and time 0 begins anew", "[hand]") {
+TEST_CASE("inserting hand: a random seed determines the hand, and time 0 restarts it", "[hand]") {
     InsertingHand a = hand(3), b = hand(3), c = hand(4);
     CHECK_FALSE(a.read(0, 1).X_WT_device == c.read(0, 1).X_WT_device);
     CHECK_FALSE(a.belief() == c.belief());
@@ -37,18 +37,19 @@ TEST_CASE("inserting hand: a seed is a hand, and time 0 begins anew", "[hand]") 
     for (int i = 1; i < 500; ++i) REQUIRE(a.read(i, 1).X_WT_device == b.read(i, 1).X_WT_device);
 }
 
-TEST_CASE("inserting hand: it starts near the start, and knows the goal roughly", "[hand]") {
+TEST_CASE("inserting hand: starts near the start pose, and knows the goal roughly", "[hand]") {
     double error = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         InsertingHand one = hand(seed);
-        CHECK((one.read(0, 1).X_WT_device.p - kStart.p).norm() < 10);  // 2 mm an axis: five deviations
+        CHECK((one.read(0, 1).X_WT_device.p - kStart.p).norm() < 10);  // 2 mm per axis: five standard deviations
         error += (one.belief().p - kGoal.p).squaredNorm() / 3 / 200;
     }
     const double deviation = InsertingParameters{}.placeError;
-    CHECK(std::sqrt(error) == Approx(deviation).epsilon(0.15));  // 600 numbers: 3 % is one deviation of it
+    CHECK(std::sqrt(error) ==
+          Approx(deviation).epsilon(0.15));  // 600 numbers: one standard deviation of the estimate is 3 %
 }
 
-TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives up", "[hand]") {
+TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up", "[hand]") {
     InsertingHand one = hand(1);
     const Floor floor{0};
     double least = 1e9, most = -1e9, force = 0;
@@ -73,7 +74,7 @@ TEST_CASE("inserting hand: on a closed floor it presses and searches, then gives
     CHECK(reading.X_WT_device.p.y() > 20);
 }
 
-TEST_CASE("inserting hand: stuck at the goal it lets go and stays", "[hand]") {
+TEST_CASE("inserting hand: lets go at the goal and stays there", "[hand]") {
     InsertingHand one = hand(2);
     const Floor floor{-20};
     DeviceReading reading;
@@ -84,10 +85,10 @@ TEST_CASE("inserting hand: stuck at the goal it lets go and stays", "[hand]") {
     }
     CHECK(reading.finished);
     CHECK(one.act() == InsertingHand::Act::LetGo);
-    CHECK(reading.X_WT_device.p.y() == Approx(-20).margin(0.05));  // nothing presses any more: 0.05 N
+    CHECK(reading.X_WT_device.p.y() == Approx(-20).margin(0.05));  // no force remains: 0.05 N
 }
 
-TEST_CASE("inserting hand: where there is nothing it draws back", "[hand]") {
+TEST_CASE("inserting hand: draws back if it touches nothing", "[hand]") {
     InsertingHand one = hand(5);
     DeviceReading reading;
     double low = 0;
@@ -100,7 +101,7 @@ TEST_CASE("inserting hand: where there is nothing it draws back", "[hand]") {
     CHECK(low < -30);
 }
 
-TEST_CASE("inserting hand: it needs a goal and a seed", "[hand]") {
+TEST_CASE("inserting hand: needs a goal and a random seed", "[hand]") {
     const DeviceInfo* insert = findDevice("insert");
     REQUIRE(insert);
     DeviceContext context;

@@ -1,4 +1,4 @@
-// The worked example of docs/extending.md: it compiles, does what it says, and stands there word for word.
+// The worked example of docs/extending.md: it compiles and works, and the page quotes it word for word.
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -52,7 +52,7 @@ TEST_CASE("extending: the example is a device", "[device]") {
         REQUIRE(::send(lab, m.data(), sizeof m, 0) == sizeof m);
     };
     send(5);
-    CHECK(device->read(1, 1).X_WT_device.p == Vec3(100, 0, 0));  // taken up where the tool is
+    CHECK(device->read(1, 1).X_WT_device.p == Vec3(100, 0, 0));  // the first reading maps to the tool's pose
     send(8);
     const DeviceReading reading = device->read(2, 1);
     CHECK(reading.valid);
@@ -64,6 +64,6 @@ TEST_CASE("extending: the example is a device", "[device]") {
     CHECK(felt == std::array<double, 6>{1, 2, 3, 4, 5, 6});
 
     for (int t = 3; t < 23; ++t) device->read(t, 1);
-    CHECK_FALSE(device->read(23, 1).valid);  // the lab has fallen silent
+    CHECK_FALSE(device->read(23, 1).valid);  // the lab no longer sends poses
     close(lab);
 }

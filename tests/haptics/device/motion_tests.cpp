@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A file in the temporary folder that goes with the test.
+/// A temporary file, removed with the test.
 class TemporaryFile {
   public:
     explicit TemporaryFile(const std::string& text = {})
@@ -37,7 +37,7 @@ Quat aboutZ(double angle) { return Quat(std::cos(angle / 2), 0, 0, std::sin(angl
 
 }  // namespace
 
-TEST_CASE("motion: positions move in straight lines, turns at even speed, ends hold", "[motion]") {
+TEST_CASE("motion: moves in straight lines, turns at constant speed, and holds its end poses", "[motion]") {
     const RecordedMotion motion({{0, {{1, 2, 3}, Quat::Identity()}}, {10, {{3, 2, -1}, aboutZ(1)}}});
     CHECK(motion.duration() == 10);
     const Pose middle = motion.at(2.5);
@@ -47,14 +47,14 @@ TEST_CASE("motion: positions move in straight lines, turns at even speed, ends h
     for (const double after : {10.0, 1e9}) CHECK(motion.at(after).p == Vec3(3, 2, -1));
 }
 
-TEST_CASE("motion: a turn takes the shorter way although the quaternions differ in sign", "[motion]") {
+TEST_CASE("motion: a turn takes the shorter path even if the quaternions differ in sign", "[motion]") {
     Quat opposite = aboutZ(0.4);
     opposite.coeffs() *= -1;
     const RecordedMotion motion({{0, {{0, 0, 0}, Quat::Identity()}}, {1, {{0, 0, 0}, opposite}}});
     CHECK(logRotation(motion.at(0.5).q).isApprox(Vec3(0, 0, 0.2), 1e-12));
 }
 
-TEST_CASE("motion: what is written is read back to the bit", "[motion]") {
+TEST_CASE("motion: a written motion is read back with the same bits", "[motion]") {
     const unsigned seed = std::random_device{}();
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -79,17 +79,17 @@ TEST_CASE("motion: what is written is read back to the bit", "[motion]") {
     }
 }
 
-TEST_CASE("motion: line ends of other systems, spaces and blank lines at the end are read", "[motion]") {
+TEST_CASE("motion: reads line ends of other systems, spaces, and blank lines at the end", "[motion]") {
     const RecordedMotion motion =
         read("t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\r\n0, 1,2 ,3,1,0,0,0\r\n2.5,1e1,-2,3,1,0,0,0\r\n\r\n\r\n");
     REQUIRE(motion.keys().size() == 2);
     CHECK(motion.keys()[1].t == 2.5);
     CHECK(motion.keys()[1].X_WT.p == Vec3(10, -2, 3));
-    CHECK(read(kHeader + "0,0,0,0,1,0,0,0").keys().size() == 1);  // no end of line
+    CHECK(read(kHeader + "0,0,0,0,1,0,0,0").keys().size() == 1);  // no newline at the end
     CHECK(read(kHeader + "0,0,0,0,1.0009,0,0,0\n").keys()[0].X_WT.q.norm() == Approx(1).epsilon(1e-15));
 }
 
-TEST_CASE("motion: what cannot be read is refused by file and line", "[motion]") {
+TEST_CASE("motion: an unreadable file is refused by name and line", "[motion]") {
     const auto row = [](const std::string& text) { return kHeader + "0,0,0,0,1,0,0,0\n" + text; };
     CHECK_THROWS_WITH(read(""), Contains(":1: a motion begins with the line t_ms,"));
     CHECK_THROWS_WITH(read("0,0,0,0,1,0,0,0\n"), Contains(":1: a motion begins"));

@@ -1,4 +1,4 @@
-// The driver against a fake of the vendor's library: what it says and does when all is well, and for each fault.
+// Tests the driver against a fake of the vendor's library, in normal operation and for each fault.
 #include "haptics/device/phantom.hpp"
 
 #include <clocale>
@@ -15,7 +15,7 @@ using State = DeviceStatus::State;
 
 namespace {
 
-/// A phantom that somebody ticks: reads, then writes a wrench. The first tick begins the run, which engages.
+/// Ticks a phantom: reads, then writes a wrench. The first tick begins the run, which engages the device.
 struct Ticked {
     std::unique_ptr<Device> device;
     double t = 0;
@@ -34,7 +34,7 @@ struct Ticked {
             return done();
         });
     }
-    /// As until(), where a machine that cannot keep up is a fault that passes: who wants force engages again.
+    /// Like until(), but engages again after a fault, because a busy machine may cause a passing one.
     bool untilEngaged(const std::function<bool()>& done) {
         return until([&] {
             if (status().state == State::Fault) device->engage(reading.X_WT_device);
@@ -48,7 +48,8 @@ const Wrench kPush{{0, 2, 0}, {0, 0, 20}};
 
 }  // namespace
 
-TEST_CASE("phantom: a missing library is told with the names tried, the loader's words and the remedy", "[device]") {
+TEST_CASE("phantom: a missing library is reported with the names tried, the loader's message and a remedy",
+          "[device]") {
     setenv("TOUCHSTONE_LIBHD", "/no/such/libHD.so", 1);
     CHECK_THAT(refusal(), Contains("/no/such/libHD.so: ") && Contains("cannot open shared object file") &&
                               Contains("Install") && Contains("libPHANToMIO.so.4"));
@@ -58,7 +59,7 @@ TEST_CASE("phantom: a missing library is told with the names tried, the loader's
     CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3: ") && Contains("libHD.so.3.0: "));
 }
 
-TEST_CASE("phantom: a library that lacks a symbol is told with the symbol's name", "[device]") {
+TEST_CASE("phantom: a library that lacks a symbol is reported with the symbol's name", "[device]") {
     setenv("TOUCHSTONE_LIBHD", TOUCHSTONE_BINARY_DIR "/fakes/libfake_hd_incomplete.so", 1);
     CHECK_THAT(refusal(), Contains("libfake_hd_incomplete.so") && Contains("lacks hdUnschedule."));
     const DeviceCheck check = examinePhantom();
@@ -67,7 +68,7 @@ TEST_CASE("phantom: a library that lacks a symbol is told with the symbol's name
     unsetenv("TOUCHSTONE_LIBHD");
 }
 
-TEST_CASE("phantom: no device is told with every name tried and why each failed", "[device]") {
+TEST_CASE("phantom: a missing device is reported with every name tried and why each failed", "[device]") {
     const FakeHd fake("no-device");
     CHECK_THAT(refusal("left"), Contains("'left': ") && Contains("the default: ") && Contains("'Default Device': ") &&
                                     Contains("'Default PHANToM': ") && Contains("0x0300") &&
@@ -75,14 +76,13 @@ TEST_CASE("phantom: no device is told with every name tried and why each failed"
     CHECK(fake.state().handles == 0);
 }
 
-TEST_CASE("phantom: the last of the names is tried too, and told", "[device]") {
+TEST_CASE("phantom: the last of the names is also tried, and reported", "[device]") {
     const FakeHd fake("only-phantom");
     Ticked phantom;
     CHECK_THAT(phantom.status().details, Contains("'Default PHANToM', after the default: "));
 }
 
-TEST_CASE("phantom: without calibration it does not start, and one it can do itself it does without force",
-          "[device]") {
+TEST_CASE("phantom: does not start uncalibrated, and runs an automatic calibration without force", "[device]") {
     {
         const FakeHd fake("no-calibration");
         CHECK_THAT(refusal(), Contains("not calibrated") && Contains("reset position"));
@@ -99,7 +99,7 @@ TEST_CASE("phantom: without calibration it does not start, and one it can do its
     CHECK(fake.state().misuses == 0);  // the fake counts calibrating under force
 }
 
-TEST_CASE("phantom: options that are not understood are named", "[device]") {
+TEST_CASE("phantom: unknown options are refused by name", "[device]") {
     const FakeHd fake;
     CHECK_THAT(refusal("left,drive=nobody"), Contains("'drive=nobody' is not an option"));
     CHECK_THAT(refusal(",stale=never"), Contains("'stale=never'"));
@@ -113,7 +113,7 @@ TEST_CASE("phantom: options that are not understood are named", "[device]") {
     CHECK(options.library == "x.so");
 }
 
-TEST_CASE("phantom: every error code of the library has words of its own", "[device]") {
+TEST_CASE("phantom: every error code of the library has its own text", "[device]") {
     for (const unsigned code : {0x100u, 0x101u, 0x102u, 0x103u, 0x104u, 0x200u, 0x201u, 0x202u, 0x203u, 0x204u, 0x300u,
                                 0x301u, 0x302u, 0x303u, 0x304u, 0x400u, 0x401u, 0x402u, 0x500u, 0x501u, 0x600u}) {
         INFO(std::hex << code);
@@ -121,19 +121,21 @@ TEST_CASE("phantom: every error code of the library has words of its own", "[dev
     }
 }
 
-TEST_CASE("phantom: pose and buttons come in, wrench goes out, limits and temperature are the device's", "[device]") {
+TEST_CASE("phantom: reads pose and buttons, writes the wrench, and takes limits and temperature from the device",
+          "[device]") {
     const FakeHd fake;
     {
         Ticked phantom(",stale=500");
         const DeviceLimits limits = phantom.device->limits();
         CHECK(limits.peakForce == 8);
         CHECK(limits.continuousForce == 2);
-        CHECK(limits.peakTorque == 170);  // the library has no name for it
+        CHECK(limits.peakTorque == 170);  // the library has no query for it
         CHECK(limits.nominalStiffness == 0.8);
         phantom.wrench = kPush;
         fake.hand(10, 20, 30, 0, 0, 0.5);
         fake.buttons(5);
-        // At rest the hand's spring of 0.5 N/mm gives way by 4 mm, and the torsion of 1012.5 mN·m/rad.
+        // At rest the wrench displaces the hand's spring of 0.5 N/mm by 4 mm, and its torsion spring of 1012.5
+        // mN·m/rad.
         const Vec3 p(10, 24, 30);
         const Quat q = expRotation(Vec3(0, 0, 0.5 + 20 / 1012.5));
         CHECK(phantom.untilEngaged([&] {
@@ -153,7 +155,7 @@ TEST_CASE("phantom: pose and buttons come in, wrench goes out, limits and temper
     CHECK(fake.state().misuses == 0);
 }
 
-TEST_CASE("phantom: limits that cannot be read are the safe defaults", "[device]") {
+TEST_CASE("phantom: unreadable limits become the safe defaults", "[device]") {
     const FakeHd fake("no-limits");
     const DeviceLimits limits = Ticked(",torque=40").device->limits(), defaults;
     CHECK(limits.peakForce == defaults.peakForce);
@@ -163,7 +165,7 @@ TEST_CASE("phantom: limits that cannot be read are the safe defaults", "[device]
     CHECK(limits.nominalStiffness == 1);
 }
 
-TEST_CASE("phantom: no more than its limits and nothing that is not a number leaves the driver", "[device]") {
+TEST_CASE("phantom: the driver's output is finite and within the limits", "[device]") {
     const FakeHd fake;
     Ticked phantom;
     phantom.wrench = {{300, 400, 0}, {0, 0, 1e9}};
@@ -175,7 +177,7 @@ TEST_CASE("phantom: no more than its limits and nothing that is not a number lea
     CHECK(fake.state().peakForce < 8 + 1e-9);
 }
 
-TEST_CASE("phantom: faults are named, zero the force until engaged, and let it come back", "[device]") {
+TEST_CASE("phantom: faults are named and zero the force until the device is engaged again", "[device]") {
     const auto [fault, words] = GENERATE(table<std::string, std::string>({
         {"warm", "the motors are warm"},
         {"max-force", "the maximum force was exceeded"},
@@ -194,7 +196,7 @@ TEST_CASE("phantom: faults are named, zero the force until engaged, and let it c
     CHECK(fake.torque().isZero());
     CHECK(phantom.status().state == State::Fault);
     CHECK_THAT(phantom.status().text, Contains(words));
-    // It passes, and the wrench is still wanted: only who engages the device gets force.
+    // The fault passes while a wrench is still requested: the force returns only after engaging.
     REQUIRE(phantom.until([&] { return !phantom.reading.fault; }));
     for (int i = 0; i < 50; ++i) phantom.until([] { return true; });
     CHECK(fake.force().isZero());
@@ -204,9 +206,9 @@ TEST_CASE("phantom: faults are named, zero the force until engaged, and let it c
     CHECK_THAT(phantom.status().details, Contains(words));
 }
 
-TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes back on request", "[device]") {
+TEST_CASE("phantom: a lost connection zeroes the force, is reported, and is restored on request", "[device]") {
     const FakeHd fake;
-    Ticked phantom(",stale=500");  // a sample of the connection before is not taken for one of the next
+    Ticked phantom(",stale=500");  // a sample of the old connection must not count for the new one
     phantom.wrench = kPush;
     REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
     fake.hand(5, 0, 0, 0, 0, 0);
@@ -218,7 +220,7 @@ TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes bac
     CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
     CHECK(phantom.status().state == State::Lost);
     CHECK_THAT(phantom.status().text, Contains("connection to the device is lost") && Contains("0x0302"));
-    phantom.device->engage(phantom.reading.X_WT_device);  // nobody can
+    phantom.device->engage(phantom.reading.X_WT_device);  // cannot engage a lost device
     for (int i = 0; i < 20; ++i) phantom.until([] { return true; });
     CHECK(fake.force().isZero());
     CHECK_THAT(refusal(",stale=500"), Contains("lost") && Contains("reconnect"));
@@ -228,7 +230,7 @@ TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes bac
         phantom.device->control()->reconnect();
         REQUIRE(phantom.until([&] { return phantom.reading.valid && !phantom.reading.fault; }));
         CHECK((phantom.reading.X_WT_device.p - before.p).norm() <
-              0.5);  // its stylus is at its origin again, the tool is not
+              0.5);  // the stylus is at its origin again, the tool is not
         CHECK(fake.force().isZero());
         phantom.device->engage(phantom.reading.X_WT_device);
         CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
@@ -244,7 +246,7 @@ TEST_CASE("phantom: a lost connection zeroes the force, says lost, and comes bac
     }
 }
 
-TEST_CASE("phantom: a scheduler that stops leaves a stale pose, and one that was never there is told", "[device]") {
+TEST_CASE("phantom: a stopped scheduler leaves a stale pose, and a missing one is reported", "[device]") {
     {
         const FakeHd fake;
         Ticked phantom;
@@ -257,15 +259,15 @@ TEST_CASE("phantom: a scheduler that stops leaves a stale pose, and one that was
     CHECK(fake.state().handles == 0);
 }
 
-TEST_CASE("phantom: a wrench that nobody renews is not held", "[device]") {
+TEST_CASE("phantom: a wrench that is not renewed drops to zero", "[device]") {
     const FakeHd fake;
     Ticked phantom;
     phantom.wrench = kPush;
     REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
-    CHECK(within([&] { return fake.force().isZero(); }));  // the ticks have stopped
+    CHECK(within([&] { return fake.force().isZero(); }));  // no tick renews the wrench
 }
 
-TEST_CASE("phantom: a scheduler that is too slow for force gets none", "[device]") {
+TEST_CASE("phantom: a scheduler that is too slow for force is a fault", "[device]") {
     const FakeHd fake;
     Ticked phantom;
     phantom.wrench = kPush;
@@ -277,7 +279,7 @@ TEST_CASE("phantom: a scheduler that is too slow for force gets none", "[device]
     CHECK(phantom.status().rate < 250);
 }
 
-TEST_CASE("phantom: a transform that is not a number, or far away, is no pose", "[device]") {
+TEST_CASE("phantom: a non-finite or far transform is an invalid pose", "[device]") {
     const FakeHd fake;
     Ticked phantom;
     fake.fault(GENERATE("nan", "far"));
@@ -285,8 +287,7 @@ TEST_CASE("phantom: a transform that is not a number, or far away, is no pose", 
     CHECK(phantom.reading.X_WT_device.isValid());
 }
 
-TEST_CASE("phantom: where CURRENT_TORQUE is refused there is force alone, or torque on the gimbal if asked",
-          "[device]") {
+TEST_CASE("phantom: without CURRENT_TORQUE there is only force, or gimbal torque with the option", "[device]") {
     const FakeHd fake("no-torque");
     const bool gimbal = GENERATE(false, true);
     Ticked phantom(gimbal ? ",gimbal" : "");
@@ -303,7 +304,7 @@ TEST_CASE("phantom: where CURRENT_TORQUE is refused there is force alone, or tor
     CHECK(phantom.status().state == State::Running);
 }
 
-TEST_CASE("phantom: two who hold it share one connection", "[device]") {
+TEST_CASE("phantom: two holders share one connection", "[device]") {
     const FakeHd fake;
     Ticked first;
     first.tick();
@@ -315,21 +316,21 @@ TEST_CASE("phantom: two who hold it share one connection", "[device]") {
     CHECK(fake.state().handles == 1);
 }
 
-TEST_CASE("phantom: a decimal comma of the user's locale does not reach the library", "[device]") {
+TEST_CASE("phantom: the library does not see a decimal comma of the user's locale", "[device]") {
     const std::string folder = TOUCHSTONE_BINARY_DIR "/locales";
     const std::string make = "mkdir -p '" + folder + "' && localedef --no-archive -i de_DE -f UTF-8 '" + folder +
                              "/de_DE.UTF-8' >'" + folder + "/log' 2>&1";
     [[maybe_unused]] const int made = std::system(make.c_str());
     setenv("LOCPATH", folder.c_str(), 1);
     if (!std::setlocale(LC_NUMERIC, "de_DE.UTF-8") || std::strtod("1.5", nullptr) == 1.5) {
-        WARN("no locale with a decimal comma can be made here: nothing was tested");
+        WARN("no locale with a decimal comma is available here: nothing was tested");
         return;
     }
     {
-        const FakeHd fake;  // refuses to open where it reads 1.5 as 1
+        const FakeHd fake;  // refuses to open if it reads 1.5 as 1
         CHECK(refusal().empty());
     }
-    CHECK(std::strtod("1.5", nullptr) == 1);  // the user's is as it was
+    CHECK(std::strtod("1.5", nullptr) == 1);  // the user's locale is unchanged
     std::setlocale(LC_NUMERIC, "C");
     unsetenv("LOCPATH");
 }

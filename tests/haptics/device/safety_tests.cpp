@@ -21,14 +21,14 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 
 double length(const Vec3& v) { return std::hypot(v.x(), v.y(), v.z()); }
 
-/// Nothing binds but the peaks.
+/// Limits with only the peaks active.
 DeviceLimits peaks(double force, double torque) {
     return {.peakForce = force, .peakTorque = torque, .slewForce = 1e6, .slewTorque = 1e6, .motors = false};
 }
 
 SafetyInput along(double x) { return {.wrench_o = {{x, 0, 0}, {0, 0, 0}}}; }
 
-/// A stage with motors that lets the force through.
+/// A stage with motors that passes the force.
 SafetyStage engaged(const DeviceLimits& limits = {}) {
     SafetyStage safety(limits);
     safety.engage();
@@ -37,7 +37,7 @@ SafetyStage engaged(const DeviceLimits& limits = {}) {
     return safety;
 }
 
-/// Ticks until the stage faults; `ticks` if it does not.
+/// Ticks until the stage faults, or `ticks` if it does not.
 int ticksUntilFault(SafetyStage& safety, int ticks, const auto& forceAt) {
     for (int i = 0; i < ticks; ++i) {
         safety.pass(along(forceAt(i)));
@@ -48,7 +48,7 @@ int ticksUntilFault(SafetyStage& safety, int ticks, const auto& forceAt) {
 
 }  // namespace
 
-TEST_CASE("safety: what is within the limits passes unchanged", "[safety]") {
+TEST_CASE("safety: a wrench within the limits passes unchanged", "[safety]") {
     SafetyStage safety(peaks(22, 170));
     const Wrench in{{3, -4, 12}, {100, -50, 25}};
     const Wrench out = safety.pass({.wrench_o = in});
@@ -61,7 +61,7 @@ TEST_CASE("safety: what is within the limits passes unchanged", "[safety]") {
 TEST_CASE("safety: force and torque are clamped by magnitude with their direction kept", "[safety]") {
     SafetyStage safety(peaks(26, 100));
     const Wrench out = safety.pass({.wrench_o = {{6, -8, 24}, {0, 300, -400}}});  // |F| 26, |T| 500
-    CHECK(out.force == Vec3(6, -8, 24));                                          // at the limit is within it
+    CHECK(out.force == Vec3(6, -8, 24));                                          // a force at the limit is within it
     CHECK((out.torque - Vec3(0, 60, -80)).norm() < 1e-12);
     CHECK(safety.active(Trip::TorqueClamped));
     CHECK_FALSE(safety.active(Trip::ForceClamped));
@@ -70,7 +70,7 @@ TEST_CASE("safety: force and torque are clamped by magnitude with their directio
     CHECK_FALSE(safety.zeroed());
 }
 
-TEST_CASE("safety: every failure zeroes the wrench, by its own name", "[safety]") {
+TEST_CASE("safety: every failure zeroes the wrench under its own name", "[safety]") {
     const Wrench good{{1, 2, 3}, {4, 5, 6}};
     struct Case {
         SafetyInput input;
@@ -100,12 +100,12 @@ TEST_CASE("safety: every failure zeroes the wrench, by its own name", "[safety]"
             if (info(Trip(i)).follows != Follows::Limit)
                 CHECK(safety.count(Trip(i)).ticks == (Trip(i) == trip ? 1u : 0u));
 
-        // What follows is as the table says.
+        // The effect is that of the table.
         const bool fault = info(trip).follows == Follows::Fault;
         CHECK(safety.engagement() == (fault ? Engagement::Faulted : Engagement::Engaging));
         if (fault) CHECK(safety.cause() == trip);
         for (int i = 0; i < 1000; ++i) safety.pass({});
-        safety.stop();  // is no way out of a fault
+        safety.stop();  // does not clear a fault
         CHECK(safety.engagement() == (fault ? Engagement::Faulted : Engagement::Stopped));
         CHECK(safety.pass({.wrench_o = good}).force == Vec3::Zero());
         safety.engage();
@@ -123,7 +123,7 @@ TEST_CASE("safety: events count beginnings, ticks count every tick", "[safety]")
     CHECK(safety.count(Trip::TorqueClamped).ticks == 0);
 }
 
-TEST_CASE("safety: the fade scales what the clamp let through", "[safety]") {
+TEST_CASE("safety: the fade scales the clamped wrench", "[safety]") {
     SafetyStage safety(peaks(10, 100));
     const Wrench in{{40, 0, 0}, {0, 8, 0}};
     CHECK(safety.pass({.wrench_o = in, .fade = 0.25}).force.x() == Approx(2.5));
@@ -135,7 +135,7 @@ TEST_CASE("safety: the fade scales what the clamp let through", "[safety]") {
     CHECK(safety.pass({.wrench_o = in, .fade = kNan}).force == Vec3::Zero());
 }
 
-TEST_CASE("safety: a limit that is no limit lets nothing through", "[safety]") {
+TEST_CASE("safety: an invalid limit passes nothing", "[safety]") {
     for (const double limit : {kNan, -1.0, 0.0}) {
         SafetyStage safety(peaks(limit, limit));
         const Wrench out = safety.pass({.wrench_o = {{1, 2, 3}, {4, 5, 6}}});
@@ -144,7 +144,7 @@ TEST_CASE("safety: a limit that is no limit lets nothing through", "[safety]") {
     }
 }
 
-TEST_CASE("safety: every trip has a name of its own and a sentence", "[safety]") {
+TEST_CASE("safety: every trip has a unique name and a sentence", "[safety]") {
     std::vector<std::string> names;
     for (int i = 0; i < kTripCount; ++i) {
         names.emplace_back(name(Trip(i)));
@@ -154,7 +154,7 @@ TEST_CASE("safety: every trip has a name of its own and a sentence", "[safety]")
     CHECK(std::unique(names.begin(), names.end()) == names.end());
 }
 
-TEST_CASE("safety: a device with motors begins stopped, and engages when a small force is asked for", "[safety]") {
+TEST_CASE("safety: a device with motors begins stopped, and engages once the requested force is small", "[safety]") {
     SafetyStage safety{DeviceLimits{}};
     CHECK(safety.engagement() == Engagement::Stopped);
     CHECK(safety.pass(along(0.5)).force.x() == 0);
@@ -169,7 +169,7 @@ TEST_CASE("safety: a device with motors begins stopped, and engages when a small
     fading.fade = 0.5;
     CHECK(safety.pass(fading).force.x() == 0.5);
     CHECK(safety.engagement() == Engagement::Engaging);
-    CHECK(safety.pass(along(2)).force.x() == 2);  // small was for the beginning
+    CHECK(safety.pass(along(2)).force.x() == 2);  // the small force is required only at the beginning
     CHECK(safety.engagement() == Engagement::Engaged);
 
     safety.stop();
@@ -183,8 +183,7 @@ TEST_CASE("safety: a device with motors begins stopped, and engages when a small
     CHECK(safety.engagement() == Engagement::Stopped);
 }
 
-TEST_CASE("safety: what moves nothing is engaged from the start, and nothing of it heats, shakes or waits",
-          "[safety]") {
+TEST_CASE("safety: a device without motors is engaged from the start, and cannot heat, buzz or be late", "[safety]") {
     SafetyStage safety({.motors = false});
     CHECK(safety.pass(along(2)).force.x() == 2);
     CHECK(safety.engagement() == Engagement::Engaged);
@@ -198,7 +197,7 @@ TEST_CASE("safety: what moves nothing is engaged from the start, and nothing of 
     CHECK(safety.count(Trip::ForceHeld).ticks == 0);
 }
 
-TEST_CASE("safety: growth and turns of the wrench are slewed, a fall is not", "[safety]") {
+TEST_CASE("safety: growth and turns of the wrench are slew-rate limited, a fall is not", "[safety]") {
     SafetyStage safety = engaged({.slewForce = 2, .slewTorque = 30});
     CHECK(safety.pass(along(5)).force.x() == Approx(2));
     CHECK(safety.active(Trip::ForceSlewed));
@@ -210,37 +209,37 @@ TEST_CASE("safety: growth and turns of the wrench are slewed, a fall is not", "[
     safety.pass(along(2));
     CHECK(safety.pass(along(-9)).force.x() == Approx(-2));  // a reversal passes zero at once, then grows
     safety.pass(along(-4));
-    // A turn by a right angle: the old part may go at once, the new one grows.
+    // A turn by a right angle: the old component may vanish at once, the new one grows.
     const Wrench turned = safety.pass({.wrench_o = {{0, 4, 0}, {0, 0, 50}}});
     CHECK((turned.force - Vec3(0, 2, 0)).norm() < 1e-12);
     CHECK(turned.torque.z() == Approx(30));
     CHECK(safety.active(Trip::TorqueSlewed));
-    // Half the tick, half the growth.
+    // With half the tick period, half the growth.
     CHECK(safety.pass({.wrench_o = {{0, 9, 0}, {0, 0, 0}}, .dt = 0.5}).force.y() == Approx(3));
 }
 
-TEST_CASE("safety: a lasting force goes down to the continuous one without a jolt", "[safety]") {
+TEST_CASE("safety: a lasting force falls smoothly to the continuous limit", "[safety]") {
     const double tau = SafetyStage::kThermalMs;
     for (const double wanted : {2.9, 5.0, 22.0}) {
         SafetyStage safety = engaged();
         double before = 0, square = 0, steepest = 0;
-        int whole = 0;  // ticks until it is held back
+        int whole = 0;  // ticks until the thermal limit acts
         for (int i = 0; i < 4 * tau; ++i) {
             const double f = safety.pass(along(std::min(wanted, 22.0))).force.x();
             if (i > 20) steepest = std::max(steepest, before - f);
             if (!safety.active(Trip::ForceHeld) && whole == i) whole = i + 1;
             square += (f * f - square) / tau;
-            REQUIRE(square < 9 + 0.01);  // of the same first order, another formula: a tick's difference
+            REQUIRE(square < 9 + 0.01);  // another first-order formula: it differs by one tick
             before = f;
         }
         INFO(wanted << " N");
         CHECK(before == Approx(std::min(wanted, 3.0)).epsilon(0.01));
         CHECK(steepest < 0.2);  // N/ms
-        // The limit's square falls in a straight line from 22² at half the heat to 3² at the whole.
+        // The square of the limit falls linearly from 22² at half the heat to 3² at full heat.
         const double wanted2 = wanted * wanted, heat = 1 - (wanted2 - 9) / (2 * (22 * 22 - 9));
         if (wanted > 4) CHECK(whole == Approx(-tau * std::log(1 - heat * 9 / wanted2)).margin(25));
         if (wanted < 3) CHECK(whole == 4 * tau);
-        // Another scene does not cool them.
+        // Another scene does not cool the motors.
         SafetyStage next{DeviceLimits{}};
         next.inherit(safety);
         next.engage();
@@ -250,7 +249,7 @@ TEST_CASE("safety: a lasting force goes down to the continuous one without a jol
     }
 }
 
-TEST_CASE("safety: no fresh reading for 100 ms is a lost device", "[safety]") {
+TEST_CASE("safety: a device without a fresh reading for 100 ms is lost", "[safety]") {
     SafetyStage safety = engaged();
     for (int i = 0; i < 5; ++i) {
         for (int ms = 0; ms < 100; ++ms) safety.pass({.wrench_o = {}, .fresh = false});
@@ -272,7 +271,7 @@ TEST_CASE("safety: pressing beyond the peak for 5 s is a fault, for less it is n
     CHECK(ticksUntilFault(safety, 5000, [](int) { return 30.0; }) == 5000);
 }
 
-TEST_CASE("safety: a buzz is a fault, a hand and a rough surface are none", "[safety]") {
+TEST_CASE("safety: a buzz is a fault, a hand's motion and a rough surface are not", "[safety]") {
     const auto sine = [](double hertz, double mean, double amplitude) {
         return [=](int i) { return mean + amplitude * std::sin(2 * M_PI * hertz * i / 1000); };
     };
@@ -285,10 +284,10 @@ TEST_CASE("safety: a buzz is a fault, a hand and a rough surface are none", "[sa
     CHECK(ticks(200, 5, 3) < 30);
     CHECK(ticks(60, 5, 3) < 200);
     CHECK(ticks(450, 0, 8) < 30);
-    CHECK(ticks(30, 5, 3) == 3000);   // a jerk goes by
+    CHECK(ticks(30, 5, 3) == 3000);   // a single jerk is no fault
     CHECK(ticks(12, 5, 5) == 3000);   // the fastest tremor of a hand
     CHECK(ticks(200, 5, 1) == 3000);  // ripple of 2 N
-    // By torque as well, on any axis.
+    // Torque counts as well, on any axis.
     SafetyStage safety = engaged();
     int n = 0;
     while (n < 3000 && safety.engagement() != Engagement::Faulted)
@@ -296,10 +295,10 @@ TEST_CASE("safety: a buzz is a fault, a hand and a rough surface are none", "[sa
     CHECK(n < 30);
     safety.engage();
     safety.pass({});
-    CHECK(safety.engagement() == Engagement::Engaged);  // what swung is forgotten
+    CHECK(safety.engagement() == Engagement::Engaged);  // the earlier swings are forgotten
 }
 
-TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safety]") {
+TEST_CASE("safety: no violation in 1,000,000 arbitrary inputs", "[safety]") {
     const std::uint64_t seed = std::random_device{}();
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
     INFO("seed " << seed);
@@ -326,9 +325,9 @@ TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safet
         SafetyStage safety(limits);
         const bool violent = chance(3);
         const double dt = uniform(0.1, 4), bound = chance(2) ? 0.5 : 30;
-        const int lost = static_cast<int>(random() % 4000);  // the device is gone from then on
+        const int lost = static_cast<int>(random() % 4000);  // the device is lost from then on
         Vec3 wanted = Vec3::Zero();
-        bool mayPass = !limits.motors;  // by what the stage was told
+        bool mayPass = !limits.motors;  // derived from the inputs of the stage
         double stale = 0;
         struct {
             double peak, continuous, slew;
@@ -353,7 +352,7 @@ TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safet
             input.fresh = i < lost && !chance(200);
             const Wrench out = safety.pass(input);
 
-            // What must hold, told apart from how the stage does it.
+            // The requirements, independent of the implementation of the stage.
             stale = input.fresh ? 0 : stale + dt;
             const bool finite = input.wrench_o.isFinite();
             const bool late = limits.motors && input.period > 10 * dt;
@@ -370,7 +369,7 @@ TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safet
                 good &= size <= peak;
                 const Vec3 way = before > 0 ? Vec3(std::clamp(now.dot(part.last) / before, 0.0, 1.0) * part.last)
                                             : Vec3(Vec3::Zero());
-                // Sums and products of numbers as large as these.
+                // Rounding of sums and products of numbers this large.
                 const double rounding = 16 * std::numeric_limits<double>::epsilon() * (size + length(part.last));
                 good &= length(now - way) <= slew + rounding + 1e-300;
                 slewed += length(now - way) > 0.99 * slew && slew > 0;
@@ -389,7 +388,7 @@ TEST_CASE("safety: 1,000,000 inputs of any kind, and not one violation", "[safet
                               << " " << limits.continuousForce << ", dt " << dt);
         }
     }
-    // The test sees forces that go through and that are held back, not only zeros.
+    // The test must see forces that pass and forces that are limited, not only zeros.
     CHECK(forces > 100'000);
     CHECK(slewed > 20'000);
 }

@@ -1,4 +1,4 @@
-// The driver against a fake of libspnav.
+// Tests the driver against a fake of libspnav.
 #include "haptics/device/spacemouse.hpp"
 
 #include <dlfcn.h>
@@ -49,7 +49,7 @@ std::string refusal(const std::string& text = {}) {
     return {};
 }
 
-/// Reads until what was sent has arrived: the change of a tick is then the rate.
+/// Reads until the sent event has arrived; the change in a tick is then the rate.
 template <class F>
 bool arrives(const F& done) {
     for (int i = 0; i < 5000; ++i) {
@@ -59,19 +59,19 @@ bool arrives(const F& done) {
     return false;
 }
 
-/// Tick by tick.
+/// Reads tick by tick.
 struct Steps {
     Device& device;
     double t = 1;
     DeviceReading before{}, now{};
 
-    /// The way of the next one, mm.
+    /// Travel in the next tick, mm.
     Vec3 next() {
         before = now;
         now = device.read(t++, 1);
         return now.X_WT_device.p - before.X_WT_device.p;
     }
-    /// The turn of the next one, rad.
+    /// Rotation in the next tick, rad.
     Vec3 nextTurn() {
         next();
         return logRotation(now.X_WT_device.q * before.X_WT_device.q.conjugate());
@@ -80,16 +80,16 @@ struct Steps {
 
 }  // namespace
 
-TEST_CASE("spacemouse: rest and what is near it is zero, then the rate grows to one", "[device]") {
+TEST_CASE("spacemouse: the rate is zero in the dead band, then grows to one", "[device]") {
     for (const int value : {0, 10, -30, 35}) CHECK(spaceMouseRate(value) == 0);
     CHECK(spaceMouseRate(350) == 1);
     CHECK(spaceMouseRate(-500) == -1);
     CHECK(spaceMouseRate(192) == Approx((192 / 350.0 - 0.1) / 0.9));
     CHECK(spaceMouseRate(36) > 0);
-    CHECK(spaceMouseRate(36) < 0.01);  // without a step at the band's edge
+    CHECK(spaceMouseRate(36) < 0.01);  // no step at the edge of the dead band
 }
 
-TEST_CASE("spacemouse: what is missing is told in a sentence", "[device]") {
+TEST_CASE("spacemouse: a missing library or daemon is reported in one sentence", "[device]") {
     setenv("TOUCHSTONE_LIBSPNAV", "/no/such/libspnav.so", 1);
     CHECK_THAT(refusal(), Contains("/no/such/libspnav.so") && Contains("apt install libspnav0"));
     CHECK_FALSE(examineSpaceMouse().works);
@@ -98,14 +98,14 @@ TEST_CASE("spacemouse: what is missing is told in a sentence", "[device]") {
     CHECK_THAT(refusal("fast"), Contains("'fast' is not a speed"));
 }
 
-TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "[device]") {
+TEST_CASE("spacemouse: the cap sets the velocity right, up and towards the user", "[device]") {
     const FakeSpnav fake;
     const auto device = open("80");
     CHECK(device->read(0, 1).X_WT_device.p == Vec3(1, 2, 3));
     Steps steps{*device};
     steps.next();
     FakeSpnav::send(1, 350, 0, 350);
-    // 80 mm/s, libspnav's z is away.
+    // 80 mm/s; libspnav's z points away from the user.
     CHECK(arrives([&] { return (steps.next() - Vec3(0.08, 0, -0.08)).norm() < 1e-12; }));
     FakeSpnav::send(1, 0, 0, 0, 0, 350, 0);
     CHECK(arrives([&] { return (steps.nextTurn() - Vec3(0, 0.0016, 0)).norm() < 1e-9; }));
@@ -113,19 +113,18 @@ TEST_CASE("spacemouse: the cap says how fast, right, up and towards the user", "
     CHECK(arrives([&] { return steps.next(), steps.now.buttons == 2; }));
     FakeSpnav::send(1, 0, 0, 0);
     CHECK(arrives([&] { return steps.next().norm() == 0; }));
-    // Set to where the tool is, it goes on from there.
+    // Engaged at the tool's pose, it continues from there.
     device->engage({{9, 9, 9}, Quat::Identity()});
     steps.next();
     CHECK(steps.now.X_WT_device.p == Vec3(9, 9, 9));
 }
 
-TEST_CASE("spacemouse: its axes are those that the window gives it, and what holds the tool back is on the scene's",
-          "[device]") {
+TEST_CASE("spacemouse: moves along the window's axes, while forces act along the scene's axes", "[device]") {
     const FakeSpnav fake;
     const auto device = open();
     const auto control = device->control();
     REQUIRE(control->maps() == DeviceControl::Maps::Axes);
-    // The picture is seen from the right: right in it is the scene's -z, towards the user its x.
+    // The view is from the right: right in the picture is the scene's -z, towards the user its x.
     const Quat q_WD = expRotation(Vec3(0, M_PI / 2, 0));
     control->setWorkspace({.q_WD = q_WD});
     CHECK(control->workspace().q_WD.coeffs() == q_WD.coeffs());
@@ -139,13 +138,13 @@ TEST_CASE("spacemouse: its axes are those that the window gives it, and what hol
     device->write({});
     FakeSpnav::send(1, 0, 0, 0, 350, 0, 0);
     CHECK(arrives([&] { return (steps.nextTurn() - Vec3(0, 0, -0.001)).norm() < 1e-9; }));
-    // From one tick to the next, without a jump.
+    // The change takes one tick, without a jump.
     control->setWorkspace({});
     FakeSpnav::send(1, 0, 350, 0);
     CHECK(arrives([&] { return (steps.next() - Vec3(0, 0.05, 0)).norm() < 1e-12; }));
 }
 
-TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", "[device]") {
+TEST_CASE("spacemouse: the device pose stops where contact holds the tool back", "[device]") {
     const FakeSpnav fake;
     const auto device = open();
     device->read(0, 1);
@@ -166,7 +165,7 @@ TEST_CASE("spacemouse: the wanted pose stops against what holds the tool back", 
     CHECK(step() == Approx(0.05));
 }
 
-TEST_CASE("spacemouse: a cap that has fallen silent is at rest, a daemon that is gone is a fault", "[device]") {
+TEST_CASE("spacemouse: a silent cap is at rest, a lost daemon is a fault", "[device]") {
     const FakeSpnav fake;
     const auto device = open();
     device->read(0, 1);

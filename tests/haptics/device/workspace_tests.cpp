@@ -1,4 +1,4 @@
-// From the hand's space into the scene and back: no jumps, and no energy from nowhere.
+// Maps the hand's space to the scene and back: without jumps, and without creating energy.
 #include "haptics/device/workspace.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@ namespace touchstone::workspace_tests {
 
 namespace {
 
-/// What a test holds in its hand.
+/// A device that the test controls.
 struct Stylus {
     DeviceReading reading;
     Wrench felt;
@@ -68,37 +68,37 @@ Workspace turned(double scale) {
 
 }  // namespace
 
-TEST_CASE("workspace: where the hand is when a run begins stands for the tool's start", "[device]") {
+TEST_CASE("workspace: the pose of the hand at the start of a run maps to the tool's start", "[device]") {
     Mapped mapped(turned(3));
     CHECK(near(mapped.reading.X_WT_device, {{100, 200, 300}, Quat::Identity()}));
     CHECK(mapped.stylus.engaged == 1);
 }
 
-TEST_CASE("workspace: motion is scaled and turned, turns are turned alone", "[device]") {
+TEST_CASE("workspace: translations are scaled and rotated, rotations are only rotated", "[device]") {
     Mapped mapped(turned(3));
     mapped.hand().p += Vec3(1, 2, 0);
     mapped.hand().q = expRotation(Vec3(0.4, 0, 0)) * mapped.hand().q;  // about the device's x
     CHECK(near(mapped.tick(), {{100, 206, 297}, expRotation(Vec3(0, 0, -0.4))}));
 }
 
-TEST_CASE("workspace: the wrench comes back on the device's axes", "[device]") {
+TEST_CASE("workspace: the wrench returns along the device's axes", "[device]") {
     Mapped mapped(turned(2));
     const Wrench felt = mapped.feel({{0, 0, -6}, {0, 4, 0}});
     CHECK((felt.force - Vec3(3, 0, 0)).norm() < 1e-12);
     CHECK((felt.torque - Vec3(0, 1, 0)).norm() < 1e-12);
     const DeviceLimits limits = mapped.device->limits();
-    CHECK(limits.peakForce == 16);  // of the scene, so that 8 reach the hand
+    CHECK(limits.peakForce == 16);  // in the scene, so that 8 N reach the hand
     CHECK(limits.peakTorque == 400);
     CHECK(limits.nominalStiffness == 2);
 }
 
-TEST_CASE("workspace: the gains are those that the hand feels, and the map makes no energy", "[device]") {
+TEST_CASE("workspace: the hand feels the gains as set, and the mapping creates no energy", "[device]") {
     const double scale = GENERATE(0.2, 1.0, 5.0);
     Mapped mapped(turned(scale));
     const double k = 0.7, kr = torsionInScene(400, scale);
-    const Vec3 lever(20, -10, 5);  // the springs act about a point beside the tool's origin
+    const Vec3 lever(20, -10, 5);  // the springs act about a point away from the tool's origin
     const Pose X0 = mapped.reading.X_WT_device;
-    // The scene's wrench on the hand for where the hand is: springs between tool and hand, the tool held at X0.
+    // The scene's wrench on the hand at its pose: springs between tool and hand, with the tool held at X0.
     const auto feel = [&](const Pose& hand) {
         mapped.hand() = hand;
         const Pose X = mapped.tick();
@@ -116,14 +116,15 @@ TEST_CASE("workspace: the gains are those that the hand feels, and the map makes
         K.col(i) << (more.force - less.force) / (2 * h), (more.torque - less.torque) / (2 * h);
     }
     CHECK((K.topLeftCorner<3, 3>() + k * Mat3::Identity()).norm() < 1e-6);
-    // Symmetric: the gradient of an energy, so that no closed path gives work. The lever is shorter by the scale.
+    // A symmetric matrix: the wrench is the gradient of an energy, so no closed path gives work. The lever is divided
+    // by the scale.
     CHECK((K - K.transpose()).norm() < 1e-5 * K.norm());
     const Vec3 own = turned(scale).q_WD.conjugate() * lever / scale;
     const Mat3 ofLever = k * (own.squaredNorm() * Mat3::Identity() - own * own.transpose());
     CHECK((K.bottomRightCorner<3, 3>() + 400 * Mat3::Identity() + ofLever).norm() < 1e-4 * K.norm());
 }
 
-TEST_CASE("workspace: engaging sets the hand to the tool, and the tool nowhere", "[device]") {
+TEST_CASE("workspace: engaging maps the hand to the tool and does not move the tool", "[device]") {
     Mapped mapped;
     mapped.hand().p += Vec3(50, 0, 0);
     mapped.tick();
@@ -135,7 +136,7 @@ TEST_CASE("workspace: engaging sets the hand to the tool, and the tool nowhere",
     CHECK((mapped.tick().p - free.p - Vec3(1, 0, 0)).norm() < 1e-9);
 }
 
-TEST_CASE("workspace: while the clutch is held the hand moves alone, and no force jumps", "[device]") {
+TEST_CASE("workspace: while the clutch is held only the hand moves, and no force jumps", "[device]") {
     Mapped mapped(turned(2));
     const Wrench wrench{.force = {10, 0, 0}};
     mapped.feel(wrench);
@@ -155,7 +156,7 @@ TEST_CASE("workspace: while the clutch is held the hand moves alone, and no forc
     go(100);
     CHECK(near(mapped.reading.X_WT_device, before));
     CHECK(last == 0);
-    mapped.stylus.reading.buttons = 1;  // another button is no clutch
+    mapped.stylus.reading.buttons = 1;  // other buttons are not the clutch
     const Pose released = mapped.tick();
     CHECK(near(released, before));
     last = mapped.feel(wrench).force.norm();
@@ -165,7 +166,7 @@ TEST_CASE("workspace: while the clutch is held the hand moves alone, and no forc
     CHECK((mapped.reading.X_WT_device.p - before.p - 150 * 2 * Vec3(0, 0.2, -0.1)).norm() < 1e-9);
 }
 
-TEST_CASE("workspace: other axes and a lost reading move nothing either", "[device]") {
+TEST_CASE("workspace: new axes and a lost reading move nothing", "[device]") {
     Mapped mapped;
     mapped.hand().p += Vec3(5, 5, 5);
     const Pose before = mapped.tick();
@@ -183,7 +184,8 @@ TEST_CASE("workspace: other axes and a lost reading move nothing either", "[devi
     CHECK(near(mapped.tick(), before));
 }
 
-TEST_CASE("workspace: a new offset is glided to, and a new scale waits for a new run of the device", "[device]") {
+TEST_CASE("workspace: the tool glides to a new offset, and a new scale waits for the next run of the device",
+          "[device]") {
     Mapped mapped;
     mapped.set([](Workspace& w) {
         w.offset = {0, 10, 0};
@@ -192,18 +194,18 @@ TEST_CASE("workspace: a new offset is glided to, and a new scale waits for a new
     Vec3 last = mapped.reading.X_WT_device.p;
     for (int i = 0; i < 250; ++i) {
         const Vec3 p = mapped.tick().p;
-        REQUIRE((p - last).norm() <= 0.05 + 1e-9);  // mm a tick
+        REQUIRE((p - last).norm() <= 0.05 + 1e-9);  // mm per tick
         last = p;
     }
     CHECK((last - Vec3(100, 210, 300)).norm() < 1e-9);
     mapped.hand().p.x() += 1;
     CHECK((mapped.tick().p - Vec3(101, 210, 300)).norm() < 1e-9);
-    // The offset is from the start, not from every engagement.
+    // The offset is relative to the start, not to each engagement.
     mapped.device->engage(mapped.reading.X_WT_device);
     CHECK((mapped.tick(10).p - Vec3(101, 210, 300)).norm() < 1e-9);
 }
 
-TEST_CASE("workspace: what makes no sense is refused with a sentence", "[device]") {
+TEST_CASE("workspace: invalid values are refused with one sentence", "[device]") {
     CHECK(checkWorkspace({}).empty());
     Workspace workspace;
     workspace.scale = GENERATE(0.0, -1.0, NAN, 1e9);

@@ -1,4 +1,4 @@
-// Files that are complete or not there: whatever goes wrong, what stood there before is as it was.
+// Output files are complete or absent: after any failure the earlier file is unchanged.
 #include "haptics/files/output_file.hpp"
 
 #include <sys/resource.h>
@@ -30,7 +30,7 @@ std::ptrdiff_t filesIn(const fs::path& folder) {
     return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
 
-/// Files of this process end at so many bytes, as they do on a full disk.
+/// Limits the size of files of this process, as a full disk does.
 struct Limit {
     rlimit before{};
     sighandler_t handler = std::signal(SIGXFSZ, SIG_IGN);
@@ -47,7 +47,7 @@ struct Limit {
 
 }  // namespace
 
-TEST_CASE("output file: it is in its place when it is closed, and not before", "[files]") {
+TEST_CASE("output file: appears in its place when it is closed, and not before", "[files]") {
     const TempFolder folder;
     const fs::path file = folder.path() / "report";
     writeFile(file, "the report", "earlier");
@@ -64,11 +64,11 @@ TEST_CASE("output file: it is in its place when it is closed, and not before", "
     CHECK(filesIn(folder.path()) == 1);
 }
 
-TEST_CASE("output file: a full disk leaves the earlier file, and says why", "[files]") {
+TEST_CASE("output file: a full disk leaves the earlier file, and the error says why", "[files]") {
     const TempFolder folder;
     const fs::path file = folder.path() / "report";
     writeFile(file, "the report", "earlier");
-    for (const std::size_t size : {std::size_t{2000}, std::size_t{5} << 20}) {  // seen when closed, and before
+    for (const std::size_t size : {std::size_t{2000}, std::size_t{5} << 20}) {  // detected on closing, and before
         const Limit limit(1000);
         CHECK_THROWS_WITH(writeFile(file, "the report", std::string(size, 'x')),
                           Contains("cannot write the report to '" + file.string() + "': File too large"));
@@ -78,7 +78,7 @@ TEST_CASE("output file: a full disk leaves the earlier file, and says why", "[fi
     CHECK_THROWS_WITH(writeFile("/dev/full", "the table", "x"), Contains("No space left on device"));
 }
 
-TEST_CASE("output file: links, modes and what is no regular file", "[files]") {
+TEST_CASE("output file: follows links, keeps modes, and writes to other than regular files", "[files]") {
     const TempFolder folder;
     const fs::path file = folder.path() / "real", link = folder.path() / "link";
     writeFile(file, "the report", "earlier");

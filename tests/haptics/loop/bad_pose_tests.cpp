@@ -1,5 +1,5 @@
-// What is no pose (not finite, beyond 1 km, no rotation) holds the tool, gives exactly no force, and passes; whichever
-// way it comes in.
+// An invalid pose (non-finite, beyond 1 km, or not a rotation) holds the tool and gives exactly zero force until valid
+// poses return, whatever its source.
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -40,8 +40,8 @@ std::vector<Pose> badPoses() {
     return bad;
 }
 
-/// Every number of a record is one, and no pose in it is far away.
-void requireSound(const TickRecord& r) {
+/// Requires that every number of a record is finite and that no pose in it is far away.
+void requireFinite(const TickRecord& r) {
     REQUIRE((r.X_WT.p.array().abs() <= 1.001 * kLargestCoordinate).all());
     REQUIRE((r.X_WT_device.p.array().abs() <= 1.001 * kLargestCoordinate).all());
     REQUIRE(r.X_WT.q.coeffs().allFinite());
@@ -54,7 +54,7 @@ void requireSound(const TickRecord& r) {
 
 bool isZero(const Wrench& wrench) { return wrench.force.isZero(0) && wrench.torque.isZero(0); }
 
-/// A ball of 10 mm on another: they touch where the tool is at y = 20 mm.
+/// A ball of 10 mm on another: they touch when the tool is at y = 20 mm.
 World balls() { return test::worldOf(test::ball(10), test::ball(10), at(0, 25, 0)); }
 
 Settings settingsOf(Mode mode) {
@@ -79,7 +79,7 @@ class ScriptedDevice final : public Device {
     int call_ = 0;
 };
 
-/// A device in a run of its own, 3 mm above the ground, which it touches at y = 5 mm.
+/// A run with the given device, 3 mm above the ground, which the tool touches at y = 5 mm.
 struct Run {
     TickDriver driver;
 
@@ -87,19 +87,19 @@ struct Run {
         : driver(std::make_unique<Session>(test::groundBelow(), Settings{}, std::move(device))) {}
     TickRecord ticks(int n) {
         TickRecord last;
-        for (int i = 0; i < n; ++i) requireSound(last = driver.tick());
+        for (int i = 0; i < n; ++i) requireFinite(last = driver.tick());
         return last;
     }
     const SafetyStage& safety() const { return driver.session().safety; }
 };
 
-std::vector<MotionKey> comesAndGoes(const Pose& bad) {
+std::vector<MotionKey> motionThrough(const Pose& bad) {
     return {{0, at(0, 8, 0)}, {100, at(0, 3, 0)}, {200, bad}, {201, bad}, {202, at(0, 3, 0)}, {300, at(0, 3, 0)}};
 }
 
 }  // namespace
 
-TEST_CASE("pose: valid within a kilometre, with a quaternion that can be a rotation", "[step]") {
+TEST_CASE("pose: valid within a kilometer, with a quaternion that can be normalized", "[step]") {
     for (const Pose& bad : badPoses()) {
         CAPTURE(bad.p.transpose(), bad.q.coeffs().transpose());
         CHECK_FALSE(bad.isValid());
@@ -112,7 +112,7 @@ TEST_CASE("pose: valid within a kilometre, with a quaternion that can be a rotat
     CHECK(rounded.isValid());
 }
 
-TEST_CASE("step: a bad pose holds the tool, gives no force, and passes, in every mode", "[step]") {
+TEST_CASE("step: an invalid pose holds the tool without force until a valid one comes, in every mode", "[step]") {
     const Mode mode = GENERATE(Mode::Default, Mode::Paper, Mode::Penalty);
     const World world = balls();
     const Settings settings = settingsOf(mode);
@@ -125,7 +125,7 @@ TEST_CASE("step: a bad pose holds the tool, gives no force, and passes, in every
         REQUIRE(before.wrench_C.force.y() > 1);
         for (int again = 0; again < 3; ++again) {
             const TickRecord r = step(world, settings, {bad}, state, {}, true);
-            requireSound(r);
+            requireFinite(r);
             REQUIRE(r.flags == kBadInput);
             REQUIRE(isZero(r.wrench_C));
             REQUIRE(isZero(r.wrench_o));
@@ -144,17 +144,17 @@ TEST_CASE("step: the tool goes to the end of the range and back", "[step]") {
     StepState state(world);
     const Pose end = at(1e6, -1e6, 1e6);
     TickRecord r;
-    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {end}, state));
+    for (int tick = 0; tick < 20; ++tick) requireFinite(r = step(world, settings, {end}, state));
     CHECK(r.flags == 0);
     CHECK((r.X_WT.p - end.p).norm() < 1e-9);
     CHECK(isZero(r.wrench_C));
     CHECK(step(world, settings, {at(kBeyond, 0, 0)}, state).flags == kBadInput);
-    for (int tick = 0; tick < 20; ++tick) requireSound(r = step(world, settings, {at(0, 25, 0)}, state));
+    for (int tick = 0; tick < 20; ++tick) requireFinite(r = step(world, settings, {at(0, 25, 0)}, state));
     CHECK(r.flags == 0);
     CHECK((r.X_WT.p - Vec3(0, 25, 0)).norm() < 1e-9);
 }
 
-TEST_CASE("step: an obstacle that is to go where no pose is holds everything", "[step]") {
+TEST_CASE("step: an invalid target pose of an obstacle holds everything", "[step]") {
     const World world = balls();
     const Settings settings = settingsOf(Mode::Default);
     StepState state(world);
@@ -165,7 +165,7 @@ TEST_CASE("step: an obstacle that is to go where no pose is holds everything", "
         REQUIRE(isZero(r.wrench_C));
         REQUIRE(r.X_WT.p == Vec3(0, 25, 0));
         REQUIRE(state.obstacles()[0] == Pose{});
-        // What is recorded repeats it.
+        // The recorded input reproduces it.
         REQUIRE(state.input().obstacle == 0);
         StepState again(world);
         std::vector<Pose> targets{state.input().X_WO};
@@ -176,14 +176,14 @@ TEST_CASE("step: an obstacle that is to go where no pose is holds everything", "
     CHECK(state.obstacles()[0].p.y() < 0);
 }
 
-TEST_CASE("step: what begins with a bad pose is held until it restarts", "[step]") {
+TEST_CASE("step: a state that begins with an invalid pose is held until it restarts", "[step]") {
     const Settings settings = settingsOf(Mode::Default);
     for (const Pose& bad : badPoses()) {
         World world = balls();
         StepState state(world);
         const auto held = [&](StepState& its) {
             const TickRecord r = step(world, settings, {at(0, 24, 0)}, its);
-            requireSound(r);
+            requireFinite(r);
             return r.flags == kBadInput && isZero(r.wrench_C);
         };
         state.reset(bad);
@@ -209,7 +209,7 @@ TEST_CASE("step: what begins with a bad pose is held until it restarts", "[step]
     }
 }
 
-TEST_CASE("step: any numbers for poses leave finite records, and no force but from valid ones", "[step]") {
+TEST_CASE("step: arbitrary numbers as poses give finite records, and only valid poses give force", "[step]") {
     const unsigned seed = GENERATE(range(1u, 9u));
     const Mode mode = GENERATE(Mode::Default, Mode::Paper, Mode::Penalty);
     CAPTURE(seed, int(mode));
@@ -225,28 +225,27 @@ TEST_CASE("step: any numbers for poses leave finite records, and no force but fr
         if (any.next() % 5 == 0) input.X_WO = std::span(&target, 1);
         const bool bad = !input.X_WT_device.isValid() || (!input.X_WO.empty() && !target.isValid());
         const TickRecord r = step(world, settings, input, state, {}, true);
-        requireSound(r);
+        requireFinite(r);
         REQUIRE(((r.flags & kBadInput) != 0) == bad);
         if (bad) REQUIRE(isZero(r.wrench_C));
         const double depth = meter.depth(r.X_WT, state.obstacles());
         REQUIRE(depth >= 0);
-        REQUIRE(depth < 100);  // the bodies are no larger
+        REQUIRE(depth < 100);  // the bodies are not larger than this
     }
 }
 
-TEST_CASE("penetration meter: nothing is deep at an invalid pose", "[step]") {
+TEST_CASE("penetration meter: the depth is zero at an invalid pose", "[step]") {
     const World world = balls();
     PenetrationMeter meter(world);
     for (const Pose& bad : badPoses()) {
-        if (bad.p.cwiseAbs().maxCoeff() < 100) continue;  // no rotation, but there
+        if (bad.p.cwiseAbs().maxCoeff() < 100) continue;  // its rotation is invalid, but its position is near
         CHECK(meter.depth(bad) == 0);
-        CHECK(meter.depth(at(0, 15, 0)) == Approx(5));  // the other search comes next
+        CHECK(meter.depth(at(0, 15, 0)) == Approx(5));  // the next call uses the other search
         CHECK(meter.depth(bad) == 0);
     }
 }
 
-TEST_CASE("tick driver: a bad pose of a device faults, counts, and the force comes back when somebody engages",
-          "[loop][safety]") {
+TEST_CASE("tick driver: an invalid device pose is a counted fault, and engaging restores the force", "[loop][safety]") {
     for (const Pose& bad : badPoses())
         for (const int when : {0, 250}) {
             CAPTURE(when, bad.p.transpose(), bad.q.coeffs().transpose());
@@ -271,12 +270,11 @@ TEST_CASE("tick driver: a bad pose of a device faults, counts, and the force com
         }
 }
 
-TEST_CASE("devices: a motion through invalid poses is bad input while it lasts, played or held by a hand",
-          "[devices]") {
+TEST_CASE("devices: a motion through invalid poses is bad input meanwhile, played or followed by a hand", "[devices]") {
     const auto file = std::filesystem::temp_directory_path() / ("touchstone-far-" + std::to_string(getpid()) + ".csv");
     for (const double far : {1.1e6, -1e30, 1e150, -1e308}) {
         DeviceContext context;
-        const std::vector<MotionKey> keys = comesAndGoes(at(0, far, 0));
+        const std::vector<MotionKey> keys = motionThrough(at(0, far, 0));
         context.demonstration = std::make_shared<RecordedMotion>(keys);
         writeMotion(file, keys);
         for (const auto& [name, after] :
@@ -302,7 +300,7 @@ TEST_CASE("devices: a motion through invalid poses is bad input while it lasts, 
     std::filesystem::remove(file);
 }
 
-TEST_CASE("devices: a motion that begins where no pose is becomes one", "[devices]") {
+TEST_CASE("devices: a motion that begins with an invalid pose becomes valid later", "[devices]") {
     DeviceContext context;
     context.demonstration = std::make_shared<RecordedMotion>(
         std::vector<MotionKey>{{0, at(1e308, 0, 0)}, {1, at(0, 8, 0)}, {9, at(0, 8, 0)}});
@@ -313,7 +311,7 @@ TEST_CASE("devices: a motion that begins where no pose is becomes one", "[device
     CHECK((run.ticks(5).X_WT.p - Vec3(0, 8, 0)).norm() < 1e-9);
 }
 
-TEST_CASE("motion: what lies between the largest numbers is no pose, and nothing else is lost", "[motion]") {
+TEST_CASE("motion: poses between keys of the largest numbers are invalid, all other poses are kept", "[motion]") {
     const double most = std::numeric_limits<double>::max();
     const RecordedMotion motion({{0, at(0, 1, 0)}, {1, at(-most, 0, 0)}, {3, at(most, 0, 0)}, {4, at(0, 2, 0)}});
     CHECK(motion.at(0) == at(0, 1, 0));
@@ -326,7 +324,7 @@ TEST_CASE("motion: what lies between the largest numbers is no pose, and nothing
     run.ticks(3);
 }
 
-TEST_CASE("devices: a mouse that points past the horizon leaves the hand where it was", "[devices]") {
+TEST_CASE("devices: a mouse that points beyond the horizon leaves the hand where it was", "[devices]") {
     const auto target = std::make_shared<MouseTarget>();
     MouseDevice mouse(target, at(0, 8, 0));
     mouse.read(0, 1);
@@ -336,8 +334,7 @@ TEST_CASE("devices: a mouse that points past the horizon leaves the hand where i
     }
 }
 
-TEST_CASE("devices: what a workspace is given or makes beyond the range is bad input, until it is engaged",
-          "[device]") {
+TEST_CASE("devices: a pose out of range before or after the workspace mapping is bad input until engaged", "[device]") {
     Pose hand;
     auto script = [&](int) { return DeviceReading{.X_WT_device = hand}; };
     const auto mapped = [&] {

@@ -44,10 +44,10 @@ class PressingDevice final : public Device {
     std::thread::id reader_;
 };
 
-// Rights of the test's user must not matter, and the machine's other work should go on.
+// The user's privileges must not matter, and other work on the machine should continue.
 const LoopOptions kOptions{.realTime = {.raise = false}, .ringCapacity = 1 << 14, .shares = {}, .watchdogMs = 0};
 
-/// Polls until the snapshot is as wanted. The limit is for a loop that hangs, not a measure of speed.
+/// Polls until the snapshot satisfies the condition. The time limit only detects a loop that hangs.
 bool waitFor(HapticLoop& loop, const std::function<bool(const LoopSnapshot&)>& wanted) {
     const auto start = std::chrono::steady_clock::now();
     while (std::chrono::steady_clock::now() - start < std::chrono::seconds(60)) {
@@ -59,8 +59,8 @@ bool waitFor(HapticLoop& loop, const std::function<bool(const LoopSnapshot&)>& w
 
 }  // namespace
 
-TEST_CASE("haptic loop: a tick knows how many deadlines were missed before it", "[loop][thread]") {
-    /// Every tenth reading takes several ticks.
+TEST_CASE("haptic loop: a tick counts the late ticks before it", "[loop][thread]") {
+    /// Every tenth reading takes several tick periods.
     class SlowDevice final : public Device {
       public:
         DeviceReading read(double, double) noexcept override {
@@ -80,7 +80,7 @@ TEST_CASE("haptic loop: a tick knows how many deadlines were missed before it", 
     for (int i = 1; i < 100 && loop.pop(record); ++i, before = record) {
         CHECK(record.periodUs > 0);
         CHECK(record.overruns >= before.overruns);
-        if (i % 10 != 0) continue;  // the tick after a slow one
+        if (i % 10 != 0) continue;  // only ticks after a slow reading
         CHECK(record.overruns > before.overruns);
         CHECK(record.periodUs > 4999);
     }
@@ -105,7 +105,7 @@ TEST_CASE("haptic loop: ticks, delivers every tick in order, and leaves zero for
     CHECK(watch.living == 0);
 }
 
-TEST_CASE("haptic loop: settings arrive, the newest of many wins, and live work is limited", "[loop][thread]") {
+TEST_CASE("haptic loop: the newest of many settings wins, and the work of live ticks is limited", "[loop][thread]") {
     Watch watch;
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
     Settings settings;
@@ -128,7 +128,8 @@ TEST_CASE("haptic loop: settings arrive, the newest of many wins, and live work 
     CHECK_THROWS_AS(loop.open(groundWorld(), settings, std::make_unique<PressingDevice>(watch)), std::invalid_argument);
 }
 
-TEST_CASE("haptic loop: sessions are taken over while ticking, and freed elsewhere", "[loop][thread]") {
+TEST_CASE("haptic loop: a new session replaces the old one between ticks, which another thread frees",
+          "[loop][thread]") {
     Watch watch;
     {
         HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
@@ -136,10 +137,10 @@ TEST_CASE("haptic loop: sessions are taken over while ticking, and freed elsewhe
             Settings settings;
             settings.stiffness = 1 + static_cast<double>(number);
             loop.open(groundWorld(), settings, std::make_unique<PressingDevice>(watch));
-            // Settings given after a session are for it, however the two reach the loop.
+            // Settings given after a session belong to it, in whatever order the two reach the loop.
             settings.margin = 0.6;
             loop.setSettings(settings);
-            if (number == 2) continue;  // the next comes before this one is taken, or while it opens
+            if (number == 2) continue;  // the next session comes before this one is taken, or while it opens
             REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) { return s.session == number; }));
             REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) {
                 return s.settings.stiffness == settings.stiffness && s.settings.margin == 0.6;
@@ -151,7 +152,7 @@ TEST_CASE("haptic loop: sessions are taken over while ticking, and freed elsewhe
     CHECK_FALSE(watch.freedOnLoop);
 }
 
-TEST_CASE("haptic loop: a restart begins again at tick zero", "[loop][thread]") {
+TEST_CASE("haptic loop: a restart resets to tick zero", "[loop][thread]") {
     Watch watch;
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
     REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks > 150; }));
@@ -159,7 +160,7 @@ TEST_CASE("haptic loop: a restart begins again at tick zero", "[loop][thread]") 
     CHECK(waitFor(loop, [](const LoopSnapshot& s) { return s.record.tick + 150 < s.ticks; }));
 }
 
-TEST_CASE("haptic loop: a ring that nobody empties counts what it drops, and the loop goes on", "[loop][thread]") {
+TEST_CASE("haptic loop: a full ring counts dropped records, and the loop continues", "[loop][thread]") {
     Watch watch;
     LoopOptions options = kOptions;
     options.ringCapacity = 16;
@@ -168,7 +169,7 @@ TEST_CASE("haptic loop: a ring that nobody empties counts what it drops, and the
     CHECK(loop.snapshot().dropped == loop.snapshot().ticks - 16);
 }
 
-TEST_CASE("haptic loop: motors wait for engage(), and obey stop()", "[loop][thread]") {
+TEST_CASE("haptic loop: motors have no force before engage() and after stop()", "[loop][thread]") {
     Watch watch;
     watch.motors = true;
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
@@ -182,21 +183,21 @@ TEST_CASE("haptic loop: motors wait for engage(), and obey stop()", "[loop][thre
     CHECK(reaches(Engagement::Engaging));
     CHECK(watch.engaged == 1);
     loop.engage();
-    loop.stop();  // the newest wins
+    loop.stop();  // the newest request wins
     CHECK(reaches(Engagement::Stopped));
     CHECK(watch.lastForce == 0);
     CHECK(watch.engaged == 1);
 }
 
-TEST_CASE("haptic loop: a device whose driver hangs is let go of meanwhile, which is a fault when the ticks go on",
+TEST_CASE("haptic loop: the watchdog releases a device whose driver hangs, a fault once ticks continue",
           "[loop][thread]") {
     struct Hand {
         std::atomic<bool> hangs = false;
         std::atomic<int> releaseForces = 0;
         std::atomic<double> force = 0;
-        std::atomic<bool> disobeyed = false;  // a force after it was let go of
+        std::atomic<bool> disobeyed = false;  // a force after its release
     } hand;
-    /// Presses once it is engaged.
+    /// Presses as soon as it is engaged.
     class HangingDevice final : public Device {
       public:
         explicit HangingDevice(Hand& hand) : hand_(hand) {}
@@ -220,7 +221,7 @@ TEST_CASE("haptic loop: a device whose driver hangs is let go of meanwhile, whic
         double z_ = 20;
     };
     LoopOptions options = kOptions;
-    options.watchdogMs = 1000;  // a crowded machine holds threads up
+    options.watchdogMs = 1000;  // a busy machine delays threads
     HapticLoop loop(groundWorld(), {}, std::make_unique<HangingDevice>(hand), options);
     loop.engage();
     REQUIRE(waitFor(loop, [&](const LoopSnapshot&) { return hand.force > 2; }));
@@ -245,7 +246,7 @@ TEST_CASE("haptic loop: a device whose driver hangs is let go of meanwhile, whic
     CHECK(waitFor(loop, [&](const LoopSnapshot&) { return hand.force > 2; }));
 }
 
-TEST_CASE("haptic loop: a start comes with where the obstacles were, tick after tick", "[loop][thread]") {
+TEST_CASE("haptic loop: each start comes with the obstacle poses of its tick", "[loop][thread]") {
     Watch watch;
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), kOptions);
     RecordedTick tick;

@@ -1,4 +1,4 @@
-// Obstacles that move while the tick runs: what they push, and what holds them.
+// Obstacles that move while ticks run: how they push the tool, and what holds them.
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
@@ -15,7 +15,7 @@ using namespace touchstone::test;
 
 namespace {
 
-constexpr double kEntered = 1e-3;  // mm: what moved obstacles may overlap by; the tick itself allows half of it
+constexpr double kMaxOverlap = 1e-3;  // mm: overlap that moving obstacles may cause; the tick itself allows half of it
 
 Settings exactAlone() {
     Settings settings;
@@ -23,7 +23,7 @@ Settings exactAlone() {
     return settings;
 }
 
-/// Ticks with the device at rest while obstacles go to their targets; calls check(record, X_WO) after each.
+/// Ticks with the device at rest while obstacles move to their targets; calls check(record, X_WO) after each tick.
 template <class Check>
 TickRecord push(const World& world, const Settings& settings, const Pose& device, const std::vector<Pose>& targets,
                 int ticks, Check&& check) {
@@ -40,7 +40,7 @@ double overlap(const World& world, const TickRecord& record, std::span<const Pos
     return -trueClearance(world, record.X_WT, 0, X_WO);
 }
 
-/// How far the farthest leaf of a tree goes between two poses, mm, leaf by leaf.
+/// Largest distance that a leaf of a tree moves between two poses, mm, computed leaf by leaf.
 double farthestLeaf(const SphereTree& tree, const Pose& from, const Pose& to) {
     double most = 0;
     for (int i = 0; i < tree.leafCount(); ++i)
@@ -50,33 +50,33 @@ double farthestLeaf(const SphereTree& tree, const Pose& from, const Pose& to) {
 
 }  // namespace
 
-TEST_CASE("obstacles: a floor that rises under a resting tool lifts it, and never enters it", "[step][obstacle]") {
+TEST_CASE("obstacles: a floor that rises under a resting tool lifts it without penetration", "[step][obstacle]") {
     const World world = worldOf(blob(200, 15, 1), slab(30, 2, 2), at(0, 18, 0));
     const double start = world.X_WT_start.p.y();
     Settings settings = exactAlone();
-    settings.travelBudget = GENERATE(0.5, 0.02);  // the floor's way comes on top of it
+    settings.travelBudget = GENERATE(0.5, 0.02);  // the floor's motion adds to it
     const std::vector<Pose> risen{at(0, 10, 0)};
     int ticks = 0;
     const TickRecord last =
         push(world, settings, at(0, 14, 0), risen, 400, [&](const TickRecord& r, std::span<const Pose> X) {
-            REQUIRE(overlap(world, r, X) <= kEntered);
+            REQUIRE(overlap(world, r, X) <= kMaxOverlap);
             REQUIRE((r.flags & kListOverflow) == 0);
             ticks += !(X[0] == risen[0]);
         });
-    CHECK(ticks < 60);  // 40 at its greatest speed
-    // The device wants it 4 mm below where it starts; the floor is 10 mm higher.
+    CHECK(ticks < 60);  // 40 ticks at its greatest speed
+    // The device pose is 4 mm below the start; the floor ends 10 mm higher.
     CHECK(last.X_WT.p.y() > start + 6);
     CHECK(last.wrench_C.force.y() == Approx(last.X_WT.p.y() - 14).epsilon(0.05));
 }
 
-TEST_CASE("obstacles: what comes at the tool from any side, turning, pushes it in free space", "[step][obstacle]") {
+TEST_CASE("obstacles: a turning obstacle from any side pushes the tool in free space", "[step][obstacle]") {
     const double rate = GENERATE(500.0, 1000.0, 4000.0);
     CAPTURE(rate);
     Settings settings = exactAlone();
     settings.rate = rate;
     const World world = worldOf(blob(300, 15, 2), blob(300, 20, 3), at(0, 60, 0));
     StepState state(world);
-    // A blade that sweeps past the place where the hand holds the tool, twice, the second time turning the other way.
+    // A blade sweeps twice through the place where the hand holds the tool, the second time in the other direction.
     const std::vector<Pose> way{at(0, 40, 10, Vec3(0, 0, 2)), at(0, 70, -30, Vec3(1, 0, 1)), at(0, 0, 0)};
     std::size_t leg = 0;
     bool pushed = false;
@@ -88,19 +88,20 @@ TEST_CASE("obstacles: what comes at the tool from any side, turning, pushes it i
         const TickRecord r = step(world, settings, {at(0, 60, 0), {}, std::span(&way[leg], 1)}, state, {}, true);
         const Pose now = state.obstacles()[0];
         REQUIRE(farthestLeaf(tree, before, now) <= most + 1e-9);
-        REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+        REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
         pushed |= r.wrench_C.force.norm() > 1;
         held += (r.flags & kObstacleHeld) != 0;
         before = now;
         if (now == way[leg]) ++leg;
     }
     CAPTURE(ticks, held);
-    CHECK(leg == way.size());  // nothing is in the tool's way
+    CHECK(leg == way.size());  // nothing blocks the tool
     CHECK(pushed);
     CHECK(held < ticks / 20);
 }
 
-TEST_CASE("obstacles: a press stops at the tool that lies on another, and goes on when it may", "[step][obstacle]") {
+TEST_CASE("obstacles: a press stops at a tool that lies on another obstacle, and continues when it can",
+          "[step][obstacle]") {
     const auto wall = slab(13, 2, 2);
     World world{ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 14, 0)}}, at(0, 0.1, 0)};
     const std::vector<Pose> closing{at(0, -12, 0), at(0, 8, 0)}, open{at(0, -20, 0), at(0, 8, 0)};
@@ -109,24 +110,24 @@ TEST_CASE("obstacles: a press stops at the tool that lies on another, and goes o
         int held = 0;
         for (int tick = 0; tick < ticks; ++tick) {
             const TickRecord r = step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state, {}, true);
-            REQUIRE(overlap(world, r, state.obstacles()) <= kEntered);
+            REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
             held += (r.flags & kObstacleHeld) != 0;
         }
         return held;
     };
     CHECK(run(300, closing) > 100);
-    // Up to where the ball is pinched: 24 mm between the walls' centres, closer than the shortest move.
+    // It moves until the ball is pinched: 24 mm between the walls' centers, within the shortest move.
     CHECK(state.obstacles()[1].p.y() == Approx(12).margin(5e-3));
     CHECK(state.obstacles()[0] == closing[0]);
 
-    // The floor gives way, and both arrive.
+    // The floor retreats, and both arrive.
     run(300, open);
     CHECK(state.obstacles()[0] == open[0]);
     CHECK(state.obstacles()[1] == open[1]);
     CHECK(run(10, open) == 0);
 }
 
-TEST_CASE("obstacles: one that is held does not keep another from moving", "[step][obstacle]") {
+TEST_CASE("obstacles: a held obstacle does not stop another", "[step][obstacle]") {
     const auto wall = slab(13, 2, 2);
     World world{
         ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 12.1, 0)}, {"far", wall, at(80, 0, 0)}}, {}};
@@ -137,13 +138,13 @@ TEST_CASE("obstacles: one that is held does not keep another from moving", "[ste
     CHECK(state.obstacles()[1].p.y() > 11.9);
 }
 
-TEST_CASE("obstacles: where nothing is to move, ticks are those without targets to the last bit", "[step][obstacle]") {
+TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[step][obstacle]") {
     const World world = worldOf(blob(300, 20, 4), blob(300, 20, 5), at(0, 45, 0));
-    const auto hash = [&](bool told) {
+    const auto hash = [&](bool targetsGiven) {
         StepState state(world);
         std::vector<Pose> targets;
         for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
-        if (!told) targets.clear();
+        if (!targetsGiven) targets.clear();
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 300; ++tick)
             sum = hashTick(step(world, {}, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state),
@@ -157,17 +158,17 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
     const World world = worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0));
     const auto drive = [&](bool helped, bool audit) {
         StepState state(world);
-        std::unique_ptr<NeighborListWorker> keeper;
-        if (helped) keeper = std::make_unique<NeighborListWorker>(world);
+        std::unique_ptr<NeighborListWorker> worker;
+        if (helped) worker = std::make_unique<NeighborListWorker>(world);
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 400; ++tick) {
             const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
             StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
-            if (keeper) input.entries = keeper->newest();
+            if (worker) input.entries = worker->newest();
             const TickRecord r = step(world, {}, input, state, {}, audit);
             sum = hashTick(r, sum);
-            if (!keeper) continue;
-            keeper->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
+            if (!worker) continue;
+            worker->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
             std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
         return sum;
@@ -177,7 +178,7 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
     CHECK(drive(false, true) == plain);
 }
 
-TEST_CASE("obstacles: moving, pushing and holding take no memory", "[step][obstacle]") {
+TEST_CASE("obstacles: moving, pushing and holding allocate nothing", "[step][obstacle]") {
     const auto wall = slab(13, 2, 2);
     World world{blob(100, 10, 8), {{"below", wall, at(0, -14, 0)}, {"above", wall, at(0, 16, 0)}}, at(0, 0, 0)};
     const std::vector<Pose> targets{at(0, -10, 0, Vec3(0, 0, 0.1)), at(0, 6, 0)};
@@ -190,12 +191,12 @@ TEST_CASE("obstacles: moving, pushing and holding take no memory", "[step][obsta
     CHECK(held > 0);
 }
 
-TEST_CASE("obstacles: paper mode meets them where they are", "[step][obstacle]") {
+TEST_CASE("obstacles: paper mode uses their present poses", "[step][obstacle]") {
     const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
     Settings settings = exactAlone();
     settings.mode = Mode::Paper;
     const TickRecord last = push(world, settings, at(0, 25, 0), {at(0, 6, 0)}, 400, [](auto&, auto) {});
-    // As a tool pressed 1 mm deep into a ball that stays: at rest in touch, 20 mm between the centres.
+    // Like a tool pressed 1 mm deep into a fixed ball: at rest they touch, with 20 mm between the centers.
     CHECK(last.X_WT.p.y() == Approx(26).margin(1e-6));
     CHECK(last.wrench_C.force.y() == Approx(1).margin(1e-6));
 }

@@ -1,4 +1,4 @@
-// Penalty mode against answers that follow from springs in series.
+// Compares penalty mode with answers that follow from springs in series.
 #include <catch2/catch.hpp>
 #include <vector>
 
@@ -19,7 +19,7 @@ Settings penalty(double stiffness = 10) {
     return settings;
 }
 
-/// The tick at which all has come to rest with the device at `end`, after a way of `ticks`.
+/// The tick at rest with the device at `end`, after a motion of `ticks`.
 TickRecord pressed(const World& world, const Settings& settings, const Pose& end, int ticks = 400) {
     StepState state(world);
     TickRecord record;
@@ -33,12 +33,13 @@ TickRecord pressed(const World& world, const Settings& settings, const Pose& end
 
 }  // namespace
 
-TEST_CASE("penalty: a pressed ball sinks in by the force over the stiffness", "[step]") {
+TEST_CASE("penalty: a pressed ball penetrates by the force over the stiffness", "[step]") {
     const double stiffness = GENERATE(1.0, 10.0, 100.0);
     CAPTURE(stiffness);
     const World world = worldOf(ball(10), ball(10), at(0, 25, 0));
     const TickRecord last = pressed(world, penalty(stiffness), at(0, 17, 0));
-    // The device is 3 mm in: the pair's spring and the coupling of 1 N/mm share them, and carry the same force.
+    // The device is 3 mm deep: the pair's spring and the coupling of 1 N/mm share this distance and carry the same
+    // force.
     const double depth = 3 / (1 + stiffness), force = 3 - depth;
     CHECK(depth == Approx(force / stiffness));
     CHECK(last.X_WT.p.y() == Approx(20 - depth).margin(1e-5));
@@ -48,8 +49,8 @@ TEST_CASE("penalty: a pressed ball sinks in by the force over the stiffness", "[
     CHECK(last.pairs == 1);
 }
 
-TEST_CASE("penalty: every pair has a spring of its own", "[step]") {
-    // Two balls 20 mm apart, each on a ball of its own: twice the stiffness, half the depth each.
+TEST_CASE("penalty: every pair has its own spring", "[step]") {
+    // Two balls 20 mm apart, each on its own ball: twice the stiffness, half the depth each.
     const auto pair = treeOf({{-10, 0, 0, 5}, {10, 0, 0, 5}});
     const World world = worldOf(pair, pair, at(0, 15, 0));
     const TickRecord last = pressed(world, penalty(), at(0, 8, 0));
@@ -58,8 +59,8 @@ TEST_CASE("penalty: every pair has a spring of its own", "[step]") {
     CHECK(last.wrench_C.force.y() == Approx(20 * 2.0 / 21).margin(1e-5));
 }
 
-TEST_CASE("penalty: off the middle, the balance is of forces and torques", "[step]") {
-    // A rod that rests with its end on a ball turns until both springs agree.
+TEST_CASE("penalty: with an off-center contact, forces and torques balance", "[step]") {
+    // A rod that rests with its end on a ball turns until both springs balance.
     std::vector<Sphere> rod;
     for (int i = -10; i <= 10; ++i) rod.push_back({float(2 * i), 0, 0, 3});
     const World world = worldOf(treeOf(rod), ball(10), at(16, 14, 0));
@@ -67,7 +68,7 @@ TEST_CASE("penalty: off the middle, the balance is of forces and torques", "[ste
     REQUIRE(last.pairs >= 1);
     const Vec3 F = last.wrench_C.force, T = last.wrench_C.torque;
     CHECK(F.y() > 0.1);
-    // The load acts near x = 0, where the ball is: 16 mm before C.
+    // The load acts near x = 0, at the ball: 16 mm from C.
     CHECK(-T.z() / F.y() == Approx(16).margin(1));
     CHECK(std::abs(T.y()) < 1e-3);
 }
@@ -94,7 +95,7 @@ TEST_CASE("penalty: no tick moves the tool by more than trust", "[step]") {
     }
 }
 
-TEST_CASE("penalty: the same motion gives the same bits, whatever is measured beside it", "[step]") {
+TEST_CASE("penalty: the same motion gives the same bits with and without measurements", "[step]") {
     const World world = worldOf(blob(300, 20, 9), blob(300, 20, 10), at(0, 45, 0));
     const auto hashOf = [&](bool audit) {
         StepState state(world);

@@ -1,4 +1,4 @@
-// The loop with the fake device: its scheduler drives the ticks, or the loop does.
+// The loop with the fake device: the device's scheduler drives the ticks, or the loop does.
 #include "haptics/device/motion.hpp"
 #include "haptics/loop/haptic_loop.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
@@ -17,7 +17,7 @@ LoopOptions unraised() {
     return options;
 }
 
-/// The first mm above ground; the hand takes the tool up there.
+/// Begins 1 mm above the ground, where the hand takes the tool.
 struct Touching {
     FakeHd fake;
     std::shared_ptr<const World> world = groundBelow();
@@ -25,11 +25,12 @@ struct Touching {
     std::unique_ptr<HapticLoop> loop;
 
     explicit Touching(const std::string& options, const std::string& faults = {}) : fake(faults) {
-        // A crowded machine may hold a thread up for long; what is stale takes the tool up anew and moves it less.
+        // A busy machine may delay a thread for long; a stale reading maps the hand to the tool again, which then moves
+        // less.
         auto device = openPhantom(options + ",stale=500", world->X_WT_start);
         control = device->control();
         loop = std::make_unique<HapticLoop>(world, Settings{}, std::move(device), unraised());
-        // The hand rests until it has the tool.
+        // The hand rests until it holds the tool.
         REQUIRE(until([&](const LoopSnapshot& s) { return s.ticks > 5 && !stale(s) && engaged(s); }));
     }
     static bool stale(const LoopSnapshot& s) { return s.record.trips & bit(Trip::StaleReading); }
@@ -40,7 +41,7 @@ struct Touching {
     bool until(const std::function<bool(const LoopSnapshot&)>& done) {
         return within([&] { return loop->poll() && done(loop->snapshot()); });
     }
-    /// The hand presses until it feels the ground: 13 mm down is 10 mm deep, where springs of 0.5 and 1 N/mm meet.
+    /// The hand presses until it feels the ground: 13 mm down is 10 mm deep, where springs of 0.5 and 1 N/mm balance.
     bool press() {
         fake.hand(0, -13, 0, 0, 0, 0);
         return until([&](const LoopSnapshot& s) {
@@ -52,7 +53,7 @@ struct Touching {
 
 }  // namespace
 
-TEST_CASE("phantom loop: the hand feels the ground, whoever drives", "[device]") {
+TEST_CASE("phantom loop: the hand feels the ground, whichever side drives the ticks", "[device]") {
     const std::string drive = GENERATE(",drive=loop", ",drive=device");
     INFO(drive);
     Touching touching(drive);
@@ -64,21 +65,21 @@ TEST_CASE("phantom loop: the hand feels the ground, whoever drives", "[device]")
     CHECK(touching.fake.state().misuses == 0);
 }
 
-TEST_CASE("phantom loop: driven by the device a tick is a callback, else it is the loop's", "[device]") {
+TEST_CASE("phantom loop: drive=device ticks in callbacks, drive=loop in the loop's thread", "[device]") {
     const bool driven = GENERATE(false, true);
-    Touching touching(driven ? ",drive=device" : ",drive=loop", "lazy");  // 400 Hz; the loop would make 1000
+    Touching touching(driven ? ",drive=device" : ",drive=loop",
+                      "lazy");  // the fake's 400 Hz; the loop would tick at 1000 Hz
     const std::uint64_t callbacks = touching.fake.state().ticks, ticks = touching.loop->snapshot().ticks;
     REQUIRE(touching.until([&](const LoopSnapshot& s) { return s.ticks > ticks + 500; }));
     const auto made = static_cast<double>(touching.fake.state().ticks - callbacks);
     const auto ticked = static_cast<double>(touching.loop->snapshot().ticks - ticks);
     if (driven)
-        CHECK(made == Approx(ticked).epsilon(0.15));  // some pass while the two are asked
+        CHECK(made == Approx(ticked).epsilon(0.15));  // some ticks pass between the two queries
     else
         CHECK(made < 0.7 * ticked);
 }
 
-TEST_CASE("phantom loop: when the device's scheduler stops the loop ticks on without force, then gives it back",
-          "[device]") {
+TEST_CASE("phantom loop: the loop ticks without force while the device's scheduler stops, then returns", "[device]") {
     Touching touching(",drive=device");
     REQUIRE(touching.press());
     touching.fake.fault("dead");
@@ -90,13 +91,13 @@ TEST_CASE("phantom loop: when the device's scheduler stops the loop ticks on wit
     }));
     CHECK(touching.loop->snapshot().record.wrench_out.force.isZero());
     touching.fake.fault("");
-    // Engaged anew the tool rests on the ground where the hand is; 13 mm further down two springs meet again.
+    // After engaging again the tool rests on the ground at the hand; 13 mm further down two springs balance again.
     REQUIRE(touching.until([&](const LoopSnapshot& s) { return !Touching::stale(s) && touching.engaged(s); }));
     touching.fake.hand(0, -26, 0, 0, 0, 0);
     CHECK(touching.until([&](const LoopSnapshot&) { return std::abs(touching.fake.force().y() - 13.0 / 3) < 0.1; }));
 }
 
-TEST_CASE("phantom loop: a lost device leaves the scene alive, and another session takes its place", "[device]") {
+TEST_CASE("phantom loop: the scene continues without a lost device, and another session replaces it", "[device]") {
     const std::string drive = GENERATE(",drive=loop", ",drive=device");
     INFO(drive);
     Touching touching(drive);
@@ -112,7 +113,7 @@ TEST_CASE("phantom loop: a lost device leaves the scene alive, and another sessi
     CHECK(touching.until([&](const LoopSnapshot&) { return touching.fake.state().handles == 0; }));
 }
 
-TEST_CASE("phantom loop: plugged in again it goes on where the tool is", "[device]") {
+TEST_CASE("phantom loop: a reconnected device continues where the tool is", "[device]") {
     const std::string drive = GENERATE(",drive=loop", ",drive=device");
     INFO(drive);
     Touching touching(drive);
@@ -121,7 +122,7 @@ TEST_CASE("phantom loop: plugged in again it goes on where the tool is", "[devic
     touching.fake.fault("comm");
     const auto is = [&](DeviceStatus::State state) { return touching.control->status().state == state; };
     REQUIRE(touching.until([&](const LoopSnapshot&) { return is(DeviceStatus::State::Lost); }));
-    touching.control->reconnect();  // the fake's stylus is at its origin again
+    touching.control->reconnect();  // the stylus of the fake is at its origin again
     REQUIRE(touching.until([&](const LoopSnapshot& s) {
         return is(DeviceStatus::State::Running) && !Touching::stale(s) && touching.engaged(s);
     }));
@@ -129,7 +130,7 @@ TEST_CASE("phantom loop: plugged in again it goes on where the tool is", "[devic
     CHECK(touching.until([](const LoopSnapshot& s) { return s.record.X_WT.p.x() > 34; }));
 }
 
-TEST_CASE("phantom loop: scenes, rates and restarts storm while the device drives", "[device]") {
+TEST_CASE("phantom loop: rapid changes of scene and rate, and restarts, while the device drives", "[device]") {
     Touching touching(",drive=device");
     for (int round = 0; round < 30; ++round) {
         Settings settings;

@@ -1,4 +1,4 @@
-// How flat a flat feels that is made of spheres.
+// Measures the force ripple of a flat surface that is made of spheres.
 #include <catch2/catch.hpp>
 
 #include "haptics/builder/tree_builder.hpp"
@@ -12,8 +12,8 @@ using namespace touchstone::test;
 
 namespace {
 
-/// (max - min) / mean of the force on a ball of 5 mm, driven 5 mm below first contact and then 20 mm along, at 20 mm/s
-/// and 17° off the edge, on the top of a box 60 x 60 x 20 mm, 15 mm from any edge.
+/// (max - min) / mean of the force on a ball of 5 mm. It is driven 5 mm below first contact and then slides 20 mm at
+/// 20 mm/s, 17° off the edge, on the top of a box 60 x 60 x 20 mm, 15 mm from any edge.
 double rippleOf(const TreeOptions& options) {
     const Vec3 size(60, 60, 20);
     World world =
@@ -45,11 +45,11 @@ double rippleOf(const TreeOptions& options) {
 
 }  // namespace
 
-TEST_CASE("ripple: 4,096 leaves make a flat to 1 %", "[tree][step]") {
+TEST_CASE("ripple: 4,096 leaves make a flat surface within 1 %", "[tree][step]") {
     const double ripple = rippleOf({.leaves = 4096});
     INFO(100 * ripple << " %");
     CHECK(ripple <= 0.01);
-    CHECK(ripple > 0);  // spheres, after all
+    CHECK(ripple > 0);  // spheres always leave some ripple
 }
 
 }  // namespace touchstone::ripple_tests

@@ -8,7 +8,7 @@
 
 namespace touchstone::settings_tests {
 
-TEST_CASE("settings: the defaults are in range, go together and are written as they stand in the struct", "[loop]") {
+TEST_CASE("settings: the defaults are in range and consistent, and their text equals the struct", "[loop]") {
     const Settings settings;
     CHECK(checkSettings(settings) == "");
     CHECK(getSetting(settings, "mode") == "default");
@@ -22,7 +22,7 @@ TEST_CASE("settings: the defaults are in range, go together and are written as t
     CHECK(getSetting(settings, "pause") == "off");
 }
 
-TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") {
+TEST_CASE("settings: every key reads back the bits that it wrote", "[loop]") {
     const unsigned seed = std::random_device{}();
     INFO("seed " << seed);
     std::mt19937_64 random(seed);
@@ -51,7 +51,7 @@ TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") 
             REQUIRE(setSetting(to, info.key, value) == "");
             REQUIRE(getSetting(to, info.key) == value);
         }
-        // Members rather than text: a value that two texts share would show here.
+        // Compare members, not text: this detects two values with the same text.
         REQUIRE(to.stiffness == from.stiffness);
         REQUIRE(to.torsion == from.torsion);
         REQUIRE(to.tolerance == from.tolerance);
@@ -67,7 +67,7 @@ TEST_CASE("settings: every key reads back what it wrote, to the bit", "[loop]") 
     }
 }
 
-TEST_CASE("settings: the limits are accepted, what lies beyond them is refused and named", "[loop]") {
+TEST_CASE("settings: the limits are accepted, and values beyond them are refused by name", "[loop]") {
     for (const SettingInfo& info : settingTable()) {
         if (info.max == 0) continue;
         INFO(info.key);
@@ -91,7 +91,7 @@ TEST_CASE("settings: the limits are accepted, what lies beyond them is refused a
     }
 }
 
-TEST_CASE("settings: sentences say what is accepted", "[loop]") {
+TEST_CASE("settings: error messages say what is accepted", "[loop]") {
     Settings settings;
     CHECK(setSetting(settings, "rate", "100") == "rate must be a number from 250 to 10000 Hz, not '100'");
     CHECK(setSetting(settings, "linearisations", "1.5") ==
@@ -100,10 +100,10 @@ TEST_CASE("settings: sentences say what is accepted", "[loop]") {
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");
     CHECK(setSetting(settings, "mode", "papery") == "mode must be default, paper or penalty, not 'papery'");
-    CHECK(setSetting(settings, "solver", "none") ==
-          "solver must be one of dual-active-set, pqp, active-set, not 'none'");
-    CHECK(setSetting(settings, "shadow", "simplex") ==
-          "shadow must be one of dual-active-set, pqp, active-set, none, not 'simplex'");
+    std::string solvers;
+    for (const SolverInfo& info : solverTable()) solvers += std::string(info.name) + ", ";
+    CHECK(setSetting(settings, "solver", "none") == "solver must be one of " + solvers + "not 'none'");
+    CHECK(setSetting(settings, "shadow", "simplex") == "shadow must be one of " + solvers + "none, not 'simplex'");
     CHECK(setSetting(settings, "shadow", "none") == "");
     CHECK(settings.shadow == -1);
     CHECK(getSetting(settings, "shadow") == "none");
@@ -112,7 +112,7 @@ TEST_CASE("settings: sentences say what is accepted", "[loop]") {
     for (const SettingInfo& info : settingTable()) CHECK(unknown.find(info.key) != std::string::npos);
 }
 
-TEST_CASE("settings: every row has a sentence of help and a key of its own", "[loop]") {
+TEST_CASE("settings: every row has a help sentence and a unique key", "[loop]") {
     for (const SettingInfo& info : settingTable()) {
         CHECK(!info.help.empty());
         CHECK(info.min <= info.max);
@@ -122,7 +122,7 @@ TEST_CASE("settings: every row has a sentence of help and a key of its own", "[l
     }
 }
 
-TEST_CASE("settings: values set past the text are checked too", "[loop]") {
+TEST_CASE("settings: values set directly in the struct are checked, too", "[loop]") {
     Settings settings;
     settings.trust = 0.6;
     CHECK(checkSettings(settings) ==

@@ -11,10 +11,10 @@ namespace touchstone::tick_driver_tests {
 
 namespace {
 
-/// Contact where the tool node is at z = 5 mm.
+/// The tool touches when its node is at z = 5 mm.
 std::shared_ptr<const World> groundWorld() { return test::groundBelow(Vec3::UnitZ(), 20); }
 
-/// What passed between driver and device.
+/// Everything that passed between driver and device.
 struct Log {
     std::vector<double> times;
     std::vector<Wrench> written;
@@ -45,7 +45,7 @@ class ScriptedDevice final : public Device {
 
 DeviceReading at(double z) { return {.X_WT_device = {{0, 0, z}, Quat::Identity()}}; }
 
-/// Free air for a tick, then 5 mm deep: at 1 N/mm the tool stands still and the force is 5 N but for the curved ground.
+/// One tick in free air, then 5 mm deep: the tool rests, and at 1 N/mm the force is 5 N except for the curved ground.
 DeviceReading pressing(int call) { return call == 0 ? at(20) : at(0); }
 
 struct Fixture {
@@ -74,12 +74,12 @@ struct Fixture {
 /// Share of the tick's force that reached the device.
 double share(const TickRecord& record) { return record.wrench_out.force.z() / record.wrench_o.force.z(); }
 
-// The tool stands still while the force changes; what moves it is the QP's tolerance of 1e-10 mm on 5 mm.
+// The tool rests while the force changes; only the QP's tolerance of 1e-10 mm on 5 mm moves it.
 constexpr double kStill = 1e-8;
 
 }  // namespace
 
-TEST_CASE("ramp: a straight line that arrives exactly, from wherever it is", "[loop]") {
+TEST_CASE("ramp: a straight line from any value that arrives exactly", "[loop]") {
     Ramp ramp(1);
     CHECK(ramp.next() == 1);
     ramp.to(3, 4);
@@ -94,7 +94,7 @@ TEST_CASE("ramp: a straight line that arrives exactly, from wherever it is", "[l
     CHECK(ramp.next() == 1);
 }
 
-TEST_CASE("tick driver: the force fades in over the first 100 ms, then passes whole", "[loop]") {
+TEST_CASE("tick driver: the force fades in over the first 100 ms, then passes unchanged", "[loop]") {
     Fixture f;
     f.run(1);
     for (int tick = 2; tick <= 150; ++tick) {
@@ -119,10 +119,10 @@ TEST_CASE("tick driver: stiffness ramps over 200 ms and arrives exactly", "[loop
         REQUIRE(record.wrench_o.force.z() == Approx(before * (1 + tick / 200.0)).epsilon(kStill));
         REQUIRE(share(record) == 1);  // no fade
         last = record.wrench_o.force.z();
-        if (tick == 100) f.driver->request(settings);  // the same again does not start over
+        if (tick == 100) f.driver->request(settings);  // the same request does not restart the ramp
     }
     CHECK(f.run(1).wrench_o.force.z() == Approx(last).epsilon(kStill));
-    // Half way back another target: on from there.
+    // With a new target half way back, the ramp continues from there.
     settings.stiffness = 1;
     f.driver->request(settings);
     CHECK(f.run(100).wrench_o.force.z() == Approx(1.5 * before).epsilon(kStill));
@@ -132,7 +132,7 @@ TEST_CASE("tick driver: stiffness ramps over 200 ms and arrives exactly", "[loop
     CHECK(f.run(100).wrench_o.force.z() == Approx(2.5 * before).epsilon(kStill));
 }
 
-TEST_CASE("tick driver: another solver comes at zero force, 50 ms out and 100 ms in", "[loop]") {
+TEST_CASE("tick driver: the solver changes at zero force, 50 ms out and 100 ms in", "[loop]") {
     Fixture f;
     f.run(200);
     Settings settings;
@@ -152,7 +152,7 @@ TEST_CASE("tick driver: another solver comes at zero force, 50 ms out and 100 ms
     }
 }
 
-TEST_CASE("tick driver: the newest of several requests during a fade wins, and no fade starts over", "[loop]") {
+TEST_CASE("tick driver: the newest of several requests during a fade wins, and no fade restarts", "[loop]") {
     Fixture f;
     f.run(200);
     Settings settings;
@@ -169,7 +169,7 @@ TEST_CASE("tick driver: the newest of several requests during a fade wins, and n
     CHECK((record.flags & kPaused));
 }
 
-TEST_CASE("tick driver: what cannot make the force jump acts at the next tick", "[loop]") {
+TEST_CASE("tick driver: a change that cannot make the force jump acts at the next tick", "[loop]") {
     Fixture f;
     f.run(200);
     Settings settings;
@@ -180,7 +180,7 @@ TEST_CASE("tick driver: what cannot make the force jump acts at the next tick", 
     CHECK(f.driver->settings().margin == 0.7);
 }
 
-TEST_CASE("tick driver: without force there is nothing to fade and a switch comes at once", "[loop]") {
+TEST_CASE("tick driver: without force a change acts at once, without a fade", "[loop]") {
     Fixture f([](int) { return at(20); });
     f.run(200);
     Settings settings;
@@ -190,7 +190,7 @@ TEST_CASE("tick driver: without force there is nothing to fade and a switch come
     CHECK(f.driver->settings().mode == Mode::Paper);
 }
 
-TEST_CASE("tick driver: a new rate changes the ticks of fades and keeps the device's time", "[loop]") {
+TEST_CASE("tick driver: a new rate changes the tick count of fades and keeps the device time", "[loop]") {
     Fixture f;
     f.run(200);
     Settings settings;
@@ -205,7 +205,7 @@ TEST_CASE("tick driver: a new rate changes the ticks of fades and keeps the devi
     CHECK(f.driver->fade() == 1);
     for (std::size_t i = 250; i < f.log.times.size(); ++i)
         REQUIRE(f.log.times[i] == 250 + 0.5 * static_cast<double>(i - 250));
-    // Ramps as well: 200 ms are 400 ticks.
+    // The same for ramps: 200 ms are 400 ticks.
     settings.stiffness = 2;
     f.driver->request(settings);
     const double before = f.run(1).wrench_o.force.z();
@@ -240,7 +240,7 @@ TEST_CASE("tick driver: pause holds the tool with zero force, and resuming fades
     CHECK(share(resumed) == Approx(0.01).epsilon(1e-9));
 }
 
-TEST_CASE("tick driver: another session comes at zero force and starts from its own beginning", "[loop]") {
+TEST_CASE("tick driver: a new session starts at zero force and at its own start pose", "[loop]") {
     Log second;
     Fixture f;
     f.run(200);
@@ -256,22 +256,23 @@ TEST_CASE("tick driver: another session comes at zero force and starts from its 
     CHECK(second.times.empty());
 
     settings.stiffness = 3;
-    f.driver->request(settings);  // for the one that is coming
+    f.driver->request(settings);  // for the coming session
     const TickRecord first = f.run(1);
     CHECK_FALSE(f.driver->opening());
     CHECK(f.driver->session().number == 7);
     CHECK(first.tick == 0);
     CHECK(second.times == std::vector<double>{0});
     const TickRecord pressed = f.run(1);
-    CHECK(pressed.wrench_o.force.z() == Approx(15).epsilon(0.01));  // no ramp: it begins with its stiffness
-    CHECK(share(pressed) == Approx(2 / 50.0));                      // 100 ms at 500 Hz
+    CHECK(pressed.wrench_o.force.z() ==
+          Approx(15).epsilon(0.01));            // no ramp: the session begins with its own stiffness
+    CHECK(share(pressed) == Approx(2 / 50.0));  // 100 ms at 500 Hz
     CHECK_FALSE(f.log.destroyed);
     CHECK(f.driver->takeRetired() != nullptr);
     CHECK(f.log.destroyed);
     CHECK(f.log.written.size() == 250);
 }
 
-TEST_CASE("tick driver: a stale reading holds the tool, zeroes the force and lets it fade in afterwards", "[loop]") {
+TEST_CASE("tick driver: a stale reading holds the tool with zero force, which then fades in", "[loop]") {
     Fixture f([](int call) {
         DeviceReading reading = pressing(call);
         if (call >= 200 && call < 203) reading = {.X_WT_device = {{0, 0, -300}, Quat::Identity()}, .valid = false};
@@ -308,7 +309,7 @@ TEST_CASE("tick driver: a pose that is not finite gives a finite record and zero
     }
 }
 
-TEST_CASE("tick driver: a failure during a fade out lets the switch happen at once", "[loop]") {
+TEST_CASE("tick driver: a failure during a fade-out makes the change act at once", "[loop]") {
     Fixture f([](int call) {
         DeviceReading reading = pressing(call);
         reading.valid = call != 210;
@@ -324,7 +325,7 @@ TEST_CASE("tick driver: a failure during a fade out lets the switch happen at on
     CHECK(f.driver->settings().solver == settings.solver);
 }
 
-TEST_CASE("tick driver: restart takes device time and tool back", "[loop]") {
+TEST_CASE("tick driver: a restart resets device time and tool", "[loop]") {
     Fixture f([](int call) { return at(call == 0 || call == 250 ? 20 : 0); });
     f.run(200);
     f.driver->restart();
@@ -365,12 +366,12 @@ TEST_CASE("tick driver: the same requests give the same ticks, with clocks or wi
     CHECK(hashOf({}) == hashOf(clocks));
 }
 
-TEST_CASE("tick driver: a device with motors waits for who engages it, and is set onto the tool", "[loop][safety]") {
+TEST_CASE("tick driver: a device with motors waits to be engaged, and is then mapped to the tool", "[loop][safety]") {
     Fixture f(pressing, {}, {});
     for (int i = 0; i < 50; ++i) {
         const TickRecord record = f.run(1);
         REQUIRE(record.wrench_out.force == Vec3::Zero());
-        REQUIRE(record.X_WT.p == f.world->X_WT_start.p);  // the tool is held, wherever the device is
+        REQUIRE(record.X_WT.p == f.world->X_WT_start.p);  // the tool is held, at any pose of the device
     }
     CHECK(f.engagement() == Engagement::Stopped);
     f.driver->engage();
@@ -378,13 +379,13 @@ TEST_CASE("tick driver: a device with motors waits for who engages it, and is se
     CHECK(f.log.engaged[0].p == f.world->X_WT_start.p);
     CHECK(f.engagement() == Engagement::Engaging);
     f.run(1);
-    f.driver->engage();  // is engaged already
+    f.driver->engage();  // it is already engaged
     CHECK(f.log.engaged.size() == 1);
 }
 
 namespace {
 
-/// A device with motors that obeys engage(); from there the test sinks it. The ground is at z = 5.
+/// A device with motors that obeys engage(); the test then lowers it. The ground is at z = 5.
 struct MappedFixture {
     double depth = 0;
     bool broken = false, fault = false;
@@ -401,7 +402,7 @@ struct MappedFixture {
                   return reading;
               },
               settings, limits) {}
-    /// Down to 2 mm under the ground, which takes 2 N.
+    /// Lowers it to 2 mm below the ground, which takes 2 N.
     void press() {
         const double to = f.log.engaged.back().p.z() - 3;
         for (int i = 1; i <= 50; ++i) {
@@ -415,7 +416,7 @@ struct MappedFixture {
 
 }  // namespace
 
-TEST_CASE("tick driver: a stop holds the tool at zero force until the device is set onto it anew", "[loop][safety]") {
+TEST_CASE("tick driver: a stop holds the tool at zero force until the device is mapped to it again", "[loop][safety]") {
     Log second;  // outlives the driver
     MappedFixture m;
     Fixture& f = m.f;
@@ -429,15 +430,15 @@ TEST_CASE("tick driver: a stop holds the tool at zero force until the device is 
         const TickRecord record = f.run(1);
         REQUIRE(record.wrench_out.force == Vec3::Zero());
         REQUIRE((record.X_WT.p - held).norm() < kStill);
-        REQUIRE(record.X_WT_device.p.z() > record.X_WT.p.z() - 3);  // where the hand is, is still shown
+        REQUIRE(record.X_WT_device.p.z() > record.X_WT.p.z() - 3);  // the device pose is still recorded
     }
     m.depth = 0;
     f.driver->engage();
     CHECK((f.log.engaged.back().p - held).norm() < kStill);
-    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);  // no leap
+    CHECK(f.run(1).wrench_out.force.norm() < 1e-6);  // no jump
     m.press();
 
-    // A restart is a stop as well, and so is another scene.
+    // A restart also stops, and so does another scene.
     f.driver->restart();
     f.run(60);
     CHECK(f.engagement() == Engagement::Stopped);
@@ -451,8 +452,7 @@ TEST_CASE("tick driver: a stop holds the tool at zero force until the device is 
     for (const Wrench& wrench : second.written) REQUIRE(wrench.force == Vec3::Zero());
 }
 
-TEST_CASE("tick driver: after a fault the tool goes on, and the force comes back when somebody engages",
-          "[loop][safety]") {
+TEST_CASE("tick driver: after a fault the tool continues, and engaging restores the force", "[loop][safety]") {
     MappedFixture m;
     Fixture& f = m.f;
     f.driver->engage();
@@ -479,16 +479,16 @@ TEST_CASE("tick driver: without the dead-man button there is no force, and press
     MappedFixture m(settings);
     Fixture& f = m.f;
     f.run(10);
-    m.buttons = 1;  // another one
+    m.buttons = 1;  // another button
     f.run(10);
     CHECK(f.engagement() == Engagement::Stopped);
     m.buttons = 2;
     CHECK(f.run(1).X_WT.p == f.world->X_WT_start.p);
     CHECK(f.log.engaged.size() == 1);
-    CHECK((f.run(1).X_WT.p - f.world->X_WT_start.p).norm() < kStill);  // never where the device was before
+    CHECK((f.run(1).X_WT.p - f.world->X_WT_start.p).norm() < kStill);  // never at the earlier device pose
     m.press();
     m.buttons = 5;
-    CHECK(f.run(1).wrench_out.force == Vec3::Zero());  // in the very tick
+    CHECK(f.run(1).wrench_out.force == Vec3::Zero());  // in the same tick
     CHECK(f.engagement() == Engagement::Stopped);
     f.driver->engage();
     CHECK(f.run(2).wrench_out.force == Vec3::Zero());
@@ -505,7 +505,7 @@ TEST_CASE("tick driver: a dead-man button that is held from the start engages no
     m.buttons = 2;
     m.f.run(50);
     CHECK(m.f.engagement() == Engagement::Stopped);
-    settings.deadMan = 0;  // nor does it when it is no longer asked for
+    settings.deadMan = 0;  // nor does it when the setting no longer names a button
     m.buttons = 0;
     m.f.run(1);
     m.f.driver->request(settings);
@@ -513,7 +513,7 @@ TEST_CASE("tick driver: a dead-man button that is held from the start engages no
     CHECK(m.f.engagement() == Engagement::Stopped);
 }
 
-TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in", "[loop][safety]") {
+TEST_CASE("tick driver: the force is zero in a late tick and then fades in", "[loop][safety]") {
     MappedFixture m;
     Fixture& f = m.f;
     f.driver->engage();
@@ -527,7 +527,7 @@ TEST_CASE("tick driver: a tick that comes late has zero force, then it fades in"
     CHECK(share(f.run(99)) == 1);
 }
 
-TEST_CASE("tick driver: growth is limited by the ms, whatever the rate", "[loop][safety]") {
+TEST_CASE("tick driver: the slew-rate limit is per ms, at any rate", "[loop][safety]") {
     for (const double rate : {500.0, 1000.0, 4000.0}) {
         Settings settings;
         settings.rate = rate;
@@ -569,7 +569,7 @@ TEST_CASE("tick driver: another scene does not cool the motors", "[loop][safety]
     CHECK(f.driver->session().safety.active(Trip::ForceHeld));
 }
 
-TEST_CASE("tick driver: leaves the device with zero force", "[loop]") {
+TEST_CASE("tick driver: its destructor leaves the device with zero force", "[loop]") {
     Fixture f;
     f.run(200);
     CHECK(f.log.written.back().force.z() > 4);

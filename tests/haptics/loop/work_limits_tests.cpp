@@ -10,7 +10,7 @@ TEST_CASE("work limits: shares of the period become counts, and never raise a se
     const Settings limited = limitWork(settings, 2, {.solver = 0.4, .shadow = 0.3});
     CHECK(limited.solverWork == 200'000);
     CHECK(limited.shadowWork == 150'000);
-    CHECK(limited.iterationCap == settings.iterationCap);  // 150,000 / 32 = 4,687 were allowed
+    CHECK(limited.iterationCap == settings.iterationCap);  // the limit would be 150,000 / 32 = 4,687
     CHECK(limited.paperWork == settings.paperWork);
 
     settings.rate = 10'000;
@@ -22,7 +22,7 @@ TEST_CASE("work limits: shares of the period become counts, and never raise a se
     CHECK(checkSettings(limitWork(settings, 1e12)) == "");
 }
 
-TEST_CASE("work limits: the calibration finds a time", "[loop]") {
+TEST_CASE("work limits: the calibration measures a positive time", "[loop]") {
     const double ns = calibrateWork();
     CHECK(std::isfinite(ns));
     CHECK(ns > 0);

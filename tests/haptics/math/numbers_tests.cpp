@@ -5,7 +5,7 @@
 
 namespace touchstone::numbers_tests {
 
-TEST_CASE("numbers: only what is finite and within its range passes", "[numbers]") {
+TEST_CASE("numbers: only finite values within the range are accepted", "[numbers]") {
     constexpr double kMax = std::numeric_limits<double>::max(), kInfinity = std::numeric_limits<double>::infinity();
     CHECK(isWithin(1, 1, 2));
     CHECK(isWithin(2, 1, 2));
@@ -14,7 +14,7 @@ TEST_CASE("numbers: only what is finite and within its range passes", "[numbers]
         CHECK_FALSE(isWithin(value, -kMax, kMax));
 }
 
-TEST_CASE("numbers: text is a number whole, in any of its forms, or not at all", "[numbers]") {
+TEST_CASE("numbers: the whole text must be a number, in any of its forms", "[numbers]") {
     CHECK(readNumber("0.5", 0, 1) == 0.5);
     CHECK(readNumber(".5", 0, 1) == 0.5);
     CHECK(readNumber("5e-1", 0, 1) == 0.5);

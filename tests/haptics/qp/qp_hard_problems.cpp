@@ -7,7 +7,7 @@
 namespace touchstone::test {
 namespace {
 
-/// Makes one problem hard in the ways that are asked for.
+/// Makes one problem hard in the ways that its hardness bits select.
 class Hardener {
   public:
     Hardener(std::mt19937_64& random, HardProblem& problem) : random_(random), problem_(problem) {}
@@ -100,7 +100,7 @@ class Hardener {
     void zeroRows() {
         for (int i = few(); i > 0; --i) contacts().row(Vec6::Zero(), random_() % 8 ? uniform(0, 1) : -uniform(0, 1));
     }
-    /// Every length times `scale`, the forces as they are.
+    /// Multiplies every length by `scale` and keeps the forces.
     void lengths(double scale) {
         Contacts& c = contacts();
         c.wanted.head<3>() *= scale;

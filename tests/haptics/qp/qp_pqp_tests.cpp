@@ -13,7 +13,7 @@ namespace {
 SolverSettings paperSettings(int iterations) {
     SolverSettings settings;
     settings.paperForm = true;
-    settings.tolerance = 0;  // |ΔF| < 0 never holds: exactly the iterations asked for
+    settings.tolerance = 0;  // |ΔF| < 0 never holds, so the solver does exactly maxIterations
     settings.maxIterations = iterations;
     return settings;
 }
@@ -86,8 +86,7 @@ TEST_CASE("pqp, paper form: stops at the first iteration that changes F by less 
     const int n = stopped.iterations;
     REQUIRE(n > 1);
 
-    // (16) from the forces of runs of a fixed length, which also shows that F falls and that no run depends on the
-    // last.
+    // F of (16) from runs of fixed length: this also checks that F falls and that no run depends on the previous one.
     const auto F = [&](const SolveResult& result) {
         const Vec6 pull = problem.stiffness.cwiseProduct(result.x - problem.wanted);  // J'y
         double value = 0.5 * pull.dot(result.x - problem.wanted);
@@ -140,7 +139,7 @@ TEST_CASE("pqp, paper form: has no safeguard against a zero row, contradicting r
             SolveStatus::Invalid);
 }
 
-TEST_CASE("pqp: Solved means what the tolerance says, and a smaller tolerance gives a smaller error", "[qp][pqp]") {
+TEST_CASE("pqp: Solved meets the tolerance, and a smaller tolerance gives a smaller error", "[qp][pqp]") {
     const auto pqp = makePqp(300);
     const auto exact = solverTable()[kExactSolver].make(300);
     double lastMean = 1e9;
@@ -172,7 +171,7 @@ TEST_CASE("pqp: Solved means what the tolerance says, and a smaller tolerance gi
     REQUIRE(lastMean < 1e-4);  // N at 1 N/mm
 }
 
-TEST_CASE("pqp: a warm start needs fewer iterations and is forgotten by reset", "[qp][pqp]") {
+TEST_CASE("pqp: a warm start needs fewer iterations, and reset() clears it", "[qp][pqp]") {
     std::mt19937_64 random(41);
     const auto solver = makePqp(300);
     int cold = 0, warm = 0;
@@ -188,9 +187,9 @@ TEST_CASE("pqp: a warm start needs fewer iterations and is forgotten by reset", 
     REQUIRE(10 * warm < cold);
 }
 
-TEST_CASE("pqp: a contact that became loaded is found although its force had died away", "[qp][pqp]") {
-    // The first tick presses on one wall only; the force on the other decays to the floor. The second presses on the
-    // other.
+TEST_CASE("pqp: a contact that becomes loaded recovers although its force had decayed", "[qp][pqp]") {
+    // The first ticks press on one wall only, so the force on the other decays to its lower bound. Then the device
+    // presses on the other wall.
     Contacts contacts(2);
     contacts.wanted << -3, 0, 5, 0, 0, 0;
     contacts.wall(Vec3::UnitX(), 0).wall(Vec3::UnitZ(), 0);
@@ -200,11 +199,11 @@ TEST_CASE("pqp: a contact that became loaded is found although its force had die
     const SolveResult result = solver->solve(contacts.problem(), {});
     REQUIRE(result.status == SolveStatus::Solved);
     REQUIRE(result.iterations < 200);
-    REQUIRE(result.x[0] == Approx(5).margin(0.02));  // the tolerance, 0.01 N, in each force
+    REQUIRE(result.x[0] == Approx(5).margin(0.02));  // tolerance of 0.01 N in each force
     REQUIRE(result.x[2] == Approx(0).margin(0.02));
 }
 
-TEST_CASE("warm starts: rows whose identities do not ascend give the same answer", "[qp]") {
+TEST_CASE("warm starts: rows in any order of identities give the same answer", "[qp]") {
     std::mt19937_64 random(51);
     for (const SolverInfo& info : solverTable()) {
         CAPTURE(info.name);
@@ -225,7 +224,7 @@ TEST_CASE("warm starts: rows whose identities do not ascend give the same answer
             for (int again = 0; again < 2; ++again) {
                 const SolveResult result = solver->solve(shuffled.problem(), settings);
                 REQUIRE(result.status == SolveStatus::Solved);
-                // Exact: rounding. pqp: its tolerance, a hundredfold for nearly parallel rows.
+                // Exact solvers: rounding. Others: a hundred times the tolerance, for nearly parallel rows.
                 REQUIRE(distanceMm(contacts.problem(), result.x, expected) <= (info.exact ? 1e-9 : 2e-4));
             }
         }

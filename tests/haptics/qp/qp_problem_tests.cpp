@@ -11,7 +11,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }
 
-TEST_CASE("row set: pads to eight with rows that violate nothing, whatever stood there", "[qp]") {
+TEST_CASE("row set: pads to eight with rows that nothing violates, whatever they held before", "[qp]") {
     RowSet rows(20);
     REQUIRE(rows.capacity() == 20);
     REQUIRE(rows.size() == 0);
@@ -38,7 +38,7 @@ TEST_CASE("row set: pads to eight with rows that violate nothing, whatever stood
     for (int k = 0; k < 7; ++k) REQUIRE(reinterpret_cast<std::uintptr_t>(rows.column(k)) % 64 == 0);
 }
 
-TEST_CASE("row set: finds every ascending identity and never names a wrong row", "[qp]") {
+TEST_CASE("row set: finds every identity if they ascend, and never returns a wrong row", "[qp]") {
     for (const int m : {0, 1, 2, 7, 8, 100}) {
         RowSet rows(100);
         for (int i = 0; i < m; ++i) rows.push(Vec6::Zero(), 0, 3 * std::uint64_t(i) + 5);
@@ -55,7 +55,7 @@ TEST_CASE("row set: finds every ascending identity and never names a wrong row",
     }
 }
 
-TEST_CASE("kkt residuals: each of the four is what its definition says", "[qp]") {
+TEST_CASE("kkt residuals: each of the four follows its definition", "[qp]") {
     Contacts contacts(4);
     contacts.wanted << 0, 0, -2, 0, 0, 0;
     contacts.wall(Vec3::UnitZ(), 0.5, Vec3(10, 0, 0)).wall(Vec3::UnitX(), 1);
@@ -68,7 +68,7 @@ TEST_CASE("kkt residuals: each of the four is what its definition says", "[qp]")
     REQUIRE(kkt.stationarity_N == 0);
     REQUIRE(kkt.complementarity_mJ == 0);
 
-    // y = (2, -3): G(x-h) - J'y = (3, 0, -2, 0, 20, 0), whose torque counts through the lever √1000 mm.
+    // y = (2, -3): G(x-h) - J'y = (3, 0, -2, 0, 20, 0); its torque is divided by the lever √1000 mm.
     const Multiplier multipliers[] = {{0, 2}, {1, -3}};
     kkt = kktResiduals(problem, contacts.wanted, multipliers);
     REQUIRE(kkt.primal_mm == 1.5);
@@ -82,7 +82,7 @@ TEST_CASE("kkt residuals: each of the four is what its definition says", "[qp]")
     REQUIRE(kktResiduals({}, Vec6::Zero(), {}).primal_mm == 0);
 }
 
-TEST_CASE("kkt residuals: sees a violation in any row", "[qp]") {
+TEST_CASE("kkt residuals: detect a violation in any row", "[qp]") {
     for (int bad = 0; bad < 27; ++bad) {
         Contacts contacts(27);
         for (int i = 0; i < 27; ++i) contacts.wall(Vec3::UnitZ(), i == bad ? -0.25 : 1);

@@ -41,7 +41,7 @@ std::vector<KnownProblem> knownProblems() {
     // J = (0.6,0,0.8, 40,0,-30): q = 1 + 1.6 + 0.9 = 3.5, J h = -3.5, y = 1.
     add("an inclined wall on a lever of 50 mm", at(0, 0, -4.375), at(0.6, 0, -3.575, 0.04, 0, -0.03),
         [&](Contacts& c) { c.wall(Vec3(0.6, 0, 0.8), 0, 50 * Y); });
-    // In metres: G = diag(1000, ..., 1), J = (0,0,1, 0,-0.01,0), q = 0.001 + 0.0001, J h = -0.0011, y = 1 N.
+    // In meters: G = diag(1000, ..., 1), J = (0,0,1, 0,-0.01,0), q = 0.001 + 0.0001, J h = -0.0011, y = 1 N.
     add("a wall in metres and newtons", at(0, 0, -0.0011), at(0, 0, -0.0001, 0, -0.01, 0), [&](Contacts& c) {
         c.stiffness << 1000, 1000, 1000, 1, 1, 1;
         c.wall(Z, 0, 0.01 * X);
@@ -60,7 +60,8 @@ std::vector<KnownProblem> knownProblems() {
         [&](Contacts& c) { c.wall(Vec3(0.8, 0, 0.6), 0).wall(Vec3(-0.8, 0, 0.6), 0); });
     add("a slot wide enough", at(1, 0, 3), at(1, 0, 0.1), [&](Contacts& c) { c.wall(Z, 0.1).wall(-Z, 0.1); });
     add("a slot without width", at(1, 0, 3), at(1, 0, 0.1), [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, 0.1); });
-    // Both rows ask for 0.1 more than there is: the least slack is 0.1 + |z|, and |h_z| < w 0.1 cannot move z from 0.
+    // Together the rows need 0.1 more than the slot has: the smallest slack is 0.1 + |z|, and |h_z| < w 0.1 cannot
+    // move z from 0.
     add(
         "a slot too narrow", at(1, 0, 0.2), at(1, 0, 0), [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); },
         SolveStatus::Elastic);
@@ -68,12 +69,12 @@ std::vector<KnownProblem> knownProblems() {
     add(
         "a slot too narrow, pushed hard", at(1, 0, 200.1), at(1, 0, 0.1),
         [&](Contacts& c) { c.wall(Z, -0.1).wall(-Z, -0.1); }, SolveStatus::Elastic);
-    add("zero rows that ask for nothing", at(0, 0, -1), zero,
+    add("zero rows without a demand", at(0, 0, -1), zero,
         [&](Contacts& c) { c.row(zero, 0).wall(Z, 0).row(zero, 3).row(zero, 0); });
     add(
-        "a zero row that nothing can meet", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
+        "a zero row that nothing can satisfy", at(0, 0, -1), zero, [&](Contacts& c) { c.row(zero, -1).wall(Z, 0); },
         SolveStatus::Elastic);
-    // The planes touch the unit ball; the one that h lies behind touches it at the answer.
+    // All planes touch the unit ball. h is beyond one of them, which touches the ball at the answer.
     add("four thousand planes around a ball", at(0, 0, -3), at(0, 0, -1), [&](Contacts& c) {
         for (int i = 0; i < 4000; ++i) {
             const double z = 1 - 2 * i / 3999.0, angle = 2.399963229728653 * i, radius = std::sqrt(1 - z * z);

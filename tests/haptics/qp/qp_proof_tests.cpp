@@ -1,4 +1,4 @@
-// The exact solver against 113-bit arithmetic on problems made to break it.
+// Compares the exact solver with 113-bit arithmetic on problems made to break it.
 #include <catch2/catch.hpp>
 
 #include "tests/haptics/qp/qp_hard_problems.hpp"
@@ -21,8 +21,8 @@ struct Tally {
     int solved = 0, elastic = 0, invalid = 0, uncertain = 0, unneeded = 0;
 };
 
-/// Requires that the result is what it claims to be. `start`: the proof may begin at the result's rows.
-void requireRight(const HardProblem& hard, const SolveResult& result, bool start, Tally& tally) {
+/// Requires that the result satisfies what its status claims. `start`: the proof may begin with the result's rows.
+void requireCorrect(const HardProblem& hard, const SolveResult& result, bool start, Tally& tally) {
     const QpProblem problem = hard.contacts.problem();
     if (hard.hardness & kNotFinite) {
         ++tally.invalid;
@@ -45,14 +45,15 @@ void requireRight(const HardProblem& hard, const SolveResult& result, bool start
         ++tally.uncertain;
         return;
     }
-    if (reference.feasible && !claimsSolved) {  // planes that meet far away, called contradicting: nothing is claimed
+    if (reference.feasible &&
+        !claimsSolved) {  // planes that meet far away count as contradicting: the status claims no more
         tally.unneeded += reference.condition < kWellConditioned;
         return;
     }
-    // Where rows contradict each other by less than the bound, either answer has its certificate.
+    // Where rows contradict each other by less than the bound, both answers have a certificate.
     if ((result.slack > 0) != (reference.slack > 0) || reference.condition >= kWellConditioned) return;
     const Vec6 error = result.x - reference.x;
-    // The last bits of x are no error.
+    // Differences in the last bits of x are no error.
     REQUIRE(lengthOf(problem, error) <= bound + 1e-15 * lengthOf(problem, reference.x));
     if (!claimsSolved) return;
     const Vec6 wrench = problem.stiffness.cwiseProduct(error);
@@ -63,8 +64,8 @@ void requireRight(const HardProblem& hard, const SolveResult& result, bool start
 
 }  // namespace
 
-TEST_CASE("exact solver: none of 100,000 hard problems is answered wrong", "[qp]") {
-    constexpr int kProblems = 100'000, kFromNothing = 2000;
+TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp]") {
+    constexpr int kProblems = 100'000, kColdStarts = 2000;
     std::mt19937_64 random(2025);
     const auto solver = solverTable()[kExactSolver].make(512);
     Tally tally;
@@ -75,22 +76,23 @@ TEST_CASE("exact solver: none of 100,000 hard problems is answered wrong", "[qp]
         solver->reset();
         const SolveResult result = solver->solve(hard.contacts.problem(), {});
         capped += result.iterations >= 400;
-        requireRight(hard, result, i >= kFromNothing, tally);
+        requireCorrect(hard, result, i >= kColdStarts, tally);
     }
     CAPTURE(tally.solved, tally.elastic, tally.invalid, tally.uncertain, tally.unneeded, capped);
     REQUIRE(tally.solved > 60'000);
     REQUIRE(tally.elastic > 25'000);
     REQUIRE(tally.invalid > 5'000);
-    REQUIRE(tally.uncertain < 3'500);  // slots without width whose rows are scaled: the last bit says whether they are
+    REQUIRE(tally.uncertain <
+            3'500);  // slots of zero width with scaled rows: the last bit decides whether they are feasible
     REQUIRE(tally.unneeded <= 10);
-    REQUIRE(capped <= 3);  // out of pivots, and softened
+    REQUIRE(capped <= 3);  // reached the pivot limit and were softened
 }
 
-TEST_CASE("exact solver: planes that nearly coincide are not taken for contradicting ones", "[qp]") {
-    // The nearest point of such planes is off by their condition times the last bit. Rows that only this error violates
-    // must not be pivoted on: they would end in a contradiction that is not there.
+TEST_CASE("exact solver: planes that nearly coincide do not count as contradicting", "[qp]") {
+    // Rounding moves the nearest point of such planes by their condition number times the last bit. The solver must not
+    // pivot on rows that only this error violates: it would report a contradiction that does not exist.
     constexpr int kProblems = 50'000;
-    constexpr double kLargest = 1e7;  // N: beyond it rows may be said to contradict each other
+    constexpr double kLargest = 1e7;  // N: beyond it rows may count as contradicting
     std::mt19937_64 random(7);
     const auto solver = solverTable()[kExactSolver].make(80);
     int solved = 0, elastic = 0;

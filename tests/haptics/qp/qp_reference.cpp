@@ -10,9 +10,9 @@ namespace {
 
 __extension__ using Quad = __float128;
 
-constexpr int kMost = 7;  // rows that can be active at once, the slack's dimension included
+constexpr int kMaxActive = 7;  // rows that can be active at once, including the dimension of the slack
 constexpr int kMaxPivots = 5000;
-/// Answers are doubles: their last bits are no fault.
+/// Answers are doubles, so errors in their last bits are accepted.
 constexpr double kLastBits = 4 * std::numeric_limits<double>::epsilon();
 
 Quad squareRoot(Quad a) {
@@ -23,17 +23,17 @@ Quad squareRoot(Quad a) {
 }
 Quad size(Quad a) { return a < 0 ? -a : a; }
 
-using Point = std::array<Quad, kMost>;
+using Point = std::array<Quad, kMaxActive>;
 Quad dot(const Point& a, const Point& b) {
     Quad sum = 0;
-    for (int k = 0; k < kMost; ++k) sum += a[k] * b[k];
+    for (int k = 0; k < kMaxActive; ++k) sum += a[k] * b[k];
     return sum;
 }
 
 /// Solves A x = b of size n by elimination with full pivoting; false when a pivot falls below 1e-30 (unit rows: the
 /// largest is 1).
-bool solveDense(int n, std::array<Point, kMost> A, Point b, Point& x) {
-    int order[kMost];
+bool solveDense(int n, std::array<Point, kMaxActive> A, Point b, Point& x) {
+    int order[kMaxActive];
     for (int i = 0; i < n; ++i) order[i] = i;
     for (int k = 0; k < n; ++k) {
         int row = k, column = k;
@@ -64,7 +64,7 @@ bool solveDense(int n, std::array<Point, kMost> A, Point b, Point& x) {
 struct Plane {
     Point n{};
     Quad d = 0;
-    Quad length = 1;  ///< of the row before it was made one
+    Quad length = 1;  ///< of the row before normalization
     int row = 0;
 };
 
@@ -73,28 +73,28 @@ struct Nearest {
     bool failed = false;  ///< too badly conditioned even for 113 bits
     Point z{};
     int count = 0;
-    int active[kMost + 1];
-    Quad force[kMost + 1];
+    int active[kMaxActive + 1];
+    Quad force[kMaxActive + 1];
 
     void drop(int i) {
         --count;
         std::copy(active + i + 1, active + count + 1, active + i);
         std::copy(force + i + 1, force + count + 1, force + i);
     }
-    std::array<Point, kMost> gram(const std::vector<Plane>& planes) const {
-        std::array<Point, kMost> products{};
+    std::array<Point, kMaxActive> gram(const std::vector<Plane>& planes) const {
+        std::array<Point, kMaxActive> products{};
         for (int i = 0; i < count; ++i)
             for (int j = 0; j < count; ++j) products[i][j] = dot(planes[active[i]].n, planes[active[j]].n);
         return products;
     }
 };
 
-/// The nearest point on the planes of `start`, less those that would have to pull: the certificate where no plane is
-/// violated there, and a start where one is.
+/// The nearest point on the planes of `start` without those that would have to pull. It is the certificate if no plane
+/// is violated there, and a starting point otherwise.
 Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) {
     Nearest state;
     for (const int plane : start) {
-        if (state.count == kMost) break;
+        if (state.count == kMaxActive) break;
         state.active[state.count++] = plane;
     }
     while (state.count > 0) {
@@ -108,14 +108,14 @@ Nearest nearestOn(const std::vector<Plane>& planes, std::span<const int> start) 
         }
         for (int i = 0; i < state.count; ++i) {
             state.force[i] = force[i];
-            for (int c = 0; c < kMost; ++c) state.z[c] += force[i] * planes[state.active[i]].n[c];
+            for (int c = 0; c < kMaxActive; ++c) state.z[c] += force[i] * planes[state.active[i]].n[c];
         }
         break;
     }
     return state;
 }
 
-/// The point nearest to the origin with n·z + d >= 0 for every plane, from any planes that all push.
+/// The point nearest to the origin with n·z + d >= 0 for every plane, starting from any set of planes that all push.
 Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
     for (int pivot = 0; pivot < kMaxPivots; ++pivot) {
         int worst = -1;
@@ -137,7 +137,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
             }
             Point across = entering.n;
             for (int i = 0; i < k; ++i) {
-                for (int c = 0; c < kMost; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
+                for (int c = 0; c < kMaxActive; ++c) across[c] -= weight[i] * planes[state.active[i]].n[c];
             }
             const Quad across2 = dot(across, across);
             const bool dependent = across2 < 1e-44;
@@ -149,8 +149,8 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
                 if (blocking < 0 || step < partial) partial = step, blocking = i;
             }
             if (dependent && blocking < 0) {
-                // Farkas: with all weights <= 0 a feasible z' has 0 <= d - weight·d_active + across·z'. None within a
-                // kilometre, or too close to call.
+                // Farkas: with all weights <= 0 a feasible z' has 0 <= d - weight·d_active + across·z'. No such point
+                // lies within a kilometer, or rounding decides.
                 Quad reach = entering.d;
                 for (int i = 0; i < k; ++i) reach -= weight[i] * planes[state.active[i]].d;
                 const bool contradiction = reach < -1e6 * squareRoot(across2) - 1e-20;
@@ -162,7 +162,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
             entered = !dependent && (blocking < 0 || full <= partial);
             const Quad step = entered ? full : partial;
             if (!dependent) {
-                for (int c = 0; c < kMost; ++c) state.z[c] += step * across[c];
+                for (int c = 0; c < kMaxActive; ++c) state.z[c] += step * across[c];
             }
             for (int i = 0; i < k; ++i) state.force[i] -= step * weight[i];
             force += step;
@@ -178,7 +178,7 @@ Nearest nearestPoint(const std::vector<Plane>& planes, Nearest state = {}) {
     return state;
 }
 
-/// The multipliers are >= 0, z = N u, no plane is violated and none that pushes is left.
+/// The multipliers are >= 0, z = N u, no plane is violated, and z lies on every plane that pushes.
 bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& force) {
     Point rest = nearest.z;
     bool holds = nearest.feasible && !nearest.failed;
@@ -186,7 +186,7 @@ bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& f
         const Plane& plane = planes[nearest.active[i]];
         holds &= nearest.force[i] >= -1e-20;
         force += nearest.force[i];
-        for (int c = 0; c < kMost; ++c) rest[c] -= nearest.force[i] * plane.n[c];
+        for (int c = 0; c < kMaxActive; ++c) rest[c] -= nearest.force[i] * plane.n[c];
         holds &= size((dot(plane.n, nearest.z) + plane.d) * nearest.force[i]) < 1e-20 * (1 + nearest.force[i]);
     }
     const Quad scale = 1 + force;
@@ -195,8 +195,8 @@ bool certified(const std::vector<Plane>& planes, const Nearest& nearest, Quad& f
     return holds;
 }
 
-/// Of the normals N of the planes that push, at most seven times the ratio of their greatest to their least singular
-/// value: √(trace(N'N) trace((N'N)⁻¹)).
+/// √(trace(N'N) trace((N'N)⁻¹)) of the normals N of the planes that push: at most seven times the ratio of their
+/// largest to their smallest singular value.
 double conditionOf(const std::vector<Plane>& planes, Nearest nearest) {
     for (int i = nearest.count - 1; i >= 0; --i) {
         if (nearest.force[i] <= 0) nearest.drop(i);
@@ -212,7 +212,7 @@ double conditionOf(const std::vector<Plane>& planes, Nearest nearest) {
     return std::sqrt(double(trace * nearest.count));
 }
 
-/// Every row with a direction, of unit length in the metric of G.
+/// Every row with a nonzero normal, scaled to unit length in the metric of G.
 std::vector<Plane> planesOf(const QpProblem& problem, bool& hopeless) {
     const RowSet& rows = *problem.rows;
     Point inverseRoot{};

@@ -15,7 +15,7 @@ constexpr double kReach = 50, kTrust = 0.5;
 
 double ballLength(const Vec6& x) { return std::hypot(x.head<3>().norm(), kReach * x.tail<3>().norm()); }
 
-/// Contacts within a millimetre, as the tick lists them.
+/// Contacts within a millimeter, as the tick lists them.
 Contacts nearContacts(std::mt19937_64& random, int m) {
     Contacts contacts = randomContacts(random, kContactKinds[random() % 3], m);
     contacts.wanted *= 0.3 / std::max(1e-9, ballLength(contacts.wanted));
@@ -30,7 +30,7 @@ std::set<std::uint64_t> idsOf(const RowSet& rows) {
 
 }  // namespace
 
-TEST_CASE("row screen: drops what another row implies within the ball, by hand", "[qp]") {
+TEST_CASE("row screen: drops rows that another row implies within the ball, by hand", "[qp]") {
     // Wall 0 has gap 0. Within 0.5 mm: the parallel walls 1 and 2 are implied; 3 is 0.1 rad off: |a - a0| t = 0.05, so
     // its gap of 0.04 is not enough and that of 4, 0.06, is; 5 faces it: |a - a0| t = 1.
     Contacts contacts(8);
@@ -51,7 +51,7 @@ TEST_CASE("row screen: drops what another row implies within the ball, by hand",
     REQUIRE(idsOf(screen.run(levers.rows, Screening::Screen, kReach, kTrust)) == std::set<std::uint64_t>{10, 20});
 }
 
-TEST_CASE("row screen: no point of the ball that meets the rows left violates a dropped one", "[qp]") {
+TEST_CASE("row screen: no point of the ball that satisfies the kept rows violates a dropped one", "[qp]") {
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal;
     RowScreen screen(300);
@@ -73,7 +73,7 @@ TEST_CASE("row screen: no point of the ball that meets the rows left violates a 
     REQUIRE(inside > 500);
 }
 
-TEST_CASE("row screen: the answer is the same where it lies in the ball, and it is told when it does not", "[qp]") {
+TEST_CASE("row screen: the answer is the same inside the ball, and an answer outside is reported", "[qp]") {
     std::mt19937_64 random(4);
     RowScreen screen(300);
     const auto full = solverTable()[kExactSolver].make(300), few = solverTable()[kExactSolver].make(300);
@@ -112,8 +112,8 @@ TEST_CASE("row screen: the answer is the same where it lies in the ball, and it 
     REQUIRE(clusterError > 0);
 }
 
-TEST_CASE("row screen: keeps what is left when passes run out, and allocates nothing", "[qp]") {
-    // Walls around a ball, all at the same gap: none implies another in a ball of 0.5 mm.
+TEST_CASE("row screen: keeps the remaining rows when passes run out, and allocates nothing", "[qp]") {
+    // Walls around a ball, all with the same gap: no wall implies another in a ball of 0.5 mm.
     Contacts contacts(1000);
     for (int i = 0; i < 1000; ++i) {
         const double z = 1 - 2 * i / 999.0, angle = 2.399963229728653 * i, radius = std::sqrt(1 - z * z);

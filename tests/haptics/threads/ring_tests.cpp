@@ -51,7 +51,7 @@ TEST_CASE("ring: between two threads every value arrives once and in order, or i
             ring.push(value);
             if (i % 64 == 0) std::this_thread::yield();
         }
-        // The end must arrive, so it alone is tried again; its refusals count as drops too.
+        // The last value must arrive, so only this one is retried; its refusals also count as drops.
         while (!ring.push({.number = kValues + 1})) std::this_thread::yield();
     });
     std::uint64_t received = 0, last = 0;
@@ -71,7 +71,7 @@ TEST_CASE("ring: between two threads every value arrives once and in order, or i
     producer.join();
     CHECK(whole);
     CHECK(forward);
-    CHECK(received + ring.dropped() >= kValues);  // the end's refusals may come on top
+    CHECK(received + ring.dropped() >= kValues);  // refusals of the last value may add to it
     CHECK(received <= kValues);
 }
 

@@ -5,15 +5,15 @@
 
 namespace touchstone::rt_thread_tests {
 
-TEST_CASE("tick schedule: ticks in time begin a period apart, whenever they end", "[loop]") {
+TEST_CASE("tick schedule: ticks that meet their deadline begin one period apart, whenever they end", "[loop]") {
     TickSchedule schedule(1000, 5'000'000);
     CHECK(schedule.endTick(5'000'001) == 6'000'000);
     CHECK(schedule.endTick(6'999'999) == 7'000'000);
-    CHECK(schedule.endTick(8'000'000) == 8'000'000);  // at the deadline is in time
+    CHECK(schedule.endTick(8'000'000) == 8'000'000);  // a tick that ends at the deadline is in time
     CHECK(schedule.overruns() == 0);
 }
 
-TEST_CASE("tick schedule: a late tick is one overrun, the next begins at once and no burst follows", "[loop]") {
+TEST_CASE("tick schedule: a late tick counts once, the next begins at once and no burst follows", "[loop]") {
     TickSchedule schedule(1000, 0);
     CHECK(schedule.endTick(7'300'000) == 7'300'000);  // seven deadlines passed, one tick was late
     CHECK(schedule.overruns() == 1);
@@ -22,12 +22,11 @@ TEST_CASE("tick schedule: a late tick is one overrun, the next begins at once an
     CHECK(schedule.overruns() == 1);
 }
 
-TEST_CASE("tick schedule: periods that are no whole ns do not drift, and a new rate acts from the next tick",
-          "[loop]") {
+TEST_CASE("tick schedule: periods of fractional ns do not drift, and a new rate acts from the next tick", "[loop]") {
     TickSchedule schedule(3000, 0);  // 333,333.33 ns
     std::uint64_t begin = 0;
     for (int i = 0; i < 3'000'000; ++i) begin = schedule.endTick(begin);
-    // A thousand seconds; sums of doubles this large are good to 1e-4 ns each.
+    // After a thousand seconds, sums of doubles are accurate to 1e-4 ns each.
     CHECK(begin >= 999'999'999'000);
     CHECK(begin <= 1'000'000'001'000);
     CHECK(schedule.overruns() <= 3'000'000 / 2);  // rounding to whole ns may end a tick within 1 ns after its deadline
@@ -35,12 +34,12 @@ TEST_CASE("tick schedule: periods that are no whole ns do not drift, and a new r
     CHECK(schedule.endTick(begin) - begin == 4'000'000);
 }
 
-TEST_CASE("pacer: waits for each tick's time and counts what came late", "[loop]") {
+TEST_CASE("pacer: waits for the start of each tick and counts late ticks", "[loop]") {
     for (const bool spin : {false, true}) {
         const std::uint64_t start = steadyNanoseconds();
         Pacer pacer(10'000, spin);
         for (int i = 0; i < 20; ++i) pacer.wait();
-        // Never early; how late is the system's affair.
+        // Never early; the operating system determines how late.
         CHECK(steadyNanoseconds() - start >= 2'000'000);
         CHECK(pacer.overruns() <= 20);
         const std::uint64_t before = pacer.overruns();
@@ -67,7 +66,7 @@ TEST_CASE("clocks: all run forward and agree on the unit", "[loop]") {
     CHECK(spent <= 1e-3 * static_cast<double>(steadyNanoseconds() - steady) + 1000);
 }
 
-TEST_CASE("real-time thread: what is refused is told in one sentence with a remedy", "[loop]") {
+TEST_CASE("real-time thread: one sentence reports what the system refuses, with a remedy", "[loop]") {
     std::thread([] {
         const RealTimeStatus status = raiseThread({.priority = 20});
         if (status.scheduled && status.locked)

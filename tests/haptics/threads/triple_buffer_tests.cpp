@@ -26,7 +26,7 @@ TEST_CASE("triple buffer: the reader sees the initial value, then only the newes
     CHECK(buffer.get() == 10);
 }
 
-TEST_CASE("triple buffer: under a fast writer no value is torn, none comes back, and the last arrives",
+TEST_CASE("triple buffer: under a fast writer no value is torn, no old value returns, and the last arrives",
           "[loop][thread]") {
     constexpr std::uint64_t kWrites = 100'000;
     using Value = std::array<std::uint64_t, 32>;  // several cache lines
@@ -57,7 +57,7 @@ TEST_CASE("triple buffer: under a fast writer no value is torn, none comes back,
 
 namespace {
 
-/// Counts the objects that live.
+/// Counts the live objects.
 struct Counted {
     explicit Counted(int v) : value(v) { ++living; }
     ~Counted() { --living; }
@@ -67,7 +67,7 @@ struct Counted {
 
 }  // namespace
 
-TEST_CASE("mailbox: a newer object replaces one that was not taken, and nothing leaks", "[loop]") {
+TEST_CASE("mailbox: a newer object replaces an object that was not taken, and nothing leaks", "[loop]") {
     {
         Mailbox<Counted> box;
         CHECK(box.empty());
@@ -83,7 +83,7 @@ TEST_CASE("mailbox: a newer object replaces one that was not taken, and nothing 
     CHECK(Counted::living == 0);
 }
 
-TEST_CASE("mailbox: objects that pass between threads are freed once each", "[loop][thread]") {
+TEST_CASE("mailbox: each object that passes between threads is freed exactly once", "[loop][thread]") {
     constexpr int kObjects = 20'000;
     {
         Mailbox<Counted> box;

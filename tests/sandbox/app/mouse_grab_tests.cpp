@@ -14,7 +14,7 @@ namespace {
 
 constexpr glm::vec2 kViewport{800, 600};
 
-/// engine::Looks along -z at the origin from 400 mm.
+/// Looks along -z at the origin from 400 mm.
 engine::OrbitCamera front() {
     engine::OrbitCamera camera;
     camera.distance = 0.4f;
@@ -57,7 +57,7 @@ TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mou
         }
         const engine::Ray ray{glm::vec3(toMetres(origin)), glm::vec3(toGlm(d))};
         const auto hit = pickTree(*tree, X_WT, ray);
-        // The ray is rounded to float: a hit within a micron of a sphere's edge may go either way.
+        // The ray is rounded to float, so either answer is right within a micron of a sphere's edge.
         if (hit.has_value() != (nearest < 1e29)) continue;
         if (!hit) continue;
         ++hits;
@@ -75,7 +75,7 @@ TEST_CASE("mouse: the held point of the tool follows the cursor in the view plan
     mouse.frame.left = true;
     mouse.step();
     REQUIRE(mouse.grab.holding());
-    CHECK(mouse.grab.wanted()->p.norm() < 1e-4);  // taking hold moves nothing but float rounding
+    CHECK(mouse.grab.wanted()->p.norm() < 1e-4);  // grabbing moves the tool only by float rounding
     CHECK(mouse.grab.anchor().z() == Approx(20).margin(1e-3));
 
     mouse.frame.cursor += glm::vec2(30, -40);
@@ -100,11 +100,11 @@ TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mo
     mouse.frame.wheel = 2;
     mouse.step();
     CHECK(mouse.grab.wanted()->p.z() < -1);
-    CHECK(mouse.grab.wanted()->p.head<2>().norm() < 1e-3);  // the cursor is in the middle
+    CHECK(mouse.grab.wanted()->p.head<2>().norm() < 1e-3);  // the cursor is in the center
     CHECK(mouse.camera.distance == front().distance);
 }
 
-TEST_CASE("mouse: turning keeps the tree's centre where it is", "[mouse]") {
+TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
     const auto tree = treeOf({{5, 0, 0, 15}, {25, 0, 0, 15}});
     Mouse mouse;
     mouse.tool = {tree.get(), {}, {}};
@@ -117,7 +117,7 @@ TEST_CASE("mouse: turning keeps the tree's centre where it is", "[mouse]") {
     mouse.step();
     CHECK((*mouse.grab.wanted() * C - C).norm() < 1e-9);
     CHECK(logRotation(mouse.grab.wanted()->q).norm() > 0.1);
-    // To the right turns what is in front to the right: about +y.
+    // A drag to the right turns the front to the right: about +y.
     CHECK(logRotation(mouse.grab.wanted()->q).y() > 0.1);
 }
 
@@ -135,7 +135,7 @@ TEST_CASE("mouse: beside the tool it moves the camera", "[mouse]") {
     CHECK(mouse.camera.yaw != front().yaw);
 }
 
-TEST_CASE("mouse: over a panel it moves nothing, nor when it slides from there into the picture", "[mouse]") {
+TEST_CASE("mouse: moves nothing over a panel, or after it enters the picture from a panel", "[mouse]") {
     Mouse mouse;
     mouse.frame.elsewhere = true;
     mouse.frame.left = true;
@@ -181,7 +181,7 @@ TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
     mouse.step();
     mouse.frame.left = false;
     mouse.step();
-    CHECK_FALSE(mouse.grab.clicked());  // it was a drag, though it came back
+    CHECK_FALSE(mouse.grab.clicked());  // it was a drag, although the cursor returned
 }
 
 }  // namespace touchstone::mouse_grab_tests

@@ -1,4 +1,4 @@
-// The real window under a (virtual) display, used like a user does.
+// The real window under a (virtual) display, operated as a user does.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -22,7 +22,7 @@ using namespace touchstone::test;
 namespace {
 
 bool isRunning(WindowFrame& frame) { return frame.session.running(); }
-/// The demonstration has come to rest in the contact.
+/// Whether the demonstration rests in contact.
 bool isAtRest(WindowFrame& frame) { return isRunning(frame) && frame.session.snapshot()->finished; }
 std::size_t editsOf(WindowFrame& frame) { return frame.session.newest().edits.size(); }
 
@@ -35,7 +35,7 @@ void lower(LiveSession& session) {
 
 }  // namespace
 
-TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to engage them", "[ui]") {
+TEST_CASE("window: motors stop when it loses the focus, and wait until the user engages them", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     const FakeHd fake;
@@ -63,7 +63,7 @@ TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to
                 session.engage();
                 if (focused() && isEngaged(engagement())) phase = Engaged, frames = 0;
                 break;
-            case Engaged:  // while it has the focus it goes on
+            case Engaged:  // it continues while it has the focus
                 if (!focused()) frames = 0;
                 if (frames < 10) break;
                 REQUIRE(isEngaged(engagement()));
@@ -80,7 +80,7 @@ TEST_CASE("window: motors stop when it loses the focus, and wait for somebody to
                 glfwDestroyWindow(other);
                 phase = Back, frames = 0;
                 break;
-            case Back:  // looking again does not start the motors
+            case Back:  // returning focus does not start the motors
                 glfwFocusWindow(frame.window.handle());
                 if (!focused()) frames = 0;
                 if (frames < 30) break;
@@ -118,13 +118,13 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
         .doing([&](WindowFrame& frame) { before = felt(frame); })
         .drag(onItem("stiffness"), onItem("stiffness", 0.8f))
         .doing([&](WindowFrame& frame) { set = frame.session.settings().stiffness; })
-        .until([&](WindowFrame& frame) {  // it ramps over 200 ms
+        .until([&](WindowFrame& frame) {  // stiffness ramps over 200 ms
             return frame.session.snapshot()->settings.stiffness == set && std::abs(felt(frame) - set) < 1e-3 * set;
         })
         .key(GLFW_KEY_Z, true)  // the whole drag is one step
         .until([](WindowFrame& frame) { return frame.session.settings().stiffness == 1; });
     REQUIRE(user.use(options));
-    // Before: the default. To rounding of the depth at which the leaves touch, the force is k times the separation.
+    // Before: the default. The force is k times the separation, up to rounding of the depth at which the leaves touch.
     CHECK(before == Approx(1).epsilon(1e-3));
     CHECK(set > 1.3);
     const engine::Image picture = engine::readPng(options.screenshot);
@@ -132,7 +132,7 @@ TEST_CASE("window: dragging the stiffness slider reaches the loop, and the force
     CHECK(picture.height >= 800);
 }
 
-TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
+TEST_CASE("window: dragging the tool with the mouse moves it", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     double start = 0;
@@ -146,7 +146,7 @@ TEST_CASE("window: taking hold of the tool with the mouse moves it", "[ui]") {
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
 
-TEST_CASE("window: the space bar takes the force, and gives it back", "[ui]") {
+TEST_CASE("window: the space bar removes the force and restores it", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     const auto force = [](WindowFrame& frame) { return frame.session.snapshot()->record.wrench_out.force.norm(); };
@@ -162,9 +162,9 @@ TEST_CASE("window: the space bar takes the force, and gives it back", "[ui]") {
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
 
-TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes the tool, and goes back", "[ui]") {
+TEST_CASE("window: a body dragged while the loop runs pushes the tool, and undo moves it back", "[ui]") {
     if (!hasDisplay()) return;
-    const bool up = GENERATE(false, true);  // away from the tool that lies on it, and into it
+    const bool up = GENERATE(false, true);  // away from the tool that lies on it, and into the tool
     CAPTURE(up);
     const TempFolder folder;
     const auto saved = folder.path() / "moved.glb";
@@ -216,14 +216,15 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
         .doing([&](WindowFrame& frame) {
             const LiveSession& session = frame.session;
             dragged = height(frame) - start;
-            // Under more load it lies a little deeper in the ripple of the slab's leaves.
+            // Under more load the tool is slightly deeper in the ripple of the slab's leaves.
             if (up) CHECK(session.record()->X_WT.p.y() == Approx(toolStart + dragged).epsilon(0.02));
-            CHECK(session.snapshot()->session == loopSession);  // the loop went on
+            CHECK(session.snapshot()->session == loopSession);  // the loop continued
             CHECK(obstaclePose(*session.scene(), 0).p.head<2>().x() == Approx(0).margin(1e-9));
-            engine::writeGltf(session.scene()->scene, saved);  // the session's own file stays, and with it undo
+            engine::writeGltf(session.scene()->scene,
+                              saved);  // the session's own file is unchanged, so undo still works
         })
         .click("menu scene")
-        .click("menu reload")  // asks, for the change is not saved
+        .click("menu reload")  // asks, because the change is not saved
         .click("Cancel")
         .doing([&](WindowFrame& frame) {
             CHECK(editsOf(frame) == 1);
@@ -235,7 +236,7 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
         .until([](WindowFrame& frame) {
             return frame.session.sceneNumber() == 2 && isRunning(frame) && editsOf(frame) == 0;
         })
-        .doing([&](WindowFrame& frame) { CHECK(height(frame) == start); })  // as its file was
+        .doing([&](WindowFrame& frame) { CHECK(height(frame) == start); })  // as in its file
         .key(GLFW_KEY_Z, true)
         .until([&](WindowFrame& frame) { return editsOf(frame) == 1 && arrived(frame); })
         .doing([&](WindowFrame& frame) { CHECK(height(frame) == Approx(start + dragged).margin(1e-9)); })
@@ -244,14 +245,13 @@ TEST_CASE("window: a body is dragged by its handle while the loop runs, pushes t
     REQUIRE(user.use(options));
     CHECK((up ? dragged : -dragged) > 1);  // mm
     const HapticScene again = openScene(saved);
-    CHECK(again.world->obstacles[0].X_WO.p.y() == Approx(start + dragged).margin(1e-5));  // the file is in doubles
-    // What the next window needs to know is in the configuration folder.
+    CHECK(again.world->obstacles[0].X_WO.p.y() == Approx(start + dragged).margin(1e-5));  // the file stores doubles
+    // The configuration folder holds the state for the next window.
     CHECK(engine::RecentScenes(options.configFolder).list() == std::vector{std::filesystem::path(options.scene)});
     CHECK(std::filesystem::exists(options.configFolder / "window.ini"));
 }
 
-TEST_CASE("window: a scene is chosen from the list, another is dropped, and a broken one is told while that goes on",
-          "[ui]") {
+TEST_CASE("window: opens a scene from the list and a dropped file, and reports a broken file meanwhile", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     const WindowRunOptions first = optionsFor(holdFile(folder));
@@ -281,7 +281,7 @@ TEST_CASE("window: a scene is chosen from the list, another is dropped, and a br
     CHECK(user.use(options));
 }
 
-TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it is the same", "[ui]") {
+TEST_CASE("window: a scene saved by key and dialog is the same after a reload", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     Settings tuned;
@@ -296,10 +296,10 @@ TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it
         })
         .key(GLFW_KEY_S, true)
         .click("Save")
-        .until([](WindowFrame& frame) { return editsOf(frame) == 0; })  // the file has them now
+        .until([](WindowFrame& frame) { return editsOf(frame) == 0; })  // the file contains them now
         .doing([&](WindowFrame& frame) { number = frame.session.sceneNumber(); })
         .click("menu scene")
-        .click("menu reload")  // nothing to ask
+        .click("menu reload")  // nothing unsaved, so it does not ask
         .until([&](WindowFrame& frame) { return frame.session.sceneNumber() != number && isRunning(frame); })
         .doing([&](WindowFrame& frame) {
             CHECK(frame.session.settings() == tuned);
@@ -308,14 +308,14 @@ TEST_CASE("window: the scene is saved by a key and a dialog, and opened again it
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
 
-TEST_CASE("window: closing it with changes that are not saved asks first", "[ui]") {
+TEST_CASE("window: closing with unsaved changes asks first", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     bool asked = false;
     User user;
     user.until(isRunning)
         .doing([](WindowFrame& frame) { lower(frame.session); })
-        .doing([](WindowFrame& frame) {  // as GLFW hands on the system's wish
+        .doing([](WindowFrame& frame) {  // as GLFW passes on a close request
             GLFWwindow* const window = frame.window.handle();
             const GLFWwindowclosefun callback = glfwSetWindowCloseCallback(window, nullptr);
             glfwSetWindowCloseCallback(window, callback);
@@ -325,7 +325,7 @@ TEST_CASE("window: closing it with changes that are not saved asks first", "[ui]
         .until([&](WindowFrame& frame) { return asked = frame.items.count("Cancel") > 0; })
         .click("Discard changes")
         .then([](WindowFrame&, int frames) { return frames > 100; });
-    CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before the user lost patience
+    CHECK_FALSE(user.use(optionsFor(holdFile(folder))));  // it closed before its time limit
     CHECK(asked);
 }
 
@@ -346,7 +346,7 @@ TEST_CASE("window: dragging the tolerance while PQP renders changes its error", 
         .doing([&](WindowFrame& frame) { before = frame.session.record()->shadowForceError; })
         .drag(onItem("tolerance", 0.95f), onItem("tolerance", 0.15f))  // a finer answer
         .doing([&](WindowFrame& frame) { tolerance = frame.session.settings().tolerance; })
-        .until([&](WindowFrame& frame) {  // it starts warm, so its answer gets better from tick to tick
+        .until([&](WindowFrame& frame) {  // it starts warm, so its answer improves from tick to tick
             after = frame.session.record()->shadowForceError;
             return frame.session.snapshot()->settings.tolerance == tolerance && after < 0.1 * before;
         });
@@ -357,7 +357,7 @@ TEST_CASE("window: dragging the tolerance while PQP renders changes its error", 
     CHECK(before > 1e-3);
 }
 
-TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots become a picture", "[ui]") {
+TEST_CASE("window: sweeps a contact, the tolerance moves the marker, and the plots are exported", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     const std::filesystem::path picture = folder.path() / "plots.png";
@@ -389,7 +389,7 @@ TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots
     REQUIRE((before && after));
     CHECK(after->tolerance > before->tolerance);
     CHECK(after->forceError != before->forceError);
-    // The plots alone, not the window, and something is drawn there.
+    // The picture shows only the plots, and something is drawn in it.
     const engine::Image png = engine::readPng(picture);
     CHECK(png.width > 200);
     CHECK(png.width < 640);
@@ -400,7 +400,7 @@ TEST_CASE("window: a contact is swept, the tolerance moves the marker, the plots
     CHECK(colors.size() > 50);
 }
 
-TEST_CASE("window: a scene that cannot be opened is told, and ends a run that has an end", "[ui]") {
+TEST_CASE("window: reports a scene that cannot be opened, and then ends a run of limited time", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     WindowRunOptions options = optionsFor(folder.path() / "missing.glb");
@@ -412,7 +412,7 @@ TEST_CASE("window: a scene that cannot be opened is told, and ends a run that ha
     CHECK(told.find("missing.glb") != std::string::npos);
 }
 
-TEST_CASE("window: a recording is begun and ended in the menu, and its folder is told", "[ui]") {
+TEST_CASE("window: the menu starts and stops a recording and shows its folder", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
     WindowRunOptions options = optionsFor(holdFile(folder));

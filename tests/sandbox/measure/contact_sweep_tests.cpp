@@ -1,5 +1,5 @@
-// Sweeps of a contact: the rows of the tick itself, errors that a solver by itself confirms, and a front without
-// rivals.
+// Sweeps of a contact: the rows equal those of the tick, a separate solve confirms the errors, and no point dominates
+// a point of the Pareto front.
 #include "haptics/sandbox/measure/contact_sweep.hpp"
 
 #include <catch2/catch.hpp>
@@ -9,6 +9,7 @@
 
 #include "haptics/sandbox/measure/pareto.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/support/solvers.hpp"
 #include "tests/support/ui_scene.hpp"
 
 namespace touchstone::contact_sweep_tests {
@@ -18,7 +19,7 @@ using namespace touchstone::test;
 
 namespace {
 
-/// Two ticks in a row of the cube that is pressed into the slab, and the largest problem of the second.
+/// Two consecutive ticks of the cube pressed into the slab, and the largest problem of the second tick.
 struct Pressed {
     HapticScene scene = openScene(holdScene());
     Settings settings = scene.settings;
@@ -51,7 +52,7 @@ struct Pressed {
 
 }  // namespace
 
-TEST_CASE("Pareto front: what is on it has no rival, and what is not has one", "[sweep]") {
+TEST_CASE("Pareto front: no point dominates a point on it, and some point dominates every other", "[sweep]") {
     const std::uint32_t seed = 5;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -86,7 +87,8 @@ TEST_CASE("sweep: the frozen rows are those that the loop's tick had", "[sweep]"
     CHECK(contact->tick == pressed.now.tick);
     for (int i = 0; i < contact->rows.size(); ++i) {
         REQUIRE(contact->rows.id(i) == pressed.rows->id(i));
-        // To rounding: poses travel through the record. Paper rows are gradients of squared distances, mm.
+        // Equal up to rounding, because poses pass through the record. Paper rows are gradients of squared distances,
+        // mm.
         const double scale = pressed.rows->row(i).norm();
         CHECK((contact->rows.row(i) - pressed.rows->row(i)).norm() <= 1e-9 * scale);
         CHECK(contact->rows.gap()[i] == Approx(pressed.rows->gap()[i]).margin(1e-9 * scale));
@@ -101,22 +103,22 @@ TEST_CASE("sweep: the frozen rows are those that the loop's tick had", "[sweep]"
     }
 }
 
-TEST_CASE("sweep: where nothing is near there is nothing to freeze", "[sweep]") {
+TEST_CASE("sweep: without a near pair there is no contact to freeze", "[sweep]") {
     const Pressed pressed(0.02);
     REQUIRE_FALSE(pressed.rows);
     CHECK_FALSE(freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {}));
 }
 
-TEST_CASE("sweep: every solver at every tolerance, with the error that the solver by itself has", "[sweep]") {
+TEST_CASE("sweep: every solver at every tolerance has the error of a separate solve", "[sweep]") {
     const bool warm = GENERATE(false, true);
     const Pressed pressed(0.15);
     const auto contact = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now,
                                        {.allRows = true, .warm = warm});
     REQUIRE(contact);
-    double told = -1;
+    double last = -1;
     const auto sweep = sweepContact(*contact, [&](double fraction) {
-        CHECK(fraction >= told);
-        told = fraction;
+        CHECK(fraction >= last);
+        last = fraction;
         return true;
     });
     REQUIRE(sweep);
@@ -142,16 +144,15 @@ TEST_CASE("sweep: every solver at every tolerance, with the error that the solve
                 CHECK_FALSE((other.us < point.us &&
                              std::max(other.forceError, kLeastError) < std::max(point.forceError, kLeastError)));
     }
-    CHECK(perSolver[kExactSolver] == 1);
-    CHECK(perSolver[static_cast<std::size_t>(findSolver("pqp"))] == 17);
+    // An exact solver has one point, an approximate one a point for each of 17 tolerances.
+    for (std::size_t i = 0; i < perSolver.size(); ++i) CHECK(perSolver[i] == (solverTable()[i].exact ? 1 : 17));
     CHECK(std::any_of(sweep->points.begin(), sweep->points.end(), [](const SweepPoint& p) { return p.onFront; }));
-    if (!warm) {
-        const int pqp = findSolver("pqp");
-        CHECK(pointAt(*sweep, pqp, 1)->forceError > pointAt(*sweep, pqp, 1e-6)->forceError);
-    }
+    if (warm) return;
+    for (const int solver : approximateSolvers())
+        CHECK(pointAt(*sweep, solver, 1)->forceError > pointAt(*sweep, solver, 1e-6)->forceError);
 }
 
-TEST_CASE("sweep: between tolerances the marker lies between their points", "[sweep]") {
+TEST_CASE("sweep: the marker between two tolerances lies between their points", "[sweep]") {
     const int pqp = findSolver("pqp");
     Sweep sweep;
     sweep.points = {{.solver = kExactSolver, .us = 1},
@@ -167,7 +168,7 @@ TEST_CASE("sweep: between tolerances the marker lies between their points", "[sw
     CHECK_FALSE(pointAt(sweep, findSolver("active-set"), 0.01));
 }
 
-TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why there is none", "[sweep][thread]") {
+TEST_CASE("sweep: runs beside its caller, can be cancelled, and says why it has no result", "[sweep][thread]") {
     const Pressed pressed(0.15), free(0.02);
     SweepRun run;
     const auto ended = [&] {

@@ -21,7 +21,7 @@ bool hasNullOrNan(const ordered_json& json, const std::string& path, std::vector
 
 }  // namespace
 
-TEST_CASE("report: it has every key, and no null but the overruns of a run without a clock", "[system]") {
+TEST_CASE("report: has every key, and only the late ticks of a run without a clock are null", "[system]") {
     Settings settings;
     sandbox::Report report = sandbox::reportOf("scene", "demo", settings);
     sandbox::RunStatistics statistics;
@@ -88,7 +88,7 @@ TEST_CASE("report: it has every key, and no null but the overruns of a run witho
     CHECK(json.at("hash").get<std::string>().size() == 16);
 }
 
-TEST_CASE("report: the shadow's error counts where the force can be felt and the rows agree", "[system]") {
+TEST_CASE("report: the shadow's error counts only with a noticeable force and the same rows", "[system]") {
     sandbox::RunStatistics statistics;
     const auto add = [&](double force, std::uint32_t flags, int shadowRows, double error) {
         TickRecord record;
@@ -120,7 +120,7 @@ TEST_CASE("report: an unmet check makes the outcome unmet", "[system]") {
     CHECK_FALSE(report.met());
 }
 
-TEST_CASE("report: the hash chains ticks in their order", "[system]") {
+TEST_CASE("report: the hash depends on the order of the ticks", "[system]") {
     TickRecord a, b;
     a.tick = 1;
     b.tick = 2;

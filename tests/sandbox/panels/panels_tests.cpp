@@ -1,4 +1,4 @@
-// Panels drawn and used in an ImGui context without window or GPU.
+// Panels drawn and operated in an ImGui context without window or GPU.
 #include <imgui.h>
 
 #include <catch2/catch.hpp>
@@ -47,7 +47,7 @@ class Bench {
         ImGui::Render();
     }
 
-    /// Types into what a click with Ctrl makes a field for text, and presses Enter.
+    /// Ctrl+clicks a control, types into its text field, and presses Enter.
     template <class Draw>
     void type(const std::string& name, const std::string& text, Draw&& draw, float fraction = 0.5f) {
         ImGuiIO& io = ImGui::GetIO();
@@ -84,13 +84,13 @@ class Bench {
 
 }  // namespace
 
-TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
+TEST_CASE("haptics panel: every setting has its own control", "[panels]") {
     Bench bench;
     Settings settings;
     HapticsPanelState state;
     PanelRequests requests;
     const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
-    bench.click("more", draw);  // opens the rest
+    bench.click("more", draw);  // opens the remaining settings
     bench.frame(draw);
     for (const SettingInfo& info : settingTable()) {
         CAPTURE(info.key);
@@ -98,7 +98,7 @@ TEST_CASE("haptics panel: every setting has a control of its own", "[panels]") {
     }
 }
 
-TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
+TEST_CASE("haptics panel: buttons and sliders change their settings", "[panels]") {
     Bench bench;
     Settings settings;
     HapticsPanelState state;
@@ -120,7 +120,7 @@ TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     CHECK(settings.stiffness > 2);
     bench.click("margin", draw, 0.05f);
     CHECK(settings.margin < 0.1);
-    CHECK(settings.trust <= settings.margin);  // was taken along
+    CHECK(settings.trust <= settings.margin);  // lowered together with the margin
     bench.click("trust", draw, 0.9f);
     CHECK(settings.trust > 1);
     CHECK(settings.margin >= settings.trust);
@@ -128,7 +128,7 @@ TEST_CASE("haptics panel: buttons and sliders do what they say", "[panels]") {
     CHECK(requests.refusal.empty());
 }
 
-TEST_CASE("haptics panel: a value that is typed is kept to its last digit, one that is not accepted is told",
+TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid one is refused with a message",
           "[panels]") {
     Bench bench;
     Settings settings;
@@ -162,7 +162,7 @@ TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
     CHECK(state.selected == scene.roles.obstacles[0]);
 }
 
-TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
+TEST_CASE("inspector: requests a role and another tree", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene());
     InspectorState state;
@@ -174,7 +174,7 @@ TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
     requests = {};
 
     bench.click("build tree", draw);
-    CHECK(requests.markings.empty());  // nothing was chosen that it does not have
+    CHECK(requests.markings.empty());  // choosing its present role changes nothing
     bench.click("tree by", draw);
     bench.click("tree by error", draw);
     bench.click("build tree", draw);
@@ -189,7 +189,7 @@ TEST_CASE("inspector: asks for a role, and for another tree", "[panels]") {
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
 }
 
-TEST_CASE("inspector: a place that is typed puts the node there, in mm and degrees", "[panels]") {
+TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
     InspectorState state;
@@ -213,7 +213,7 @@ TEST_CASE("inspector: a place that is typed puts the node there, in mm and degre
     CHECK(std::abs(glm::dot(turned.to.rotation, wanted)) == Approx(1).margin(1e-12));
 }
 
-TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
+TEST_CASE("inspector: renames and paints a node", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
     InspectorState state;
@@ -234,10 +234,10 @@ TEST_CASE("inspector: a node is called and painted as one likes", "[panels]") {
     CHECK(metal.from == engine::looksOf(scene.scene.materials[1]));
     CHECK(metal.to.metallic > 0.8f);
     CHECK(metal.to.roughness == metal.from.roughness);
-    CHECK(metal.to.baseColor == metal.from.baseColor);  // no drift by looking at it
+    CHECK(metal.to.baseColor == metal.from.baseColor);  // showing a color does not change it
 }
 
-TEST_CASE("guide: a scene without roles asks for the tool, then for what it touches", "[panels]") {
+TEST_CASE("guide: asks for the tool, then for the obstacles of a scene without roles", "[panels]") {
     Bench bench;
     engine::Scene unmarked = holdScene();
     for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, nullptr);
@@ -276,7 +276,7 @@ TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panel
     CHECK(requests.copyCommand);
 }
 
-TEST_CASE("scene panel: below each part it says how good its tree is, and on hover all of it", "[panels]") {
+TEST_CASE("scene panel: shows the quality of a tree below its part, and the details on hover", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene());
     SphereTree flawed = *scene.world->obstacles[0].tree;
@@ -295,7 +295,7 @@ TEST_CASE("scene panel: below each part it says how good its tree is, and on hov
     CHECK(bench.items.at("tree cube").y >= bench.items.at("node cube").w);  // below its part
     CHECK(bench.items.at("tree cube").w <= bench.items.at("node slab").y);
 
-    // On hover a tooltip comes, a window of its own with text; nothing is drawn of it before.
+    // On hover a tooltip window with text appears; before, it draws nothing.
     const auto vertices = [&](const std::string& item) {
         const glm::vec4 r = item.empty() ? glm::vec4(-100) : bench.items.at(item);
         ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
@@ -304,14 +304,14 @@ TEST_CASE("scene panel: below each part it says how good its tree is, and on hov
     };
     const int without = vertices(""), good = vertices("tree cube"), bad = vertices("tree slab");
     CHECK(good > without);
-    CHECK(bad > good);  // its note comes on top
+    CHECK(bad > good);  // plus its note
 
     scene.world = nullptr;
     bench.frame(draw);
     CHECK(bench.items.count("tree cube") == 0);
 }
 
-TEST_CASE("tree words: certificate, options and time left read as sentences do", "[panels]") {
+TEST_CASE("tree words: certificate, options and remaining time are written as sentences", "[panels]") {
     TreeCertificate certificate{.protrusion = 0.123, .diagonal = 82, .covered = true, .closed = true, .note = {}};
     CHECK(protrusionWords(certificate) == "0.123 mm (0.15 %)");
     CHECK(surfaceWords(certificate) == "surface proven covered, closed");
@@ -332,7 +332,7 @@ TEST_CASE("tree words: certificate, options and time left read as sentences do",
     CHECK(timeLeft(150) == "3 min left");
 }
 
-TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do itself", "[panels]") {
+TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweeps", "[panels]") {
     Bench bench;
     TickHistory history;
     const auto tick = [&] {
@@ -357,7 +357,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
 
     bench.click("1 s", draw);
     CHECK(state.seconds == 1);
-    // The wheel over a plot zooms; while ticks come in, the newest stays at the edge.
+    // The wheel over a plot zooms; while ticks arrive, the newest stays at the edge.
     const auto over = [&](const std::string& item) {
         const glm::vec4 r = bench.items.at(item);
         ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
@@ -374,8 +374,8 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     bench.click("hold plots", draw);
     REQUIRE(state.held);
     tick();
-    CHECK(state.held->pushed() == 5000);  // the ticks that come in do not move what is looked at
-    // Dragged to the right, the plot shows what came before.
+    CHECK(state.held->pushed() == 5000);  // new ticks do not move the interval shown
+    // Dragged to the right, the plot shows earlier ticks.
     over("plot Stage times");
     ImGui::GetIO().MouseDown[0] = true;
     bench.frame(draw);
@@ -395,7 +395,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     CHECK(asked.ticksCsv == "plots.csv");
     bench.click("export", draw);
     bench.click("Sweep, CSV", draw);
-    CHECK(asked.sweepCsv.empty());  // there is none yet
+    CHECK(asked.sweepCsv.empty());  // there is no sweep yet
 
     ImGui::GetIO().MousePos = {-100, -100};
     bench.click("hold plots", draw);  // closes the popup
@@ -416,7 +416,7 @@ TEST_CASE("plots panel: holds, zooms, looks back, and asks for what it cannot do
     CHECK(asked.cancelSweep);
 }
 
-TEST_CASE("status bar: says how the loop is, and marks what is not as it should be", "[panels]") {
+TEST_CASE("status bar: shows the health of the loop and highlights problems", "[panels]") {
     LoopSnapshot snapshot;
     snapshot.rate = 1000;
     snapshot.ticks = 1000;
@@ -475,7 +475,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     CHECK(item("Load").value == "saturated");
     CHECK(item("Load").attention);
 
-    // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the tick that is taken where none is known.
+    // k T (0.5 + d) at 1 N/mm and 1 kHz: 0.5 N·s/m without delay, 1.5 with the one tick assumed for an unknown delay.
     CHECK(item("Passivity").value == "min 1.5 N·s/m");
     facts.dynamics = DeviceDynamics{.damping = 0.9, .delay = 0};
     CHECK(item("Passivity").value == "+0.4 N·s/m");
@@ -486,7 +486,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     snapshot.settings.rate = 10'000;
     CHECK_FALSE(item("Passivity").attention);
 
-    // Each is explained on hover.
+    // Each item explains itself on hover.
     Bench bench;
     bool pressed = false;
     const auto draw = [&] { pressed |= drawStatusBar({&snapshot, &realTime, device, facts}, &bench.items); };
@@ -496,7 +496,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
         CAPTURE(all.name);
         REQUIRE(bench.items.count(std::string("health ") + all.name) == 1);
         const glm::vec4 r = bench.items.at(std::string("health ") + all.name);
-        if (r.z > 390) continue;  // beyond this narrow window
+        if (r.z > 390) continue;  // outside this narrow window
         ImGui::GetIO().MousePos = {0.5f * (r.x + r.z), 0.5f * (r.y + r.w)};
         for (int i = 0; i < 3; ++i) bench.frame(draw);
         CHECK(ImGui::GetDrawData()->TotalVtxCount > without);
@@ -506,7 +506,7 @@ TEST_CASE("status bar: says how the loop is, and marks what is not as it should 
     CHECK(pressed);
 }
 
-TEST_CASE("panels: each draws with nothing to show, and with odd values", "[panels]") {
+TEST_CASE("panels: each draws without data and with unusual values", "[panels]") {
     Bench bench;
     PlotsPanelState plots;
     PlotsRequests asked;
@@ -540,7 +540,7 @@ TEST_CASE("panels: each draws with nothing to show, and with odd values", "[pane
     CHECK(bench.items.count("cancel opening") == 1);
 }
 
-TEST_CASE("panels: the device page tells state and trouble, and asks for what was clicked", "[panels]") {
+TEST_CASE("panels: the device page shows state and errors, and requests what was clicked", "[panels]") {
     struct Control final : DeviceControl {
         Maps follows = Maps::All;
         Maps maps() const override { return follows; }
@@ -569,7 +569,7 @@ TEST_CASE("panels: the device page tells state and trouble, and asks for what wa
     CHECK(requests.workspace->scale > 4);
     CHECK_FALSE(state.edited);
 
-    // A cap that says how fast has axes, and no place.
+    // A device that sets velocities has axes, and no offset.
     control.follows = DeviceControl::Maps::Axes;
     bench.items.clear();
     bench.frame(draw);
@@ -586,7 +586,7 @@ TEST_CASE("panels: the device page tells state and trouble, and asks for what wa
     CHECK(bench.items.count("device trouble") == 1);
     CHECK(bench.items.count("reconnect") == 0);
 
-    // The bar at the bottom says it too, and speaks of forces as the hand has them.
+    // The status bar shows it, too, with forces as the hand feels them.
     LoopSnapshot snapshot;
     snapshot.record.wrench_o.force = {10, 0, 0};
     facts.limits.peakForce = 10;

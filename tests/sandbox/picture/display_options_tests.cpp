@@ -1,4 +1,4 @@
-// What is to be shown, as a list on the command line.
+// The list of displays on the command line.
 #include "haptics/sandbox/picture/display_options.hpp"
 
 #include <catch2/catch.hpp>
@@ -9,12 +9,12 @@ namespace touchstone::display_options_tests {
 using namespace touchstone::sandbox;
 using Catch::Matchers::Contains;
 
-TEST_CASE("display options: every switch has a key of its own, turns on and off, and is known by name", "[display]") {
+TEST_CASE("display options: every switch has a unique key and name, and turns on and off", "[display]") {
     std::set<char> keys;
     for (const DisplaySwitch& which : displaySwitches()) {
         INFO(which.name);
         CHECK(keys.insert(which.key).second);
-        CHECK(std::string_view("RFHSQ").find(which.key) == std::string_view::npos);  // taken by others
+        CHECK(std::string_view("RFHSQ").find(which.key) == std::string_view::npos);  // keys of other commands
         DisplayOptions options;
         for (const bool on : {true, false, true}) {
             CHECK(applyShowList(options, (on ? "" : "no-") + std::string(which.name)) == "");
@@ -23,7 +23,7 @@ TEST_CASE("display options: every switch has a key of its own, turns on and off,
     }
 }
 
-TEST_CASE("display options: a list names levels and axes, and says what it does not know", "[display]") {
+TEST_CASE("display options: a list accepts levels and axes, and names unknown entries", "[display]") {
     DisplayOptions options;
     CHECK(applyShowList(options, "trees:2,no-grid,section:y") == "");
     CHECK(options.toolLevel == 2);

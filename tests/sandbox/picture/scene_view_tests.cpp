@@ -1,4 +1,4 @@
-// What is drawn of a tick: contacts, and pictures without a window.
+// The picture of a tick: contacts, overlays, and images without a window.
 #include <catch2/catch.hpp>
 
 #include "engine/view/gl_context.hpp"
@@ -33,7 +33,7 @@ Pixel pixelAt(const engine::Image& image, glm::vec2 at) {
 
 }  // namespace
 
-TEST_CASE("contacts: one ball on another carries the spring's force where they touch", "[contacts]") {
+TEST_CASE("contacts: one ball on another carries the spring's force at the point of contact", "[contacts]") {
     // R 10 at the origin under R 5: they touch at a distance of 15. The device is 2 mm lower, k_t = 3 N/mm: 6 N.
     const auto world = std::make_shared<const World>(worldOf(ball(5), ball(10), at(0, 15, 0)));
     ContactFinder finder(world);
@@ -45,11 +45,12 @@ TEST_CASE("contacts: one ball on another carries the spring's force where they t
     CHECK((contacts[0].n_W - Vec3(0, 1, 0)).norm() < 1e-6);
     CHECK(contacts[0].gap == Approx(0).margin(1e-5));
     CHECK(contacts[0].load == Approx(6).epsilon(1e-6));
-    // Out of reach nothing is shown.
+    // Without a near pair nothing is shown.
     CHECK(finder.find(recordAt(at(0, 15.2, 0), at(0, 15.2, 0)), settings, 0.1).empty());
 }
 
-TEST_CASE("contacts: of hundreds a few stay, the loaded ones first, and the loads add up to the force", "[contacts]") {
+TEST_CASE("contacts: of hundreds of pairs a few are kept, loaded ones first, and the loads sum to the force",
+          "[contacts]") {
     const auto world = std::make_shared<const World>(worldOf(slab(40, 1, 2), slab(60, 1, 2), at(0, 4.01, 0)));
     ContactFinder finder(world);
     const Settings settings;
@@ -58,7 +59,7 @@ TEST_CASE("contacts: of hundreds a few stay, the loaded ones first, and the load
     CHECK(std::is_sorted(contacts.begin(), contacts.end(), [](auto& a, auto& b) { return a.load > b.load; }));
     Vec3 sum = Vec3::Zero();
     for (const ContactPoint& contact : contacts) sum += contact.load * contact.n_W;
-    // The shown tool is 0.01 mm above the contact, so the solver moves it there first: 2.99 mm at 1 N/mm.
+    // The tool as shown is 0.01 mm above the contact, so the solver moves it there first: 2.99 mm at 1 N/mm.
     CHECK((sum - Vec3(0, 2.99, 0)).norm() < 1e-3);
 }
 
@@ -106,7 +107,7 @@ TEST_CASE("overlays: clearance, contact place and gaps of two balls", "[overlays
     CHECK(overlays.contactPlace()->n_W.y() == Approx(1));
 }
 
-TEST_CASE("overlays: the trace keeps its spacing, drops the oldest and begins anew with the run", "[overlays]") {
+TEST_CASE("overlays: the trace keeps its spacing, drops the oldest point and restarts with the run", "[overlays]") {
     ToolTrace trace(1);
     std::uint64_t tick = 0;
     for (int i = 0; i < 20; ++i) trace.add(Vec3(0.25 * i, 0, 0), tick++);
@@ -118,7 +119,7 @@ TEST_CASE("overlays: the trace keeps its spacing, drops the oldest and begins an
     CHECK(trace.points().size() == 1);
 }
 
-TEST_CASE("overlays: levels of a tree differ in colour, gaps go from red to grey", "[overlays]") {
+TEST_CASE("overlays: levels of a tree differ in color, and gaps range from red to gray", "[overlays]") {
     for (const bool tool : {false, true})
         for (int level = 0; level < 3; ++level)
             CHECK(glm::length(glm::vec3(sphereColor(tool, level, 0)) - glm::vec3(sphereColor(tool, level + 1, 0))) >
@@ -129,7 +130,7 @@ TEST_CASE("overlays: levels of a tree differ in colour, gaps go from red to grey
     CHECK(gapColor(10 * kShownGap) == gapColor(kShownGap));
 }
 
-TEST_CASE("scene view: views by name look along their axes, and contact comes near", "[gl]") {
+TEST_CASE("scene view: named views look along their axes, and the contact view is close", "[gl]") {
     const HapticScene scene = openScene(holdScene());
     const engine::HeadlessContext context;
     engine::Renderer renderer;
@@ -150,7 +151,7 @@ TEST_CASE("scene view: views by name look along their axes, and contact comes ne
     CHECK(glm::length(near.target - glm::vec3(0, 0.005f, 0)) < 0.002f);
     CHECK(checkView("nowhere").find("'nowhere'") != std::string::npos);
 
-    // A section takes away what is nearer to the viewer, through the place of contact.
+    // A section through the place of contact removes everything nearer to the viewer.
     engine::Frame frame;
     frame.camera = looking("front");
     DisplayOptions cut;
@@ -161,10 +162,10 @@ TEST_CASE("scene view: views by name look along their axes, and contact comes ne
     CHECK(glm::dot(*frame.section, glm::vec4(0, 0, -0.02f, 1)) > 0);
 }
 
-TEST_CASE("scene view: tool and obstacle have their colours where they must be", "[gl]") {
+TEST_CASE("scene view: tool and obstacle are drawn at their poses in their colors", "[gl]") {
     const HapticScene scene = openScene(holdScene());
     REQUIRE(scene.world);
-    const Pose X_WT = at(15, 10, 0);  // on the slab, beside its middle
+    const Pose X_WT = at(15, 10, 0);  // on the slab, off its center
     constexpr int kWidth = 320, kHeight = 200;
     DisplayOptions plain;
     plain.contacts = plain.arrows = plain.grid = false;
@@ -189,13 +190,13 @@ TEST_CASE("scene view: tool and obstacle have their colours where they must be",
     const Pixel slab = pixelAt(image, pixelOf({-20, 5, 0}));
     CAPTURE(slab.r, slab.g, slab.b);
     CHECK(slab.b > 2 * slab.r);
-    const Pixel corner = pixelAt(image, {3, 3});  // the parts fill the middle 80 percent
+    const Pixel corner = pixelAt(image, {3, 3});  // the parts fill the central 80 percent
     CHECK(std::max({corner.r, corner.g, corner.b}) < 100);
-    // Where the file has the cube, 15 mm up in the middle, nothing of it is left.
+    // At the cube's place in the file, 15 mm up in the center, nothing of it is drawn.
     const Pixel before = pixelAt(image, pixelOf({0, 18, 0}));
     CHECK(before.r < 2 * before.b + 10);
 
-    // A device 10 mm to the left is seen as a ghost: what lies under it changes, the tool does not.
+    // A device 10 mm to the left appears as a ghost: the pixels under it change, those of the tool do not.
     const engine::Image ghosted = picture(recordAt(X_WT, at(0, 10, 0)), plain);
     const Pixel ghost = pixelAt(ghosted, pixelOf({-2, 10, 0})), behind = pixelAt(image, pixelOf({-2, 10, 0}));
     CHECK(std::abs(ghost.r - behind.r) + std::abs(ghost.g - behind.g) + std::abs(ghost.b - behind.b) > 20);

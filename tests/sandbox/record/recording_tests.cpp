@@ -1,4 +1,4 @@
-// Recordings: written, repeated to the same bits, recovered, exported.
+// Recordings: writing, bit-reproducible replay, recovery, export.
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
@@ -37,7 +37,7 @@ Press& press() {
     return made;
 }
 
-/// Follows the demonstration over and over; not finite now and then, no fresh pose now and then.
+/// Repeats the demonstration; some readings are non-finite, and some have no fresh pose.
 class UnsteadyDevice final : public Device {
   public:
     DeviceReading read(double t, double) noexcept override {
@@ -58,7 +58,7 @@ std::unique_ptr<Session> session(std::shared_ptr<const World> world, const Setti
     return std::make_unique<Session>(std::move(world), settings, std::make_unique<UnsteadyDevice>(), number);
 }
 
-/// A run with all that may happen to one, recorded from its middle on, with the tool in contact.
+/// A run with every kind of change, recorded from its middle on, with the tool in contact.
 std::uint64_t recordEverything(const fs::path& folder) {
     Settings settings = press().scene.settings;
     TickDriver driver(session(press().scene.world, settings, 0));
@@ -88,7 +88,7 @@ std::uint64_t recordEverything(const fs::path& folder) {
     recording = true;
     lift(0.3);
     run(1);
-    CHECK(recorder.rows() == 0);  // nothing tells where it began
+    CHECK(recorder.rows() == 0);  // no start has been recorded yet
     CHECK(last.wrench_C.force.norm() > 0.5);
     driver.resume(last);
     run(20);
@@ -128,7 +128,7 @@ sandbox::HeadlessRun replay(const fs::path& folder, sandbox::HeadlessOptions opt
     return sandbox::runHeadless(press().scene, press().scene.settings, options);
 }
 
-/// A whole recording of the demonstration.
+/// A complete recording of the demonstration.
 fs::path pressRecording(const TempFolder& folder) {
     sandbox::HeadlessOptions options;
     options.timing = false;
@@ -150,7 +150,7 @@ std::uint64_t rowsIn(const fs::path& folder) { return sandbox::TickFileReader(fo
 
 }  // namespace
 
-TEST_CASE("recording: a run through changes, restarts, pauses, bad input and another world repeats to the bit",
+TEST_CASE("recording: a run with changes, restarts, pauses, bad input and another world is bit-reproducible",
           "[system][recording]") {
     const TempFolder folder;
     const std::uint64_t rows = recordEverything(folder.path() / "run");
@@ -164,7 +164,7 @@ TEST_CASE("recording: a run through changes, restarts, pauses, bad input and ano
     CHECK_FALSE(run.replay->different);
     CHECK(run.replay->differences.empty());
 
-    // What was recorded of the replay is the same recording.
+    // A recording of the replay equals the original.
     const sandbox::HeadlessRun third = replay(folder.path() / "again");
     CHECK(third.replay->same == rows);
     CHECK(third.report.hash == run.report.hash);
@@ -174,10 +174,10 @@ TEST_CASE("recording: a run through changes, restarts, pauses, bad input and ano
     CHECK(kinds == std::set<std::string>{"settings", "start", "scene"});
 }
 
-TEST_CASE("recording: one without moves of obstacles is read as one in which they stayed", "[system][recording]") {
+TEST_CASE("recording: one without obstacle columns is read as a run with fixed obstacles", "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
-    // As a program wrote it that knew of none.
+    // As written by a program without these columns.
     std::string ticks = bytesOf(recording / "ticks.npy"), notes = bytesOf(recording / "recording.json");
     for (std::size_t at; (at = ticks.find("'obstacle")) != std::string::npos;) ticks[at + 1] = '-';
     writeBytes(recording / "ticks.npy", ticks);
@@ -189,7 +189,7 @@ TEST_CASE("recording: one without moves of obstacles is read as one in which the
     CHECK(replay(recording).replay->same == 801);
 }
 
-TEST_CASE("recording: another input, other settings, another scene and a gap are told", "[system][recording]") {
+TEST_CASE("recording: a replay reports changed input, settings, scene or program, and gaps", "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     CHECK(replay(recording).replay->same == 801);
@@ -197,7 +197,7 @@ TEST_CASE("recording: another input, other settings, another scene and a gap are
     SECTION("a bit of the input") {
         std::string bytes = bytesOf(recording / "ticks.npy");
         const std::size_t header = bytes.size() - 801 * sandbox::tickRowBytes();
-        bytes[header + 400 * sandbox::tickRowBytes() + 8 + 3] ^= 1;  // of input_y_mm in contact
+        bytes[header + 400 * sandbox::tickRowBytes() + 8 + 3] ^= 1;  // in input_y_mm, in contact
         writeBytes(recording / "ticks.npy", bytes);
         const sandbox::ReplayCheck check = *replay(recording).replay;
         REQUIRE(check.different);
@@ -256,7 +256,7 @@ TEST_CASE("recording: another input, other settings, another scene and a gap are
     }
 }
 
-TEST_CASE("recording: an interrupted one is readable up to the last flush, and recover finds the rest",
+TEST_CASE("recording: an interrupted one is readable up to the last flush, and recover finds the other rows",
           "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
@@ -271,7 +271,7 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
         if (row == 249) recorder.flush();
         if (row >= 249) tick.input.settings.linearisations = 5;
     }
-    // As a crash right now would leave it.
+    // The state that a crash now would leave.
     const fs::path left = folder.path() / "left";
     fs::copy(cut, left, fs::copy_options::recursive);
     CHECK(rowsIn(left) >= 250);
@@ -280,15 +280,15 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
 
     recorder.flush();
     const std::string whole = bytesOf(cut / "ticks.npy"), notes = bytesOf(cut / "recording.json");
-    SECTION("rows that the header does not tell of, the last one torn") {
-        // The header as it was before.
+    SECTION("rows that the header does not count, the last one incomplete") {
+        // The header as before the last flush.
         std::string bytes = bytesOf(left / "ticks.npy").substr(0, whole.size() - 300 * sandbox::tickRowBytes()) +
                             whole.substr(whole.size() - 300 * sandbox::tickRowBytes()) + "torn";
         writeBytes(left / "ticks.npy", bytes);
         CHECK_THAT(sandbox::recoverRecording(left), Contains("300 ticks") && Contains("torn"));
         CHECK(bytesOf(left / "ticks.npy") == whole);
     }
-    SECTION("a header that tells of more rows than there are") {
+    SECTION("a header that counts more rows than the file has") {
         writeBytes(cut / "ticks.npy", whole.substr(0, whole.size() - 5));
         CHECK_THROWS_WITH(rowsIn(cut), Contains("touchstone recover"));
         sandbox::recoverRecording(cut);
@@ -302,34 +302,34 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
         sandbox::recoverRecording(cut);
         CHECK(bytesOf(cut / "ticks.npy") == whole);
     }
-    SECTION("notes whose end is missing") {
+    SECTION("truncated notes") {
         for (const std::size_t missing : {1, 5, 8, 20}) {
             writeBytes(cut / "recording.json", notes.substr(0, notes.size() - missing));
             sandbox::recoverRecording(cut);
             CHECK_NOTHROW(sandbox::Recording(cut));
         }
     }
-    SECTION("a change that speaks of ticks that never came goes") {
+    SECTION("a change at a missing tick is removed") {
         std::string bytes = notes;
         bytes.insert(bytes.rfind("\n ]\n}"), ",\n  {\"row\":5000,\"tick\":5000,\"kind\":\"settings\",\"settings\":{}}");
         writeBytes(cut / "recording.json", bytes);
         sandbox::recoverRecording(cut);
         CHECK(bytesOf(cut / "recording.json") == notes);
     }
-    SECTION("nothing is left of the notes") {
+    SECTION("empty notes") {
         writeBytes(cut / "recording.json", "{\n \"format\": \"touch");
         CHECK_THROWS_WITH(sandbox::recoverRecording(cut), Contains("recording.json") && Contains("export"));
     }
-    SECTION("what is whole stays as it is") {
+    SECTION("a complete recording is unchanged") {
         sandbox::recoverRecording(cut);
         CHECK(bytesOf(cut / "ticks.npy") == whole);
         CHECK(bytesOf(cut / "recording.json") == notes);
     }
 }
 
-TEST_CASE("recording: a full disk stops the recording and not the run", "[system][recording]") {
+TEST_CASE("recording: a full disk stops the recording but not the run", "[system][recording]") {
     const TempFolder folder;
-    // The system's limit of a file's size is a disk that is full at that size.
+    // A limit of the file size acts like a disk that is full at that size.
     struct Limit {
         rlimit before{};
         void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
@@ -357,13 +357,13 @@ TEST_CASE("recording: a full disk stops the recording and not the run", "[system
     CHECK(ticks == 801);
     CHECK_THAT(run.recordingFailure, Contains("stopped after") && Contains("ticks.npy") && Contains("File too large"));
     CHECK(std::count(run.recordingFailure.begin(), run.recordingFailure.end(), '\n') == 0);
-    // What came through is whole as it stands, and the message counts it.
+    // The written rows are complete, and the message counts them.
     CHECK(rowsIn(options.record) > 300);
     CHECK_THAT(run.recordingFailure, Contains("stopped after " + std::to_string(rowsIn(options.record)) + " ticks"));
     CHECK(replay(options.record).replay->same == rowsIn(options.record));
 }
 
-TEST_CASE("recording: one folder, one recording", "[system][recording]") {
+TEST_CASE("recording: a folder holds only one recording", "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     CHECK_THROWS_WITH(sandbox::Recorder(recording), Contains("holds a recording already"));
@@ -399,7 +399,7 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     for (const sandbox::DerivedField& field : sandbox::derivedFields()) names.insert(field.name);
     CHECK(names.size() == sandbox::tickFields().size() + sandbox::derivedFields().size());
     CHECK_THROWS_WITH(sandbox::NumericField("froce_N"), Contains("'froce_N'"));
-    // This does not compile when a field comes or goes: it needs a row in haptics/sandbox/record/tick_fields.cpp.
+    // This does not compile if a field is added or removed: it needs a row in haptics/sandbox/record/tick_fields.cpp.
     [[maybe_unused]] const auto& [tick, device, tool, wrenchC, wrenchO, wrenchOut, flags, trips, status, pairs, rows,
                                   truncated, screened, inexact, iterations, linearisations, margin, projection, hover,
                                   penetration, kkt, shadowRows, shadowCut, shadowIterations, shadowStatus, forceError,
@@ -410,7 +410,7 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     CHECK_THAT(bytesOf(TOUCHSTONE_SOURCE_DIR "/docs/recording.md"), Contains(sandbox::fieldsAsMarkdown()));
 }
 
-TEST_CASE("recording: a broken one is refused in one sentence that names the file", "[system][recording]") {
+TEST_CASE("recording: a broken file is refused in one sentence that names it", "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     const std::string ticks = bytesOf(recording / "ticks.npy"), notes = bytesOf(recording / "recording.json");
@@ -457,7 +457,7 @@ TEST_CASE("recording: a broken one is refused in one sentence that names the fil
     bad[row + 9 * sizeof(double)] = 7;  // input_pause
     refuses("ticks.npy", bad, "row 798 has no valid value in input_pause");
     bad = ticks;
-    bad.replace(row + 7 * sizeof(double), 8, 8, '\xff');  // input_stiffness: not a number
+    bad.replace(row + 7 * sizeof(double), 8, 8, '\xff');  // input_stiffness: NaN
     refuses("ticks.npy", bad, "row 798: stiffness must be");
 
     refuses("recording.json", "", "touchstone recover");
@@ -482,7 +482,7 @@ TEST_CASE("recording: a broken one is refused in one sentence that names the fil
     readAll();
 }
 
-TEST_CASE("recording: a live loop follows one from where the tool was, with its settings", "[system][recording]") {
+TEST_CASE("recording: a live loop follows a recording from its start pose, with its settings", "[system][recording]") {
     const TempFolder folder;
     recordEverything(folder.path() / "run");
     const sandbox::RecordedHand hand = sandbox::recordedHand(folder.path() / "run");
@@ -497,7 +497,7 @@ TEST_CASE("recording: a live loop follows one from where the tool was, with its 
     CHECK(hand.changes.back().settings.mode == Mode::Paper);
 }
 
-TEST_CASE("program: records, replays, exports, and says in a sentence what it cannot", "[system][recording]") {
+TEST_CASE("program: records, replays, exports, and reports failures in one sentence", "[system][recording]") {
     const Program touchstone;
     const std::string recording = touchstone.file("run"), run = "run hello --headless ";
     REQUIRE(touchstone(run + "--record " + recording).code == 0);
@@ -515,7 +515,7 @@ TEST_CASE("program: records, replays, exports, and says in a sentence what it ca
     CHECK(touchstone("export " + recording).code == 0);
     CHECK(fs::file_size(recording + ".csv") > 100'000);
 
-    // A bit of the input is another, and nothing tells why: that is a failure.
+    // A changed bit of the input without a reason is a failure.
     const std::string ticks = recording + "/ticks.npy";
     std::string bytes = bytesOf(ticks);
     bytes[bytes.size() - 1000 * sandbox::tickRowBytes() + 8 + 3] ^= 1;
@@ -532,7 +532,7 @@ TEST_CASE("program: records, replays, exports, and says in a sentence what it ca
     CHECK(touchstone(run + "--paced --device replay:" + recording).code == 2);
 }
 
-TEST_CASE("recording: files that cannot be read are closed again", "[system][recording]") {
+TEST_CASE("recording: unreadable files are closed again", "[system][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     const std::string ticks = bytesOf(recording / "ticks.npy");

@@ -33,7 +33,7 @@ sandbox::SceneRoles rolesOf(engine::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("gauge: depth of the tool's point below a plane that lies anywhere", "[system]") {
+TEST_CASE("gauge: reads the depth of the tool's point below any plane", "[system]") {
     engine::Scene scene;
     addBox(scene, "probe", kSize, {{"role", "tool"}});
     // Turned by -90° about z: its +y is the scene's +x.
@@ -45,13 +45,13 @@ TEST_CASE("gauge: depth of the tool's point below a plane that lies anywhere", "
     CHECK(roles.gauge->name == "margin");
     // The point is 5 mm below the tool's origin; with the tool at x = 12 it is 8 mm behind the plane x = 20.
     CHECK(roles.gauge->depth({Vec3(12, 7, 3), Quat::Identity()}) == Approx(8));
-    // Turned by 90° about z the point stands at +x of the origin.
+    // Turned by 90° about z the point is at +x of the origin.
     const Quat turned(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()));
     CHECK(roles.gauge->depth({Vec3(12, 7, 3), turned}) == Approx(3));
     CHECK(roles.gauge->depth({Vec3(24, 0, 0), Quat::Identity()}) == Approx(-4));
 }
 
-TEST_CASE("gauge: the bar of the window shows the reading", "[system]") {
+TEST_CASE("gauge: the status bar shows the reading", "[system]") {
     LoopSnapshot snapshot;
     snapshot.record.X_WT.p.y() = -2.346;
     const std::string device = "mouse";
@@ -65,7 +65,7 @@ TEST_CASE("gauge: the bar of the window shows the reading", "[system]") {
     CHECK(last(nullptr).name != std::string("Depth"));
 }
 
-TEST_CASE("gauge: bad markings are told in a sentence", "[system]") {
+TEST_CASE("gauge: bad markings are refused in one sentence", "[system]") {
     const auto opened = [](const json& mark) {
         engine::Scene scene;
         addMarked(scene, "margin", mark);
@@ -93,7 +93,7 @@ TEST_CASE("gauge: bad markings are told in a sentence", "[system]") {
                       Contains("probe") && Contains("min_depth_mm") && Contains("role gauge"));
 }
 
-TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the deepest", "[system]") {
+TEST_CASE("gauge: a run reports the deepest and the last reading, and checks the deepest", "[system]") {
     // The cube's lower face, 5 mm below its origin, comes down from 5 mm above the slab, touches it and leaves.
     engine::Scene scene = pressScene();
     addMarked(scene, "face", {{"role", "gauge"}, {"gauge", {{"tip_m", {0, -0.005, 0}}}}},
@@ -105,7 +105,7 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the
     sandbox::HeadlessOptions options;
     options.timing = false;
     const sandbox::Report report = sandbox::runHeadless(opened, opened.settings, options).report;
-    // Leaves touch before the faces do, by what they stand out.
+    // Leaves touch before the faces do, by their protrusion.
     const double out =
         opened.world->tool->certificate.protrusion + opened.world->obstacles[0].tree->certificate.protrusion;
     CHECK(report.depth.deepest <= 4.001);
@@ -122,7 +122,7 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and judges the
     }
 }
 
-TEST_CASE("outcome: reached asks for the goal to be held at some time, seated at the end", "[system]") {
+TEST_CASE("outcome: reached requires the goal to be held at some time, seated at the end", "[system]") {
     engine::Scene scene;
     addBox(scene, "probe", kSize, {{"role", "tool"}, {"outcome", {{"reached", true}}}});
     addMarked(scene, "bottom", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}, {"hold_s", 0.003}}}});

@@ -13,7 +13,7 @@ using sandbox::OutcomeCheck;
 
 namespace {
 
-/// A tick whose tool stands at `x` mm and is pushed with `force` N.
+/// A tick with the tool at `x` mm and a force of `force` N.
 TickRecord tickAt(double x, double force, double lag = 0) {
     TickRecord record;
     record.X_WT.p = Vec3(x, 0, 0);
@@ -44,7 +44,7 @@ const OutcomeCheck& find(const std::vector<OutcomeCheck>& checks, const std::str
 
 }  // namespace
 
-TEST_CASE("outcome: limits are judged by the greatest, the last or the share of all ticks", "[system]") {
+TEST_CASE("outcome: checks use the greatest value, the last value or a share of all ticks", "[system]") {
     Fixture f({{"max_penetration_mm", 0.001},
                {"max_hover_mm", 0.2},
                {"min_peak_force_N", 3},
@@ -89,7 +89,7 @@ TEST_CASE("outcome: limits are judged by the greatest, the last or the share of 
     is("max_infeasible_ticks", 1, false);
 }
 
-TEST_CASE("outcome: before the end only what has to hold at all times is judged", "[system]") {
+TEST_CASE("outcome: before the end only the checks of all times are evaluated", "[system]") {
     Fixture f({{"max_penetration_mm", 0.001},
                {"min_peak_force_N", 3},
                {"min_peak_torque_mNm", 3},
@@ -103,7 +103,7 @@ TEST_CASE("outcome: before the end only what has to hold at all times is judged"
     CHECK(judge.checks(true).size() == 5);
 }
 
-TEST_CASE("outcome: seated means within both tolerances for the whole hold at the end", "[system]") {
+TEST_CASE("outcome: seated means within both tolerances for the whole hold time at the end", "[system]") {
     Fixture f(json{{"seated", true}});
     CHECK_THROWS_WITH(f.read(), Contains("expected.glb") && Contains("seated") && Contains("goal"));
     f.roles.goal = sandbox::GoalRegion{
@@ -117,7 +117,7 @@ TEST_CASE("outcome: seated means within both tolerances for the whole hold at th
     for (int i = 0; i < 3; ++i) judge.add(tickAt(10.2, 0), 0, 1);
     CHECK(met());
     CHECK(find(judge.checks(true), "seated_hold_s").value == Approx(0.003));
-    judge.add(tickAt(10.6, 0), 0, 1);  // out of it once: the time starts anew
+    judge.add(tickAt(10.6, 0), 0, 1);  // once outside: the hold time restarts
     CHECK_FALSE(met());
     for (int i = 0; i < 2; ++i) judge.add(tickAt(10, 0), 0, 1);
     CHECK_FALSE(met());
@@ -130,12 +130,12 @@ TEST_CASE("outcome: seated means within both tolerances for the whole hold at th
     CHECK(find(judge.checks(true), "seated_angle_rad").value == Approx(0.11));
 }
 
-TEST_CASE("outcome: positions are given in metres", "[system]") {
+TEST_CASE("outcome: positions are given in meters", "[system]") {
     Fixture f({{"final_position_m", {0.01, 0, 0}},
                {"final_tolerance_m", 0.0002},
                {"tool_within_m", {{"min", {0, -1, -1}}, {"max", {0.02, 1, 1}}}}});
     sandbox::OutcomeJudge judge(f.read());
-    judge.add(tickAt(21, 0), 0, 1);  // 1 mm past the box
+    judge.add(tickAt(21, 0), 0, 1);  // 1 mm outside the box
     judge.add(tickAt(10.1, 0), 0, 1);
     const auto checks = judge.checks(true);
     CHECK(find(checks, "final_position_m").value == Approx(0.0001));
@@ -144,7 +144,7 @@ TEST_CASE("outcome: positions are given in metres", "[system]") {
     CHECK_FALSE(find(checks, "tool_within_m").met);
 }
 
-TEST_CASE("outcome: unknown keys are named, wrong types refused, and none is none", "[system]") {
+TEST_CASE("outcome: unknown keys are named, wrong types are refused, and no keys mean no checks", "[system]") {
     Fixture unknown(json{{"max_penetration_m", 1}});
     CHECK(unknown.read().empty());
     REQUIRE(unknown.warnings.size() == 1);
@@ -163,12 +163,12 @@ TEST_CASE("outcome: unknown keys are named, wrong types refused, and none is non
     CHECK(sandbox::OutcomeJudge(none.read()).checks(true).empty());
 }
 
-TEST_CASE("outcome: every key of the table is one that is read", "[system]") {
+TEST_CASE("outcome: every key of the table is read", "[system]") {
     for (const sandbox::OutcomeKey& key : sandbox::outcomeTable()) {
         INFO(key.key);
         CHECK_FALSE(key.what.empty());
         Fixture f(json::object({{std::string(key.key), nullptr}}));
-        // Null is no value of any key: a key that is read is refused, one that is not becomes a warning.
+        // No key accepts null: a known key is refused, an unknown key becomes a warning.
         CHECK_THROWS(f.read());
     }
 }

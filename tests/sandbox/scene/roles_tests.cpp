@@ -30,7 +30,7 @@ const glm::vec3 kSize(0.01f);
 
 }  // namespace
 
-TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", "[system]") {
+TEST_CASE("roles: extras define tool, obstacle, goal and visual with their data", "[system]") {
     Scene scene;
     const Entity tool =
         addBox(scene, "peg", kSize,
@@ -55,7 +55,7 @@ TEST_CASE("roles: extras give tool, obstacle, goal and visual with their data", 
     CHECK_THAT(roles.interpreted[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
-TEST_CASE("roles: of two tools the first in the file is taken, and the other is named", "[system]") {
+TEST_CASE("roles: of two tools the first in the file is used, and a warning names the other", "[system]") {
     Scene scene;
     addBox(scene, "wall", kSize, {{"role", "obstacle"}});
     const Entity first = addBox(scene, "first", kSize, {{"role", "tool"}});
@@ -87,20 +87,20 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     CHECK(roleOf(scene, region) == Role::Goal);
     REQUIRE(roles.goal);
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 50, 0)));
-    CHECK(roles.goal->tolerance == Approx(10));  // half of the 20 mm that it measures
+    CHECK(roles.goal->tolerance == Approx(10));  // half of its size of 20 mm
     CHECK(anyContains(roles.interpreted, "gives it a motion"));
 }
 
 TEST_CASE("roles: a hidden node collides like any other", "[system]") {
     Scene scene;
     const Entity proxy = addBox(scene, "proxy", kSize, {{"role", "tool"}});
-    scene.registry.get<engine::Visibility>(proxy).visible = false;  // what KHR_node_visibility says
+    scene.registry.get<engine::Visibility>(proxy).visible = false;  // as KHR_node_visibility sets it
     updateWorldTransforms(scene);
     CHECK(sandbox::assignRoles(scene).tool == proxy);
     CHECK(sandbox::bakedTriangles(scene, proxy).triangles.size() == 12);
 }
 
-TEST_CASE("roles: the physics extension comes before extras, which still give the rest", "[system]") {
+TEST_CASE("roles: the physics extension overrides the role of extras, which still give the other data", "[system]") {
     Scene scene;
     const Entity node = addBox(scene, "wall", kSize, {{"role", "tool"}, {"leaves", 200}});
     scene.meshes.push_back(scene.registry.get<engine::MeshInstance>(node));
@@ -113,7 +113,7 @@ TEST_CASE("roles: the physics extension comes before extras, which still give th
                       Contains("KHR_physics_rigid_bodies"));
 }
 
-TEST_CASE("roles: what the physics extension has and this program has not is named", "[system]") {
+TEST_CASE("roles: unsupported features of the physics extension are named", "[system]") {
     Scene scene;
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
@@ -170,7 +170,7 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
     }
 }
 
-TEST_CASE("roles: broken physics extensions are one sentence too", "[system]") {
+TEST_CASE("roles: a broken physics extension is also one sentence", "[system]") {
     for (const json& body : std::vector<json>{json("box"),
                                               {{"motion", 3}},
                                               {{"collider", {{"geometry", {{"node", 7}}}}}},
@@ -185,7 +185,7 @@ TEST_CASE("roles: broken physics extensions are one sentence too", "[system]") {
     }
 }
 
-TEST_CASE("roles: settings of the scene are those of the command line, and wrong ones are refused", "[system]") {
+TEST_CASE("roles: settings of the scene have the keys of the command line, and wrong ones are refused", "[system]") {
     Scene scene;
     scene.file = "tight.glb";
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"stiffness_N_per_m", 500}});
@@ -209,10 +209,10 @@ TEST_CASE("roles: settings of the scene are those of the command line, and wrong
     CHECK_THROWS_WITH(with({{"magin", 1}}), Contains("tight.glb") && Contains("did you mean 'margin'"));
     CHECK_THROWS_WITH(with({{"margin", "wide"}}), Contains("margin must be a number"));
     CHECK_THROWS_WITH(with({{"margin", json::array()}}), Contains("margin"));
-    CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));  // more than the margin
+    CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));  // larger than the margin
 }
 
-TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool it is given", "[system]") {
+TEST_CASE("roles: a goal node defines the goal by its pose, a goal on the tool by its values", "[system]") {
     Scene scene;
     const Entity parent = addNode(scene, "frame", {}, {.translation = {1, 0, 0}});
     addNode(scene, "seat", parent, {.translation = {0, 0.02, 0}});
@@ -238,7 +238,7 @@ TEST_CASE("roles: a goal on a node of its own is that node's pose; on the tool i
     CHECK(anyContains(roles.warnings, "\"seat\" is also a goal"));
 }
 
-TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]") {
+TEST_CASE("roles: roles that the user chose are saved into the file and read back", "[system]") {
     const TempFolder folder;
     Scene made = pressScene();
     addBox(made, "third", kSize, {{"role", "visual"}, {"leaves", 50}});
@@ -258,12 +258,12 @@ TEST_CASE("roles: chosen by hand, saved into the file, and read back", "[system]
     CHECK(roles.tool == again.nodes[2]);
     CHECK(roles.obstacles.empty());
     CHECK(again.registry.get<sandbox::BodyMarking>(again.nodes[2]).tree.leaves == 50);
-    // What else stood in the marks is still there.
+    // Other keys of the marks are kept.
     CHECK(again.registry.get<engine::NodeMarking>(again.nodes[0]).extras->at("touchstone").contains("outcome"));
     CHECK_THROWS_AS(engine::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 
-TEST_CASE("roles: a scene without tool or obstacle opens, says what is missing and has no world", "[system]") {
+TEST_CASE("roles: a scene without tool or obstacle opens, names what is missing and has no world", "[system]") {
     Scene scene;
     const Entity box = addBox(scene, "box", kSize);
     sandbox::HapticScene opened = sandbox::openScene(std::move(scene));

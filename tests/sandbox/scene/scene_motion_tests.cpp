@@ -32,7 +32,7 @@ const glm::vec3 kSize(0.01f);
 
 }  // namespace
 
-TEST_CASE("scene motion: keys in metres and seconds come out in mm and ms, linear between, held outside", "[system]") {
+TEST_CASE("scene motion: converts keys to mm and ms, interpolates linearly and holds the ends", "[system]") {
     Scene scene;
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
     scene.animations.push_back(translation(tool, {0.5, 1.5}, {{0, 0, 0, 0}, {0.1, 0.02, 0, 0}}));
@@ -48,7 +48,7 @@ TEST_CASE("scene motion: keys in metres and seconds come out in mm and ms, linea
     CHECK(motion->at(9000).p.isApprox(Vec3(100, 20, 0)));
 }
 
-TEST_CASE("scene motion: steps stay, rotations go the shorter way, splines pass their tangents", "[system]") {
+TEST_CASE("scene motion: steps hold, rotations take the shorter path, splines follow their tangents", "[system]") {
     Scene scene;
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
     const double s = std::sin(kPi / 8), c = std::cos(kPi / 8);
@@ -74,7 +74,7 @@ TEST_CASE("scene motion: steps stay, rotations go the shorter way, splines pass 
     CHECK(stepped->at(1000).p.isApprox(Vec3(1000, 0, 0)));
 }
 
-TEST_CASE("scene motion: fixed ancestors move the whole motion", "[system]") {
+TEST_CASE("scene motion: fixed ancestors transform the whole motion", "[system]") {
     Scene scene;
     const Entity parent = addNode(
         scene, "table", {},
@@ -89,13 +89,13 @@ TEST_CASE("scene motion: fixed ancestors move the whole motion", "[system]") {
     CHECK(warnings.empty());
 }
 
-TEST_CASE("scene motion: at the start it stands where the node does", "[system]") {
+TEST_CASE("scene motion: starts at the pose of the node", "[system]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const Pose rest = sandbox::toPose(engine::worldPose(scene.scene.registry, scene.roles.tool));
     CHECK((scene.demonstration->at(0).p - rest.p).norm() < 1e-9);
 }
 
-TEST_CASE("scene motion: the first animation that moves the tool is taken", "[system]") {
+TEST_CASE("scene motion: uses the first animation that moves the tool", "[system]") {
     Scene scene;
     const Entity lamp = addBox(scene, "lamp", kSize);
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
@@ -104,7 +104,7 @@ TEST_CASE("scene motion: the first animation that moves the tool is taken", "[sy
     scene.animations.push_back(translation(tool, {0, 3}, {{0, 0, 0, 0}, {1, 0, 0, 0}}));
     std::vector<std::string> warnings;
     CHECK(motionOf(scene, warnings)->duration() == 2000);
-    CHECK(warnings.empty());  // a lamp that is only drawn may be animated or not
+    CHECK(warnings.empty());  // a lamp that is only drawn may be animated
 }
 
 TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are named once each", "[system]") {
@@ -119,7 +119,7 @@ TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are name
     scene.animations.push_back(
         {"grow", {{tool, AnimationPath::Scale, Interpolation::Linear, {0, 1}, {{1, 1, 1, 0}, {2, 2, 2, 0}}}}});
     std::vector<std::string> warnings;
-    CHECK(motionOf(scene, warnings) == nullptr);  // scale alone is no motion
+    CHECK(motionOf(scene, warnings) == nullptr);  // scale alone is not a motion
     REQUIRE(warnings.size() == 4);
     CHECK_THAT(warnings[0], Contains("\"arm\"") && Contains("ancestors"));
     CHECK_THAT(warnings[1], Contains("\"knob\"") && Contains("rigid"));
@@ -127,7 +127,7 @@ TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are name
     CHECK_THAT(warnings[3], Contains("\"tool\"") && Contains("scale"));
 }
 
-TEST_CASE("scene motion: a shape that would shear on the way is warned about", "[system]") {
+TEST_CASE("scene motion: warns about a shape that would shear during the motion", "[system]") {
     Scene scene;
     const Entity stretched = addNode(scene, "stretched", {}, {.scale = {1, 3, 1}});
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}}, {}, stretched);

@@ -65,17 +65,17 @@ TEST_CASE("scene world: all meshes below a role node are one body, in mm, with s
 
     const TriangleMesh mesh = sandbox::bakedTriangles(scene, tool);
     CHECK(mesh.triangles.size() == 24);  // tool and knob, not the label
-    // x of the tool: ±5 mm times 2. The knob's centre at 20 mm times 2, mirrored: its box reaches from 30 to 50 mm, on
-    // the side that the rest's mirroring sends it to.
+    // x of the tool: ±5 mm times 2. The knob's center at 20 mm times 2, mirrored: its box spans 30 to 50 mm, on the
+    // side given by the mirroring of the rest matrix.
     const Eigen::AlignedBox3d box = boxOf(mesh);
     CHECK(std::min(box.max().x(), -box.min().x()) == Approx(10));
     CHECK(std::max(box.max().x(), -box.min().x()) == Approx(50));
     CHECK(box.sizes().y() == Approx(20));
     CHECK(box.sizes().z() == Approx(30));
-    // 20 x 20 x 30 mm and 20 x 10 x 10 mm, right side out although both are mirrored.
+    // 20 x 20 x 30 mm and 20 x 10 x 10 mm, oriented outward although both are mirrored.
     CHECK(signedVolume(mesh) == Approx(12000 + 2000));
 
-    // Where the frame is put back, vertices stand where the engine draws them.
+    // With the frame applied again, vertices are where the engine draws them.
     const Pose X_WT = sandbox::toPose(engine::worldPose(scene.registry, tool));
     const glm::dmat4 world = scene.registry.get<engine::WorldTransform>(tool).matrix;
     const glm::dvec3 drawn = glm::dvec3(world * glm::dvec4(boxMesh({0.01f, 0.02f, 0.03f})->positions[0], 1));
@@ -97,7 +97,7 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     }
 }
 
-TEST_CASE("scene world: a collider's geometry replaces what is drawn, in the collider's place", "[system]") {
+TEST_CASE("scene world: a collider's geometry replaces the drawn mesh, at the collider's pose", "[system]") {
     Scene scene;
     const Entity wall = addBox(scene, "wall", glm::vec3(0.1f));
     const Entity holder = addNode(scene, "holder", wall, {.translation = {0, 0.2, 0}});
@@ -107,7 +107,7 @@ TEST_CASE("scene world: a collider's geometry replaces what is drawn, in the col
     (void)shape;
     updateWorldTransforms(scene);
     sandbox::assignRoles(scene);
-    // Each collider is an obstacle of its own with the box of 20 mm; the referenced node's translation does not count.
+    // Each collider is a separate obstacle with the box of 20 mm; the translation of the referenced node is ignored.
     for (const Entity node : {wall, holder}) {
         const TriangleMesh mesh = sandbox::bakedTriangles(scene, node);
         CHECK(mesh.triangles.size() == 12);
@@ -136,7 +136,7 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
     REQUIRE(scene.world->obstacles.size() == 1);
     CHECK(scene.world->obstacles[0].name == "slab");
     CHECK(scene.world->X_WT_start.p.isApprox(Vec3(0, 15, 0), 1e-6));
-    // The faces are 5 mm apart; leaves stand out of them by what the builder certifies.
+    // The faces are 5 mm apart; leaves protrude from them by the certified protrusion.
     const double out =
         scene.world->tool->certificate.protrusion + scene.world->obstacles[0].tree->certificate.protrusion;
     const double clearance = trueClearance(*scene.world, scene.world->X_WT_start);
@@ -166,7 +166,7 @@ TEST_CASE("scene world: bodies of one shape share one tree", "[system]") {
     CHECK(opened.demonstration == nullptr);
 }
 
-TEST_CASE("scene world: trees come from the cache the second time", "[system]") {
+TEST_CASE("scene world: the second time trees come from the cache", "[system]") {
     const TempFolder folder;
     const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
     CHECK_FALSE(std::filesystem::is_empty(folder.path()));
@@ -175,10 +175,10 @@ TEST_CASE("scene world: trees come from the cache the second time", "[system]") 
     const sandbox::HapticScene second =
         sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = never});
     CHECK(first.world->tool->leafCount() == second.world->tool->leafCount());
-    CHECK(calls <= 2);  // at most a last call for each part
+    CHECK(calls <= 2);  // at most one final call for each part
 }
 
-TEST_CASE("scene world: a damaged cache entry is built again, and said so", "[system]") {
+TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so", "[system]") {
     const TempFolder folder;
     const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
@@ -212,13 +212,13 @@ TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[s
     CHECK(signedVolume(mesh) == Approx(1000 + 2000));
 }
 
-TEST_CASE("scene world: a part is built to the error it asks for", "[system]") {
+TEST_CASE("scene world: a part is built with its own maximum error", "[system]") {
     Scene scene = pressScene();
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}, {"max_error_mm", 0.5}}}});
     const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
     REQUIRE(opened.world);
     CHECK(opened.world->tool->certificate.protrusion <= 0.5);
-    CHECK(opened.world->tool->leafCount() < 4096);  // as few as do, not the default budget
+    CHECK(opened.world->tool->leafCount() < 4096);  // as few as necessary, not the default count
 }
 
 TEST_CASE("scene world: cancelling stops the build", "[system]") {
@@ -226,7 +226,7 @@ TEST_CASE("scene world: cancelling stops the build", "[system]") {
     CHECK_THROWS_AS(sandbox::openScene(pressScene(), {.treeCache = {}, .progress = cancel}), BuildCancelled);
 }
 
-TEST_CASE("scene world: sizes that look like a wrong unit are warned about", "[system]") {
+TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[system]") {
     Scene scene;
     addBox(scene, "giant", glm::vec3(20), {{"role", "tool"}, {"leaves", 64}});
     addBox(scene, "dwarf", glm::vec3(1e-4f), {{"role", "obstacle"}, {"leaves", 64}});
@@ -239,7 +239,7 @@ TEST_CASE("scene world: sizes that look like a wrong unit are warned about", "[s
     CHECK(anyContains(opened.warnings, "\"dwarf\" is 0.173205 mm across"));
 }
 
-TEST_CASE("scene world: a role without triangles is one sentence", "[system]") {
+TEST_CASE("scene world: a role without triangles is refused in one sentence", "[system]") {
     Scene scene;
     addNode(scene, "ghost");
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}}}});
@@ -274,7 +274,7 @@ TEST_CASE("scene world: the cache folder follows the environment", "[system]") {
     put("HOME", home);
 }
 
-TEST_CASE("device choice: names and files are told apart, and what does not exist is named", "[system]") {
+TEST_CASE("device choice: separates names and files, and names an unknown device or missing file", "[system]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const auto demo = sandbox::startDevice(scene, "demo");
     CHECK(demo->read(0, 1).X_WT_device.p.isApprox(Vec3(0, 15, 0), 1e-6));

@@ -1,4 +1,4 @@
-// Poses that are none, out of files: motions, recordings and scenes.
+// Invalid poses in files: motions, recordings and scenes.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
@@ -32,7 +32,7 @@ struct Press {
         options.timing = false;
         return sandbox::runHeadless(scene, scene.settings, options);
     }
-    /// Writes its demonstration as a motion, with other poses where `edit` makes them.
+    /// Writes its demonstration as a motion, with poses changed by `edit`.
     std::string motion(const std::function<void(MotionKey&)>& edit) const {
         std::vector<MotionKey> keys;
         for (int t = 0; t <= 800; t += 2) {
@@ -47,7 +47,7 @@ struct Press {
         options.record = recording;
         REQUIRE(run("demo", options).recordingFailure.empty());
     }
-    /// Puts a number into a row of the recording, `column` of x, y, z, qw, qx, qy, qz of its input.
+    /// Writes a number into a row of the recording; `column` counts x, y, z, qw, qx, qy, qz of its input.
     void edit(std::uint64_t row, int column, double value) const {
         const fs::path ticks = recording / "ticks.npy";
         const auto header = fs::file_size(ticks) - sandbox::TickFileReader(ticks).rows() * sandbox::tickRowBytes();
@@ -58,25 +58,25 @@ struct Press {
     }
 };
 
-/// Every number of a report is one, and none larger than the scene could make it.
-void requireSound(const nlohmann::ordered_json& json, const std::string& path = "") {
+/// Requires that every number of a report is finite and within the size of the scene.
+void requireFinite(const nlohmann::ordered_json& json, const std::string& path = "") {
     CAPTURE(path);
     if (json.is_number()) {
         REQUIRE(std::isfinite(json.get<double>()));
         REQUIRE(std::abs(json.get<double>()) < 1e6);
     }
     if (json.is_structured())
-        for (const auto& [key, value] : json.items()) requireSound(value, path + "/" + key);
+        for (const auto& [key, value] : json.items()) requireFinite(value, path + "/" + key);
 }
-void requireSound(const sandbox::HeadlessRun& run) {
-    requireSound(sandbox::toJson(run.report));
+void requireFinite(const sandbox::HeadlessRun& run) {
+    requireFinite(sandbox::toJson(run.report));
     REQUIRE(run.report.penetration.max.value() <= 0.001);
     REQUIRE(run.last.X_WT.isValid());
 }
 
 }  // namespace
 
-TEST_CASE("bad poses: a motion that leaves the scene is flagged, and its report keeps to the scene", "[system]") {
+TEST_CASE("invalid poses: a motion that leaves the range is flagged, and its report stays finite", "[system]") {
     const Press press;
     for (const double far : {1.0001e6, -1e30, 1e150, 1e308, -1e308}) {
         CAPTURE(far);
@@ -97,8 +97,8 @@ TEST_CASE("bad poses: a motion that leaves the scene is flagged, and its report 
             before = record.X_WT;
         };
         const sandbox::HeadlessRun run = press.run(device, options);
-        requireSound(run);
-        CHECK(flagged >= 9);  // 400 to 408 ms, and what lies between a far key and a near one
+        requireFinite(run);
+        CHECK(flagged >= 9);  // 400 to 408 ms, and the poses between a far key and a near one
         CHECK(flagged <= 11);
         CHECK(run.report.ticks == 801);
         CHECK(run.report.safetyFault == "invalid pose");
@@ -106,7 +106,7 @@ TEST_CASE("bad poses: a motion that leaves the scene is flagged, and its report 
     }
 }
 
-TEST_CASE("bad poses: what was recorded of them repeats to the bit", "[system][recording]") {
+TEST_CASE("invalid poses: a recording of them replays with the same bits", "[system][recording]") {
     const Press press;
     sandbox::HeadlessOptions options;
     options.record = press.recording;
@@ -115,12 +115,12 @@ TEST_CASE("bad poses: what was recorded of them repeats to the bit", "[system][r
     }),
               options);
     const sandbox::HeadlessRun again = press.run("replay:" + press.recording.string());
-    requireSound(again);
+    requireFinite(again);
     CHECK(again.replay->ticks == 801);
     CHECK(again.replay->same == 801);
 }
 
-TEST_CASE("bad poses: a recording edited to them is repeated, and tells where it is another", "[system][recording]") {
+TEST_CASE("invalid poses: an edited recording with them replays and reports where it differs", "[system][recording]") {
     const Press press;
     press.record();
     int row = 300;
@@ -135,18 +135,18 @@ TEST_CASE("bad poses: a recording edited to them is repeated, and tells where it
         CHECK(penetration <= 0.001);
     };
     const sandbox::HeadlessRun run = press.run("replay:" + press.recording.string(), options);
-    requireSound(run);
+    requireFinite(run);
     CHECK(flagged == row - 300);
     REQUIRE(run.replay->different);
     CHECK(*run.replay->different == 300);
     CHECK(run.report.force > 1);
 
-    // The window follows the poses that are left.
+    // The window follows the remaining poses.
     const sandbox::RecordedHand hand = sandbox::recordedHand(press.recording);
     for (int t = 0; t <= 800; ++t) CHECK(hand.motion->at(t).isValid());
 }
 
-TEST_CASE("bad poses: a recording that begins with them is refused by a sentence", "[system][recording]") {
+TEST_CASE("invalid poses: a recording that begins with them is refused in one sentence", "[system][recording]") {
     const Press press;
     press.record();
     const fs::path file = press.recording / "recording.json";
@@ -166,7 +166,7 @@ TEST_CASE("bad poses: a recording that begins with them is refused by a sentence
             }
 }
 
-TEST_CASE("bad poses: a scene beyond a kilometre is refused by a sentence that names the node", "[system]") {
+TEST_CASE("invalid poses: a scene beyond a kilometer is refused in a sentence that names the node", "[system]") {
     sandbox::SceneOptions options;
     options.buildTrees = false;
     const auto placed = [&](glm::dvec3 tool, glm::dvec3 obstacle, glm::vec3 size) {

@@ -1,4 +1,4 @@
-// A session with the fake device: what is told, kept and saved while it comes, goes and comes back.
+// A session with the fake device: messages, state and saved data while it connects, disconnects and reconnects.
 #include <fstream>
 
 #include "haptics/sandbox/session/session.hpp"
@@ -14,7 +14,7 @@ using Catch::Contains;
 
 namespace {
 
-constexpr const char* kPhantom = "phantom:,stale=500";  // a crowded machine holds threads up
+constexpr const char* kPhantom = "phantom:,stale=500";  // a busy machine delays threads
 
 struct Running {
     TempFolder folder;
@@ -41,7 +41,7 @@ struct Running {
             return done();
         });
     }
-    /// The loop has taken the next device, and that has been read.
+    /// Whether the loop has taken the next device and read it.
     bool settled() {
         const LoopSnapshot* s = session.snapshot();
         if (s->session <= last_ || s->record.tick <= 3 || s->record.trips) return false;
@@ -63,14 +63,14 @@ struct Running {
 
 }  // namespace
 
-TEST_CASE("device session: the phantom takes the tool over where it is, with gains that it is made for", "[session]") {
+TEST_CASE("device session: the phantom takes over the tool where it is, with its nominal gains", "[session]") {
     Running running;
     CHECK(running.session.settings().stiffness == 0.8);
     CHECK(running.session.settings().torsion == 300);
     CHECK_THAT(running.told(), Contains("stiffness of 0.8 N/mm, so 1 is lowered to that") &&
                                    Contains("torsion of 300 mN·m/rad, so 1000 is lowered to that"));
     const Pose before = running.session.record()->X_WT_device;
-    running.fake.hand(0, 30, 0, 0, 0, 0);  // up, where nothing is
+    running.fake.hand(0, 30, 0, 0, 0, 0);  // up, in free space
     CHECK(running.until([&] {
         const Vec3 moved = running.session.record()->X_WT_device.p - before.p;
         return (moved - Vec3(0, 30, 0)).norm() < 0.5;
@@ -79,7 +79,8 @@ TEST_CASE("device session: the phantom takes the tool over where it is, with gai
     CHECK(running.session.device().control.get()->maps() == DeviceControl::Maps::All);
 }
 
-TEST_CASE("device session: unplugged in mid-run it says so and the scene lives; reconnected it runs on", "[session]") {
+TEST_CASE("device session: reports an unplugged device while the scene runs, and continues after reconnecting",
+          "[session]") {
     Running running;
     running.fake.fault("comm");
     REQUIRE(running.until([&] { return running.status().state == DeviceStatus::State::Lost; }));
@@ -96,7 +97,7 @@ TEST_CASE("device session: unplugged in mid-run it says so and the scene lives; 
     CHECK_FALSE(running.session.device().control.get());
 }
 
-TEST_CASE("device session: a device that cannot start is told in full and leaves the one before", "[session]") {
+TEST_CASE("device session: reports in full why a device cannot start, and keeps the previous one", "[session]") {
     Running running;
     running.session.chooseDevice("phantom:,library=/no/such/libHD.so");
     CHECK_THAT(running.session.device().trouble, Contains("/no/such/libHD.so") && Contains("Install"));
@@ -105,7 +106,7 @@ TEST_CASE("device session: a device that cannot start is told in full and leaves
     CHECK(running.session.device().trouble.empty());
 }
 
-TEST_CASE("device session: how a device lies in a scene is saved for the two of them", "[session]") {
+TEST_CASE("device session: the workspace is saved for each pair of device and scene", "[session]") {
     Running running;
     Workspace workspace;
     workspace.scale = 2;
@@ -115,8 +116,7 @@ TEST_CASE("device session: how a device lies in a scene is saved for the two of 
     const Vec3 before = running.session.record()->X_WT.p;
     running.session.setWorkspace(workspace);
     REQUIRE(running.until([&] { return running.session.device().facts.scale == 2 && running.settled(); }));
-    CHECK((running.session.record()->X_WT.p - before).norm() <
-          15);  // taken up where it is; it then glides by the offset
+    CHECK((running.session.record()->X_WT.p - before).norm() < 15);  // mapped where it is; it then glides by the offset
     CHECK(running.until([&] { return running.session.snapshot()->settings.torsion == 1200; }));  // felt as 300
     CHECK(running.session.settings().torsion == 300);
 
@@ -128,7 +128,7 @@ TEST_CASE("device session: how a device lies in a scene is saved for the two of 
     CHECK(WorkspaceFile(folder).load(scene.parent_path() / "other.glb", kPhantom) == Workspace{});
 }
 
-TEST_CASE("workspace file: what is wrong in it is told with file and field", "[session]") {
+TEST_CASE("workspace file: errors name file and field", "[session]") {
     const TempFolder folder;
     const std::filesystem::path file = folder.path() / "workspaces.json";
     const auto trouble = [&](const std::string& text) -> std::string {
@@ -150,7 +150,7 @@ TEST_CASE("workspace file: what is wrong in it is told with file and field", "[s
     CHECK(trouble(entry(R"("scale": 3)")).empty());
 }
 
-TEST_CASE("doctor: says of each device what works, what was tried and what to install", "[program]") {
+TEST_CASE("doctor: reports for each device what works, what was tried and what to install", "[program]") {
     const Program touchstone;
     setenv("TOUCHSTONE_LIBHD", "/no/such/libHD.so", 1);
     CHECK_THAT(touchstone("doctor").out, Contains("phantom") &&

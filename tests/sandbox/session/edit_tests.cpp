@@ -1,4 +1,4 @@
-// Changes made to a scene by hand, without a window: edits, undo, saving, presets and the command line.
+// Changes of a scene by the user, without a window: edits, undo, saving, presets and the command line.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
@@ -43,7 +43,7 @@ engine::Entity pick(const HapticScene& scene, const Pose* X_WT, const engine::Ra
 
 }  // namespace
 
-TEST_CASE("undo: steps are settled states, and a new one forgets what was undone", "[edit]") {
+TEST_CASE("undo: steps are settled states, and a new step discards the redo list", "[edit]") {
     engine::UndoStack<int> undo;
     undo.note(1, true);
     undo.note(1, true);
@@ -55,7 +55,7 @@ TEST_CASE("undo: steps are settled states, and a new one forgets what was undone
     CHECK(undo.undo() == 1);
     CHECK_FALSE(undo.undo());
     CHECK(undo.redo() == 2);
-    undo.note(2, true);  // the caller put it in place: no step
+    undo.note(2, true);  // the caller set it: not a step
     CHECK(undo.canRedo());
     undo.note(7, true);
     CHECK_FALSE(undo.canRedo());
@@ -66,7 +66,7 @@ TEST_CASE("undo: steps are settled states, and a new one forgets what was undone
     CHECK(steps == int(engine::UndoStack<int>::kMost) - 1);
 }
 
-TEST_CASE("edits: changes of one thing are joined, and tell how to get from one list to another", "[edit]") {
+TEST_CASE("edits: changes of one object are merged, and the difference of two lists can be applied", "[edit]") {
     std::vector<engine::SceneEdit> edits;
     append(edits, engine::PlaceNode{1, at(0, 0, 0), at(1, 0, 0)});
     append(edits, engine::PlaceNode{1, at(1, 0, 0), at(2, 0, 0)});
@@ -88,7 +88,7 @@ TEST_CASE("edits: changes of one thing are joined, and tell how to get from one 
     CHECK(std::get<engine::PlaceNode>(on->front()).to == at(9, 0, 0));
 }
 
-TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[edit]") {
+TEST_CASE("edits: looks and names change an open scene and can be undone", "[edit]") {
     engine::Scene scene = holdScene();
     const engine::Looks before = engine::looksOf(scene.materials[0]), gold{{1, 0.8f, 0.3f, 1}, 1, 0.25f};
     std::vector<engine::SceneEdit> edits;
@@ -110,7 +110,7 @@ TEST_CASE("edits: looks and names change a scene as it stands, and go back", "[e
                        {engine::PaintMaterial{99, before, gold}, engine::RenameNode{99, "", "nobody"}});  // no effect
 }
 
-TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scale stays", "[edit]") {
+TEST_CASE("edits: a node gets the given world pose under any parents, and its scale stays", "[edit]") {
     engine::Scene scene;
     const engine::Entity above = addNode(
         scene, "above", {}, {.translation = {0.1, 0.2, 0.3}, .rotation = glm::dquat(glm::dvec3(0.3, -0.8, 0.4))});
@@ -126,7 +126,7 @@ TEST_CASE("edits: a node is put at a pose whatever stands above it, and its scal
     CHECK(scene.registry.get<engine::LocalTransform>(node).scale == glm::dvec3(2, 1, 0.5));
 }
 
-TEST_CASE("edits: what was changed is saved and read back; all else in the file stays", "[edit]") {
+TEST_CASE("edits: changes are saved and read back, and the rest of the file is kept", "[edit]") {
     const TempFolder folder;
     const auto file = holdFile(folder), saved = folder.path() / "saved.glb";
     HapticScene scene = openScene(file, kNoTrees);
@@ -150,11 +150,11 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
     CHECK(again.scene.registry.get<engine::Name>(again.scene.nodes[1]).value == "Tisch, größer");
     CHECK(placeIn(again.scene, 1) == glm::dvec3(0.001, 0.002, 0.003));
     CHECK(again.scene.registry.get<BodyMarking>(again.scene.nodes[1]).tree == tree);
-    settings.pause = false;  // is no setting to start with
+    settings.pause = false;  // a saved scene does not start paused
     CHECK(again.settings == settings);
     CHECK(again.scene.animations.size() == scene.scene.animations.size());
 
-    // By error in place of leaves, and back into the same file.
+    // With a maximum error instead of a leaf count, and into the same file again.
     engine::Scene third = engine::readGltf(saved);
     applyMarking(third, ChooseTree{1, {.maxError = 0.125}});
     engine::saveScene(third, saved);
@@ -162,7 +162,7 @@ TEST_CASE("edits: what was changed is saved and read back; all else in the file 
           TreeOptions{.maxError = 0.125});
 }
 
-TEST_CASE("edits: another file's shapes become an obstacle, with their looks, and are saved", "[edit]") {
+TEST_CASE("edits: shapes of another file become an obstacle with their looks, and are saved", "[edit]") {
     const TempFolder folder;
     const auto file = holdFile(folder), part = folder.path() / "part.glb", saved = folder.path() / "both.glb";
     writeGltf(holdScene(), part);
@@ -179,7 +179,7 @@ TEST_CASE("edits: another file's shapes become an obstacle, with their looks, an
     const engine::Entity added = again.roles.obstacles[1];
     CHECK(again.scene.registry.get<engine::Name>(added).value == "part");
     CHECK(placeIn(again.scene, nodes) == glm::dvec3(0, -0.1, 0));
-    // The tool that the part's own file marks is only a shape here: 12 triangles of each box.
+    // The part's own file marks a tool, which is only a shape here: 12 triangles of each box.
     CHECK(bakedTriangles(again.scene, added).triangles.size() == 24);
     const auto& slab = again.scene.registry.get<engine::MeshInstance>(again.scene.nodes[nodes + 2]);
     const int material = slab.primitives[0].material;
@@ -189,7 +189,7 @@ TEST_CASE("edits: another file's shapes become an obstacle, with their looks, an
     CHECK_THROWS_AS(applyMarking(scene, AddBody{folder.path() / "missing.glb", Role::Obstacle}), engine::SceneError);
 }
 
-TEST_CASE("picking: a click meets the nearest visible mesh, the tool where it is", "[edit]") {
+TEST_CASE("picking: a click selects the nearest visible mesh, with the tool at its present pose", "[edit]") {
     HapticScene scene = openScene(holdScene(), kNoTrees);
     const engine::Entity cube = scene.scene.nodes[0], slab = scene.scene.nodes[1];
     const engine::Ray down{{0, 1, 0}, {0, -1, 0}}, aside{{0.02f, 1, 0}, {0, -1, 0}};
@@ -208,14 +208,14 @@ TEST_CASE("picking: a click meets the nearest visible mesh, the tool where it is
     CHECK(box.center() == glm::vec3(0));
 }
 
-TEST_CASE("presets: each is a set of settings that may run, and paper is as published", "[edit]") {
+TEST_CASE("presets: each preset gives valid settings, and paper equals the publication", "[edit]") {
     Settings scene;
     scene.margin = scene.trust = 0.1;
     for (const Preset& preset : presetTable()) {
         CAPTURE(preset.name);
         const Settings settings = preset.apply(scene);
         CHECK(checkSettings(settings).empty());
-        CHECK(settings.margin == scene.margin);  // what the scene's clearances ask for stays
+        CHECK(settings.margin == scene.margin);  // the margin that the scene's clearances need is kept
     }
     CHECK(presetTable()[0].apply(scene) == scene);
     CHECK(presetTable()[1].apply(scene).mode == Mode::Paper);
@@ -247,7 +247,7 @@ TEST_CASE("command line: the copied command runs without a window with the same 
     }
 }
 
-TEST_CASE("recent scenes: newest first, each once, kept between runs; those that are gone are left out", "[edit]") {
+TEST_CASE("recent scenes: newest first, each once, kept between runs, without missing files", "[edit]") {
     const TempFolder folder;
     const auto make = [&](const std::string& name) {
         const auto file = folder.path() / name;

@@ -32,8 +32,8 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
     CHECK(run.report.met());
     CHECK(run.report.checks.size() == 4);
     CHECK(run.report.penetration.max.value() <= 0.001);
-    // It is pushed 7 mm down from where the trees are c apart: 7 - c at 1 N/mm, give or take the bumps that it slides
-    // over.
+    // It is pushed 7 mm down from a clearance of c between the trees: 7 - c at 1 N/mm, within the height of the bumps
+    // that it slides over.
     const double c = trueClearance(*pressed().world, pressed().world->X_WT_start);
     CHECK(run.report.force == Approx(7 - c).margin(0.2));
     CHECK(run.report.force == *std::max_element(forces.begin(), forces.end()));
@@ -46,7 +46,7 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
     CHECK(run.last.tick == 800);
 }
 
-TEST_CASE("headless run: the same bits every time, with or without times, shadow or other tolerance of the shadow",
+TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at any tolerance of the shadow",
           "[system]") {
     const auto hashOf = [](const Settings& settings, bool timing) {
         sandbox::HeadlessOptions options;
@@ -72,7 +72,8 @@ TEST_CASE("headless run: another scene object from the same data gives the same 
           sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report.hash);
 }
 
-TEST_CASE("headless run: seconds shorten a run or prolong it, and a cut one is not judged by its end", "[system]") {
+TEST_CASE("headless run: --seconds shortens or extends a run, and a short one skips the checks of the end",
+          "[system]") {
     sandbox::HeadlessOptions options = kUntimed;
     options.seconds = 0.05;
     sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), pressed().settings, options);
@@ -86,7 +87,7 @@ TEST_CASE("headless run: seconds shorten a run or prolong it, and a cut one is n
     CHECK(run.report.checks.size() == 4);
 }
 
-TEST_CASE("headless run: the rate sets how many ticks a motion takes", "[system]") {
+TEST_CASE("headless run: the rate sets the number of ticks of a motion", "[system]") {
     Settings settings = pressed().settings;
     settings.rate = 500;
     CHECK(sandbox::runHeadless(pressed(), settings, kUntimed).report.ticks == 401);
@@ -98,7 +99,7 @@ TEST_CASE("headless run: without timing there are no times", "[system]") {
     CHECK(report.shadowUs.max == 0.0);
 }
 
-TEST_CASE("headless run: paper mode runs the same scene, by the paper's solver", "[system]") {
+TEST_CASE("headless run: paper mode runs the same scene with the paper's solver", "[system]") {
     Settings settings = pressed().settings;
     settings.mode = Mode::Paper;
     settings.solver = findSolver("pqp");
@@ -121,7 +122,7 @@ TEST_CASE("headless run: a replayed motion is another device", "[system]") {
     options.device = "replay:" + (folder.path() / "hand.csv").string();
     const sandbox::Report report = sandbox::runHeadless(pressed(), pressed().settings, options).report;
     CHECK(report.ticks == 201);
-    CHECK(report.checks.size() == 1);  // it is not the demonstration that the outcome is about
+    CHECK(report.checks.size() == 1);  // the outcome applies only to the demonstration
 }
 
 }  // namespace touchstone::headless_run_tests

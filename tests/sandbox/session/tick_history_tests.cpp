@@ -1,4 +1,4 @@
-// The ticks behind the plots: what is kept, what a stretch of them amounts to, and the table they are written to.
+// The ticks behind the plots: which are kept, statistics of an interval, and the exported table.
 #include "haptics/sandbox/session/tick_history.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ TickRecord tickOf(std::uint64_t number, double us, std::uint64_t overruns = 0) {
 
 }  // namespace
 
-TEST_CASE("tick history: the last two records are had only where they follow each other", "[plots]") {
+TEST_CASE("tick history: gives the last two records only if they are consecutive", "[plots]") {
     TickHistory history(8);
     CHECK(history.newest() == nullptr);
     history.push(tickOf(7, 1));
@@ -39,7 +39,7 @@ TEST_CASE("tick history: the last two records are had only where they follow eac
     REQUIRE(history.newest());
     CHECK(history.newest()->tick == 8);
     CHECK(history.before()->tick == 7);
-    history.push(tickOf(10, 3));  // one was dropped
+    history.push(tickOf(10, 3));  // one tick was dropped before it
     CHECK(history.newest() == nullptr);
     history.push(tickOf(0, 4));  // a restart
     CHECK(history.before() == nullptr);
@@ -50,16 +50,16 @@ TEST_CASE("tick history: the last two records are had only where they follow eac
     CHECK(history.pushed() == 5);
 }
 
-TEST_CASE("tick history: a tick is late where the count of missed deadlines has grown", "[plots]") {
+TEST_CASE("tick history: a tick is late if the count of late ticks has grown", "[plots]") {
     TickHistory history(8);
     for (const std::uint64_t overruns : {5, 5, 6, 6, 8}) history.push(tickOf(history.pushed(), 1, overruns));
     const engine::RingView late = history.view(Channel::Late);
     std::vector<float> values;
     for (std::size_t i = 0; i < late.count; ++i) values.push_back(late[i]);
-    CHECK(values == std::vector<float>{0, 0, 1, 0, 1});  // before the first, nothing is known
+    CHECK(values == std::vector<float>{0, 0, 1, 0, 1});  // unknown before the first tick
 }
 
-TEST_CASE("tick history: percentiles, maximum and misses of a stretch are those of its ticks", "[plots]") {
+TEST_CASE("tick history: percentiles, maximum and late ticks of an interval are those of its ticks", "[plots]") {
     const std::uint32_t seed = 11;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -87,7 +87,7 @@ TEST_CASE("tick history: percentiles, maximum and misses of a stretch are those 
     CHECK(stretchTimes(TickHistory(4), {4, 0}).ticks == 0);
 }
 
-TEST_CASE("tick history: the table has the ticks shown, with every channel", "[plots]") {
+TEST_CASE("tick history: the exported table has the ticks shown, with every channel", "[plots]") {
     TickHistory history(10);
     for (std::uint64_t i = 0; i < 15; ++i) history.push(tickOf(i, 0.5 * double(i)));
     const TempFolder folder;

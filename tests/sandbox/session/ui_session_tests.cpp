@@ -1,4 +1,4 @@
-// Sessions without a window: scenes and devices come and go while the loop runs, and what fails is told.
+// Sessions without a window: scenes and devices change while the loop runs, and failures are reported.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ namespace {
 SessionOptions uncached() {
     SessionOptions options;
     options.treeCache.clear();
-    options.loop.realTime.raise = false;  // a test takes no priority over others
+    options.loop.realTime.raise = false;  // tests run at normal priority
     return options;
 }
 
@@ -67,18 +67,17 @@ TEST_CASE("session: a scene runs with its demonstration, and settings arrive in 
     CHECK(ticks > 0);
     CHECK(session.history().size() > 0);
 
-    settings.trust = 2 * settings.margin;  // the two do not go together
+    settings.trust = 2 * settings.margin;  // trust must not exceed the margin
     session.setSettings(settings);
     CHECK(errors(session).find("trust") != std::string::npos);
     CHECK(session.settings().trust <= session.settings().margin);
 }
 
-TEST_CASE("session: runs at once with what moves nothing; a stop takes the force, engaging gives it back",
-          "[session]") {
+TEST_CASE("session: a device without motors runs at once, stop removes the force, engage restores it", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     CHECK_FALSE(session.engaged());
-    session.stop();  // nothing runs yet
+    session.stop();  // no loop runs yet
     session.open({holdFile(folder)});
     REQUIRE(waitUntilRunning(session));
     const auto force = [&](auto wanted) {
@@ -97,7 +96,7 @@ TEST_CASE("session: runs at once with what moves nothing; a stop takes the force
     CHECK(session.engaged());
 }
 
-TEST_CASE("session: a broken file is told in a sentence and the scene that runs stays", "[session]") {
+TEST_CASE("session: reports a broken file in one sentence and keeps the running scene", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
@@ -122,13 +121,13 @@ TEST_CASE("session: a broken file is told in a sentence and the scene that runs 
     }));
 }
 
-TEST_CASE("session: another scene takes the place of the one that runs", "[session]") {
+TEST_CASE("session: another scene replaces the running one", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     const auto file = holdFile(folder);
     session.open({file});
     REQUIRE(waitUntilRunning(session));
-    session.open({file});  // is not waited for: the next one is wanted
+    session.open({file});  // not awaited: the next request replaces it
     session.open({file});
     REQUIRE(patiently([&] {
         session.update();
@@ -138,7 +137,7 @@ TEST_CASE("session: another scene takes the place of the one that runs", "[sessi
     CHECK(errors(session).empty());
 }
 
-TEST_CASE("session: a scene without roles waits for them, runs with them, and saves them", "[session]") {
+TEST_CASE("session: a scene without roles waits for the user's choice, runs with it, and saves it", "[session]") {
     const TempFolder folder;
     engine::Scene unmarked = holdScene();
     for (const engine::Entity node : unmarked.nodes) setExtras(unmarked, node, {{"touchstone", {{"leaves", 64}}}});
@@ -171,7 +170,7 @@ TEST_CASE("session: a scene without roles waits for them, runs with them, and sa
     CHECK(waitUntilRunning(another));
 }
 
-TEST_CASE("session: devices change while it runs; one that cannot start changes nothing", "[session]") {
+TEST_CASE("session: the device changes while it runs, and a device that cannot start changes nothing", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
@@ -185,7 +184,7 @@ TEST_CASE("session: devices change while it runs; one that cannot start changes 
     session.chooseDevice("mouse");
     REQUIRE(session.device().choice == "mouse");
     REQUIRE(session.device().mouse.get());
-    // The hand goes where the mouse wants it, in its own time.
+    // The simulated hand moves to the mouse's target at its own pace.
     Pose wanted = session.scene()->world->X_WT_start;
     wanted.p.x() += 5;
     CHECK(patiently([&] {
@@ -200,7 +199,7 @@ TEST_CASE("session: devices change while it runs; one that cannot start changes 
     }));
 }
 
-TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[session]") {
+TEST_CASE("session: opening can be cancelled, and closing does not wait for it", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
@@ -213,8 +212,7 @@ TEST_CASE("session: opening is cancelled, and closing does not wait for it", "[s
     CHECK(session.scene() == nullptr);
 }
 
-TEST_CASE("session: modes bring the solvers they were published with, and swapping twice changes nothing",
-          "[session]") {
+TEST_CASE("session: a mode selects its published solvers, and swapping twice changes nothing", "[session]") {
     const Settings start;
     const Settings paper = withMode(start, Mode::Paper);
     CHECK(solverTable()[paper.solver].name == "pqp");
@@ -247,7 +245,7 @@ TEST_CASE("tick history: keeps the newest ticks in order", "[session]") {
     CHECK(history.view(Channel::Rows).count == 0);
 }
 
-TEST_CASE("session: an obstacle that is moved by hand goes there while the loop runs, and back", "[session]") {
+TEST_CASE("session: an edit moves an obstacle while the loop runs, and undo moves it back", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
@@ -271,13 +269,13 @@ TEST_CASE("session: an obstacle that is moved by hand goes there while the loop 
         return left < 1e-9;
     }));
     CHECK(onItsWay);
-    CHECK(session.scene() == first);  // nothing was opened again
+    CHECK(session.scene() == first);  // no scene was reopened
     CHECK(first->world == before);    // and no world was copied
     CHECK(session.sceneNumber() == 1);
     CHECK(session.snapshot()->session == 0);
     CHECK(session.scene()->world->obstacles[0].tree == before->obstacles[0].tree);
     CHECK(session.settings() == settings);
-    // The demonstration now ends above the slab: no force is left.
+    // The demonstration now ends above the slab, without force.
     CHECK(patiently([&] {
         session.update();
         return session.snapshot()->finished && session.record()->wrench_C.force.norm() < 1e-9;
@@ -293,9 +291,9 @@ TEST_CASE("session: an obstacle that is moved by hand goes there while the loop 
     CHECK(errors(session).empty());
 }
 
-TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when there is room", "[session]") {
+TEST_CASE("session: reports a blocked obstacle once, and moves it on when there is room", "[session]") {
     const TempFolder folder;
-    // The cube is held between the slab that it lies on and a lid that closes.
+    // The cube is held between the slab below it and a closing lid.
     engine::Scene scene = holdScene();
     addBox(scene, "lid", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 128}}, {.translation = {0, 0.03, 0}});
     updateWorldTransforms(scene);
@@ -327,8 +325,8 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
         CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
         return told() == 1;
     }));
-    CHECK(lid() > 20);  // where the faces would touch; leaves reach further out
-    placed(1, -0.02);   // the slab gives way
+    CHECK(lid() > 20);  // where the faces would touch; leaves protrude further
+    placed(1, -0.02);   // the slab retreats
     REQUIRE(patiently([&] {
         session.update();
         CHECK(trueClearance(*worldNow(*session.scene()), session.record()->X_WT) >= -1e-3);
@@ -337,7 +335,7 @@ TEST_CASE("session: an obstacle that cannot go on is told once, and goes on when
     CHECK(told() == 1);
 }
 
-TEST_CASE("session: another tree is built beside the loop, which goes on, and what was tuned stays", "[session]") {
+TEST_CASE("session: builds another tree beside the running loop and keeps the user's settings", "[session]") {
     const TempFolder folder;
     LiveSession session(uncached());
     session.open({holdFile(folder)});
@@ -352,7 +350,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.running());
     session.cancelOpening();
     CHECK_FALSE(session.opening());
-    CHECK(session.newest().edits.empty());  // it is as if it had not been asked for
+    CHECK(session.newest().edits.empty());  // the cancelled request leaves no edit
 
     session.mark({ChooseTree{0, {.leaves = 1000}}});
     REQUIRE(patiently([&] {
@@ -362,7 +360,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
     CHECK(session.settings() == settings);
 
-    // A part that cannot be read changes nothing.
+    // An unreadable part changes nothing.
     session.mark({AddBody{folder.path() / "missing.glb", Role::Obstacle}});
     REQUIRE(patiently([&] {
         session.update();
@@ -373,7 +371,7 @@ TEST_CASE("session: another tree is built beside the loop, which goes on, and wh
     CHECK(session.running());
 }
 
-TEST_CASE("session: a saved scene is read back as it was, settings and all", "[session]") {
+TEST_CASE("session: a saved scene is read back with its settings", "[session]") {
     const TempFolder folder;
     const auto saved = folder.path() / "saved.glb";
     LiveSession session(uncached());
@@ -404,10 +402,8 @@ TEST_CASE("session: a saved scene is read back as it was, settings and all", "[s
     CHECK(logRotation(again.q * X_WO.q.conjugate()).norm() < 1e-9);
 }
 
-TEST_CASE(
-    "session: a recording begun in mid-run goes through restarts, moved obstacles, settings and scenes, and "
-    "repeats to the bit",
-    "[session]") {
+TEST_CASE("session: a recording from mid-run replays restarts, moved obstacles, settings and scenes to the bit",
+          "[session]") {
     const TempFolder folder;
     const auto file = holdFile(folder), recording = folder.path() / "recording";
     const auto ticksMore = [](LiveSession& session, std::uint64_t more) {
@@ -425,7 +421,7 @@ TEST_CASE(
             session.update();
             return session.record() && session.record()->wrench_C.force.norm() > 0.5;
         }));
-        const auto lift = [&](double y) {  // the slab, with the tool on it
+        const auto lift = [&](double y) {  // lifts the slab with the tool on it
             const engine::Scene& scene = session.scene()->scene;
             const auto from = scene.registry.get<engine::LocalTransform>(scene.nodes[1]);
             engine::LocalTransform to = from;
@@ -433,7 +429,7 @@ TEST_CASE(
             session.edit({engine::PlaceNode{1, from, to}});
         };
         lift(0.0007);
-        REQUIRE(ticksMore(session, 50));  // from here on it is not where the scene's file has it
+        REQUIRE(ticksMore(session, 50));  // from here on it differs from the scene's file
         lift(0.0005);
         session.record(recording);
         REQUIRE(session.recording().recorder());
@@ -475,7 +471,7 @@ TEST_CASE(
     CHECK(run.replay->notCompared == 0);
     CHECK(run.replay->differences.empty());
 
-    // And a loop follows it.
+    // A loop can follow the recording as well.
     LiveSession session(uncached());
     session.open({file});
     REQUIRE(waitUntilRunning(session));

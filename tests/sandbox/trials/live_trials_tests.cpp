@@ -1,4 +1,4 @@
-// A study in a live session, without a window: what a row tells is what was done, or there is no row.
+// A study in a live session, without a window: a row agrees with its trial, or there is no row.
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// One trial with that device, 0.5 s long if nothing ends it before.
+/// One trial with the given device, with a time limit of 0.5 s.
 struct Study {
     TempFolder folder;
     std::filesystem::path file = folder.path() / "down.glb";
@@ -69,7 +69,7 @@ struct Study {
             return done();
         });
     }
-    /// The clock runs.
+    /// Whether the clock of the trial runs.
     bool started() {
         live.start(session);
         return until([&] {
@@ -86,8 +86,8 @@ const Vec3 kStart(0, 15, 0);
 
 }  // namespace
 
-TEST_CASE("live trials: a row is of all ticks of its recording", "[session]") {
-    // The hand seats the cube; with the mouse the time is over.
+TEST_CASE("live trials: a row covers all ticks of its recording", "[session]") {
+    // The hand seats the cube; with the mouse the trial reaches its time limit.
     const auto [device, outcome] = GENERATE(std::pair<std::string, std::string>("insert", "seated"),
                                             std::pair<std::string, std::string>("mouse", "time limit"));
     INFO(device);
@@ -112,7 +112,7 @@ TEST_CASE("live trials: a row is of all ticks of its recording", "[session]") {
     CHECK(row.at("safety_trips") == trips);
 }
 
-TEST_CASE("live trials: a trial begins at the start with its settings, whatever was done before", "[session]") {
+TEST_CASE("live trials: a trial begins at the start with its settings, after any earlier changes", "[session]") {
     const std::string device = GENERATE("mouse", "insert");
     INFO(device);
     Study study(device, 0.2);
@@ -130,12 +130,13 @@ TEST_CASE("live trials: a trial begins at the start with its settings, whatever 
     RecordedTick tick;
     REQUIRE(recording.next(tick));
     CHECK(tick.record.tick == 0);
-    CHECK((tick.record.X_WT.p - kStart).norm() < (device == "mouse" ? 1e-6 : 8));  // the hand errs by 2 mm an axis
+    CHECK((tick.record.X_WT.p - kStart).norm() <
+          (device == "mouse" ? 1e-6 : 8));  // the hand has errors of 2 mm per axis
     CHECK(tick.input.settings.stiffness == 0.7);
     CHECK(recording.device() == (device == "mouse" ? device : "insert:4"));
 }
 
-TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial is there again", "[session]") {
+TEST_CASE("live trials: a change during a trial gives no row, and the trial is repeated", "[session]") {
     Study study("mouse", 20);
     REQUIRE(study.started());
     LiveSession& session = study.session;
@@ -146,7 +147,7 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
         updateWorldTransforms(bare);
         engine::writeGltf(bare, study.folder.path() / "bare.glb");
         session.open({study.folder.path() / "bare.glb"});
-        REQUIRE(patiently([&] {  // shown between two frames
+        REQUIRE(patiently([&] {  // the scene is shown between two frames
             session.update();
             study.live.abort();
             return session.request().file == study.folder.path() / "bare.glb";
@@ -156,20 +157,20 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
         engine::writeGltf(holdScene(), study.folder.path() / "hold.glb");
         session.open({study.folder.path() / "hold.glb"});
     }
-    SECTION("the goal is taken away") { session.mark({GiveRole{2, std::nullopt}}); }
+    SECTION("the goal is removed") { session.mark({GiveRole{2, std::nullopt}}); }
     SECTION("an obstacle is moved") {
         const engine::LocalTransform from;
         engine::LocalTransform to;
         to.translation.x = 0.001;
         session.edit({engine::PlaceNode{1, from, to}});
     }
-    SECTION("another device takes the tool") { session.chooseDevice("demo"); }
+    SECTION("another device is chosen") { session.chooseDevice("demo"); }
     SECTION("a setting") {
         Settings other = session.settings();
         other.stiffness = 0.5;
         session.setSettings(other);
     }
-    SECTION("the tool is put back") {
+    SECTION("the tool is reset") {
         session.restart();
         why = "ticks were lost, or it was reset";
     }
@@ -191,7 +192,7 @@ TEST_CASE("live trials: what is changed in mid-trial makes no row, and the trial
     CHECK(study.rows.at(1).at("outcome") == "abort");
 }
 
-TEST_CASE("live trials: what is changed before the start is opened anew", "[session]") {
+TEST_CASE("live trials: a scene that is changed before the start is reopened", "[session]") {
     Study study("mouse");
     LiveSession& session = study.session;
     SECTION("another scene") {
@@ -213,7 +214,7 @@ TEST_CASE("live trials: what is changed before the start is opened anew", "[sess
     CHECK(study.started());
 }
 
-TEST_CASE("live trials: a device that cannot start has no trial", "[session]") {
+TEST_CASE("live trials: no trial starts with a device that cannot start", "[session]") {
     Study study("phantom:,library=/no/such/libHD.so");
     CHECK(study.session.device().choice == "mouse");
     study.live.start(study.session);
@@ -222,11 +223,11 @@ TEST_CASE("live trials: a device that cannot start has no trial", "[session]") {
     CHECK(study.rows.empty());
 }
 
-TEST_CASE("live trials: with motors the clock waits until they are engaged, at the start", "[session]") {
+TEST_CASE("live trials: with motors the clock waits at the start until they are engaged", "[session]") {
     FakeHd fake;
     Study study("phantom:,stale=500", 0.5);
     LiveSession& session = study.session;
-    session.engage();  // and moved about, before Start
+    session.engage();  // then moved before Start
     fake.hand(0, 30, 0, 0, 0, 0);
     REQUIRE(study.until([&] { return session.record()->X_WT.p.y() > kStart.y() + 25; }));
     study.live.start(session);
@@ -256,7 +257,7 @@ TEST_CASE("live trials: with motors the clock waits until they are engaged, at t
     }
 }
 
-TEST_CASE("live trials: a trial that lost ticks is done again", "[session]") {
+TEST_CASE("live trials: a trial that lost ticks is repeated", "[session]") {
     Study study("mouse", 20, 64);
     study.live.start(study.session);
     REQUIRE(study.until([&] { return study.live.running() && study.session.recording().recorder()->rows() > 20; }));

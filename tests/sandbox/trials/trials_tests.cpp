@@ -1,4 +1,4 @@
-// Phases of made-up ticks, protocols, and how sure a summary is.
+// Phases of synthetic ticks, protocols, and confidence intervals of a summary.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -29,7 +29,7 @@ GoalRegion hole() {
     return goal;
 }
 
-/// A trial of made-up ticks of 1 ms.
+/// A trial of synthetic ticks of 1 ms.
 class Made {
   public:
     explicit Made(const PhaseLimits& limits = {}) : watch(hole(), limits) {}
@@ -66,15 +66,15 @@ TEST_CASE("phases: approach, search, align, insert and seated follow from pose a
     CHECK_FALSE(trial.watch.firstContact());
     CHECK(trial.stay(50, kBeside, 1) == Phase::Search);
     CHECK(trial.watch.firstContact() == 101.0);
-    CHECK(trial.stay(40, kBeside, 0) == Phase::Search);  // a lifted tool searches on
+    CHECK(trial.stay(40, kBeside, 0) == Phase::Search);  // a lifted tool stays in search
     CHECK(trial.stay(30, kOver, 1) == Phase::Align);
-    CHECK(trial.stay(20, {0.2, -0.9, 0}, 1) == Phase::Align);  // less than 1 mm is not in
+    CHECK(trial.stay(20, {0.2, -0.9, 0}, 1) == Phase::Align);  // less than 1 mm deep does not count as in
     CHECK(trial.stay(10, kIn, 1) == Phase::Insert);
     CHECK(trial.watch.depth() == Approx(10));
-    CHECK(trial.stay(5, {0, -0.6, 0}, 1) == Phase::Insert);  // half of that is still in
+    CHECK(trial.stay(5, {0, -0.6, 0}, 1) == Phase::Insert);  // after insertion, half of that still counts as in
     CHECK(trial.stay(5, {0, -0.4, 0}, 1) == Phase::Align);
     CHECK(trial.stay(10, kIn, 1) == Phase::Insert);
-    CHECK(trial.stay(10, kHome, 3) == Phase::Insert);  // pressed home is not let go
+    CHECK(trial.stay(10, kHome, 3) == Phase::Insert);  // pressed home is not released
     CHECK(trial.stay(499, kHome, 0) == Phase::Seated);
     CHECK_FALSE(trial.watch.end());
     CHECK(trial.stay(1, kHome, 0) == Phase::Seated);
@@ -88,22 +88,23 @@ TEST_CASE("phases: approach, search, align, insert and seated follow from pose a
     CHECK(trial.watch.jams() == 0);
 }
 
-TEST_CASE("phases: a tool held askew over the hole is not in it", "[trials]") {
+TEST_CASE("phases: a tilted tool over the hole is not in it", "[trials]") {
     Made trial;
     trial.stay(1, kOver, 1);
     CHECK(trial.stay(10, {0, -2, 0}, 1, 0.2) == Phase::Align);
     CHECK(trial.stay(10, {0, -2, 0}, 1, 0.05) == Phase::Insert);
 }
 
-TEST_CASE("phases: beside the block there is no hole to be in", "[trials]") {
+TEST_CASE("phases: a tool beside the block is not in the hole", "[trials]") {
     Made trial;
     trial.stay(1, kOver, 1);
-    CHECK(trial.stay(5000, {10, -15, 0}, 5) == Phase::Search);  // as deep, as upright, and pressed against its side
+    CHECK(trial.stay(5000, {10, -15, 0}, 5) ==
+          Phase::Search);  // equally deep and upright, but pressed against the side of the block
     CHECK(trial.watch.jams() == 0);
-    CHECK(trial.stay(10, {1, -2, 0}, 1, 0.05) == Phase::Insert);  // leaning on the rim it is in
+    CHECK(trial.stay(10, {1, -2, 0}, 1, 0.05) == Phase::Insert);  // leaning on the rim counts as in
 }
 
-TEST_CASE("phases: what is home counts only let go, at the right angle, and still", "[trials]") {
+TEST_CASE("phases: a tool is seated only if released, at a fitting angle, and still", "[trials]") {
     Made trial;
     SECTION("pressed") { trial.stay(5000, kHome, 0.2); }
     SECTION("twisted between two keyways") {
@@ -114,15 +115,15 @@ TEST_CASE("phases: what is home counts only let go, at the right angle, and stil
         trial.stay(1, kIn, 1);
         trial.stay(5000, {0, -19, 0}, 0);
     }
-    SECTION("not touched: it was put there") { trial.stay(5000, kHome, 0); }
-    SECTION("moving after it was let go") {
+    SECTION("placed there without contact") { trial.stay(5000, kHome, 0); }
+    SECTION("moving after release") {
         trial.stay(1, kIn, 1);
         for (int i = 0; i < 5000; ++i) trial.stay(1, {0.2 * std::sin(i / 30.0), -20, 0}, 0);
     }
     CHECK_FALSE(trial.watch.end());
 }
 
-TEST_CASE("phases: eight keys fit eight ways", "[trials]") {
+TEST_CASE("phases: eight keys fit in eight orientations", "[trials]") {
     for (int key = -8; key <= 8; ++key) {
         Made trial;
         trial.stay(1, kIn, 1);
@@ -136,28 +137,29 @@ TEST_CASE("phases: eight keys fit eight ways", "[trials]") {
     CHECK(goal.angle({Vec3::Zero(), expRotation({0, -3, 0})}) == Approx(3));
 }
 
-TEST_CASE("phases: pressed in the hole without progress is a jam, until it goes on", "[trials]") {
+TEST_CASE("phases: pressing in the hole without progress is a jam until it moves on", "[trials]") {
     Made trial;
-    trial.stay(2000, kOver, 5);  // on the rim: no jam
+    trial.stay(2000, kOver, 5);  // on the rim is not a jam
     CHECK(trial.watch.jams() == 0);
     trial.stay(400, kIn, 3);
     CHECK_FALSE(trial.watch.jammed());
     trial.stay(200, kIn, 3);
     CHECK(trial.watch.jammed());
     trial.stay(2000, kIn, 3);
-    CHECK(trial.watch.jams() == 1);  // the same one
-    trial.stay(10, kIn, 1);          // the hand gives way
+    CHECK(trial.watch.jams() == 1);  // still the same jam
+    trial.stay(10, kIn, 1);          // the hand yields
     CHECK_FALSE(trial.watch.jammed());
     trial.stay(600, kIn, 3);
     CHECK(trial.watch.jams() == 2);
-    for (int i = 0; i < 2000; ++i) trial.stay(1, {0, -10 - 0.004 * i, 0}, 3);  // hard, but it goes: 2 mm in 500 ms
+    for (int i = 0; i < 2000; ++i)
+        trial.stay(1, {0, -10 - 0.004 * i, 0}, 3);  // a large force with progress: 2 mm in 500 ms
     CHECK(trial.watch.jams() == 2);
     trial.stay(2000, kHome, 6);  // on the bottom
     CHECK(trial.watch.jams() == 2);
     CHECK_FALSE(trial.watch.end());
 }
 
-TEST_CASE("phases: drawn back after it touched is given up", "[trials]") {
+TEST_CASE("phases: drawing back after contact is an abort", "[trials]") {
     Made trial;
     trial.stay(10, {0, 30, 0}, 0);
     CHECK_FALSE(trial.watch.end());
@@ -168,7 +170,7 @@ TEST_CASE("phases: drawn back after it touched is given up", "[trials]") {
     CHECK(trial.watch.end() == TrialEnd::Abort);
 }
 
-TEST_CASE("trials: a guard that acts on is one trip", "[trials]") {
+TEST_CASE("trials: a guard that keeps acting counts as one trip", "[trials]") {
     TrialMeasures measures(hole(), {});
     const std::uint32_t stale = bit(Trip::StaleReading), clamped = bit(Trip::ForceClamped);
     TickRecord tick;
@@ -179,7 +181,7 @@ TEST_CASE("trials: a guard that acts on is one trip", "[trials]") {
     CHECK(measures.trips() == 3);
 }
 
-TEST_CASE("protocol: everyone does everything, in an order of his own that repeats", "[trials]") {
+TEST_CASE("protocol: every participant does every condition, in a reproducible individual order", "[trials]") {
     const Protocol protocol = readProtocol(study(), "study.json");
     const std::vector<Trial> trials = protocol.trials();
     REQUIRE(trials.size() == 3 * 3 * 2);
@@ -200,7 +202,7 @@ TEST_CASE("protocol: everyone does everything, in an order of his own that repea
         orders.insert(order);
     }
     CHECK(seen.size() == 18);
-    CHECK(seeds.size() == 6);  // of a participant's repetition, the same under every condition
+    CHECK(seeds.size() == 6);  // one random seed for each participant and repetition, the same under every condition
     CHECK(orders.size() > 1);
     const std::vector<Trial> again = readProtocol(study(), "study.json").trials();
     for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -245,7 +247,7 @@ TEST_CASE("protocol: a condition changes the scene's settings, and names itself"
     CHECK(condition.settings(scene).shadow == -1);
 }
 
-TEST_CASE("protocol: what is wrong with a file is one sentence with its name and the field", "[trials]") {
+TEST_CASE("protocol: an error is one sentence with the file's name and the field", "[trials]") {
     const auto refused = [](const std::string& pointer, const ordered_json& value, const std::string& field) {
         ordered_json source = study();
         source[ordered_json::json_pointer(pointer)] = value;

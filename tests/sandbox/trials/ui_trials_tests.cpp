@@ -1,4 +1,4 @@
-// A study in the window: Start is pressed, the trial ends by itself or is aborted, and the next one is there.
+// A study in the window: Start is pressed, the trial ends by itself or is aborted, and the next one opens.
 #include <catch2/catch.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Two trials with that device, and the window for them.
+/// Two trials with the given device, and their window.
 struct Study {
     TempFolder folder;
     std::filesystem::path file = folder.path() / "down.glb";
@@ -71,7 +71,7 @@ struct Study {
 
 }  // namespace
 
-TEST_CASE("window: trials are started, end, are aborted, and are recorded", "[ui]") {
+TEST_CASE("window: trials start, end, can be aborted, and are recorded", "[ui]") {
     if (!hasDisplay()) return;
     Study study("insert");
     CHECK(study.live.restingDevice() == "mouse");
@@ -96,7 +96,7 @@ TEST_CASE("window: trials are started, end, are aborted, and are recorded", "[ui
     CHECK(study.rows[1].size() == study.rows[2].size());
 }
 
-TEST_CASE("window: a tool that was dragged away before the start is at the start, and is held there", "[ui]") {
+TEST_CASE("window: Start returns a tool that was dragged away and holds it at the start", "[ui]") {
     if (!hasDisplay()) return;
     Study study("mouse");
     const auto onTool = [](WindowFrame& frame) { return frame.toolOnScreen; };

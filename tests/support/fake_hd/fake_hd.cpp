@@ -1,15 +1,15 @@
 // A stand-in for the vendor's libHD, written from its public description: a device that is a mass on the spring of a
-// hand, a scheduler of its own at 1 kHz, and faults on demand. For tests; never installed.
+// hand, its own scheduler at 1 kHz, and faults on demand. Only for tests; never installed.
 //
-// $FAKE_HD_FAULT or fakeHdFault(): names by commas, each from the beginning or as NAME@TICK:
+// $FAKE_HD_FAULT or fakeHdFault(): comma-separated names, each active from the beginning or as NAME@TICK:
 //   no-device       no name can be opened
-//   only-phantom    only "Default PHANToM" can
+//   only-phantom    only "Default PHANToM" can be opened
 //   no-calibration  never calibrated      update-calibration  calibrated by one encoder reset
 //   inkwell         calibrated by its inkwell, unless out-of-well
 //   comm            0302 in every frame   warm  0200  max-force  0201  impulse  0202  max-velocity  0203, for 20 ticks
-//   no-torque       CURRENT_TORQUE is an invalid enum       no-limits  nominal limits are
-//   slow            30 Hz   lazy  400 Hz  dead  the scheduler calls nobody
-//   nan             the transform is not a number
+//   no-torque       CURRENT_TORQUE is an invalid enum       no-limits  so are the nominal limits
+//   slow            30 Hz   lazy  400 Hz  dead  the scheduler makes no call
+//   nan             the transform is NaN
 //   far             the transform is 1e30 mm away
 #include "tests/support/fake_hd/fake_hd.hpp"
 
@@ -34,7 +34,7 @@ struct ErrorInfo {
 using Callback = std::uint32_t (*)(void*);
 
 constexpr std::uint32_t kInvalid = 0xFFFFFFFF, kDevice = 7;
-// A hand of 0.1 kg that goes where it wants within a few hundredths of a second, in mm, N, ms; a tick is 1 ms.
+// A hand of 0.1 kg that reaches its target within a few hundredths of a second, in mm, N, ms; a tick is 1 ms.
 constexpr double kMass = 100, kSpring = 0.5, kDamping = 14;
 constexpr double kInertia = 250e3, kTorsion = 1012.5, kTwistDamping = 31820;
 
@@ -162,7 +162,7 @@ std::uint32_t hdInitDevice(const char* name) {
         f.push(0x0300);
         return kInvalid;
     }
-    // As the vendor's does, it reads numbers by the locale.
+    // Like the vendor's library, it reads numbers by the locale.
     if (std::strtod("1.5", nullptr) != 1.5) f.push(0x0303);
     f.handles = 1;
     f.misuses = 0;
@@ -293,7 +293,7 @@ std::uint32_t hdCheckCalibration() {
 }
 void hdUpdateCalibration(std::uint32_t style) {
     LOCKED;
-    f.wrongly(f.forces, 0x0102);  // never with forces on
+    f.wrongly(f.forces, 0x0102);  // not allowed with forces on
     if (style == 1 && f.has("update-calibration")) f.calibrated = true;
     if (style == 4 && f.has("inkwell") && !f.has("out-of-well")) f.calibrated = true;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A phantom on the fake libHD, and patience.
+// A phantom on the fake libHD, and waiting with a time limit.
 #include <dlfcn.h>
 
 #include <catch2/catch.hpp>
@@ -14,7 +14,7 @@
 
 namespace touchstone::test {
 
-/// The fake library as the driver will find it, with these faults from the start.
+/// Makes the driver load the fake library, with the given faults from the start.
 class FakeHd {
   public:
     explicit FakeHd(const std::string& faults = {}) {
@@ -50,7 +50,7 @@ class FakeHd {
     }
 };
 
-/// Calls `step` every millisecond until it returns true; false after half a minute, which only a hang takes.
+/// Calls `step` every millisecond until it returns true; false after half a minute, which only a hang exceeds.
 inline bool within(const std::function<bool()>& step) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (std::chrono::steady_clock::now() < end) {
@@ -67,7 +67,7 @@ inline std::unique_ptr<Device> openPhantom(const std::string& text = {}, const P
     return makePhantom(context);
 }
 
-/// What opening says of why it cannot.
+/// The error message of a failed opening.
 inline std::string refusal(const std::string& text = {}) {
     try {
         openPhantom(text);

@@ -32,7 +32,7 @@ int spnav_poll_event(int* event) {
     return words[0];
 }
 
-/// Type (1: motion, 2: button) and six numbers, as the daemon would send them.
+/// Sends a type (1: motion, 2: button) and six numbers, as the daemon would.
 void fakeSpnavSend(const int* words) {
     if (write(ends[1], words, 7 * sizeof *words) < 0) std::abort();
 }

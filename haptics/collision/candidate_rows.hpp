@@ -1,5 +1,5 @@
 #pragma once
-// Rows in single precision, among which a step's crossed ones are looked for.
+// Rows in single precision, from which those that a step crosses are selected.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -12,35 +12,36 @@
 
 namespace touchstone {
 
-/// Rows (n, r x n), gap of leaf pairs, in one frame, column by column. They tell where to look: what they find is for
-/// the caller to check in double. Real time: all memory is taken in the constructor; no lock, no throw.
-class FarRows {
+/// Rows (n, r x n) and gaps of leaf pairs, in one frame, stored column by column. They are candidates only: the caller
+/// checks every selected row in double. Real time: the constructor takes all memory; no lock, no throw.
+class CandidateRows {
   public:
-    explicit FarRows(int capacity);
+    explicit CandidateRows(int capacity);
 
     int size() const { return size_; }
     void clear() { size_ = 0, leastDistance2_ = simd::splat(std::numeric_limits<float>::infinity()); }
     bool isFull() const { return size_ > capacity_ - 8; }
-    /// Rows of one tool leaf against the eight obstacle leaves from `first`, those with a gap up to the limit. c:
-    /// centre of the tool leaf, r: from C to it. Pre: not full.
+    /// Appends the rows of one tool leaf and the eight obstacle leaves from `first`, for gaps up to `limit` mm. c is
+    /// the center of the tool leaf, r the vector from C to it. Pre: not full.
     void append(int toolLeaf, const float c[3], float radius, const float r[3], const TreeLevel& obstacle, int first,
                 float limit);
 
-    /// Of the centres of any pair that was looked at, mm.
+    /// Smallest distance of the centers over all pairs that append() tested, mm.
     float leastDistance() const { return std::sqrt(simd::least(leastDistance2_)); }
     int toolLeaf(int i) const { return toolLeaf_[i]; }
     int obstacleLeaf(int i) const { return obstacleLeaf_[i]; }
 
-    /// What is left of each gap after a step, least of all: g + n·shift + (r x n)·turn, and `slack` times the length of
-    /// a row whose translation and rotation count as much as the compliances say; `share` of negative g counts.
-    /// Infinity if there are no rows.
+    /// Computes the gap that each row predicts after a step, g + n·shift + (r x n)·turn + slack |J|, and returns the
+    /// smallest; infinity if there are no rows. |J| is the length of the row in the metric of the compliances. Negative
+    /// g are multiplied by `share`.
     float measure(const Vec3& shift, const Vec3& turn, double slack, double compliance, double rotationCompliance,
                   double share);
-    /// visit(row) for every row with no more left than that at the last measure(), in order, until it returns false.
+    /// Calls visit(row) for every row whose predicted gap at the last measure() is at most `limit`, in order, until it
+    /// returns false.
     template <class Visit>
     bool forEachBelow(float limit, Visit&& visit) const {
         for (int i = 0; i < size_; i += 8) {
-            simd::Mask mask = simd::lessEqual(simd::load(&left_[i]), simd::splat(limit));
+            simd::Mask mask = simd::lessEqual(simd::load(&predicted_[i]), simd::splat(limit));
             mask &= 0xffu >> std::max(i + 8 - size_, 0);
             for (; mask; mask &= mask - 1)
                 if (!visit(i + std::countr_zero(mask))) return false;
@@ -52,13 +53,13 @@ class FarRows {
     int size_ = 0, capacity_;
     simd::Float8 leastDistance2_{};
     AlignedVector<float> columns_[7];  ///< n, r x n, gap
-    AlignedVector<float> left_;
+    AlignedVector<float> predicted_;   ///< gaps after the step of the last measure()
     std::vector<std::int32_t> toolLeaf_, obstacleLeaf_;
 };
 
-/// Inline, and without a branch on how many there are: it is most of what a long step costs where surfaces conform.
-inline void FarRows::append(int toolLeaf, const float c[3], float radius, const float r[3], const TreeLevel& obstacle,
-                            int first, float limit) {
+/// Inline and without a branch on the number of hits: it is most of the cost of a long step where surfaces conform.
+inline void CandidateRows::append(int toolLeaf, const float c[3], float radius, const float r[3],
+                                  const TreeLevel& obstacle, int first, float limit) {
     using namespace simd;
     Float8 nx = c[0] - load(&obstacle.x[first]), ny = c[1] - load(&obstacle.y[first]),
            nz = c[2] - load(&obstacle.z[first]);

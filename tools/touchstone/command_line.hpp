@@ -1,0 +1,49 @@
+#pragma once
+// What the commands share when they add their options to the command line.
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "haptics/math/numbers.hpp"
+#include "tools/touchstone/commands.hpp"
+
+namespace touchstone::app {
+
+/// A new command below `parent`. `footer` holds its examples; CLI11 would otherwise repeat those of the parent.
+inline CLI::App* addCommand(CLI::App& parent, const char* name, const char* summary, const char* footer) {
+    CLI::App* command = parent.add_subcommand(name, summary);
+    command->footer(footer);
+    return command;
+}
+
+/// The names of a table's rows, comma-separated.
+template <class Table>
+std::string namesOf(const Table& table) {
+    std::string names;
+    for (const auto& row : table) names += (names.empty() ? "" : ", ") + std::string(row.name);
+    return names;
+}
+
+/// Checks that an option is a number from min to max. Settings have their ranges in settingTable() instead.
+inline CLI::Validator within(double min, double max, const char* unit = "") {
+    const std::string range = rangeWords(min, max, unit);
+    return CLI::Validator(
+        [=](const std::string& text) {
+            return readNumber(text, min, max) ? "" : "must be " + range + ", not '" + text + "'";
+        },
+        "");
+}
+
+/// The duration of a run: from one tick at the highest rate to more than anyone waits for, s.
+inline CLI::Validator durationInSeconds() { return within(1e-4, 1e6, "s"); }
+
+/// KEY=VALUE, any number of times.
+inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {
+    command.add_option("--set", set, help)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+inline constexpr const char* kSceneHelp = "a .glb or .gltf file, or the name of a bundled scene";
+inline constexpr const char* kToleranceHelp = "tolerance of an approximate solver: N, in paper mode N·mm";
+inline constexpr const char* kRecordingHelp = "folder that `touchstone run --record` wrote";
+
+}  // namespace touchstone::app
