@@ -43,7 +43,7 @@ struct Figure {
     glm::vec2 viewport;
     glm::vec3 pivot;
     std::array<glm::vec3, 3> axes;
-    float length = 0;  // of an axis, metres
+    float length = 0;  // of an axis, meters
 
     Figure(const OrbitCamera& camera_, glm::vec2 viewport_, const GizmoPlace& place)
         : camera(camera_), viewport(viewport_), pivot(place.worldPivot()) {
@@ -170,7 +170,7 @@ std::optional<RigidPart> Gizmo::update(const MouseFrame& mouse, const OrbitCamer
         return body;
     }
     const glm::dvec3 d = now - from_;
-    const auto stepped = [&](double metres) { return snap ? kSnapMetres * std::round(metres / kSnapMetres) : metres; };
+    const auto stepped = [&](double meters) { return snap ? kSnapMetres * std::round(meters / kSnapMetres) : meters; };
     moved_ = k < 0 ? glm::dvec3(stepped(d.x), stepped(d.y), stepped(d.z)) : stepped(d.x) * axisOf(start_, k);
     body.translation += moved_;
     return body;

@@ -1,5 +1,5 @@
 #pragma once
-// Handles around a body, to move and turn it with the mouse. Lengths in metres.
+// Handles around a body, to move and turn it with the mouse. Lengths in meters.
 #include <array>
 #include <optional>
 

@@ -9,14 +9,14 @@
 
 namespace touchstone::engine {
 
-/// World matrix of a node where it is drawn, metres.
+/// World matrix of a node where it is drawn, meters.
 using Placement = std::function<glm::dmat4(Entity)>;
 
 /// The node whose visible mesh a ray meets first; null if it misses all. Tests every triangle (5 ns each): call it for
 /// a click, not for each frame.
 Entity pickNode(const Registry& registry, const Placement& placement, const Ray& ray);
 
-/// Box around the meshes of a node and all below it, in its own frame, metres.
+/// Box around the meshes of a node and all below it, in its own frame, meters.
 struct NodeBox {
     glm::vec3 low{0}, high{0};
     bool empty = true;  ///< no mesh

@@ -25,7 +25,7 @@ struct AnimationChannel {
 struct Animation {
     std::string name;
     std::vector<AnimationChannel> channels;
-    JsonValue extras{};  ///< of the glTF animation object; null where it has none
+    JsonValue extras{};  ///< of the glTF animation object; null if it has none
 };
 
 /// Value of a translation or scale channel at `seconds`; clamped to the end values outside the keys.

@@ -470,7 +470,7 @@ class SceneReader {
             if (!scene_.nodes[i]) continue;
             const json& node = document["nodes"][i];
             NodeMarking marking{node.value("extras", json()), extensionsOf(node, nodeName(static_cast<int>(i)))};
-            // The instances have become part of the mesh, and accessors have other indices in a file that is written.
+            // The instances are part of the mesh now, and accessors get other indices when the scene is written.
             if (marking.extensions->is_object() && marking.extensions->erase("EXT_mesh_gpu_instancing") > 0 &&
                 marking.extensions->empty())
                 *marking.extensions = nullptr;

@@ -29,9 +29,9 @@ struct Scene {
     std::vector<MeshInstance> meshes;  ///< by glTF mesh index
     std::vector<Material> materials;
     std::vector<Image> images;
-    std::vector<Animation> animations;  ///< channels on nodes outside this scene are left out
-    JsonValue extras;                   ///< of the glTF scene object; null where it has none
-    JsonValue extensions;               ///< of the file's root, e.g. KHR_physics_rigid_bodies; null where it has none
+    std::vector<Animation> animations;  ///< without channels on nodes outside this scene
+    JsonValue extras;                   ///< of the glTF scene object; null if it has none
+    JsonValue extensions;               ///< of the file's root, e.g. KHR_physics_rigid_bodies; null if it has none
     std::vector<std::string> extensionsRequired;
     int index = 0;                      ///< glTF scene index
     std::filesystem::path file;         ///< file that was read; empty for a new scene

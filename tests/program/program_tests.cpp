@@ -284,7 +284,7 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[system]"
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));
-    CHECK_THAT(answer.out, Contains("warning") && Contains("check the unit"));
+    CHECK_THAT(answer.out, Contains("warning") && Contains("check its unit"));
 }
 
 TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {

@@ -1,6 +1,7 @@
 #include "tools/touchstone/csv.hpp"
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 namespace touchstone::app {
 namespace {

@@ -64,14 +64,14 @@ void print(const char* role, const std::filesystem::path& file, const Box& box) 
 }
 
 int makeScene(const NewOptions& options) {
-    const double metres = metresPer(options.unit);
+    const double meters = metresPer(options.unit);
     checkChoice(options.tree);
     if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
         throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
-    engine::MeshFile tool = engine::readMeshFile(options.tool, metres);
-    engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, metres);
+    engine::MeshFile tool = engine::readMeshFile(options.tool, meters);
+    engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, meters);
     const Box toolBox = boxOf(tool.mesh), obstacleBox = boxOf(obstacle.mesh);
 
     // Parts keep their coordinates. The tool starts in free space, a tenth of its size above the obstacle.

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 struct Unit {
     std::string_view name;
-    double metres;
+    double meters;
 };
 constexpr std::array kUnits{Unit{"mm", 1e-3}, Unit{"cm", 1e-2}, Unit{"m", 1.0}, Unit{"in", 0.0254}};
 
@@ -120,7 +120,7 @@ double TreePart::diagonal() const {
 
 double metresPer(const std::string& unit) {
     for (const Unit& known : kUnits)
-        if (known.name == unit) return known.metres;
+        if (known.name == unit) return known.meters;
     throw UsageError("--unit is mm, cm, m or in, not '" + unit + "'");
 }
 

@@ -110,8 +110,8 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
 
     if (auto box = fields.object("tool_within_m")) {
         const auto corner = [&](const char* key) -> std::optional<Vec3> {
-            const auto metres = box->vector(key);
-            return metres ? std::optional(toMm(*metres)) : std::nullopt;
+            const auto meters = box->vector(key);
+            return meters ? std::optional(toMm(*meters)) : std::nullopt;
         };
         expected.boxMin = corner("min");
         expected.boxMax = corner("max");
@@ -121,8 +121,8 @@ ExpectedOutcome readFrom(const nlohmann::json& outcome, const engine::Scene& sce
             box->fail("min", "at most max on each axis: this box is empty");
         box->warnUnknown(warnings);
     }
-    if (const auto metres = fields.vector("final_position_m")) expected.finalPosition = toMm(*metres);
-    if (const auto metres = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *metres * kMmPerMeter;
+    if (const auto meters = fields.vector("final_position_m")) expected.finalPosition = toMm(*meters);
+    if (const auto meters = fields.number("final_tolerance_m", 0, 1e3)) expected.finalTolerance = *meters * kMmPerMeter;
     for (const auto& [key, region] : {std::pair{"seated", &expected.seated}, std::pair{"reached", &expected.reached}})
         if (fields.flag(key).value_or(false)) {
             if (!roles.goal) fields.fail(key, "left out, or the scene given a node with the role goal");

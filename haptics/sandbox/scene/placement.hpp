@@ -6,7 +6,7 @@
 
 namespace touchstone::sandbox {
 
-/// World matrix of a node, in metres: parts of the tool follow the tool pose X_WT (null: as in the file), parts of an
+/// World matrix of a node, in meters: parts of the tool follow the tool pose X_WT (null: as in the file), parts of an
 /// obstacle follow its pose in the world.
 glm::dmat4 placeOf(const HapticScene& scene, engine::Entity node, const Pose* X_WT);
 

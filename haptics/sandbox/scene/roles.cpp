@@ -168,12 +168,12 @@ GoalRegion RoleReader::regionOf(Entity node) const {
     if (!mark) return region;
     engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
     if (auto goal = fields.object("goal")) {
-        if (const auto metres = goal->vector("translation")) region.X_WT.p = toMm(*metres);
+        if (const auto meters = goal->vector("translation")) region.X_WT.p = toMm(*meters);
         if (const auto rotation = goal->quaternion("rotation")) region.X_WT.q = toEigen(*rotation);
-        if (const auto metres = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *metres * kMmPerMeter;
+        if (const auto meters = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *meters * kMmPerMeter;
         if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
         if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
-        if (const auto metres = goal->number("depth_m", 0, 1e3)) region.depth = *metres * kMmPerMeter;
+        if (const auto meters = goal->number("depth_m", 0, 1e3)) region.depth = *meters * kMmPerMeter;
         if (const auto times = goal->whole("fold", 1, 1000)) region.fold = *times;
     }
     return region;
@@ -225,7 +225,7 @@ void RoleReader::chooseGauge() {
                         .X_WG = toPose(engine::worldPose(scene_.registry, candidate.node))};
         if (!marked) continue;
         engine::Fields gauge(scene_, label(candidate.node), "extras.touchstone.gauge", mark->at("gauge"));
-        if (const auto metres = gauge.vector("tip_m")) found_.gauge->p_TP = toMm(*metres);
+        if (const auto meters = gauge.vector("tip_m")) found_.gauge->p_TP = toMm(*meters);
         gauge.warnUnknown(found_.warnings);
     }
 }

@@ -40,7 +40,7 @@ Pose startOf(const Scene& scene, Entity tool, const Motion* demonstration) {
 
 const char* const kTooFar =
     " more than 1 km from the scene's origin, where contacts are not rendered: check its unit, since glTF is in "
-    "metres, or move everything to the origin";
+    "meters, or move everything to the origin";
 
 /// Refuses poses that are too far away: the tick would hold the tool.
 void requireValid(const Scene& scene, Entity node, const Pose& X, const char* where) {
@@ -104,14 +104,14 @@ class TreeBuilderCache {
             if (!(vertex.array().abs() <= kLargestCoordinate).all())
                 engine::failIn(
                     scene_.file, label,
-                    "its mesh reaches more than 1 km from the node: check its unit, since glTF is in metres");
+                    "its mesh reaches more than 1 km from the node: check its unit, since glTF is in meters");
             box.extend(vertex);
         }
         const double size = box.diagonal().norm();
         if (size >= kSmallest && size <= kLargest) return;
         std::ostringstream text;
         text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
-             << " m: check its unit, since glTF is in metres";
+             << " m: check its unit, since glTF is in meters";
         warnings_.push_back(text.str());
     }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Conversion between the engine (glm, metres) and the haptics core (Eigen, mm). No other file converts.
+// Conversion between the engine (glm, meters) and the haptics core (Eigen, mm). No other file converts.
 #include "engine/scene/transforms.hpp"
 #include "haptics/math/rigid.hpp"
 
@@ -7,7 +7,7 @@ namespace touchstone::sandbox {
 
 inline constexpr double kMmPerMeter = 1000;
 
-inline Vec3 toMm(const glm::dvec3& metres) { return kMmPerMeter * Vec3(metres.x, metres.y, metres.z); }
+inline Vec3 toMm(const glm::dvec3& meters) { return kMmPerMeter * Vec3(meters.x, meters.y, meters.z); }
 inline glm::dvec3 toMeters(const Vec3& mm) { return glm::dvec3(mm.x(), mm.y(), mm.z()) / kMmPerMeter; }
 inline double toMeters(double mm) { return mm / kMmPerMeter; }
 
@@ -20,7 +20,7 @@ inline Quat toEigen(const glm::dquat& q) { return Quat(q.w, q.x, q.y, q.z).norma
 inline Pose toPose(const engine::RigidPart& part) { return {toMm(part.translation), toEigen(part.rotation)}; }
 inline Pose toPose(const glm::dmat4& matrix) { return toPose(engine::rigidPart(matrix)); }
 
-/// The same back, in metres.
+/// The same back, in meters.
 inline engine::RigidPart toRigidPart(const Pose& pose) { return {toMeters(pose.p), toGlm(pose.q)}; }
 inline glm::dmat4 toMatrix(const Pose& pose) { return engine::rigidMatrix(toRigidPart(pose)); }
 

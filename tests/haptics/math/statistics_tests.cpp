@@ -1,12 +1,11 @@
-#include <catch2/catch.hpp>
+#include "haptics/math/statistics.hpp"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <numeric>
 #include <random>
 
-#include "haptics/math/statistics.hpp"
-
-using namespace touchstone;
+namespace touchstone::statistics_tests {
 
 TEST_CASE("medians: of an even count the textbook's is between the middle two, the percentile's the lower of them",
           "[statistics]") {
@@ -84,3 +83,5 @@ TEST_CASE("confidence intervals: the bootstrap's are as wide as theory says", "[
     CHECK(same.low == 3);
     CHECK(same.high == 3);
 }
+
+}  // namespace touchstone::statistics_tests

@@ -42,7 +42,7 @@ std::vector<KnownProblem> knownProblems() {
     add("an inclined wall on a lever of 50 mm", at(0, 0, -4.375), at(0.6, 0, -3.575, 0.04, 0, -0.03),
         [&](Contacts& c) { c.wall(Vec3(0.6, 0, 0.8), 0, 50 * Y); });
     // In meters: G = diag(1000, ..., 1), J = (0,0,1, 0,-0.01,0), q = 0.001 + 0.0001, J h = -0.0011, y = 1 N.
-    add("a wall in metres and newtons", at(0, 0, -0.0011), at(0, 0, -0.0001, 0, -0.01, 0), [&](Contacts& c) {
+    add("a wall in meters and newtons", at(0, 0, -0.0011), at(0, 0, -0.0001, 0, -0.01, 0), [&](Contacts& c) {
         c.stiffness << 1000, 1000, 1000, 1, 1, 1;
         c.wall(Z, 0, 0.01 * X);
     });

@@ -23,9 +23,9 @@ TEST_CASE("units: a pose and its matrix map a point to the same place", "[system
                   Quat(uniform(random), uniform(random), uniform(random), uniform(random)).normalized()};
         const Vec3 x(30 * uniform(random), 20, -7);
         const glm::dmat4 matrix = sandbox::toMatrix(pose);
-        const glm::dvec3 metres = glm::dvec3(matrix * glm::dvec4(sandbox::toMeters(x), 1));
+        const glm::dvec3 meters = glm::dvec3(matrix * glm::dvec4(sandbox::toMeters(x), 1));
         // Rounding of a few products of numbers near 100.
-        CHECK((sandbox::toMm(metres) - pose * x).norm() < 1e-11);
+        CHECK((sandbox::toMm(meters) - pose * x).norm() < 1e-11);
         const Pose back = sandbox::toPose(matrix);
         CHECK((back.p - pose.p).norm() < 1e-11);
         CHECK(std::abs(back.q.dot(pose.q)) == Approx(1).epsilon(1e-12));
