@@ -10,7 +10,7 @@ namespace touchstone::dental_tests {
 TEST_CASE("dental: the probe reads the depth of the pocket", "[scenes][slow]") {
     struct Pocket {
         const char* scene;
-        double depth;  // mm, as in scenes/CMakeLists.txt
+        double depth;  // mm, as in the table of tools/parts/scenes.cpp
     };
     for (const Pocket& pocket : {Pocket{"dental", 2}, Pocket{"dental-inflamed", 5.5}}) {
         INFO(pocket.scene);

@@ -7,7 +7,7 @@
 
 namespace touchstone::statistics_tests {
 
-TEST_CASE("medians: of an even count the textbook's is between the middle two, the percentile's the lower of them",
+TEST_CASE("medians: of an even count the median averages the middle two, the 50th percentile is the lower of them",
           "[statistics]") {
     std::vector<double> even{4, 1, 3, 2}, odd{9, 1, 5};
     CHECK(median(even) == 2.5);
@@ -18,7 +18,7 @@ TEST_CASE("medians: of an even count the textbook's is between the middle two, t
     CHECK(upperMedian(odd) == 5);
 }
 
-TEST_CASE("percentile: nearest rank, on hand-made lists", "[statistics]") {
+TEST_CASE("percentile: nearest rank, on lists with known answers", "[statistics]") {
     std::vector<double> none;
     CHECK_FALSE(percentile(none, 50));
     std::vector<double> one{7};
@@ -36,8 +36,7 @@ TEST_CASE("percentile: nearest rank, on hand-made lists", "[statistics]") {
     CHECK(percentile(thousand, 100) == 1000.0);
 }
 
-TEST_CASE("percentile: at least that share of the values does not exceed it, and no smaller value does as well",
-          "[statistics]") {
+TEST_CASE("percentile: the smallest value that at least this share of the values does not exceed", "[statistics]") {
     const unsigned seed = 3;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -56,7 +55,7 @@ TEST_CASE("percentile: at least that share of the values does not exceed it, and
     }
 }
 
-TEST_CASE("confidence intervals: Wilson's agree with published tables", "[statistics]") {
+TEST_CASE("confidence intervals: Wilson intervals equal published tables", "[statistics]") {
     // Newcombe (1998), Two-sided confidence intervals for the single proportion, table I, method 3.
     const auto check = [](int successes, int trials, double low, double high) {
         const Interval interval = wilsonInterval(successes, trials);
@@ -69,12 +68,13 @@ TEST_CASE("confidence intervals: Wilson's agree with published tables", "[statis
     check(1, 29, 0.0061, 0.1718);
 }
 
-TEST_CASE("confidence intervals: the bootstrap's are as wide as theory says", "[statistics]") {
+TEST_CASE("confidence intervals: bootstrap intervals have the theoretical width", "[statistics]") {
     std::vector<double> values;
     for (int i = 0; i < 400; ++i) values.push_back(i);
     const auto meanOf = [](std::vector<double> v) { return mean(v); };
     const Interval interval = bootstrapInterval(values, meanOf);
-    // Of 0 to 399: deviation 115.5, so 1.96 x 115.5 / 20 = 11.3 to each side; 2,000 resamples tell that to some 5 %.
+    // Numbers 0 to 399: standard deviation 115.5, so 1.96 x 115.5 / 20 = 11.3 to each side; 2,000 resamples estimate
+    // this to about 5 %.
     CHECK(interval.low == Approx(199.5 - 11.3).margin(1));
     CHECK(interval.high == Approx(199.5 + 11.3).margin(1));
     const Interval again = bootstrapInterval(values, meanOf);
