@@ -4,8 +4,8 @@
 #include <fstream>
 #include <string>
 
+#include "engine/scene/folders.hpp"
 #include "engine/scene/gltf_container.hpp"
-#include "engine/scene/user_folder.hpp"
 
 namespace touchstone::engine {
 

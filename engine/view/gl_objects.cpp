@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "engine/scene/folders.hpp"
+
 namespace touchstone::engine {
 namespace {
 
@@ -121,7 +123,7 @@ Texture::Texture(const Image& image, bool srgb) {
 
 std::filesystem::path shaderDirectory() {
     const char* chosen = std::getenv("TOUCHSTONE_SHADERS");
-    return chosen && *chosen ? chosen : TOUCHSTONE_SHADER_DIR;
+    return chosen && *chosen ? std::filesystem::path(chosen) : dataFolder("shaders", TOUCHSTONE_SHADER_DIR);
 }
 
 ShaderProgram::ShaderProgram(const std::filesystem::path& vertexFile, const std::filesystem::path& fragmentFile) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "haptics/qp/row_screen.hpp"
 #include "haptics/qp/solver.hpp"
@@ -62,15 +63,24 @@ struct Settings {
 /// Settings of the solver that moves the tool, in the mode of these settings.
 SolverSettings solverSettings(const Settings& settings);
 
+/// Where the haptics panel shows a setting, in the order of the table.
+enum class SettingGroup : std::uint8_t { None, Mode, Coupling, Solvers, Approximate, Contact, More };
+
 /// One setting by name: the table row that the command line, scene files, panels and help read.
 struct SettingInfo {
     std::string_view key;   ///< as in --set KEY=VALUE
     std::string_view unit;  ///< "" for counts and names
     std::string_view help;  ///< what it does, and what happens if it is larger or smaller
     double min, max;        ///< accepted range of numbers; both 0 for names and switches
+    SettingGroup group = SettingGroup::None;
+    const char* label = "";    ///< of its control
+    double low = 0, high = 0;  ///< range of its slider: where a number is usually tuned
 };
 
 std::span<const SettingInfo> settingTable();
+
+/// Names that a setting accepts; empty for numbers and switches. Pre: key is in the table. Allocates.
+std::vector<std::string> settingChoices(std::string_view key);
 
 /// Sets one value from text. Returns an empty string, or one sentence that says what is wrong and what is accepted; in
 /// that case `settings` is unchanged.

@@ -38,7 +38,7 @@ json measured(const Program& touchstone, const std::string& args, const std::str
 
 }  // namespace
 
-TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contained page", "[system]") {
+TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contained page", "[system][long]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     const json results = measured(touchstone, press, "all");

@@ -156,7 +156,7 @@ TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
     }
 }
 
-TEST_CASE("paper: the quick experiments draw every figure and judge every claim", "[system][gl]") {
+TEST_CASE("paper: the quick experiments draw every figure and judge every claim", "[system][gl][long]") {
     const Program touchstone;
     const Answer answer = touchstone("paper --quick --out " + touchstone.file("paper"));
     INFO(answer.err);

@@ -42,7 +42,7 @@ std::vector<nlohmann::ordered_json> whatRepeats(const std::string& folder, int t
 
 }  // namespace
 
-TEST_CASE("trials: killed and resumed, or split and joined, a study is the same", "[system]") {
+TEST_CASE("trials: killed and resumed, or split and joined, a study is the same", "[system][long]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone), whole = touchstone.file("whole");
     const Answer answer = touchstone("trials " + study + " --headless --out " + whole);

@@ -69,14 +69,14 @@ void meetsAll(const sandbox::HapticScene& scene, const std::string& prefix, int 
 
 }  // namespace
 
-TEST_CASE("hard: sliding, deep pressing and fast approach on bunnies (cases 1 to 3)", "[hard]") {
+TEST_CASE("hard: sliding, deep pressing and fast approach on bunnies (cases 1 to 3)", "[hard][long]") {
     const sandbox::HapticScene scene = open("bunnies");
     meetsAll(scene, "hard-01-slide");
     meetsAll(scene, "hard-02-deep");
     meetsAll(scene, "hard-03-approach", 3);
 }
 
-TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at 180 (cases 5 to 8)", "[hard]") {
+TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at 180 (cases 5 to 8)", "[hard][long]") {
     const sandbox::HapticScene scene = open("bunnies");
     meetsAll(scene, "hard-05-teleport");
     meetsAll(scene, "hard-06-rotate");
@@ -85,29 +85,30 @@ TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at
     meetsAll(scene, "hard-08-wrap");
 }
 
-TEST_CASE("hard: a ball at a 1 mm plate, in free flight and off an edge (cases 4, 15 and 16)", "[hard]") {
+TEST_CASE("hard: a ball at a 1 mm plate, in free flight and off an edge (cases 4, 15 and 16)", "[hard][long]") {
     const sandbox::HapticScene scene = open("plate");
     meetsAll(scene, "hard-04-plate", 4);
     meetsAll(scene, "hard-15-flight");
     meetsAll(scene, "hard-16-edge");
 }
 
-TEST_CASE("hard: a rod wedged between ears, a ball pinched between walls (cases 9 and 10)", "[hard]") {
+TEST_CASE("hard: a rod wedged between ears, a ball pinched between walls (cases 9 and 10)", "[hard][long]") {
     meetsAll(open("wedge"), "hard-09-wedge");
     meetsAll(open("pinch"), "hard-10-pinch", 4);
 }
 
-TEST_CASE("hard: a start in penetration never gets deeper (case 11)", "[hard]") {
+TEST_CASE("hard: a start in penetration never gets deeper (case 11)", "[hard][long]") {
     meetsAll(open("bunnies"), "hard-11-inside", 2);
 }
 
-TEST_CASE("hard: the peg enters its hole, with 0.5 mm and with 0.2 mm of clearance (case 12)", "[hard]") {
+TEST_CASE("hard: the peg enters its hole, with 0.5 mm and with 0.2 mm of clearance (case 12)", "[hard][long]") {
     const char* name = GENERATE("spline-05", "spline");
     INFO(name);
     meetsAll(open(name), "hard-12-peg");
 }
 
-TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)", "[hard]") {
+TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)",
+          "[hard][long]") {
     meetsAll(open("bunnies"), "hard-13", 2);
 }
 
@@ -145,7 +146,7 @@ Energy pressed(const sandbox::HapticScene& scene, const HandParameters& hand, in
 
 }  // namespace
 
-TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 14)", "[hard]") {
+TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 14)", "[hard][long]") {
     const sandbox::HapticScene scene = open("bunnies");
     const int delay = GENERATE(0, 1, 2, 3, 4);
     const double mass = GENERATE(0.05, 0.5), spring = GENERATE(0.2, 1.0);
@@ -160,7 +161,7 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
 }
 
 TEST_CASE("hard: with too little damping a simulated hand gains energy, unless the rate is ten times higher (case 14)",
-          "[hard]") {
+          "[hard][long]") {
     const sandbox::HapticScene scene = open("bunnies");
     const HandParameters hand = HandParameters::fromTranslation(0.1, 1, 0.5);
     const Energy slow = pressed(scene, hand, 1, 1000), fast = pressed(scene, hand, 1, 10000);
@@ -172,7 +173,7 @@ TEST_CASE("hard: with too little damping a simulated hand gains energy, unless t
     CHECK(fast.most <= 1);
 }
 
-TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", "[hard]") {
+TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", "[hard][long]") {
     const sandbox::HapticScene scene = open("bunnies");
     const char* motion = GENERATE("hard-01-slide", "hard-06-rotate");
     INFO(motion);

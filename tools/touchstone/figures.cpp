@@ -7,8 +7,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "engine/scene/folders.hpp"
 #include "haptics/sandbox/session/presets.hpp"
-#include "tools/touchstone/scene_path.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -20,7 +20,7 @@ constexpr int kNoPython = 127;    // exit code of the shell
 
 /// tools/plot: of an installed program beside it or in the share folder of its prefix, else in the source tree.
 fs::path plotScript() {
-    const fs::path program = programFolder(), share = "share/touchstone/plot";
+    const fs::path program = engine::programFolder(), share = "share/touchstone/plot";
     std::error_code error;
     for (const fs::path& installed :
          {program / "plot", program.parent_path() / share, program.parent_path().parent_path() / share})

@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 
-#include "engine/scene/user_folder.hpp"
+#include "engine/scene/folders.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/image_file.hpp"
 #include "haptics/device/emergency_stop.hpp"

@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "engine/scene/folders.hpp"
+
 namespace touchstone::app {
 
 namespace fs = std::filesystem;
 
-fs::path programFolder() {
-    std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error);
-    return error ? fs::current_path() : program.parent_path();
-}
-
-fs::path sceneFolder() { return programFolder() / "scenes"; }
+fs::path sceneFolder() { return engine::dataFolder("scenes", engine::programFolder() / "scenes"); }
 
 std::vector<fs::path> listScenes() {
     std::vector<fs::path> scenes;

@@ -1,15 +1,12 @@
 #pragma once
-// Where the program and its scenes are.
+// Where the bundled scenes are.
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace touchstone::app {
 
-/// The folder of the executable.
-std::filesystem::path programFolder();
-
-/// The folder `scenes` beside the executable.
+/// The bundled scenes: in share/touchstone of an installed program, else in `scenes` beside the executable.
 std::filesystem::path sceneFolder();
 
 /// The .glb and .gltf files of that folder, sorted; empty when there is no such folder.

@@ -13,7 +13,7 @@
 #include "engine/ui/panel_layout.hpp"
 #include "engine/ui/user_files.hpp"
 #include "engine/view/renderer.hpp"
-#include "haptics/sandbox/app/app_window.hpp"
+#include "haptics/sandbox/app/app_options.hpp"
 #include "haptics/sandbox/app/mouse_grab.hpp"
 
 namespace touchstone::sandbox {

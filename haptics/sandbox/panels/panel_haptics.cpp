@@ -12,46 +12,16 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr SettingControl kMode{"mode", "Mode"};
-constexpr SettingControl kForce[]{
-    {"stiffness", "Stiffness", 0.05, 5},
-    {"torsion", "Torsion", 50, 5000},
-};
-constexpr SettingControl kSolvers[]{{"solver", "Solver"}, {"shadow", "Shadow"}};
-constexpr SettingControl kApproximate[]{
-    {"tolerance", "Tolerance", 1e-6, 1},
-    {"iteration_cap", "Iteration cap", 10, 100'000},
-    {"screening", "Screening"},
-};
-constexpr SettingControl kContact[]{
-    {"margin", "Margin", 0.02, 2},
-    {"trust", "Trust radius", 0.02, 2},
-    {"travel_budget", "Travel budget", 0, 5},
-    {"linearisations", "Linearizations", 1, 8},
-    {"rate", "Tick rate", 250, 10'000},
-};
-constexpr SettingControl kMore[]{
-    {"slack", "List slack", 0.02, 4},
-    {"adaptive_margin", "Adaptive margin"},
-    {"elastic_weight", "Elastic weight", 1, 1e6},
-    {"shadow_rows", "Shadow rows", 1, 1000},
-    {"shadow_work", "Shadow work", 1e4, 1e8},
-    {"solver_work", "Solver work", 1e4, 1e9},
-    {"paper_rows", "Paper rows", 1, 4096},
-    {"paper_work", "Paper work", 1e5, 1e10},
-    {"penalty_stiffness", "Penalty stiffness", 0.1, 1000},
-    {"dead_man", "Dead-man button", 0, 8},
-};
-
 void drawHeading(const char* text) {
     ImGui::Spacing();
     ImGui::TextDisabled("%s", text);
 }
 
-template <std::size_t N>
-bool drawAll(const SettingControl (&controls)[N], Settings& settings, std::string& refusal, engine::ItemRects* items) {
+/// Draws the controls of a group of the setting table.
+bool drawGroup(SettingGroup group, Settings& settings, std::string& refusal, engine::ItemRects* items) {
     bool changed = false;
-    for (const SettingControl& control : controls) changed |= drawSetting(control, settings, refusal, items);
+    for (const SettingInfo& info : settingTable())
+        if (info.group == group) changed |= drawSetting(info, settings, refusal, items);
     return changed;
 }
 
@@ -115,15 +85,15 @@ bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelSta
     engine::tooltip("Returns device and tool to the start of the scene and restarts the demonstration.\nKey R");
 
     changed |= drawPresets(scene, settings, items);
-    if (drawSetting(kMode, settings, requests.refusal, items)) {
+    if (drawGroup(SettingGroup::Mode, settings, requests.refusal, items)) {
         settings = withMode(before, settings.mode);
         changed = true;
     }
     drawHeading("Coupling of hand and tool");
-    changed |= drawAll(kForce, settings, requests.refusal, items);
+    changed |= drawGroup(SettingGroup::Coupling, settings, requests.refusal, items);
     drawStrength(state, items);
     drawHeading("Solvers");
-    changed |= drawAll(kSolvers, settings, requests.refusal, items);
+    changed |= drawGroup(SettingGroup::Solvers, settings, requests.refusal, items);
     ImGui::BeginDisabled(settings.shadow < 0);
     if (ImGui::Button("Swap rendering and shadow solver", {-1, 0})) {
         settings = withSolversSwapped(settings);
@@ -133,11 +103,12 @@ bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelSta
     engine::tooltip(
         "Exchanges the two roles: the shadow solver renders, and the solver that rendered becomes the shadow.");
     ImGui::EndDisabled();
-    changed |= drawAll(kApproximate, settings, requests.refusal, items);
+    changed |= drawGroup(SettingGroup::Approximate, settings, requests.refusal, items);
     drawHeading("Contact");
-    changed |= drawAll(kContact, settings, requests.refusal, items);
+    changed |= drawGroup(SettingGroup::Contact, settings, requests.refusal, items);
     ImGui::Spacing();
-    if (ImGui::CollapsingHeader("More settings")) changed |= drawAll(kMore, settings, requests.refusal, items);
+    if (ImGui::CollapsingHeader("More settings"))
+        changed |= drawGroup(SettingGroup::More, settings, requests.refusal, items);
     engine::noteItem(items, "more");
     requests.copyCommand |= ImGui::Button("Copy as command line", {-1, 0});
     engine::noteItem(items, "copy command");

@@ -4,10 +4,10 @@
 #include <map>
 #include <sstream>
 
+#include "engine/scene/folders.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/transforms.hpp"
-#include "engine/scene/user_folder.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"

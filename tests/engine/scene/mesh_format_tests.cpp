@@ -299,7 +299,8 @@ TEST_CASE("PLY: reads binary of both byte orders, every scalar type, and data th
             CHECK_THAT(read.notes[0], Contains("line 3: the element 'other' is ignored"));
 
             CHECK_THAT(readText(folder, "part.ply", text + "more").notes.back(), Contains("4 bytes after the data"));
-            CHECK_THAT(refusal(folder, "part.ply", text.substr(0, text.size() - 1)), Contains("face 0: ends after"));
+            CHECK_THAT(refusal(folder, "part.ply", text.substr(0, text.size() - 1)),
+                       Contains("face 0: exceeds the end of the file"));
         }
 }
 

@@ -144,7 +144,7 @@ struct HardMesh {
 };
 
 const char* const kOpen = "open or does not bound a volume";
-const char* const kThin = "further out of the part than it is thick";
+const char* const kThin = "protrude from the part by more than its thickness";
 
 std::vector<HardMesh> hardMeshes() {
     const TriangleMesh box = boxMesh(Vec3(10, 10, 10)), ball = blobMesh(10, 20, 11);
@@ -373,7 +373,7 @@ constexpr std::uint32_t kFine = 100;
 constexpr std::uint32_t kFine = 1000;
 #endif
 
-TEST_CASE("hard mesh: two million triangles", "[tree][slow]") {
+TEST_CASE("hard mesh: two million triangles", "[tree][slow][long]") {
     const TriangleMesh mesh = blobMesh(10, kFine, kFine);
     REQUIRE(mesh.triangles.size() == 2 * kFine * kFine);
     const SphereTree tree = buildSphereTree(mesh, {.leaves = 8});

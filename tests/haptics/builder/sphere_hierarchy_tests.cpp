@@ -208,7 +208,7 @@ TEST_CASE("sphere files: a malformed file is refused in a sentence with its line
         {"beyond double", "1 8\n0 0 1e999 1\n", "line 2", "x y z radius"},
         {"unused root", "1 8\n0 0 0 -1\n", "line 2", "root is unused"},
         {"all unused", "2 2\n0 0 0 -1\n0 0 0 -1\n0 0 0 -1\n", "line 2", "root is unused"},
-        {"orphan", "3 2\n0 0 0 1\n0 0 0 1\n0 0 0 -1\n0 0 0 1\n0 0 0 -1\n0 0 0 2\n0 0 0 -1\n", "line 7", "unused one"},
+        {"orphan", "3 2\n0 0 0 1\n0 0 0 1\n0 0 0 -1\n0 0 0 1\n0 0 0 -1\n0 0 0 2\n0 0 0 -1\n", "line 7", "unused slot"},
         {"too many", "1 8\n0 0 0 1\n0 0 0 1\n", "line 3", "more spheres than the 1"},
     };
     for (const Case& c : cases) {

@@ -64,7 +64,7 @@ void requireCorrect(const HardProblem& hard, const SolveResult& result, bool sta
 
 }  // namespace
 
-TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp]") {
+TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp][long]") {
     constexpr int kProblems = 100'000, kColdStarts = 2000;
     std::mt19937_64 random(2025);
     const auto solver = solverTable()[kExactSolver].make(512);

@@ -133,11 +133,12 @@ TEST_CASE("mesh reference: distances agree with dense sampling, and overlap is d
 
 TEST_CASE("mesh reference: bodies that overlap at the start and meshes without triangles are refused", "[reference]") {
     const MeshReference reference(boxAbout({10, 10, 10}), Vec3::Zero(), {{boxAbout({10, 10, 10}), {}}});
-    CHECK_THROWS_WITH(reference.solve({at(9, 1, 1), at(9, 1, 1, {0.1, 0.2, 0})}), Catch::Contains("meet at the start"));
+    CHECK_THROWS_WITH(reference.solve({at(9, 1, 1), at(9, 1, 1, {0.1, 0.2, 0})}),
+                      Catch::Contains("touch at the start"));
     const MeshReference small(boxAbout({1, 1, 1}), Vec3::Zero(), {{boxAbout({10, 10, 10}), {}}});
     const MeshReference large(boxAbout({10, 10, 10}), Vec3::Zero(), {{boxAbout({1, 1, 1}), {}}});
     for (const MeshReference* inside : {&small, &large})
-        CHECK_THROWS_WITH(inside->solve({at(9, 1, 1), at(1, 1, 1)}), Catch::Contains("meet at the start"));
+        CHECK_THROWS_WITH(inside->solve({at(9, 1, 1), at(1, 1, 1)}), Catch::Contains("touch at the start"));
     CHECK_THROWS_WITH(MeshReference({}, Vec3::Zero(), {}), Catch::Contains("no triangle"));
 }
 

@@ -285,7 +285,7 @@ TEST_CASE("protocol: an error is one sentence with the file's name and the field
     refused("/conditions/1/settings", {{"mode", "paper"}}, "conditions[1].settings.mode must be left out here");
     refused("/conditions/1/settings", {{"solver", "pqp"}}, "conditions[1].settings.solver must be left out here");
     refused("/conditions/1/colour", "red", "conditions[1].colour must be left out");
-    refused("/conditions/1/name", "soft", "conditions[2].name must be another");
+    refused("/conditions/1/name", "soft", "conditions[2].name must be different");
     refused("/conditions/1/name", "so\"ft", "conditions[1].name must be");
     refused("/conditions/2/time_limit_s", 0, "conditions[2].time_limit_s must be");
     refused("/jam", {{"force", 1}}, "jam.force must be left out");

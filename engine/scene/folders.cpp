@@ -1,4 +1,4 @@
-#include "engine/scene/user_folder.hpp"
+#include "engine/scene/folders.hpp"
 
 #include <cstdlib>
 
@@ -16,6 +16,18 @@ fs::path userFolder(const char* own, const char* xdg, const char* below) {
     if (const auto base = variable(xdg); base.is_absolute()) return base / "touchstone";
     if (const auto home = variable("HOME"); home.is_absolute()) return home / below / "touchstone";
     return {};
+}
+
+fs::path programFolder() {
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    return error ? fs::current_path() : program.parent_path();
+}
+
+fs::path dataFolder(const char* name, const fs::path& inBuild) {
+    std::error_code error;
+    fs::path installed = programFolder().parent_path() / "share/touchstone" / name;
+    return fs::is_directory(installed, error) ? installed : inBuild;
 }
 
 }  // namespace touchstone::engine

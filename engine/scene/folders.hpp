@@ -8,4 +8,11 @@ namespace touchstone::engine {
 /// the variables is set.
 std::filesystem::path userFolder(const char* own, const char* xdg, const char* below);
 
+/// The folder of the running program.
+std::filesystem::path programFolder();
+
+/// A folder of the program's data: PREFIX/share/touchstone/NAME where the program is installed as
+/// PREFIX/bin/touchstone, else `inBuild`.
+std::filesystem::path dataFolder(const char* name, const std::filesystem::path& inBuild);
+
 }  // namespace touchstone::engine
