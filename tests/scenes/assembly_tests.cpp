@@ -8,7 +8,7 @@
 
 namespace touchstone::assembly_tests {
 
-TEST_CASE("assembly: without the decisive step the parts do not hold", "[scenes]") {
+TEST_CASE("assembly: without the decisive step the parts do not hold", "[scenes][long]") {
     struct Case {
         const char *scene, *motion, *unmet;
     };
