@@ -14,12 +14,12 @@
 namespace touchstone::engine {
 namespace {
 
-constexpr float kReach = 8;       // pixels from a handle at which it is taken
-constexpr float kMiddle = 0.14f;  // radius of the middle, of an axis's length
-constexpr float kRing = 0.78f;    // radius of a ring, of an axis's length
+constexpr float kReach = 8;       // pixels within which a handle can be grabbed
+constexpr float kMiddle = 0.14f;  // radius of the middle, as a fraction of the axis length
+constexpr float kRing = 0.78f;    // radius of a ring, as a fraction of the axis length
 constexpr float kEdgeOn = 0.2f;   // a ring seen flatter than this is turned by its tangent
 constexpr float kHeadOn = 0.97f;  // an axis seen from its end cannot be dragged
-constexpr double kSnapMetres = 1e-3, kSnapRad = 5 * glm::pi<double>() / 180;
+constexpr double kSnapMeters = 1e-3, kSnapRad = 5 * glm::pi<double>() / 180;
 constexpr int kRingPoints = 48;
 
 bool moves(GizmoHandle h) { return h >= GizmoHandle::MoveX && h <= GizmoHandle::MoveZ; }
@@ -59,7 +59,7 @@ struct Figure {
     bool edgeOn(int axis) const { return std::abs(glm::dot(axes[axis], sight())) < kEdgeOn; }
     glm::vec2 screen(const glm::vec3& p) const { return camera.project(p, viewport).value_or(glm::vec2(-1e6f)); }
 
-    /// The half of a ring that is turned to the viewer, or all of one that is seen from its axis.
+    /// The half of a ring that faces the viewer, or the whole ring if seen along its axis.
     std::vector<glm::vec2> ring(int axis) const {
         const glm::vec3 n = axes[axis];
         const bool whole = std::abs(glm::dot(n, sight())) > 0.9f;
@@ -131,7 +131,7 @@ glm::dvec3 Gizmo::measure(const MouseFrame& mouse, const OrbitCamera& camera) co
             const glm::vec3 a = figure.axes[(k + 1) % 3], b = figure.axes[(k + 2) % 3], d = *p - figure.pivot;
             return {std::atan2(double(glm::dot(d, b)), double(glm::dot(d, a))), 0, 0};
         }
-    // Seen from its edge: along the ring's near side.
+    // Seen edge-on: along the ring's near side.
     const glm::vec3 tangent = glm::cross(axis, -figure.sight());
     const glm::vec3 p = camera.onViewPlane(mouse.cursor, mouse.viewport, figure.pivot);
     return {glm::dot(p - figure.pivot, tangent) / (kRing * figure.length), 0, 0};
@@ -170,7 +170,7 @@ std::optional<RigidPart> Gizmo::update(const MouseFrame& mouse, const OrbitCamer
         return body;
     }
     const glm::dvec3 d = now - from_;
-    const auto stepped = [&](double meters) { return snap ? kSnapMetres * std::round(meters / kSnapMetres) : meters; };
+    const auto stepped = [&](double meters) { return snap ? kSnapMeters * std::round(meters / kSnapMeters) : meters; };
     moved_ = k < 0 ? glm::dvec3(stepped(d.x), stepped(d.y), stepped(d.z)) : stepped(d.x) * axisOf(start_, k);
     body.translation += moved_;
     return body;

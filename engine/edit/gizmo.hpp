@@ -11,11 +11,11 @@ struct ImDrawList;
 
 namespace touchstone::engine {
 
-/// What is taken hold of: an axis, the view plane, or the ring about an axis.
+/// What is grabbed: an axis, the view plane, or the ring about an axis.
 enum class GizmoHandle { None, MoveX, MoveY, MoveZ, MovePlane, TurnX, TurnY, TurnZ };
 
-/// Where the handles stand: about a pivot, along the axes of the scene or of the body. They have one size on the
-/// screen.
+/// Placement of the handles: about a pivot, along the axes of the scene or of the body; their size on the screen is
+/// constant.
 struct GizmoPlace {
     RigidPart body;        ///< rigid pose of the body in the scene
     glm::dvec3 pivot{0};   ///< in the body's frame
@@ -25,31 +25,32 @@ struct GizmoPlace {
     glm::dvec3 worldPivot() const { return body.translation + body.rotation * pivot; }
 };
 
-/// Fed once a frame. Dragging an axis moves along it, the middle in the view plane, a ring turns about its axis.
+/// Call update() once a frame. Dragging an axis moves along it, the middle in the view plane, a ring turns about its
+/// axis.
 class Gizmo {
   public:
-    /// The pose that the body is to take, while a handle is dragged. `snap`: in steps of 1 mm and 5°.
+    /// The new pose of the body while a handle is dragged. `snap`: in steps of 1 mm and 5°.
     std::optional<RigidPart> update(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place,
                                     bool snap);
-    /// Under the cursor, or held.
+    /// The handle under the cursor or held.
     GizmoHandle handle() const { return handle_; }
     bool dragging() const { return dragging_; }
-    /// Pose when the drag began.
+    /// Pose at the start of the drag.
     const RigidPart& start() const { return start_.body; }
-    /// Lets go.
+    /// Ends the drag.
     void reset();
 
-    /// Draws the handles as they stand, and how far a drag has come; `corner`: of the viewport on the screen.
+    /// Draws the handles and the amount of the drag; `corner`: of the viewport on the screen.
     void draw(ImDrawList& list, const OrbitCamera& camera, glm::vec2 corner, glm::vec2 viewport,
               const GizmoPlace& place) const;
 
-    /// A point on the handle in pixels of the viewport, for those who want to take hold of it; nothing if it is hidden.
+    /// A point of the handle that can be grabbed, in pixels of the viewport; nothing if it is hidden.
     static std::optional<glm::vec2> grip(GizmoHandle handle, const OrbitCamera& camera, glm::vec2 viewport,
                                          const GizmoPlace& place);
 
   private:
     GizmoHandle hit(const MouseFrame& mouse, const OrbitCamera& camera, const GizmoPlace& place) const;
-    /// Metres along the axis (x), radians about it (x), or a point of the view plane; a drag is the difference of two.
+    /// Meters along the axis (x), radians about it (x), or a point of the view plane; a drag is the difference of two.
     glm::dvec3 measure(const MouseFrame& mouse, const OrbitCamera& camera) const;
 
     GizmoHandle handle_ = GizmoHandle::None;

@@ -1,5 +1,5 @@
 #pragma once
-// What lies under the cursor, and how large a node is.
+// Finds the node under the cursor, and the size of a node.
 #include <functional>
 #include <vector>
 

@@ -108,8 +108,8 @@ void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits) {
 std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next) {
     if (irreversible(now) != irreversible(next)) return std::nullopt;
-    std::map<std::pair<std::size_t, int>, SceneEdit> changes;  // by kind and thing
-    // Back to where each thing was before, then to where it is to be: the last word counts.
+    std::map<std::pair<std::size_t, int>, SceneEdit> changes;  // by kind and object
+    // First undo the edits of `now`, then apply those of `next`; the last edit of each object counts.
     for (const SceneEdit& edit : now)
         std::visit(
             [&]<class Edit>(Edit undone) {
@@ -135,7 +135,7 @@ LocalTransform placedAt(const Registry& registry, Entity node, const RigidPart& 
     const glm::dmat4 X_WP = parent ? worldMatrix(registry, parent) : glm::dmat4(1);
     const glm::dmat4 rest(rigidPart(worldMatrix(registry, node)).rest);
     LocalTransform local = localTransform(glm::inverse(X_WP) * rigidMatrix(wanted) * rest);
-    // Rounding is no reason to touch what was not meant.
+    // Keep components that differ only by rounding.
     const auto& old = registry.get<LocalTransform>(node);
     constexpr double kRounding = 1e-9;
     const auto near = [](const auto& a, const auto& b, int count) {

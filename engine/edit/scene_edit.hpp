@@ -1,6 +1,6 @@
 #pragma once
-// What was changed in a scene by hand, as data: applied in order to the scene as it was read. The last one is undone by
-// leaving it out.
+// The user's changes of a scene, as data. They are applied in order to the scene as read; dropping the last one undoes
+// it.
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace touchstone::engine {
 
-/// Base colour (linear), metalness and roughness of a material, which textures multiply.
+/// Base color (linear), metalness and roughness of a material, which textures multiply.
 struct Looks {
     glm::vec4 baseColor{1};
     float metallic = 0, roughness = 0;
@@ -41,7 +41,7 @@ struct RenameNode {
     std::string from, to;
     friend bool operator==(const RenameNode&, const RenameNode&) = default;
 };
-/// Another glTF file's shapes below a new node, which becomes the last one of the scene.
+/// Adds the shapes of another glTF file below a new last node.
 struct AddPart {
     std::filesystem::path file;
     JsonValue extras;  ///< of the new node
@@ -49,19 +49,20 @@ struct AddPart {
 };
 using SceneEdit = std::variant<SetExtras, PlaceNode, PaintMaterial, RenameNode, AddPart>;
 
-/// Appends an edit; one before it of the same kind and thing that says `from` and `to` is joined with it.
+/// Appends an edit. Merges it with an earlier one of the same kind and object if both have `from` and `to`.
 void append(std::vector<SceneEdit>& edits, SceneEdit edit);
 
-/// Changes a scene. Edits of what is not there have no effect. Throws SceneError where a part
+/// Applies the edits. An edit of a missing object has no effect. Throws SceneError where a part
 /// cannot be read or a role cannot be given. Updates world transforms.
 void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits);
 
-/// What turns a scene with the edits `now` into one with `next`, if all in which the two differ says `from` and `to`.
+/// The edits that turn a scene with `now` into one with `next`; nothing if they differ in an edit without `from` and
+/// `to`.
 std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next);
 
-/// Local transform with which the rigid frame of a node stands at `wanted` (of which the rest is ignored); scale and
-/// shear stay.
+/// The local transform that gives the node this rigid world pose; scale and shear stay, and the rest of `wanted` is
+/// ignored.
 LocalTransform placedAt(const Registry& registry, Entity node, const RigidPart& wanted);
 
 /// Writes what applyEdits() changed, and the scene's own extras, into a copy of the scene's file; everything else in it

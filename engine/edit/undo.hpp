@@ -1,5 +1,5 @@
 #pragma once
-// Undo and redo over whole states: whoever changed what need not know of it.
+// Undo and redo of whole states. Code that changes a state need not know about undo.
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -7,26 +7,26 @@
 
 namespace touchstone::engine {
 
-/// Keeps the states in which the user came to rest. State: a value with ==.
+/// A list of settled states. State: a value type with ==.
 template <class State>
 class UndoStack {
   public:
-    static constexpr std::size_t kMost = 200;
+    static constexpr std::size_t kMaxStates = 200;
 
-    /// To be told the present state often, e.g. each frame; `settled`: no drag is going on. A settled state that
-    /// differs from the last one is a step that can be undone.
+    /// Call often with the current state, e.g. every frame; `settled`: no drag is in progress. A settled state that
+    /// differs from the last one becomes an undo step.
     void note(const State& now, bool settled) {
         if (!settled || (!states_.empty() && states_[at_] == now)) return;
-        if (!states_.empty()) states_.resize(++at_);  // what was undone is gone
+        if (!states_.empty()) states_.resize(++at_);  // discards the redo steps
         states_.push_back(now);
-        if (states_.size() > kMost) {
+        if (states_.size() > kMaxStates) {
             states_.erase(states_.begin());
             --at_;
         }
     }
     bool canUndo() const { return at_ > 0; }
     bool canRedo() const { return at_ + 1 < states_.size(); }
-    /// The state to go back to; the caller puts it in place.
+    /// Returns the state to restore; the caller applies it.
     std::optional<State> undo() { return canUndo() ? std::optional(states_[--at_]) : std::nullopt; }
     std::optional<State> redo() { return canRedo() ? std::optional(states_[++at_]) : std::nullopt; }
     void clear() {

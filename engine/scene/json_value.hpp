@@ -1,6 +1,6 @@
 #pragma once
-// A JSON value as a member. Most files include the scene and never look into its JSON, so they shall not pay for
-// compiling the JSON library: only those that do look include <nlohmann/json.hpp>.
+// A JSON value as a member. Most files include the scene and never look into its JSON, so they need not
+// compile the JSON library; only files that use the content include <nlohmann/json.hpp>.
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <type_traits>
@@ -11,7 +11,7 @@ namespace touchstone::engine {
 class JsonValue {
   public:
     JsonValue();
-    /// A template, since braces in its place would mean another JSON than they mean to nlohmann::json.
+    /// A template, because brace initialization would otherwise differ from that of nlohmann::json.
     template <class Json>
     requires std::is_same_v<std::remove_cvref_t<Json>, nlohmann::json> JsonValue(Json&& value) : JsonValue() {
         set(static_cast<Json&&>(value));

@@ -31,7 +31,7 @@ struct OrbitCamera {
     /// Multiplies the distance by exp(-steps/8): one wheel step nearer is about 12 percent.
     void zoom(float steps);
 
-    /// Zooms towards the point under a pixel at the target's depth, which keeps its pixel.
+    /// Zooms toward the point under a pixel at the target's depth, which keeps its pixel.
     void zoom(float steps, glm::vec2 pixel, glm::vec2 viewport);
 
     /// Looks from a side of the scene with +y up; the front view looks along -z. Target and distance do not change.

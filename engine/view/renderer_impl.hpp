@@ -51,7 +51,7 @@ struct ShadowScene {
     };
     std::vector<Caster> casters;
     std::optional<glm::vec4> section;
-    glm::vec3 towards{0};  ///< direction to the light
+    glm::vec3 toward{0};  ///< direction to the light
     friend bool operator==(const ShadowScene&, const ShadowScene&) = default;
 };
 

@@ -62,7 +62,7 @@ void Renderer::Impl::drawItem(const DrawItem& item) {
 
 /// Redraws the shadow map only if its content has changed.
 void Renderer::Impl::drawShadows() {
-    ShadowScene now{.casters = {}, .section = frame->section, .towards = glm::transpose(rig) * kKeyDirection};
+    ShadowScene now{.casters = {}, .section = frame->section, .toward = glm::transpose(rig) * kKeyDirection};
     std::vector<Ball> balls;
     if (frame->shadows)
         for (const DrawItem& item : frame->items)
@@ -74,7 +74,7 @@ void Renderer::Impl::drawShadows() {
     shadowed = std::move(now);
     if (balls.empty()) return;
     if (!known) {
-        light = LightView(shadowed.towards, balls, shadowMap.size());
+        light = LightView(shadowed.toward, balls, shadowMap.size());
         drawShadowMap();
     }
     shadowMap.bindTexture(GL_TEXTURE0 + kShadowUnit);

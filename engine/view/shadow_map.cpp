@@ -9,11 +9,11 @@
 
 namespace touchstone::engine {
 
-LightView::LightView(glm::vec3 towards, std::span<const Ball> balls, int size) {
+LightView::LightView(glm::vec3 toward, std::span<const Ball> balls, int size) {
     if (balls.empty()) return;
-    const glm::vec3 aside = std::abs(towards.y) < 0.99f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
-    const glm::vec3 right = glm::normalize(glm::cross(aside, towards)), up = glm::cross(towards, right);
-    const glm::mat4 turn(glm::transpose(glm::mat3(right, up, towards)));
+    const glm::vec3 aside = std::abs(toward.y) < 0.99f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0);
+    const glm::vec3 right = glm::normalize(glm::cross(aside, toward)), up = glm::cross(toward, right);
+    const glm::mat4 turn(glm::transpose(glm::mat3(right, up, toward)));
     glm::vec3 low(std::numeric_limits<float>::infinity()), high = -low;
     for (const Ball& ball : balls) {
         const glm::vec3 p(turn * glm::vec4(ball.center, 1));

@@ -11,13 +11,13 @@ struct Ball {
 };
 
 /// View and projection of parallel light that just contain all balls, and the length of a texel in the world.
-/// `towards`: unit direction to the light; `size`: texels per side of the map.
+/// `toward`: unit direction to the light; `size`: texels per side of the map.
 struct LightView {
     glm::mat4 viewProjection{1};
     float texel = 0;
 
     LightView() = default;
-    LightView(glm::vec3 towards, std::span<const Ball> balls, int size);
+    LightView(glm::vec3 toward, std::span<const Ball> balls, int size);
 };
 
 /// A square depth map, compared with linear filtering. Points outside the map are lit.

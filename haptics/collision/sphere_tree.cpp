@@ -99,7 +99,7 @@ void order(std::span<Placed> leaves) {
     order(leaves.subspan(left));
 }
 
-/// A small sphere that contains the given ones. Badoiu and Clarkson's iteration moves the center towards the farthest
+/// A small sphere that contains the given ones. Badoiu and Clarkson's iteration moves the center toward the farthest
 /// sphere and comes within 1/steps of the smallest radius; the exact radius about that center is then rounded up.
 Sphere boundingSphere(std::span<const Sphere> spheres) {
     constexpr int kSteps = 64;  // the radius is within 1/64 of the smallest; more steps make the build longer
@@ -112,7 +112,7 @@ Sphere boundingSphere(std::span<const Sphere> spheres) {
                               [&](const Sphere& a, const Sphere& b) { return reachFrom(c, a) < reachFrom(c, b); });
         const double distance = (farthest.center() - c).norm();
         if (distance == 0) break;
-        // Move towards the farthest point of that sphere, which lies its radius beyond its center.
+        // Move toward the farthest point of that sphere, which lies its radius beyond its center.
         c += (farthest.center() - c) * ((distance + farthest.r) / distance / (step + 1));
     }
     Sphere bound{toSingle(c.x()), toSingle(c.y()), toSingle(c.z()), 0};

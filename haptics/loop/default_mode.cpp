@@ -238,7 +238,7 @@ double DefaultTick::freeLengthOf(const Vec6& x) const {
     return share * length - (share < allowed ? kArrived : 0);
 }
 
-/// Finds the step towards `wanted` before any cap. Only a few of the pairs within the margin need rows: the first solve
+/// Finds the step toward `wanted` before any cap. Only a few of the pairs within the margin need rows: the first solve
 /// has those of the nearest pairs, and rows that the trusted part of the answer crosses are added until it crosses
 /// none. Only the pose and `wanted` determine these rows, so a tick after a new start has the same ones.
 DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
@@ -278,7 +278,7 @@ bool DefaultTick::isFlight(const Vec6& wanted, Step& step) {
 }
 
 /// A device that leaps out of contact would drag a tool that nothing holds, and the travel budget would make this last.
-/// A loaded tool therefore continues as long as a trusted step straight towards the device crosses no row. It
+/// A loaded tool therefore continues as long as a trusted step straight toward the device crosses no row. It
 /// translates first and rotates afterwards, since a rotation takes travel from each step and hardly leaves the contact.
 DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
     Vec6 path = wanted;

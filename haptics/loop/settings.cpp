@@ -313,7 +313,7 @@ std::string checkSettings(const Settings& settings) {
             field);
         if (!wrong.empty()) return wrong;
     }
-    // Pairs beyond the margin are not listed, so the tool could hit one if it travelled further.
+    // Pairs beyond the margin are not listed, so the tool could hit one if it traveled further.
     if (settings.trust > settings.margin)
         return "trust is " + text(settings.trust) + " mm but must be at most the margin of " + text(settings.margin) +
                " mm: lower trust or raise margin";

@@ -41,6 +41,7 @@ struct Settings {
     /// v, mm/ms: travel of the tool beyond the device's own while in contact. It bounds the force of a slip-off: a drop
     /// into a keyway had 7.2 N in one ms without the budget and 0.54 N with 0.5 mm/ms.
     double travelBudget = 0.5;
+    // Spelled as the key in scene files and recordings.
     int linearisations = 2;      ///< maximum number of linearizations in a tick that begins with force
     bool adaptiveMargin = true;  ///< solve only with the rows that the step would cross
     /// w of ½ w s² when rows contradict each other, for rows of unit length in the metric of G. Chosen by measurement.

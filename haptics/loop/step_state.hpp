@@ -88,7 +88,7 @@ struct StepState::Impl {
     int findInvalidTarget(std::span<const Pose> targets) const;
     /// The next obstacle, in turn, that has not reached its target; -1: none.
     int nextToMove(std::span<const Pose> targets) const;
-    /// Moves an obstacle towards its target so that none of its leaves travels more than `maxTravel` mm.
+    /// Moves an obstacle toward its target so that none of its leaves travels more than `maxTravel` mm.
     void moveObstacle(int obstacle, const Pose& target, double maxTravel);
     /// Upper bound on the travel of any tool leaf for the increment x, mm: |δp| + ρ|δθ|.
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
@@ -135,7 +135,7 @@ struct Tick {
     void runShadow(const QpProblem& problem, const Vec6& rendered);
 };
 
-/// The modes. Each moves `state.graphic` towards `device` and fills `load`. If it returns false, the tool is held and
+/// The modes. Each moves `state.graphic` toward `device` and fills `load`. If it returns false, the tool is held and
 /// there is no force.
 bool defaultTick(Tick& tick, const Pose& device, HandLoad& load);
 bool paperTick(Tick& tick, const Pose& device, HandLoad& load);

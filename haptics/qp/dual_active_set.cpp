@@ -223,7 +223,7 @@ Outcome DualActiveSet::pivot(int limit) {
 
         const Plane p = plane(worst.row);
         double force = 0;                        // of the entering row
-        for (bool entered = false; !entered;) {  // steps towards its plane; each step but the last drops an active row
+        for (bool entered = false; !entered;) {  // steps toward its plane; each step but the last drops an active row
             ++pivots_;
             const ActiveBasis::Split split = basis_.split(p.n);
             // The part across the active rows is a difference, so its error is the last bits of what was subtracted.

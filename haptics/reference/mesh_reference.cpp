@@ -129,8 +129,8 @@ class NearPairs {
 };
 
 double NearPairs::measure(const Pose& q, std::vector<Contact>* found) {
-    const Vec6 travelled = incrementBetween(builtAt_, q);
-    if (pairs_.empty() || impl_.lengthOf(travelled) > margin_) {
+    const Vec6 traveled = incrementBetween(builtAt_, q);
+    if (pairs_.empty() || impl_.lengthOf(traveled) > margin_) {
         pairs_.clear();
         for (const Obstacle& obstacle : impl_.obstacles)
             pairs_.push_back(impl_.pairsNear(obstacle, obstacle.X_OW * impl_.nodePose(q), 2 * margin_));

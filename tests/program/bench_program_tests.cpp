@@ -38,7 +38,7 @@ json measured(const Program& touchstone, const std::string& args, const std::str
 
 }  // namespace
 
-TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contained page", "[system][long]") {
+TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contained page", "[program][long]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     const json results = measured(touchstone, press, "all");
@@ -136,7 +136,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     }
 }
 
-TEST_CASE("bench: a row with wrong answers is listed without a time", "[system]") {
+TEST_CASE("bench: a row with wrong answers is listed without a time", "[program]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone, {{"iteration_cap", 1}});
     const json results = measured(touchstone, press + " --suite hard", "hard");
@@ -157,7 +157,7 @@ TEST_CASE("bench: a row with wrong answers is listed without a time", "[system]"
     CHECK_THAT(textOf(touchstone.file("hard/index.html")), Catch::Contains("iteration-limit"));
 }
 
-TEST_CASE("bench: wrong usage is one sentence", "[system]") {
+TEST_CASE("bench: wrong usage is one sentence", "[program]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone), out = " --out " + touchstone.file("out");
     for (const auto& [args, code] :

@@ -32,7 +32,7 @@ Table compared(const Program& touchstone, const std::string& args, const std::st
 }  // namespace
 
 TEST_CASE("compare: every solver is given the same motion, and is in the table, the ticks and the figures",
-          "[system]") {
+          "[program]") {
     const Program touchstone;
     const auto table = compared(touchstone, pressFile(touchstone) + " --mode paper,default,penalty", "all");
     std::set<std::string> cases, devices;
@@ -72,7 +72,7 @@ TEST_CASE("compare: every solver is given the same motion, and is in the table, 
     CHECK_THAT(force, Catch::Contains(">force, N<") && Catch::Contains(">simulated time, ms<"));
 }
 
-TEST_CASE("compare: without matplotlib one sentence says so, and the tables are complete", "[system]") {
+TEST_CASE("compare: without matplotlib one sentence says so, and the tables are complete", "[program]") {
     const Program touchstone;
     const std::string out = touchstone.file("out"), compare = "compare " + pressFile(touchstone) + " --solvers " +
                                                               kExactName + " --runs 1 --out " + out;
@@ -105,7 +105,7 @@ TEST_CASE("compare: without matplotlib one sentence says so, and the tables are 
     CHECK(tableOf(out + "/compare.csv").size() == 1);
 }
 
-TEST_CASE("compare: a recording and a motion from a file are used unchanged", "[system]") {
+TEST_CASE("compare: a recording and a motion from a file are used unchanged", "[program]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
@@ -129,7 +129,7 @@ TEST_CASE("compare: a recording and a motion from a file are used unchanged", "[
     CHECK(moved[0].at("force_difference_max_N").empty());  // the exact solver was not selected
 }
 
-TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
+TEST_CASE("compare: what cannot be compared is one sentence", "[program]") {
     const Program touchstone;
     const std::string press = pressFile(touchstone);
     REQUIRE(touchstone("run " + press + " --headless --record " + touchstone.file("push")).code == 0);
@@ -156,7 +156,7 @@ TEST_CASE("compare: what cannot be compared is one sentence", "[system]") {
     }
 }
 
-TEST_CASE("paper: the quick experiments draw every figure and judge every claim", "[system][gl][long]") {
+TEST_CASE("paper: the quick experiments draw every figure and judge every claim", "[program][gl][long]") {
     const Program touchstone;
     const Answer answer = touchstone("paper --quick --out " + touchstone.file("paper"));
     INFO(answer.err);

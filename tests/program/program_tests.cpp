@@ -30,7 +30,7 @@ std::string pressFile(const Program& program, const json& outcome = nullptr) {
 
 }  // namespace
 
-TEST_CASE("program: a headless run writes a complete report, and reproduces its hash", "[system]") {
+TEST_CASE("program: a headless run writes a complete report, and reproduces its hash", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --report " + touchstone.file("report.json");
@@ -68,7 +68,7 @@ TEST_CASE("program: a headless run writes a complete report, and reproduces its 
     CHECK(again.at("shadow") == "none");
 }
 
-TEST_CASE("program: a sweep of the last tick is a table of every solver", "[system]") {
+TEST_CASE("program: a sweep of the last tick is a table of every solver", "[program]") {
     const Program touchstone;
     const std::string run = "run " + pressFile(touchstone) + " --sweep " + touchstone.file("sweep.csv");
     const Answer answer = touchstone(run + " --headless --seconds 0.4 --set adaptive_margin=off");
@@ -84,7 +84,7 @@ TEST_CASE("program: a sweep of the last tick is a table of every solver", "[syst
     CHECK(touchstone("run --plots everything").code == 2);
 }
 
-TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[system]") {
+TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[program]") {
     const Program touchstone;
     const Answer answer = touchstone("run " + pressFile(touchstone, {{"min_peak_force_N", 100}}) + " --headless");
     CHECK(answer.code == 3);
@@ -92,7 +92,7 @@ TEST_CASE("program: an outcome that is not met ends with 3 and says which", "[sy
 }
 
 TEST_CASE("program: the command line overrides the scene, --set overrides all, and paper mode sets its solver",
-          "[system]") {
+          "[program]") {
     const Program touchstone;
     engine::Scene made = pressScene();
     *made.extras = {{"touchstone", {{"settings", {{"margin", 0.4}, {"trust", 0.3}, {"rate", 500}}}}}};
@@ -123,7 +123,7 @@ TEST_CASE("program: the command line overrides the scene, --set overrides all, a
     CHECK(settings.at("tolerance") == "0.5");
 }
 
-TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[system]") {
+TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[program]") {
     const Program touchstone;
     Answer answer = touchstone("validate " + pressFile(touchstone));
     INFO(answer.err);
@@ -142,7 +142,7 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[s
     CHECK(isOneSentence(answer.err));
 }
 
-TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
+TEST_CASE("program: wrong usage is one sentence and exit code 2", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     for (const std::string& args :
@@ -175,7 +175,7 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[system]") {
     }
 }
 
-TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 1", "[system]") {
+TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 1", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     std::ofstream(touchstone.file("broken.glb")) << "glTF, they said";
@@ -195,7 +195,7 @@ TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 
     CHECK_THAT(touchstone("run " + scene).err, Contains("no display") && Contains("--headless"));
 }
 
-TEST_CASE("program: help and version need no scene, and every command has its own examples", "[system]") {
+TEST_CASE("program: help and version need no scene, and every command has its own examples", "[program]") {
     const Program touchstone;
     CHECK_THAT(touchstone("--version").out, Contains("touchstone 0."));
     const Answer help = touchstone("--help");
@@ -229,7 +229,7 @@ TEST_CASE("program: help and version need no scene, and every command has its ow
     CHECK(rows == commands);
 }
 
-TEST_CASE("program: doctor examines every part", "[system]") {
+TEST_CASE("program: doctor examines every part", "[program]") {
     const Program touchstone;
     const Answer answer = touchstone("doctor");
     // 1.1 k T (0.5 + d), in N·s/m.
@@ -240,7 +240,7 @@ TEST_CASE("program: doctor examines every part", "[system]") {
     CHECK(answer.err.empty());
 }
 
-TEST_CASE("program: new makes a scene from two parts in millimeters", "[system]") {
+TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]") {
     const Program touchstone;
     // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.
     const auto write = [&](const std::string& name, int edge) {
@@ -287,7 +287,7 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[system]"
     CHECK_THAT(answer.out, Contains("warning") && Contains("check its unit"));
 }
 
-TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]") {
+TEST_CASE("program: a picture of the last tick needs no display", "[program][gl]") {
     const Program touchstone;
     const Answer answer = touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.4 --screenshot " +
                                      touchstone.file("p.png"));
@@ -296,7 +296,7 @@ TEST_CASE("program: a picture of the last tick needs no display", "[system][gl]"
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
 }
 
-TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[system]") {
+TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[program]") {
     const Program touchstone;
     const std::string run = "run " + pressFile(touchstone) + " --headless --seconds 0.1 ";
     Answer answer = touchstone(run + "--show contacts,halo");
@@ -307,7 +307,7 @@ TEST_CASE("program: what a picture shows and from where is checked before anythi
     CHECK_THAT(answer.err, Contains("'behind'") && Contains("front"));
 }
 
-TEST_CASE("program: numbers that are not finite, or out of range, are refused by every option", "[system]") {
+TEST_CASE("program: numbers that are not finite, or out of range, are refused by every option", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     for (const char* value : {"nan", "-nan", "inf", "1e308", "1e999", "-1", "0", "1x", "''"})
@@ -331,7 +331,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
     }
 }
 
-TEST_CASE("program: an empty box in an outcome is refused", "[system]") {
+TEST_CASE("program: an empty box in an outcome is refused", "[program]") {
     const Program touchstone;
     const Answer answer = touchstone(
         "run " + pressFile(touchstone, {{"tool_within_m", {{"min", {0, 0, 1}}, {"max", {1, 1, 0}}}}}) + " --headless");
@@ -341,7 +341,7 @@ TEST_CASE("program: an empty box in an outcome is refused", "[system]") {
 }
 
 TEST_CASE("program: an output that cannot be written ends with 1 and the reason, and no file is incomplete",
-          "[system]") {
+          "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);
     const std::string run = "run " + scene + " --headless --seconds 0.3";
@@ -369,7 +369,7 @@ TEST_CASE("program: an output that cannot be written ends with 1 and the reason,
         CHECK(entry.path().extension() != ".part");
 }
 
-TEST_CASE("program: a hand whose tool falls through the hole ends, and the report says so", "[system]") {
+TEST_CASE("program: a hand whose tool falls through the hole ends, and the report says so", "[program]") {
     const Program touchstone;
     engine::Scene scene;
     addBox(scene, "peg", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
@@ -397,7 +397,7 @@ TEST_CASE("program: a hand whose tool falls through the hole ends, and the repor
     }
 }
 
-TEST_CASE("program: a headless run always ends, and reports the reason", "[system]") {
+TEST_CASE("program: a headless run always ends, and reports the reason", "[program]") {
     const Program touchstone;
     const std::string run = "run " + pressFile(touchstone) + " --headless --report " + touchstone.file("report.json");
     const auto ended = [&](const std::string& options, int ticks, const std::string& variables = "") {
@@ -415,7 +415,7 @@ TEST_CASE("program: a headless run always ends, and reports the reason", "[syste
                 "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so") == "limit");
 }
 
-TEST_CASE("program: a failing output does not affect others, and no output replaces another", "[system]") {
+TEST_CASE("program: a failing output does not affect others, and no output replaces another", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone), report = touchstone.file("report.json"),
                       picture = touchstone.file("picture.png");
@@ -437,7 +437,7 @@ TEST_CASE("program: a failing output does not affect others, and no output repla
     CHECK(touchstone("run " + scene + " --headless --seconds 0.02 --ticks /dev/null --report /dev/null").code == 0);
 }
 
-TEST_CASE("program: a tool that is held because of invalid poses meets no outcome", "[system]") {
+TEST_CASE("program: a tool that is held because of invalid poses meets no outcome", "[program]") {
     const Program touchstone;
     std::ofstream(touchstone.file("far.csv"))
         << "t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,15,0,1,0,0,0\n100,1e30,15,0,1,0,0,0\n";
@@ -450,7 +450,7 @@ TEST_CASE("program: a tool that is held because of invalid poses meets no outcom
     CHECK(touchstone(run).code == 0);
 }
 
-TEST_CASE("program: folders and pipes instead of files are reported as such", "[system]") {
+TEST_CASE("program: folders and pipes instead of files are reported as such", "[program]") {
     const Program touchstone;
     const std::string folder = touchstone.file("folder.gltf"), pipe = touchstone.file("pipe.csv");
     fs::create_directory(folder);

@@ -58,7 +58,7 @@ void checkFloor(const json& answer, double floorScale) {
 
 }  // namespace
 
-TEST_CASE("qp: rows of any scale and any positive G are answered in the given rows' multipliers", "[system]") {
+TEST_CASE("qp: rows of any scale and any positive G are answered in the given rows' multipliers", "[program]") {
     const Program touchstone;
     std::string lines;
     const std::vector<double> scales{1, 1e-6, 1e6, 1e-150, 1e150, 1e-300};
@@ -92,7 +92,7 @@ TEST_CASE("qp: rows of any scale and any positive G are answered in the given ro
     }
 }
 
-TEST_CASE("qp: residuals are those of rows of unit normal", "[system]") {
+TEST_CASE("qp: residuals are those of rows of unit normal", "[program]") {
     const Program touchstone;
     // Two rows of length 1000 that contradict each other by 0.2 mm: the elastic answer violates each by 0.1 mm.
     const Solved solved =
@@ -104,7 +104,7 @@ TEST_CASE("qp: residuals are those of rows of unit normal", "[system]") {
     CHECK(solved.answers[0].at("x")[0].get<double>() == Approx(1));
 }
 
-TEST_CASE("qp: a zero row is dropped, and makes the problem infeasible if its gap is negative", "[system]") {
+TEST_CASE("qp: a zero row is dropped, and makes the problem infeasible if its gap is negative", "[program]") {
     const Program touchstone;
     const auto with = [&](const char* gap) {
         return "{" + kContactG + R"(,"J":[[0,0,0,0,0,0],[0,0,1,0,0,0]],"g":[)" + gap + R"(,0],"h":[0,0,-1,0,0,0]})" +
@@ -126,7 +126,7 @@ TEST_CASE("qp: a zero row is dropped, and makes the problem infeasible if its ga
     }
 }
 
-TEST_CASE("qp: NaN, infinity and broken lines are answered invalid, and the run continues", "[system]") {
+TEST_CASE("qp: NaN, infinity and broken lines are answered invalid, and the run continues", "[program]") {
     const Program touchstone;
     const std::string rest = R"(,"J":[[0,0,1,0,0,0]],"g":[0],"h":[0,0,)";
     const std::string nan = "{" + kContactG + rest + "NaN,0,0,0]}\n",
@@ -166,7 +166,7 @@ TEST_CASE("qp: NaN, infinity and broken lines are answered invalid, and the run 
     }
 }
 
-TEST_CASE("qp: ids of 64 bits start the next line only with --warm, in any order", "[system]") {
+TEST_CASE("qp: ids of 64 bits start the next line only with --warm, in any order", "[program]") {
     const Program touchstone;
     // A corner of three walls, each a pivot; the second line has the rows in reverse order.
     const std::string start = "{" + kContactG, h = R"(,"g":[0,0,0],"h":[-1,-1,-1,0,0,0])";
@@ -184,7 +184,7 @@ TEST_CASE("qp: ids of 64 bits start the next line only with --warm, in any order
     }
 }
 
-TEST_CASE("qp: paper mode takes the rows unscaled", "[system]") {
+TEST_CASE("qp: paper mode takes the rows unscaled", "[program]") {
     const Program touchstone;
     const std::string zero =
         "{" + kContactG + R"(,"J":[[0,0,0,0,0,0],[0,0,1,0,0,0]],"g":[0,0],"h":[0,0,-1,0,0,0]})" + "\n";
@@ -197,7 +197,7 @@ TEST_CASE("qp: paper mode takes the rows unscaled", "[system]") {
     CHECK_THAT(solved.answers[1].at("why").get<std::string>(), Contains("zero row"));
 }
 
-TEST_CASE("qp: gives the same answers as the run that wrote the problems", "[system]") {
+TEST_CASE("qp: gives the same answers as the run that wrote the problems", "[program]") {
     const Program touchstone;
     engine::writeGltf(pressScene(), touchstone.file("press.glb"));
     const std::string dump = touchstone.file("dump.jsonl");
@@ -226,7 +226,7 @@ TEST_CASE("qp: gives the same answers as the run that wrote the problems", "[sys
     }
 }
 
-TEST_CASE("qp: wrong usage is one sentence", "[system]") {
+TEST_CASE("qp: wrong usage is one sentence", "[program]") {
     const Program touchstone;
     engine::writeGltf(pressScene(), touchstone.file("press.glb"));
     std::ofstream(touchstone.file("p.jsonl")) << floorLine();
@@ -248,7 +248,7 @@ TEST_CASE("qp: wrong usage is one sentence", "[system]") {
     }
 }
 
-TEST_CASE("bench qp: a table of every solver against rows, and the exact ones without error", "[system]") {
+TEST_CASE("bench qp: a table of every solver against rows, and the exact ones without error", "[program]") {
     const Program touchstone;
     const Answer answer = touchstone("bench qp --quick --csv " + touchstone.file("qp.csv"));
     INFO(answer.err);

@@ -12,7 +12,7 @@ using namespace touchstone::test;
 using Catch::Matchers::Contains;
 using nlohmann::json;
 
-TEST_CASE("program: tree reports the quality of a mesh's tree, and caches it", "[system]") {
+TEST_CASE("program: tree reports the quality of a mesh's tree, and caches it", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     const json built = touchstone.tree(egg + " --leaves 100");
@@ -57,7 +57,7 @@ TEST_CASE("program: tree reports the quality of a mesh's tree, and caches it", "
     CHECK(std::count(words.out.begin(), words.out.end(), '\n') == 1);
 }
 
-TEST_CASE("program: tree accepts its size as leaves, levels or an error", "[system]") {
+TEST_CASE("program: tree accepts its size as leaves, levels or an error", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     CHECK(touchstone.tree(egg + " --leaves 1").at("leaves") == 1);
@@ -78,7 +78,7 @@ TEST_CASE("program: tree accepts its size as leaves, levels or an error", "[syst
     CHECK(best.at("seed") == 7);
 }
 
-TEST_CASE("program: tree reads a mesh in its own unit", "[system]") {
+TEST_CASE("program: tree reads a mesh in its own unit", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     const double mm = touchstone.tree(egg + " --leaves 64").at("diagonal_mm");
@@ -87,7 +87,7 @@ TEST_CASE("program: tree reads a mesh in its own unit", "[system]") {
               Approx(factor * mm));
 }
 
-TEST_CASE("program: a tree's file and its .sph hold the same leaves, and can be read back", "[system]") {
+TEST_CASE("program: a tree's file and its .sph hold the same leaves, and can be read back", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), tree = touchstone.file("egg.spheres"),
                       sph = touchstone.file("egg.sph"), again = touchstone.file("again.spheres");
@@ -135,7 +135,7 @@ TEST_CASE("program: a tree's file and its .sph hold the same leaves, and can be 
     }
 }
 
-TEST_CASE("program: an imported tree with a gap is reported as not covering", "[system]") {
+TEST_CASE("program: an imported tree with a gap is reported as not covering", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     // One ball of radius 12 in an egg of 20 x 30 x 40: it protrudes by 2 at the waist and leaves both ends uncovered.
@@ -156,7 +156,7 @@ TEST_CASE("program: an imported tree with a gap is reported as not covering", "[
     CHECK(r == 12);
 }
 
-TEST_CASE("program: tree check measures .spheres and .sph files alike", "[system]") {
+TEST_CASE("program: tree check measures .spheres and .sph files alike", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), tree = touchstone.file("egg.spheres"),
                       sph = touchstone.file("egg.sph");
@@ -190,7 +190,7 @@ TEST_CASE("program: tree check measures .spheres and .sph files alike", "[system
         CHECK_THAT(table.out, Contains(row));
 }
 
-TEST_CASE("program: each part of a scene with a role gets the tree that the scene specifies", "[system]") {
+TEST_CASE("program: each part of a scene with a role gets the tree that the scene specifies", "[program]") {
     const TreeProgram touchstone;
     const std::string scene = partsScene(touchstone);
     const std::vector<json> all = touchstone.trees(scene);
@@ -224,7 +224,7 @@ TEST_CASE("program: each part of a scene with a role gets the tree that the scen
     CHECK(json::parse(check.out).at("coverage_proven") == true);
 }
 
-TEST_CASE("program: a scene without roles is one mesh", "[system]") {
+TEST_CASE("program: a scene without roles is one mesh", "[program]") {
     const TreeProgram touchstone;
     engine::Scene scene;
     addBox(scene, "a", glm::vec3(0.01f), nullptr, {.translation = {0.015, 0, 0}});
@@ -236,7 +236,7 @@ TEST_CASE("program: a scene without roles is one mesh", "[system]") {
     CHECK(tree.at("diagonal_mm").get<double>() == Approx(std::sqrt(1600. + 100 + 100)));
 }
 
-TEST_CASE("program: tree reports an open mesh", "[system]") {
+TEST_CASE("program: tree reports an open mesh", "[program]") {
     const TreeProgram touchstone;
     std::vector<Corners> cup = egg(12, 24);
     cup.resize(cup.size() / 2);  // the triangles are ordered by stacks
@@ -245,7 +245,7 @@ TEST_CASE("program: tree reports an open mesh", "[system]") {
     CHECK_THAT(answer.out, Contains("proven covered, open") && Contains("note: "));
 }
 
-TEST_CASE("program: meshes in every common dialect are one closed part", "[system]") {
+TEST_CASE("program: meshes in every common dialect are one closed part", "[program]") {
     const TreeProgram touchstone;
     // A cube of 10 in every dialect of OBJ: quads, two groups, negative indices, a polygon with collinear corners,
     // missing or odd normals, a missing material library.
@@ -291,7 +291,7 @@ TEST_CASE("program: meshes in every common dialect are one closed part", "[syste
     }
 }
 
-TEST_CASE("program: help of tree has examples", "[system]") {
+TEST_CASE("program: help of tree has examples", "[program]") {
     const TreeProgram touchstone;
     const Answer help = touchstone("tree --help");
     CHECK(help.code == 0);
@@ -300,7 +300,7 @@ TEST_CASE("program: help of tree has examples", "[system]") {
     CHECK_THAT(touchstone("tree check --help").out, Contains("Example") && Contains("--poses"));
 }
 
-TEST_CASE("program: a picture of a tree shows leaves, and the uncovered surface in violet", "[system][gl]") {
+TEST_CASE("program: a picture of a tree shows leaves, and the uncovered surface in violet", "[program][gl]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     struct Counts {

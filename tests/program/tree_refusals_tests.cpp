@@ -14,7 +14,7 @@ namespace touchstone::tree_refusals_tests {
 using namespace touchstone::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("program: wrong usage of tree is one sentence and exit code 2, and writes nothing", "[system]") {
+TEST_CASE("program: wrong usage of tree is one sentence and exit code 2, and writes nothing", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), scene = partsScene(touchstone), out = touchstone.file("out");
     for (const std::string& args : std::vector<std::string>{"",
@@ -63,7 +63,7 @@ TEST_CASE("program: wrong usage of tree is one sentence and exit code 2, and wri
                Contains("3 parts") && Contains("--part (peg, wall, wall)"));
 }
 
-TEST_CASE("program: a missing or unsuitable input of tree is one sentence and exit code 1", "[system]") {
+TEST_CASE("program: a missing or unsuitable input of tree is one sentence and exit code 1", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile(), scene = partsScene(touchstone);
     std::vector<Corners> broken = test::egg(4, 4);
@@ -109,7 +109,7 @@ TEST_CASE("program: a missing or unsuitable input of tree is one sentence and ex
     }
 }
 
-TEST_CASE("program: tree reports a damaged tree in the cache, and builds it again", "[system]") {
+TEST_CASE("program: tree reports a damaged tree in the cache, and builds it again", "[program]") {
     const TreeProgram touchstone;
     const std::string egg = touchstone.eggFile();
     touchstone.tree(egg + " --leaves 16");
@@ -121,7 +121,7 @@ TEST_CASE("program: tree reports a damaged tree in the cache, and builds it agai
     CHECK(touchstone.tree(egg + " --leaves 16").at("source") == "cache");
 }
 
-TEST_CASE("program: Ctrl-C ends tree with 130 while its bar shows the time left, and leaves no file", "[system]") {
+TEST_CASE("program: Ctrl-C ends tree with 130 while its bar shows the time left, and leaves no file", "[program]") {
     const TreeProgram touchstone;
     const std::string mesh = touchstone.with("fine.stl", binaryStlOf(egg(200, 400))),
                       out = touchstone.file("fine.spheres"), cache = touchstone.file("cache");

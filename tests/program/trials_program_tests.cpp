@@ -42,7 +42,7 @@ std::vector<nlohmann::ordered_json> whatRepeats(const std::string& folder, int t
 
 }  // namespace
 
-TEST_CASE("trials: killed and resumed, or split and joined, a study is the same", "[system][long]") {
+TEST_CASE("trials: killed and resumed, or split and joined, a study is the same", "[program][long]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone), whole = touchstone.file("whole");
     const Answer answer = touchstone("trials " + study + " --headless --out " + whole);
@@ -151,7 +151,7 @@ TEST_CASE("trials: killed and resumed, or split and joined, a study is the same"
     }
 }
 
-TEST_CASE("trials: a study with the mouse needs a window, and continues there", "[system]") {
+TEST_CASE("trials: a study with the mouse needs a window, and continues there", "[program]") {
     const Program touchstone;
     const auto study = [&](const std::string& device) {
         return studyFile(touchstone, {{"participants", 1},
@@ -169,7 +169,7 @@ TEST_CASE("trials: a study with the mouse needs a window, and continues there", 
     CHECK_THAT(answer.out, Catch::Contains("1 of 1 trials"));
 }
 
-TEST_CASE("trials: the hand waits as long as the goal requires", "[system]") {
+TEST_CASE("trials: the hand waits as long as the goal requires", "[program]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone, {{"participants", 1}}), out = touchstone.file("out");
     engine::writeGltf(downScene(2.5), touchstone.file("down.glb"));
@@ -177,7 +177,7 @@ TEST_CASE("trials: the hand waits as long as the goal requires", "[system]") {
     CHECK(whatRepeats(out, 1)[0].at("outcome") == "seated");
 }
 
-TEST_CASE("trials: what cannot be run is one sentence", "[system]") {
+TEST_CASE("trials: what cannot be run is one sentence", "[program]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone), out = " --headless --out " + touchstone.file("out");
     engine::writeGltf(pressScene(), touchstone.file("no-goal.glb"));

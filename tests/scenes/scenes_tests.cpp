@@ -77,7 +77,7 @@ TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][s
     }
 }
 
-TEST_CASE("scenes: paper mode runs each within its row limit", "[scenes][slow]") {
+TEST_CASE("scenes: paper mode runs each within its row limit", "[scenes][slow][long]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
         const sandbox::HapticScene scene = open(file);

@@ -92,7 +92,7 @@ class Delaunay {
                kEpsilon;
     }
 
-    /// Walks towards the point from the newest triangle.
+    /// Walks toward the point from the newest triangle.
     Index locate(Index p) const {
         Index t = static_cast<Index>(triangles_.size() - 1);
         for (std::size_t steps = 0; steps <= triangles_.size(); ++steps) {

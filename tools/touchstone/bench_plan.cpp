@@ -9,7 +9,7 @@ namespace touchstone::app {
 namespace {
 
 constexpr double kQuickPaperRate = 250;  // Hz; a tick of paper mode takes milliseconds, so --quick runs fewer of them
-constexpr int kLinearisations[] = {1, 2, 4};
+constexpr int kLinearizations[] = {1, 2, 4};
 constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 2048, 4096, 8192, 16384, 32768, 64000};
 constexpr int kQuickLeaves[] = {512, 1024, 2048};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
@@ -67,7 +67,7 @@ class Planner {
         BenchCase wanted = motion;
         const std::span<const double> tolerances = quick_ ? std::span<const double>(kQuickTolerances) : kTolerances;
         addSolvers(wanted, tolerances);
-        for (const int lin : kLinearisations) {
+        for (const int lin : kLinearizations) {
             wanted.linearisations = lin;
             if (quick_) add(wanted);
             for (const int leaves : kTradeLeaves) {

@@ -37,7 +37,7 @@ struct CompareCommand {
     std::filesystem::path out;  ///< empty: only print the table
 };
 
-constexpr int kMostRows = 1 << 15;  // maximum row count of a tick
+constexpr int kMaxRows = 1 << 15;  // maximum row count of a tick
 
 Settings settingsFor(const ComparedMotion& motion, const CompareCase& what, const Settings& usual) {
     SettingsChoice choice;
@@ -62,7 +62,7 @@ class Comparing {
     }
 
     void judge() {
-        const auto exact = solverTable()[kExactSolver].make(kMostRows);
+        const auto exact = solverTable()[kExactSolver].make(kMaxRows);
         double error = -1;
         options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) {
             const SolveResult truth = exact->solve(problem, solverSettings(run.settings));

@@ -181,7 +181,7 @@ ordered_json claimsOf(const Runs& shallow, const Runs& deeper, const Runs& shaft
                  total = mean(active, &TickRecord::totalUs) / mean(pqp, &TickRecord::totalUs);
     const double coldSolve = cold.at(kFormer) / cold.at(kPublished);
     add("speed",
-        "PQP is two to three times faster than active set: a third of the optimisation time, half of the total",
+        "PQP is two to three times faster than active set: a third of the optimization time, half of the total",
         engine::formatted(
             "optimization %.2g times, in total %.2g times as fast as %s, which starts from the contacts of the "
             "previous tick; optimization %.2g times as fast as %s with a cold start (%.3g and %.3g µs); %s, which the "

@@ -11,8 +11,8 @@
 namespace touchstone::app {
 namespace {
 
-constexpr int kMostLevels = 7;  // 8^6 leaves are TreeOptions::kMaxLeaves
-constexpr int kMostThreads = 256;
+constexpr int kMaxLevels = 7;  // 8^6 leaves are TreeOptions::kMaxLeaves
+constexpr int kMaxThreads = 256;
 
 /// "0.02mm", "0.02" or "0.1%" as mm.
 double errorInMm(std::string_view text, double diagonal) {
@@ -62,7 +62,7 @@ TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double dia
         options.leaves = *choice.leaves;
     }
     if (choice.levels) {
-        requireRange("--levels", *choice.levels, kMostLevels);
+        requireRange("--levels", *choice.levels, kMaxLevels);
         options.leaves = 1 << 3 * (*choice.levels - 1);  // the root alone is the first level
     }
     if (!choice.maxError.empty()) options.maxError = errorInMm(choice.maxError, diagonal);
@@ -70,7 +70,7 @@ TreeOptions withChoice(TreeOptions options, const TreeChoice& choice, double dia
     set(options.interior, choice.interior, sandbox::kInteriorNames, "--interior");
     options.seed = choice.seed.value_or(options.seed);
     if (choice.threads) {
-        requireRange("--threads", *choice.threads, kMostThreads);
+        requireRange("--threads", *choice.threads, kMaxThreads);
         options.threads = *choice.threads;
     }
     return options;

@@ -14,7 +14,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr int kMostRepetitions = 31, kFewestRepetitions = 3;
+constexpr int kMaxRepetitions = 31, kMinRepetitions = 3;
 constexpr double kRepetitionsUs = 20'000;                        // wall time after which no further repetition begins
 constexpr double kCoarsest = 1, kFinest = 1e-8, kPerDecade = 2;  // tolerances
 
@@ -47,7 +47,7 @@ class SolverRun {
         const Screening screening = screens ? set.screening : Screening::None;
         std::vector<double> times;
         double spent = 0;
-        for (int k = 0; k < kMostRepetitions && (k < kFewestRepetitions || spent < kRepetitionsUs); ++k) {
+        for (int k = 0; k < kMaxRepetitions && (k < kMinRepetitions || spent < kRepetitionsUs); ++k) {
             if (!goOn()) return false;
             solver_->reset();
             const auto screened = [&] { return &screen_.run(contact_.rows, screening, contact_.reach, set.trust); };

@@ -7,7 +7,7 @@ namespace touchstone::sandbox {
 namespace {
 
 constexpr int kTicks = 2000;         // at most, until convergence
-constexpr int kLinearisations = 64;  // at most, in each of these ticks
+constexpr int kLinearizations = 64;  // at most, in each of these ticks
 constexpr double kRest = 1e-6;       // travel between two ticks below which the tool is at rest, mm
 
 /// The error between the tool poses a and b while the device is at one pose.
@@ -41,7 +41,7 @@ ErrorSplit splitError(const World& world, const Settings& settings, const MeshRe
 
     Settings patient = exact;
     patient.mode = Mode::Default;
-    patient.linearisations = kLinearisations;
+    patient.linearisations = kLinearizations;
     patient.travelBudget = 1e6;
     ErrorSplit split;
     split.X_WT_converged = once;

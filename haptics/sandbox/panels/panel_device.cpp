@@ -103,7 +103,7 @@ bool drawAxes(Workspace& workspace, PanelRequests& requests, engine::ItemRects* 
     if (ImGui::Button("Align with view", {half, 0})) requests.alignWithView = true;
     engine::noteItem(items, "device view axes");
     engine::tooltip(
-        "Aligns the device's axes with the current view: right, up and towards you mean the same at the device and in "
+        "Aligns the device's axes with the current view: right, up and toward you mean the same at the device and in "
         "the picture.");
     ImGui::SameLine();
     const bool toScene = ImGui::Button("Align with scene", {half, 0});

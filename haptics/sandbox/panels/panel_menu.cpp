@@ -141,7 +141,7 @@ void drawHelpDialog(MenuState& state) {
         {"E", "align the handles with the local axes or the scene axes"},
         {"Left drag elsewhere", "orbit the view"},
         {"Right or middle drag elsewhere", "pan the view"},
-        {"Wheel", "zoom towards the cursor"},
+        {"Wheel", "zoom toward the cursor"},
         {"F", "frame the selection, or everything if nothing is selected"},
         {"A, Home", "frame all"},
         {"Keypad 1, 3, 7", "front, right and top view; with Ctrl back, left and bottom"},

@@ -14,7 +14,7 @@ namespace touchstone::sandbox {
 namespace {
 
 constexpr glm::vec4 kBlue{0.40f, 0.68f, 1.00f, 1}, kOrange{1.00f, 0.62f, 0.25f, 1}, kViolet{0.74f, 0.58f, 1.00f, 1},
-    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGrey{0.62f, 0.64f, 0.67f, 1},
+    kGreen{0.45f, 0.85f, 0.52f, 1}, kRed{1.00f, 0.42f, 0.36f, 1}, kGray{0.62f, 0.64f, 0.67f, 1},
     kYellow{1.00f, 0.90f, 0.45f, 1}, kWhite{1};
 constexpr double kShortest = 0.01;  // s: shortest time span across the width
 constexpr double kReadable = 0.25;  // s between updates of the numbers, so that one can read them
@@ -174,7 +174,7 @@ class Panel {
         const std::array<engine::Share, 4> shares{{{"collision", times.collision, kGreen},
                                                    {"solve", times.solve, kOrange},
                                                    {"shadow", times.shadow, kViolet},
-                                                   {"other", other, kGrey}}};
+                                                   {"other", other, kGray}}};
         engine::drawShares("Mean stage times", shares, "µs");
         const std::array<std::pair<const char*, float>, 3> levels{
             {{"p50", times.p50}, {"p99", times.p99}, {"max", times.most}}};

@@ -141,7 +141,7 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, engine::Item
         const double most = scene.world->reach(), least = -most;
         ImGui::SliderScalar("##offset", ImGuiDataType_Double, &display.sectionOffset, &least, &most, "%.2f mm");
         engine::noteItem(items, "section offset");
-        engine::tooltip("Distance of the section plane from the contacts, mm towards you.");
+        engine::tooltip("Distance of the section plane from the contacts, mm toward you.");
     }
     drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);

@@ -38,7 +38,7 @@ struct PanelRequests {
     bool leaves() const { return open || reload || quit; }
 };
 
-/// Of text that says what is not as it should be.
+/// Color of text that reports a problem.
 inline const ImVec4 kAttentionColor{1.00f, 0.78f, 0.35f, 1};
 
 using PathInput = std::array<char, 1024>;

@@ -21,7 +21,7 @@ struct DisplayOptions {
     int toolLevel = -1;          ///< sphere-tree level drawn for the tool: 0 leaves, -1 none
     int obstacleLevel = -1;      ///< likewise for the obstacles
     int sectionAxis = -1;        ///< axis of the section normal: 0 to 2 for x, y, z; -1 faces the viewer
-    double sectionOffset = 0;    ///< mm, towards the viewer
+    double sectionOffset = 0;    ///< mm, toward the viewer
     double contactMargin = 0.2;  ///< mm: pairs with at most this gap are shown as contacts
 
     bool trees() const { return toolLevel >= 0 || obstacleLevel >= 0; }

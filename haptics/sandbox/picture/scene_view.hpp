@@ -68,7 +68,7 @@ class SceneView {
     void addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const;
     void addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const;
     void addGauge(engine::Frame& frame, const Pose& X_WT) const;
-    /// Plane for Frame::section through a point (mm). The half towards the viewer is cut away.
+    /// Plane for Frame::section through a point (mm). The half toward the viewer is cut away.
     glm::vec4 section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const;
     SceneOverlays* overlays();  ///< null without a world
 

@@ -88,7 +88,7 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene);
 /// Reads a file and does all of the above. Any thread may call it, since the result is complete and shares nothing.
 /// Throws engine::SceneError; BuildCancelled if it is cancelled.
 HapticScene openScene(const std::filesystem::path& file, const SceneOptions& options = {});
-/// The same for a scene in memory, e.g. after setRole().
+/// The same for a scene in memory, e.g. after applyMarking().
 HapticScene openScene(engine::Scene scene, const SceneOptions& options = {});
 
 }  // namespace touchstone::sandbox

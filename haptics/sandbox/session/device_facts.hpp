@@ -1,5 +1,5 @@
 #pragma once
-// The device that runs, as panels show it.
+// The running device, as the panels show it.
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,11 +9,11 @@
 
 namespace touchstone::sandbox {
 
-/// What a device says of itself.
+/// What a device reports about itself.
 struct DeviceFacts {
     DeviceLimits limits;
-    std::optional<DeviceDynamics> dynamics = {};  ///< nothing where it is not known, or the wrench moves nothing
-    std::optional<DeviceStatus> status = {};      ///< of one with hardware behind it
+    std::optional<DeviceDynamics> dynamics = {};  ///< absent if unknown, or if the wrench moves nothing
+    std::optional<DeviceStatus> status = {};      ///< absent without hardware
     double scale = 1;                             ///< mm of the tool per mm of the hand
 };
 
@@ -21,9 +21,9 @@ struct DeviceFacts {
 struct SessionDevice {
     std::string choice;                           ///< NAME or NAME:FILE
     DeviceFacts facts = {};                       ///< limits as the hand has them
-    std::shared_ptr<DeviceControl> control = {};  ///< what can be asked of it; null where there is nothing to ask
-    std::shared_ptr<MouseTarget> mouse = {};      ///< where the mouse's hand is to go; null for any other device
-    std::string trouble = {};                     ///< why the device chosen last could not start; empty when it did
+    std::shared_ptr<DeviceControl> control = {};  ///< its controls; null if it has none
+    std::shared_ptr<MouseTarget> mouse = {};      ///< target of the mouse's hand; null for other devices
+    std::string trouble = {};                     ///< why the last chosen device could not start; empty on success
 };
 
 }  // namespace touchstone::sandbox

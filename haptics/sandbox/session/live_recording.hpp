@@ -1,5 +1,5 @@
 #pragma once
-// Ticks on their way from the loop to a recording and to the frame.
+// Takes ticks from the loop, records them, and passes them to the frame.
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -18,27 +18,27 @@
 
 namespace touchstone::sandbox {
 
-/// Takes the ticks off the ring of a loop. While it records and a frame is late, a thread of its own writes them, so
-/// that a crash in that frame loses no more than in any other. All functions are for the thread that owns it.
+/// Reads the loop's ring. If a frame is late, another thread records the ticks, so that a crash loses no more than
+/// usual. Only the owning thread may call its functions.
 class LiveRecording {
   public:
     explicit LiveRecording(MessageLog& log) : log_(log) {}
 
     /// The loop whose ticks are taken; it must outlive this object.
     void attach(HapticLoop& loop);
-    /// What the loop runs under a session number from now on, for the recording.
+    /// Announces the scene and device of a session number, for the recording.
     void announce(std::uint64_t session, RecordedScene scene, const std::string& device);
 
     /// Records into a folder of its own, from the first tick of this session number on. A failure is a message.
     void begin(const std::filesystem::path& folder, std::uint64_t fromSession);
-    /// False where nothing was recorded or the recording is incomplete, which is a message.
+    /// Returns false if nothing was recorded or the recording is incomplete (reported as a message).
     bool stop();
 
     /// Calls `onTick` with every tick since the last call, in order, after it was recorded.
     void take(const std::function<void(const RecordedTick&)>& onTick);
 
     const Recorder* recorder() const { return recorder_.get(); }  ///< null while nothing is recorded
-    /// Why the newest recording had to stop; empty where none had to.
+    /// Why the last recording stopped early; empty if it did not.
     const std::string& failure() const { return failure_; }
     /// Rows of the recording up to the tick that onTick saw last; the recording itself may be ahead.
     std::uint64_t rows() const { return rows_; }

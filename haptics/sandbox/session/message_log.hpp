@@ -1,5 +1,5 @@
 #pragma once
-// What the user is told while a session runs.
+// Messages for the user of a running session.
 #include <cstdint>
 #include <string>
 #include <vector>

@@ -18,7 +18,7 @@ void ObstacleMoves::update(HapticScene& scene, const Settings& settings, HapticL
     if (targets != targets_) {
         if (!targets_.empty() && settings.mode != Mode::Default && !std::exchange(saidNothingHolds_, true))
             log.say(Message::Kind::Warning, "In " + getSetting(settings, "mode") +
-                                                " mode nothing holds an obstacle back: it may be moved into the tool");
+                                                " mode obstacles are not stopped by the tool and can be moved into it");
         loop.moveObstacles(targets_ = targets);
     }
 
@@ -29,7 +29,7 @@ void ObstacleMoves::update(HapticScene& scene, const Settings& settings, HapticL
         const engine::Entity obstacle = obstacles[static_cast<std::size_t>(held - scene.X_WO.begin())];
         log.say(Message::Kind::Warning,
                 scene.scene.registry.get<engine::Name>(obstacle).value +
-                    " stays where it is while the tool has no room to give way: move it back, or the tool");
+                    " is blocked because the tool cannot move out of its way: move the obstacle back, or the tool");
     }
 }
 

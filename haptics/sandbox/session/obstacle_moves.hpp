@@ -8,19 +8,19 @@
 
 namespace touchstone::sandbox {
 
-/// Tells the loop where the scene has its obstacles, the scene where they are, and the user when one cannot go on.
+/// Sends the obstacle poses of the scene to the loop, writes their actual poses back, and reports one that is blocked.
 class ObstacleMoves {
   public:
-    /// For a loop that was just told to open a world.
+    /// Call after the loop was told to open a world.
     void reset() { targets_.clear(); }
-    /// To be called with every tick.
+    /// Call with every tick.
     void count(const TickRecord& tick) { heldTicks_ = tick.flags & kObstacleHeld ? heldTicks_ + 1 : 0; }
-    /// To be called once a frame, after the loop's snapshot was taken. Pre: the loop ticks the scene's world.
+    /// Call once a frame, after taking the loop's snapshot. Pre: the loop ticks the scene's world.
     void update(HapticScene& scene, const Settings& settings, HapticLoop& loop, MessageLog& log);
 
   private:
-    std::vector<Pose> targets_;  ///< X_WO that the loop was told; empty: none yet
-    int heldTicks_ = 0;          ///< in a row, in which an obstacle could not go on
+    std::vector<Pose> targets_;  ///< X_WO last sent to the loop; empty: none
+    int heldTicks_ = 0;          ///< consecutive ticks in which an obstacle was blocked
     bool saidHeld_ = false, saidNothingHolds_ = false;
 };
 

@@ -19,8 +19,8 @@ void LiveSession::update() {
         }
     }
     if (loop_->hangs() && !saidHang_)
-        log_.say(Message::Kind::Error, "The haptic thread hangs, and the " + device_.choice +
-                                           " device was told to let go: if it still pushes, switch it off");
+        log_.say(Message::Kind::Error, "The haptic thread hangs. The forces of the " + device_.choice +
+                                           " device were released: if it still pushes, switch it off");
     saidHang_ = loop_->hangs();
     recording_.take([this](const RecordedTick& tick) { take(tick); });
     followRecordedSettings();
@@ -41,7 +41,7 @@ void LiveSession::take(const RecordedTick& tick) {
     replayMs_ += 1000 / tick.input.settings.rate;
 }
 
-/// At a frame's precision; ramps are the loop's own.
+/// Applies recorded settings, accurate to one frame; the loop itself ramps them.
 void LiveSession::followRecordedSettings() {
     const Settings* due = nullptr;
     for (; nextReplayed_ < replayed_.size() && replayed_[nextReplayed_].t <= replayMs_; ++nextReplayed_)

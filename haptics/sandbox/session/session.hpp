@@ -1,5 +1,5 @@
 #pragma once
-// A live session: scenes come and go off the loop's thread, the loop ticks, and the window asks how things stand.
+// A live session: opens scenes in the background, runs the haptic loop, and gives the window its current state.
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -23,18 +23,18 @@ namespace touchstone::sandbox {
 
 struct SessionOptions {
     std::string device;  ///< NAME or NAME:FILE for every scene; empty: its demonstration, else the mouse
-    /// From the settings of a scene to those it starts with: what the command line sets. May throw std::exception.
+    /// Applies the command line to the settings of a scene that is opened. May throw std::exception.
     std::function<Settings(const Settings&)> adjust;
-    /// Sees every tick that was not dropped, in order, from update(), when it is recorded; it may stop the recording.
+    /// Called by update() with every tick that was not dropped, in order, after it was recorded; may stop the
+    /// recording.
     std::function<void(const TickRecord&)> onTick;
     std::filesystem::path record;  ///< folder for a recording from the first scene on; empty: none
     std::filesystem::path treeCache = treeCacheFolder();
-    std::filesystem::path configFolder;  ///< for how devices lie in scenes; empty: remembered for this run alone
+    std::filesystem::path configFolder;  ///< where workspaces of devices are saved; empty: kept until the program ends
     LoopOptions loop;
 };
 
-/// Owned and called by the window's thread. What goes wrong is told as a message, never thrown; the scene before then
-/// stays.
+/// Owned and called by the window's thread. Errors become messages and are never thrown; the previous scene stays.
 class LiveSession {
   public:
     explicit LiveSession(SessionOptions options = {});
@@ -42,38 +42,36 @@ class LiveSession {
     LiveSession(const LiveSession&) = delete;
     LiveSession& operator=(const LiveSession&) = delete;
 
-    /// Starts reading a scene and building its trees on a thread of its own, in place of one that is still being
-    /// opened.
+    /// Starts reading a scene and building its trees on its own thread. Replaces an opening in progress.
     void open(SceneRequest request);
     void cancelOpening();
     std::optional<OpeningProgress> opening() const;
-    /// Opens the present scene's file again, as it stands there.
+    /// Reads the file of the current scene again and drops unsaved changes.
     void reload();
-    /// Further changes of the present scene.
+    /// Adds changes to those of the current scene.
     void edit(std::vector<engine::SceneEdit> more);
-    /// Roles and trees chosen by hand; one that cannot be given is a message, and none of them is then.
+    /// Gives roles and trees that the user chose. If one cannot be given, reports it and applies none.
     void mark(const std::vector<Marking>& markings);
-    /// The present scene with these changes in place of those it has, and with the settings it runs with. Obstacles
-    /// that only stand elsewhere are moved while the loop runs, as those that are dragged in scene() are; a tool that
-    /// starts elsewhere starts anew; looks and names change at once; all else is opened anew.
+    /// Replaces the changes of the current scene and keeps its settings. If only obstacles moved, they move while the
+    /// loop runs. If the start of the tool moved, the tool restarts there. Looks and names change at once. Any other
+    /// difference reopens the scene.
     void setEdits(std::vector<engine::SceneEdit> edits);
-    /// Writes the scene as it stands, on wish with the settings, into a copy of its file, or into it; the written file
-    /// is the scene's from then on. False when that failed, which is told.
+    /// Writes the current scene, and its settings if requested, into a copy of its file or the file itself. The written
+    /// file becomes the scene's file. Returns false on failure, which is reported as a message.
     bool save(const std::filesystem::path& file, bool withSettings);
 
-    /// To be called once a frame: takes over a scene that is ready, the newest snapshot and all ticks since the last
-    /// call.
+    /// Call once a frame. Takes over a scene that is ready, the newest snapshot, and all ticks since the last call.
     void update();
 
-    /// The scene to draw; null before the first. It has no world while roles are missing; else its world has obstacles
-    /// where the newest tick left them, which is on their way to where the scene has them.
+    /// The scene to draw; null before the first one. It has no world while roles are missing. Its X_WO are where the
+    /// newest tick left the obstacles, possibly still moving to their poses in the scene.
     const std::shared_ptr<HapticScene>& scene() const { return shown_.scene; }
-    /// One more with each scene that takes the place of another in scene().
+    /// Increases by one whenever another scene replaces the one in scene().
     std::uint64_t sceneNumber() const { return sceneNumber_; }
     const SceneRequest& request() const { return shown_.request; }
-    /// What the scene is becoming: that of the newest change, shown or on its way.
+    /// The newest request, whether it is shown yet or not.
     const SceneRequest& newest() const;
-    /// The loop ticks the scene that is shown.
+    /// Whether the loop runs the scene that is shown.
     bool running() const { return loop_ && shown_.scene && shown_.scene->world && ticked_; }
 
     /// The newest tick of the scene that is shown; null while there is none.
@@ -83,29 +81,28 @@ class LiveSession {
     const RealTimeStatus* realTime() const { return loop_ ? &loop_->realTime() : nullptr; }
     const TickHistory& history() const { return history_; }
 
-    /// The newest settings asked for; snapshot()->settings are in force.
+    /// The settings requested last; those in effect are snapshot()->settings.
     const Settings& settings() const { return settings_; }
     void setSettings(const Settings& settings);
-    /// Device and tool back to the start of the scene.
+    /// Resets device and tool to the start of the scene.
     void restart();
-    /// Zero force and the tool held, or from there on with the device where the tool is.
-    void stop();
-    void engage();
-    /// Not stopped, and no fault.
+    void stop();    ///< holds the tool with zero force
+    void engage();  ///< engages the device at the current tool pose
+    /// Whether the device is neither stopped nor faulted.
     bool engaged() const;
-    /// A scene or a device is about to take the place of what runs.
+    /// Whether a new scene or device is about to replace the running one.
     bool switching() const { return next_.has_value(); }
 
     const SessionDevice& device() const { return device_; }
-    /// Another device in place of the present one. It takes the tool over where it is, or all begins at the scene's
-    /// start, as it always does where the device is the same.
+    /// Replaces the device. The new one takes over the tool where it is; with fromStart, or if the device is the same,
+    /// both return to the start of the scene.
     void chooseDevice(const std::string& choice, bool fromStart = false);
-    /// How the device lies in the scene, from now on and in later runs. Another scale takes the tool up anew where it
-    /// is, after a fade.
+    /// Places the device in the scene, now and in later runs. If the scale changes, the device fades out and takes over
+    /// the tool where it is.
     void setWorkspace(const Workspace& workspace);
     void reconnectDevice();
-    /// Records from now on into a folder of its own, while switching() from the first tick of what comes; the tool goes
-    /// on as it is. Scenes, devices and settings may change.
+    /// Records into its own folder from now on, or, while switching(), from the first tick of the new scene or device.
+    /// The tool continues unchanged. Scenes, devices and settings may change during a recording.
     void record(const std::filesystem::path& folder);
     LiveRecording& recording() { return recording_; }
     const LiveRecording& recording() const { return recording_; }
@@ -122,21 +119,21 @@ class LiveSession {
     void takeOpened();
     void change(SceneRequest request, const std::vector<engine::SceneEdit>& changes);
     void show(Shown next);
-    /// What is shown, as a start from where the obstacles are now.
+    /// The shown scene, with a world that starts the obstacles where they are now.
     Shown shownNow() const;
     void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
-    /// Starts, with the mouse where the device of that choice cannot.
+    /// Like start(), but falls back to the mouse if the chosen device cannot start.
     void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
     void sayTrips(const LoopSnapshot& snapshot);
     void take(const RecordedTick& tick);
     void followRecordedSettings();
     void sayDevice();
-    /// No more than the device is made for; what is lowered is a message.
+    /// Lowers settings to the device's limits and reports each as a message.
     Settings capped(Settings settings);
 
     SessionOptions options_;
     MessageLog log_;
-    std::vector<std::unique_ptr<SceneOpening>> openings_;  ///< the last is wanted, the others are being cancelled
+    std::vector<std::unique_ptr<SceneOpening>> openings_;  ///< the last one counts; the others are being cancelled
     Shown shown_;
     std::uint64_t sceneNumber_ = 0;
 

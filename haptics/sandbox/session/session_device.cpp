@@ -9,7 +9,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-/// As the tick needs them for the hand to feel them as they are set.
+/// Converts settings felt at the hand to the settings of the tick.
 Settings inScene(Settings settings, double scale) {
     settings.torsion = std::clamp(torsionInScene(settings.torsion, scale), 1.0, 1e6);  // the setting's range
     return settings;
@@ -94,7 +94,7 @@ void LiveSession::startOrMouse(const Shown& next, const Settings& settings, cons
 
 void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
     if (!running() || next_) return;
-    // The device is set onto the tool where it is free, never the tool onto the device.
+    // A device without a fixed pose moves to the tool; the tool never jumps to the device.
     const Shown now = shownNow();
     try {
         start(now, settings_, choice, choice == device_.choice || fromStart ? now.world->X_WT_start : record()->X_WT);

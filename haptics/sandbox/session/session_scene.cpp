@@ -15,7 +15,7 @@ void LiveSession::cancelOpening() {
 }
 
 std::optional<OpeningProgress> LiveSession::opening() const {
-    if (next_ && next_->scene != shown_.scene)  // ready, and waiting for the loop to let go of the old one
+    if (next_ && next_->scene != shown_.scene)  // ready; waits until the loop has released the old scene
         return OpeningProgress{.file = next_->request.file.filename().string(), .part = {}, .fraction = 1};
     if (openings_.empty() || openings_.back()->cancelled()) return std::nullopt;
     return openings_.back()->progress();
@@ -64,7 +64,7 @@ void LiveSession::setEdits(std::vector<engine::SceneEdit> edits) {
         open(std::move(request));
 }
 
-/// Where that makes the tool start elsewhere, it does: in a world of the same trees.
+/// If the start of the tool moved, restarts there in a world with the same trees.
 void LiveSession::change(SceneRequest request, const std::vector<engine::SceneEdit>& changes) {
     HapticScene& scene = *shown_.scene;
     engine::applyEdits(scene.scene, changes);
@@ -120,7 +120,7 @@ void LiveSession::takeOpened() {
                                       : options_.adjust     ? options_.adjust(next.scene->settings)
                                                             : next.scene->settings;
             if (!next.scene->world) {
-                // A scene without roles is shown, so that they can be given; the tool of the old one lets go.
+                // Show a scene without roles, so that the user can give them, and pause the old one.
                 log_.say(Message::Kind::Note, next.scene->missing);
                 if (loop_) {
                     Settings paused = settings_;
@@ -132,7 +132,7 @@ void LiveSession::takeOpened() {
                 show(next);
                 continue;
             }
-            // What a hand holds stays in it.
+            // Keep a hardware device, or the device of an edited scene, across the change.
             const bool goesOn =
                 device_.control || (next.request.settings && !device_.choice.empty() && device_.choice != "demo");
             startOrMouse(next, settings,

@@ -17,8 +17,8 @@ enum class Channel {
     CollisionUs,
     SolveUs,
     ShadowUs,
-    PeriodUs,  ///< wall time since the tick before began
-    Late,      ///< 1 where the tick before was late
+    PeriodUs,  ///< wall time since the previous tick began
+    Late,      ///< 1 if the previous tick was late
     Pairs,
     Rows,
     Iterations,

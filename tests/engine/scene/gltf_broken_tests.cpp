@@ -259,7 +259,7 @@ const std::vector<BrokenCase> kBrokenCases = {
     {"NaN coordinate", [](json&, Bytes& b) { poke(b, 96, std::numeric_limits<float>::quiet_NaN()); },
      "accessor 2: holds a non-finite number"},
     // Materials and images
-    {"colour of three",
+    {"color of three",
      [](json& j, Bytes&) {
          j["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1};
      },

@@ -117,7 +117,7 @@ TEST_CASE("foreign glTF: objects that the scene does not use may be broken", "[g
          },
          ""},
         {"accessor as text", [](json& j) { j["accessors"].push_back("none"); }, "accessor 7: must be an object, but"},
-        {"vertex colours", [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 99; }, ""},
+        {"vertex colors", [](json& j) { j["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 99; }, ""},
         {"mesh",
          [](json& j) {
              j["meshes"].push_back({{"name", "m"}, {"primitives", 5}});

@@ -109,13 +109,13 @@ TEST_CASE("camera: a framed sphere touches the narrower sides of the viewport", 
     OrbitCamera camera;
     camera.yaw = 0.7f;
     camera.pitch = 0.4f;
-    const glm::vec3 centre{1, 2, 3};
+    const glm::vec3 center{1, 2, 3};
     for (const float aspect : {0.5f, 1.f, 1.6f}) {
-        camera.frame(centre, 0.1f, aspect);
+        camera.frame(center, 0.1f, aspect);
         // The tangent of the outline's angle: the sphere subtends asin(r / d).
-        const float outline = std::tan(std::asin(0.1f / glm::distance(camera.eye(), centre)));
+        const float outline = std::tan(std::asin(0.1f / glm::distance(camera.eye(), center)));
         REQUIRE(outline == Approx(std::tan(camera.fovY / 2) * std::min(aspect, 1.f)));
-        requireNear(camera.target, centre);
+        requireNear(camera.target, center);
     }
 }
 
@@ -159,6 +159,29 @@ TEST_CASE("camera: rays meet planes in front of them only", "[camera]") {
 
 TEST_CASE("camera: a point behind the eye has no pixel", "[camera]") {
     REQUIRE_FALSE(plainCamera().project({0, 0, 3}, {400, 200}));
+}
+
+TEST_CASE("camera: standard views look along the axes, and zooming keeps the point under the cursor", "[view]") {
+    OrbitCamera camera;
+    camera.target = {0.1f, 0.2f, 0.3f};
+    const glm::vec2 viewport{800, 600};
+    const std::pair<StandardView, glm::vec3> sides[]{
+        {StandardView::Front, {0, 0, -1}}, {StandardView::Back, {0, 0, 1}}, {StandardView::Right, {-1, 0, 0}},
+        {StandardView::Left, {1, 0, 0}},   {StandardView::Top, {0, -1, 0}}, {StandardView::Bottom, {0, 1, 0}}};
+    for (const auto& side : sides) {
+        camera.look(side.first);
+        CHECK(glm::length(camera.forward() - side.second) <
+              0.011f);  // 0.01 rad off the vertical, so that `up` stays defined
+        CHECK(camera.target == glm::vec3(0.1f, 0.2f, 0.3f));
+    }
+    camera.look(StandardView::Front);
+    const glm::vec2 cursor{700, 100};
+    const glm::vec3 under = camera.onViewPlane(cursor, viewport, camera.target);
+    camera.zoom(5, cursor, viewport);
+    const auto after = camera.project(under, viewport);
+    REQUIRE(after);
+    CHECK(glm::length(*after - cursor) < 0.1f);
+    CHECK(camera.distance < 0.6f);
 }
 
 }  // namespace touchstone::camera_tests

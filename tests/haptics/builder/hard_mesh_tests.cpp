@@ -207,7 +207,7 @@ std::vector<HardMesh> hardMeshes() {
     };
 }
 
-TEST_CASE("hard mesh: each kind gets a covering tree whose note names the defect", "[tree]") {
+TEST_CASE("hard mesh: each kind gets a covering tree whose note names the defect", "[tree][long]") {
     for (const HardMesh& hard : hardMeshes()) {
         INFO(hard.name << ": " << hard.treatment);
         const SphereTree tree = buildSphereTree(hard.mesh, {.leaves = 100});

@@ -425,7 +425,8 @@ std::vector<std::pair<int, int>> brutePairs(const SphereTree& a, const SphereTre
     return out;
 }
 
-TEST_CASE("trees of random meshes: certificates hold and walks find exactly the pairs of brute force", "[tree][slow]") {
+TEST_CASE("trees of random meshes: certificates hold and walks find exactly the pairs of brute force",
+          "[tree][slow][long]") {
     const unsigned seed = 13;
     INFO("seed " << seed);
     std::mt19937 random(seed);

@@ -98,7 +98,7 @@ TEST_CASE("spacemouse: a missing library or daemon is reported in one sentence",
     CHECK_THAT(refusal("fast"), Contains("'fast' is not a speed"));
 }
 
-TEST_CASE("spacemouse: the cap sets the velocity right, up and towards the user", "[device]") {
+TEST_CASE("spacemouse: the cap sets the velocity right, up and toward the user", "[device]") {
     const FakeSpnav fake;
     const auto device = open("80");
     CHECK(device->read(0, 1).X_WT_device.p == Vec3(1, 2, 3));
@@ -124,7 +124,7 @@ TEST_CASE("spacemouse: moves along the window's axes, while forces act along the
     const auto device = open();
     const auto control = device->control();
     REQUIRE(control->maps() == DeviceControl::Maps::Axes);
-    // The view is from the right: right in the picture is the scene's -z, towards the user its x.
+    // The view is from the right: right in the picture is the scene's -z, toward the user its x.
     const Quat q_WD = expRotation(Vec3(0, M_PI / 2, 0));
     control->setWorkspace({.q_WD = q_WD});
     CHECK(control->workspace().q_WD.coeffs() == q_WD.coeffs());

@@ -154,8 +154,8 @@ TEST_CASE("step: the travel budget bounds how fast a loaded tool may move", "[st
         world, settings, 900,
         [](int tick) { return at(std::max(0.0, 0.05 * (tick - 300)), std::max(5.0, 14 - 0.05 * tick), 0); },
         [&](const TickRecord& r) {
-            const double travelled = (r.X_WT.p - before.p).norm(), hand = (r.X_WT_device.p - deviceBefore.p).norm();
-            if (loaded) REQUIRE(travelled <= hand + settings.travelBudget + 1e-9);
+            const double traveled = (r.X_WT.p - before.p).norm(), hand = (r.X_WT_device.p - deviceBefore.p).norm();
+            if (loaded) REQUIRE(traveled <= hand + settings.travelBudget + 1e-9);
             loaded = r.wrench_C.force.norm() > 0;
             before = r.X_WT;
             deviceBefore = r.X_WT_device;

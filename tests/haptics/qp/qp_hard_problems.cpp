@@ -27,7 +27,7 @@ class Hardener {
             contacts().stiffness *= scale;
             problem_.N = std::max(1.0, scale);
         }
-        if (has(kMetres)) {
+        if (has(kMeters)) {
             lengths(1e-3);
             problem_.mm = 1e-3;
         }

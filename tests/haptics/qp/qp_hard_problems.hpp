@@ -12,7 +12,7 @@ enum Hardness : unsigned {
     kOpposed = 1 << 3,           ///< slots between a row and its opposite: wide, of zero width, or too narrow
     kSharpWedges = 1 << 4,       ///< two planes that nearly face each other
     kIllLevers = 1 << 5,         ///< contacts 1e4 mm away, and rows of rotation alone
-    kMetres = 1 << 6,            ///< lengths in meters
+    kMeters = 1 << 6,            ///< lengths in meters
     kRowScales = 1 << 7,         ///< each row times 1e-6 to 1e6
     kLengthScale = 1 << 8,       ///< all lengths times 1e-6 to 1e6
     kStiffnessScale = 1 << 9,    ///< G times 1e-6 to 1e6

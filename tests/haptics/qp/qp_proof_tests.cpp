@@ -88,7 +88,7 @@ TEST_CASE("exact solver: no wrong answer in 100,000 hard problems", "[qp][long]"
     REQUIRE(capped <= 3);  // reached the pivot limit and were softened
 }
 
-TEST_CASE("exact solver: planes that nearly coincide do not count as contradicting", "[qp]") {
+TEST_CASE("exact solver: planes that nearly coincide do not count as contradicting", "[qp][long]") {
     // Rounding moves the nearest point of such planes by their condition number times the last bit. The solver must not
     // pivot on rows that only this error violates: it would report a contradiction that does not exist.
     constexpr int kProblems = 50'000;

@@ -21,7 +21,7 @@ bool hasNullOrNan(const ordered_json& json, const std::string& path, std::vector
 
 }  // namespace
 
-TEST_CASE("report: has every key, and only the late ticks of a run without a clock are null", "[system]") {
+TEST_CASE("report: has every key, and only the late ticks of a run without a clock are null", "[sandbox]") {
     Settings settings;
     sandbox::Report report = sandbox::reportOf("scene", "demo", settings);
     sandbox::RunStatistics statistics;
@@ -88,7 +88,7 @@ TEST_CASE("report: has every key, and only the late ticks of a run without a clo
     CHECK(json.at("hash").get<std::string>().size() == 16);
 }
 
-TEST_CASE("report: the shadow's error counts only with a noticeable force and the same rows", "[system]") {
+TEST_CASE("report: the shadow's error counts only with a noticeable force and the same rows", "[sandbox]") {
     sandbox::RunStatistics statistics;
     const auto add = [&](double force, std::uint32_t flags, int shadowRows, double error) {
         TickRecord record;
@@ -113,14 +113,14 @@ TEST_CASE("report: the shadow's error counts only with a noticeable force and th
     CHECK(report.infeasible == 1);
 }
 
-TEST_CASE("report: an unmet check makes the outcome unmet", "[system]") {
+TEST_CASE("report: an unmet check makes the outcome unmet", "[sandbox]") {
     sandbox::Report report;
     CHECK(report.met());
     report.checks = {{"a", 1, 0, true}, {"b", 1, 2, false}};
     CHECK_FALSE(report.met());
 }
 
-TEST_CASE("report: the hash depends on the order of the ticks", "[system]") {
+TEST_CASE("report: the hash depends on the order of the ticks", "[sandbox]") {
     TickRecord a, b;
     a.tick = 1;
     b.tick = 2;

@@ -201,7 +201,7 @@ TEST_CASE("scene view: tool and obstacle are drawn at their poses in their color
     const Pixel ghost = pixelAt(ghosted, pixelOf({-2, 10, 0})), behind = pixelAt(image, pixelOf({-2, 10, 0}));
     CHECK(std::abs(ghost.r - behind.r) + std::abs(ghost.g - behind.g) + std::abs(ghost.b - behind.b) > 20);
 
-    // The overlay of the tree covers the tool in its own colour.
+    // The overlay of the tree covers the tool in its own color.
     DisplayOptions leaves = plain;
     leaves.toolLevel = 0;
     const Pixel leaf = pixelAt(picture(recordAt(X_WT, X_WT), leaves), pixelOf({15, 10, 0}));

@@ -151,7 +151,7 @@ std::uint64_t rowsIn(const fs::path& folder) { return sandbox::TickFileReader(fo
 }  // namespace
 
 TEST_CASE("recording: a run with changes, restarts, pauses, bad input and another world is bit-reproducible",
-          "[system][recording]") {
+          "[sandbox][recording]") {
     const TempFolder folder;
     const std::uint64_t rows = recordEverything(folder.path() / "run");
     CHECK(rows == 20 + 90 + 150 + 400 + 300 + 150 + 300 + 600);
@@ -174,7 +174,7 @@ TEST_CASE("recording: a run with changes, restarts, pauses, bad input and anothe
     CHECK(kinds == std::set<std::string>{"settings", "start", "scene"});
 }
 
-TEST_CASE("recording: one without obstacle columns is read as a run with fixed obstacles", "[system][recording]") {
+TEST_CASE("recording: one without obstacle columns is read as a run with fixed obstacles", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     // As written by a program without these columns.
@@ -189,7 +189,7 @@ TEST_CASE("recording: one without obstacle columns is read as a run with fixed o
     CHECK(replay(recording).replay->same == 801);
 }
 
-TEST_CASE("recording: a replay reports changed input, settings, scene or program, and gaps", "[system][recording]") {
+TEST_CASE("recording: a replay reports changed input, settings, scene or program, and gaps", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     CHECK(replay(recording).replay->same == 801);
@@ -257,7 +257,7 @@ TEST_CASE("recording: a replay reports changed input, settings, scene or program
 }
 
 TEST_CASE("recording: an interrupted one is readable up to the last flush, and recover finds the other rows",
-          "[system][recording]") {
+          "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     sandbox::Recording source(recording);
@@ -327,7 +327,7 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
     }
 }
 
-TEST_CASE("recording: a full disk stops the recording but not the run", "[system][recording]") {
+TEST_CASE("recording: a full disk stops the recording but not the run", "[sandbox][recording]") {
     const TempFolder folder;
     // A limit of the file size acts like a disk that is full at that size.
     struct Limit {
@@ -363,7 +363,7 @@ TEST_CASE("recording: a full disk stops the recording but not the run", "[system
     CHECK(replay(options.record).replay->same == rowsIn(options.record));
 }
 
-TEST_CASE("recording: a folder holds only one recording", "[system][recording]") {
+TEST_CASE("recording: a folder holds only one recording", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     CHECK_THROWS_WITH(sandbox::Recorder(recording), Contains("holds a recording already"));
@@ -371,7 +371,7 @@ TEST_CASE("recording: a folder holds only one recording", "[system][recording]")
                       Contains("cannot make the folder"));
 }
 
-TEST_CASE("recording: CSV has every field, and its numbers read back to the same bits", "[system][recording]") {
+TEST_CASE("recording: CSV has every field, and its numbers read back to the same bits", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     sandbox::exportCsv(recording, folder.path() / "ticks.csv");
@@ -392,7 +392,7 @@ TEST_CASE("recording: CSV has every field, and its numbers read back to the same
     CHECK_FALSE(source.next(tick));
 }
 
-TEST_CASE("recording: the table has every field of a tick once, and the docs list it", "[system][recording]") {
+TEST_CASE("recording: the table has every field of a tick once, and the docs list it", "[sandbox][recording]") {
     std::set<std::string> names;
     for (const sandbox::TickField& field : sandbox::tickFields()) names.insert(field.name);
     CHECK(names.size() == sandbox::tickFields().size());
@@ -410,7 +410,7 @@ TEST_CASE("recording: the table has every field of a tick once, and the docs lis
     CHECK_THAT(bytesOf(TOUCHSTONE_SOURCE_DIR "/docs/recording.md"), Contains(sandbox::fieldsAsMarkdown()));
 }
 
-TEST_CASE("recording: a broken file is refused in one sentence that names it", "[system][recording]") {
+TEST_CASE("recording: a broken file is refused in one sentence that names it", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     const std::string ticks = bytesOf(recording / "ticks.npy"), notes = bytesOf(recording / "recording.json");
@@ -482,7 +482,7 @@ TEST_CASE("recording: a broken file is refused in one sentence that names it", "
     readAll();
 }
 
-TEST_CASE("recording: a live loop follows a recording from its start pose, with its settings", "[system][recording]") {
+TEST_CASE("recording: a live loop follows a recording from its start pose, with its settings", "[sandbox][recording]") {
     const TempFolder folder;
     recordEverything(folder.path() / "run");
     const sandbox::RecordedHand hand = sandbox::recordedHand(folder.path() / "run");
@@ -497,7 +497,7 @@ TEST_CASE("recording: a live loop follows a recording from its start pose, with 
     CHECK(hand.changes.back().settings.mode == Mode::Paper);
 }
 
-TEST_CASE("program: records, replays, exports, and reports failures in one sentence", "[system][recording]") {
+TEST_CASE("program: records, replays, exports, and reports failures in one sentence", "[sandbox][recording]") {
     const Program touchstone;
     const std::string recording = touchstone.file("run"), run = "run hello --headless ";
     REQUIRE(touchstone(run + "--record " + recording).code == 0);
@@ -532,7 +532,7 @@ TEST_CASE("program: records, replays, exports, and reports failures in one sente
     CHECK(touchstone(run + "--paced --device replay:" + recording).code == 2);
 }
 
-TEST_CASE("recording: unreadable files are closed again", "[system][recording]") {
+TEST_CASE("recording: unreadable files are closed again", "[sandbox][recording]") {
     const TempFolder folder;
     const fs::path recording = pressRecording(folder);
     const std::string ticks = bytesOf(recording / "ticks.npy");

@@ -33,7 +33,7 @@ sandbox::SceneRoles rolesOf(engine::Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("gauge: reads the depth of the tool's point below any plane", "[system]") {
+TEST_CASE("gauge: reads the depth of the tool's point below any plane", "[sandbox]") {
     engine::Scene scene;
     addBox(scene, "probe", kSize, {{"role", "tool"}});
     // Turned by -90° about z: its +y is the scene's +x.
@@ -51,7 +51,7 @@ TEST_CASE("gauge: reads the depth of the tool's point below any plane", "[system
     CHECK(roles.gauge->depth({Vec3(24, 0, 0), Quat::Identity()}) == Approx(-4));
 }
 
-TEST_CASE("gauge: the status bar shows the reading", "[system]") {
+TEST_CASE("gauge: the status bar shows the reading", "[sandbox]") {
     LoopSnapshot snapshot;
     snapshot.record.X_WT.p.y() = -2.346;
     const std::string device = "mouse";
@@ -65,7 +65,7 @@ TEST_CASE("gauge: the status bar shows the reading", "[system]") {
     CHECK(last(nullptr).name != std::string("Depth"));
 }
 
-TEST_CASE("gauge: bad markings are refused in one sentence", "[system]") {
+TEST_CASE("gauge: bad markings are refused in one sentence", "[sandbox]") {
     const auto opened = [](const json& mark) {
         engine::Scene scene;
         addMarked(scene, "margin", mark);
@@ -93,7 +93,7 @@ TEST_CASE("gauge: bad markings are refused in one sentence", "[system]") {
                       Contains("probe") && Contains("min_depth_mm") && Contains("role gauge"));
 }
 
-TEST_CASE("gauge: a run reports the deepest and the last reading, and checks the deepest", "[system]") {
+TEST_CASE("gauge: a run reports the deepest and the last reading, and checks the deepest", "[sandbox]") {
     // The cube's lower face, 5 mm below its origin, comes down from 5 mm above the slab, touches it and leaves.
     engine::Scene scene = pressScene();
     addMarked(scene, "face", {{"role", "gauge"}, {"gauge", {{"tip_m", {0, -0.005, 0}}}}},
@@ -122,7 +122,7 @@ TEST_CASE("gauge: a run reports the deepest and the last reading, and checks the
     }
 }
 
-TEST_CASE("outcome: reached requires the goal to be held at some time, seated at the end", "[system]") {
+TEST_CASE("outcome: reached requires the goal to be held at some time, seated at the end", "[sandbox]") {
     engine::Scene scene;
     addBox(scene, "probe", kSize, {{"role", "tool"}, {"outcome", {{"reached", true}}}});
     addMarked(scene, "bottom", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}, {"hold_s", 0.003}}}});

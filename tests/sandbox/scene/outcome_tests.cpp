@@ -44,7 +44,7 @@ const OutcomeCheck& find(const std::vector<OutcomeCheck>& checks, const std::str
 
 }  // namespace
 
-TEST_CASE("outcome: checks use the greatest value, the last value or a share of all ticks", "[system]") {
+TEST_CASE("outcome: checks use the greatest value, the last value or a share of all ticks", "[sandbox]") {
     Fixture f({{"max_penetration_mm", 0.001},
                {"max_hover_mm", 0.2},
                {"min_peak_force_N", 3},
@@ -89,7 +89,7 @@ TEST_CASE("outcome: checks use the greatest value, the last value or a share of 
     is("max_infeasible_ticks", 1, false);
 }
 
-TEST_CASE("outcome: before the end only the checks of all times are evaluated", "[system]") {
+TEST_CASE("outcome: before the end only the checks of all times are evaluated", "[sandbox]") {
     Fixture f({{"max_penetration_mm", 0.001},
                {"min_peak_force_N", 3},
                {"min_peak_torque_mNm", 3},
@@ -103,7 +103,7 @@ TEST_CASE("outcome: before the end only the checks of all times are evaluated", 
     CHECK(judge.checks(true).size() == 5);
 }
 
-TEST_CASE("outcome: seated means within both tolerances for the whole hold time at the end", "[system]") {
+TEST_CASE("outcome: seated means within both tolerances for the whole hold time at the end", "[sandbox]") {
     Fixture f(json{{"seated", true}});
     CHECK_THROWS_WITH(f.read(), Contains("expected.glb") && Contains("seated") && Contains("goal"));
     f.roles.goal = sandbox::GoalRegion{
@@ -130,7 +130,7 @@ TEST_CASE("outcome: seated means within both tolerances for the whole hold time 
     CHECK(find(judge.checks(true), "seated_angle_rad").value == Approx(0.11));
 }
 
-TEST_CASE("outcome: positions are given in meters", "[system]") {
+TEST_CASE("outcome: positions are given in meters", "[sandbox]") {
     Fixture f({{"final_position_m", {0.01, 0, 0}},
                {"final_tolerance_m", 0.0002},
                {"tool_within_m", {{"min", {0, -1, -1}}, {"max", {0.02, 1, 1}}}}});
@@ -144,7 +144,7 @@ TEST_CASE("outcome: positions are given in meters", "[system]") {
     CHECK_FALSE(find(checks, "tool_within_m").met);
 }
 
-TEST_CASE("outcome: unknown keys are named, wrong types are refused, and no keys mean no checks", "[system]") {
+TEST_CASE("outcome: unknown keys are named, wrong types are refused, and no keys mean no checks", "[sandbox]") {
     Fixture unknown(json{{"max_penetration_m", 1}});
     CHECK(unknown.read().empty());
     REQUIRE(unknown.warnings.size() == 1);
@@ -163,7 +163,7 @@ TEST_CASE("outcome: unknown keys are named, wrong types are refused, and no keys
     CHECK(sandbox::OutcomeJudge(none.read()).checks(true).empty());
 }
 
-TEST_CASE("outcome: every key of the table is read", "[system]") {
+TEST_CASE("outcome: every key of the table is read", "[sandbox]") {
     for (const sandbox::OutcomeKey& key : sandbox::outcomeTable()) {
         INFO(key.key);
         CHECK_FALSE(key.what.empty());

@@ -30,7 +30,7 @@ const glm::vec3 kSize(0.01f);
 
 }  // namespace
 
-TEST_CASE("roles: extras define tool, obstacle, goal and visual with their data", "[system]") {
+TEST_CASE("roles: extras define tool, obstacle, goal and visual with their data", "[sandbox]") {
     Scene scene;
     const Entity tool =
         addBox(scene, "peg", kSize,
@@ -55,7 +55,7 @@ TEST_CASE("roles: extras define tool, obstacle, goal and visual with their data"
     CHECK_THAT(roles.interpreted[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
-TEST_CASE("roles: of two tools the first in the file is used, and a warning names the other", "[system]") {
+TEST_CASE("roles: of two tools the first in the file is used, and a warning names the other", "[sandbox]") {
     Scene scene;
     addBox(scene, "wall", kSize, {{"role", "obstacle"}});
     const Entity first = addBox(scene, "first", kSize, {{"role", "tool"}});
@@ -67,7 +67,7 @@ TEST_CASE("roles: of two tools the first in the file is used, and a warning name
 }
 
 TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider an obstacle and a trigger a goal",
-          "[system]") {
+          "[sandbox]") {
     Scene scene;
     const Entity tool = addBox(scene, "body", kSize);
     const Entity part = addBox(scene, "part of body", kSize, nullptr, {}, tool);
@@ -91,7 +91,7 @@ TEST_CASE("roles: KHR_physics_rigid_bodies makes motion a tool, a lone collider 
     CHECK(anyContains(roles.interpreted, "gives it a motion"));
 }
 
-TEST_CASE("roles: a hidden node collides like any other", "[system]") {
+TEST_CASE("roles: a hidden node collides like any other", "[sandbox]") {
     Scene scene;
     const Entity proxy = addBox(scene, "proxy", kSize, {{"role", "tool"}});
     scene.registry.get<engine::Visibility>(proxy).visible = false;  // as KHR_node_visibility sets it
@@ -100,7 +100,7 @@ TEST_CASE("roles: a hidden node collides like any other", "[system]") {
     CHECK(sandbox::bakedTriangles(scene, proxy).triangles.size() == 12);
 }
 
-TEST_CASE("roles: the physics extension overrides the role of extras, which still give the other data", "[system]") {
+TEST_CASE("roles: the physics extension overrides the role of extras, which still give the other data", "[sandbox]") {
     Scene scene;
     const Entity node = addBox(scene, "wall", kSize, {{"role", "tool"}, {"leaves", 200}});
     scene.meshes.push_back(scene.registry.get<engine::MeshInstance>(node));
@@ -113,7 +113,7 @@ TEST_CASE("roles: the physics extension overrides the role of extras, which stil
                       Contains("KHR_physics_rigid_bodies"));
 }
 
-TEST_CASE("roles: unsupported features of the physics extension are named", "[system]") {
+TEST_CASE("roles: unsupported features of the physics extension are named", "[sandbox]") {
     Scene scene;
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
@@ -125,7 +125,7 @@ TEST_CASE("roles: unsupported features of the physics extension are named", "[sy
     CHECK(sandbox::bakedTriangles(scene, body).triangles.size() == 12);
 }
 
-TEST_CASE("roles: unknown keys are named as warnings", "[system]") {
+TEST_CASE("roles: unknown keys are named as warnings", "[sandbox]") {
     Scene scene;
     *scene.extras = {{"touchstone", {{"setings", json::object()}}}};
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"colour", "red"}, {"goal", {{"tolerance_mm", 1}}}});
@@ -134,7 +134,7 @@ TEST_CASE("roles: unknown keys are named as warnings", "[system]") {
         CHECK(anyContains(roles.warnings, key));
 }
 
-TEST_CASE("roles: a wrong type or range is one sentence with file, node and field", "[system]") {
+TEST_CASE("roles: a wrong type or range is one sentence with file, node and field", "[sandbox]") {
     struct Case {
         json mark;
         std::string field;
@@ -170,7 +170,7 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
     }
 }
 
-TEST_CASE("roles: a broken physics extension is also one sentence", "[system]") {
+TEST_CASE("roles: a broken physics extension is also one sentence", "[sandbox]") {
     for (const json& body : std::vector<json>{json("box"),
                                               {{"motion", 3}},
                                               {{"collider", {{"geometry", {{"node", 7}}}}}},
@@ -185,7 +185,7 @@ TEST_CASE("roles: a broken physics extension is also one sentence", "[system]") 
     }
 }
 
-TEST_CASE("roles: settings of the scene have the keys of the command line, and wrong ones are refused", "[system]") {
+TEST_CASE("roles: settings of the scene have the keys of the command line, and wrong ones are refused", "[sandbox]") {
     Scene scene;
     scene.file = "tight.glb";
     addBox(scene, "peg", kSize, {{"role", "tool"}, {"stiffness_N_per_m", 500}});
@@ -212,7 +212,7 @@ TEST_CASE("roles: settings of the scene have the keys of the command line, and w
     CHECK_THROWS_WITH(with({{"trust", 2}}), Contains("trust"));  // larger than the margin
 }
 
-TEST_CASE("roles: a goal node defines the goal by its pose, a goal on the tool by its values", "[system]") {
+TEST_CASE("roles: a goal node defines the goal by its pose, a goal on the tool by its values", "[sandbox]") {
     Scene scene;
     const Entity parent = addNode(scene, "frame", {}, {.translation = {1, 0, 0}});
     addNode(scene, "seat", parent, {.translation = {0, 0.02, 0}});
@@ -238,7 +238,7 @@ TEST_CASE("roles: a goal node defines the goal by its pose, a goal on the tool b
     CHECK(anyContains(roles.warnings, "\"seat\" is also a goal"));
 }
 
-TEST_CASE("roles: roles that the user chose are saved into the file and read back", "[system]") {
+TEST_CASE("roles: roles that the user chose are saved into the file and read back", "[sandbox]") {
     const TempFolder folder;
     Scene made = pressScene();
     addBox(made, "third", kSize, {{"role", "visual"}, {"leaves", 50}});
@@ -263,7 +263,7 @@ TEST_CASE("roles: roles that the user chose are saved into the file and read bac
     CHECK_THROWS_AS(engine::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 
-TEST_CASE("roles: a scene without tool or obstacle opens, names what is missing and has no world", "[system]") {
+TEST_CASE("roles: a scene without tool or obstacle opens, names what is missing and has no world", "[sandbox]") {
     Scene scene;
     const Entity box = addBox(scene, "box", kSize);
     sandbox::HapticScene opened = sandbox::openScene(std::move(scene));

@@ -32,7 +32,7 @@ const glm::vec3 kSize(0.01f);
 
 }  // namespace
 
-TEST_CASE("scene motion: converts keys to mm and ms, interpolates linearly and holds the ends", "[system]") {
+TEST_CASE("scene motion: converts keys to mm and ms, interpolates linearly and holds the ends", "[sandbox]") {
     Scene scene;
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
     scene.animations.push_back(translation(tool, {0.5, 1.5}, {{0, 0, 0, 0}, {0.1, 0.02, 0, 0}}));
@@ -48,7 +48,7 @@ TEST_CASE("scene motion: converts keys to mm and ms, interpolates linearly and h
     CHECK(motion->at(9000).p.isApprox(Vec3(100, 20, 0)));
 }
 
-TEST_CASE("scene motion: steps hold, rotations take the shorter path, splines follow their tangents", "[system]") {
+TEST_CASE("scene motion: steps hold, rotations take the shorter path, splines follow their tangents", "[sandbox]") {
     Scene scene;
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
     const double s = std::sin(kPi / 8), c = std::cos(kPi / 8);
@@ -74,7 +74,7 @@ TEST_CASE("scene motion: steps hold, rotations take the shorter path, splines fo
     CHECK(stepped->at(1000).p.isApprox(Vec3(1000, 0, 0)));
 }
 
-TEST_CASE("scene motion: fixed ancestors transform the whole motion", "[system]") {
+TEST_CASE("scene motion: fixed ancestors transform the whole motion", "[sandbox]") {
     Scene scene;
     const Entity parent = addNode(
         scene, "table", {},
@@ -89,13 +89,13 @@ TEST_CASE("scene motion: fixed ancestors transform the whole motion", "[system]"
     CHECK(warnings.empty());
 }
 
-TEST_CASE("scene motion: starts at the pose of the node", "[system]") {
+TEST_CASE("scene motion: starts at the pose of the node", "[sandbox]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const Pose rest = sandbox::toPose(engine::worldPose(scene.scene.registry, scene.roles.tool));
     CHECK((scene.demonstration->at(0).p - rest.p).norm() < 1e-9);
 }
 
-TEST_CASE("scene motion: uses the first animation that moves the tool", "[system]") {
+TEST_CASE("scene motion: uses the first animation that moves the tool", "[sandbox]") {
     Scene scene;
     const Entity lamp = addBox(scene, "lamp", kSize);
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}});
@@ -107,7 +107,7 @@ TEST_CASE("scene motion: uses the first animation that moves the tool", "[system
     CHECK(warnings.empty());  // a lamp that is only drawn may be animated
 }
 
-TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are named once each", "[system]") {
+TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are named once each", "[sandbox]") {
     Scene scene;
     const Entity arm = addNode(scene, "arm");
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}}, {}, arm);
@@ -127,7 +127,7 @@ TEST_CASE("scene motion: animated ancestors, parts, obstacles and scale are name
     CHECK_THAT(warnings[3], Contains("\"tool\"") && Contains("scale"));
 }
 
-TEST_CASE("scene motion: warns about a shape that would shear during the motion", "[system]") {
+TEST_CASE("scene motion: warns about a shape that would shear during the motion", "[sandbox]") {
     Scene scene;
     const Entity stretched = addNode(scene, "stretched", {}, {.scale = {1, 3, 1}});
     const Entity tool = addBox(scene, "tool", kSize, {{"role", "tool"}}, {}, stretched);
@@ -140,7 +140,7 @@ TEST_CASE("scene motion: warns about a shape that would shear during the motion"
     CHECK_THAT(warnings[0], Contains("uneven scale"));
 }
 
-TEST_CASE("scene motion: sampling allocates nothing", "[system]") {
+TEST_CASE("scene motion: sampling allocates nothing", "[sandbox]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const AllocationCounter counter;
     double sum = 0;

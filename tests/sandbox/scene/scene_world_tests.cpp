@@ -52,7 +52,7 @@ double depthIn(const SphereTree& tree, const Vec3& point) {
 }  // namespace
 
 TEST_CASE("scene world: all meshes below a role node are one body, in mm, with scale and mirroring baked in",
-          "[system]") {
+          "[sandbox]") {
     Scene scene;
     const Entity top = addNode(scene, "assembly", {},
                                {.translation = {0.5, 0, 0}, .rotation = glm::angleAxis(0.7, glm::dvec3(0, 1, 0))});
@@ -84,7 +84,7 @@ TEST_CASE("scene world: all meshes below a role node are one body, in mm, with s
     CHECK(nearest < 1e-9);
 }
 
-TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled nodes", "[system]") {
+TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled nodes", "[sandbox]") {
     Scene scene = pressScene();
     scene.registry.get<engine::LocalTransform>(scene.nodes[0]).scale = {1, -1.5, 1};
     scene.registry.get<engine::LocalTransform>(scene.nodes[1]).scale = {-1, 1, 0.5};
@@ -97,7 +97,7 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     }
 }
 
-TEST_CASE("scene world: a collider's geometry replaces the drawn mesh, at the collider's pose", "[system]") {
+TEST_CASE("scene world: a collider's geometry replaces the drawn mesh, at the collider's pose", "[sandbox]") {
     Scene scene;
     const Entity wall = addBox(scene, "wall", glm::vec3(0.1f));
     const Entity holder = addNode(scene, "holder", wall, {.translation = {0, 0.2, 0}});
@@ -116,7 +116,7 @@ TEST_CASE("scene world: a collider's geometry replaces the drawn mesh, at the co
     }
 }
 
-TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their poses", "[system]") {
+TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their poses", "[sandbox]") {
     std::vector<double> fractions;
     std::vector<std::string> parts;
     std::size_t highest = 0;
@@ -153,7 +153,7 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
     CHECK(estimated);
 }
 
-TEST_CASE("scene world: bodies of one shape share one tree", "[system]") {
+TEST_CASE("scene world: bodies of one shape share one tree", "[sandbox]") {
     Scene scene;
     addBox(scene, "a", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}});
     addBox(scene, "b", glm::vec3(0.01f), {{"role", "obstacle"}, {"leaves", 64}}, {.translation = {0.1, 0, 0}});
@@ -166,7 +166,7 @@ TEST_CASE("scene world: bodies of one shape share one tree", "[system]") {
     CHECK(opened.demonstration == nullptr);
 }
 
-TEST_CASE("scene world: the second time trees come from the cache", "[system]") {
+TEST_CASE("scene world: the second time trees come from the cache", "[sandbox]") {
     const TempFolder folder;
     const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
     CHECK_FALSE(std::filesystem::is_empty(folder.path()));
@@ -178,7 +178,7 @@ TEST_CASE("scene world: the second time trees come from the cache", "[system]") 
     CHECK(calls <= 2);  // at most one final call for each part
 }
 
-TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so", "[system]") {
+TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so", "[sandbox]") {
     const TempFolder folder;
     const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
@@ -189,7 +189,7 @@ TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so"
     CHECK(anyContains(second.warnings, "built again"));
 }
 
-TEST_CASE("scene world: each node with a role finds its tree", "[system]") {
+TEST_CASE("scene world: each node with a role finds its tree", "[sandbox]") {
     sandbox::HapticScene scene = sandbox::openScene(pressScene());
     CHECK(sandbox::treeOf(scene, scene.roles.tool) == scene.world->tool.get());
     CHECK(sandbox::treeOf(scene, scene.roles.obstacles[0]) == scene.world->obstacles[0].tree.get());
@@ -198,7 +198,7 @@ TEST_CASE("scene world: each node with a role finds its tree", "[system]") {
     CHECK(sandbox::treeOf(scene, scene.roles.tool) == nullptr);
 }
 
-TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[system]") {
+TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[sandbox]") {
     Scene scene;
     const Entity top = addNode(scene, "group", {}, {.translation = {0.1, 0, 0}});
     addBox(scene, "a", glm::vec3(0.01f), nullptr, {.translation = {0, 0.02, 0}}, top);
@@ -212,7 +212,7 @@ TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[s
     CHECK(signedVolume(mesh) == Approx(1000 + 2000));
 }
 
-TEST_CASE("scene world: a part is built with its own maximum error", "[system]") {
+TEST_CASE("scene world: a part is built with its own maximum error", "[sandbox]") {
     Scene scene = pressScene();
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}, {"max_error_mm", 0.5}}}});
     const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
@@ -221,12 +221,12 @@ TEST_CASE("scene world: a part is built with its own maximum error", "[system]")
     CHECK(opened.world->tool->leafCount() < 4096);  // as few as necessary, not the default count
 }
 
-TEST_CASE("scene world: cancelling stops the build", "[system]") {
+TEST_CASE("scene world: cancelling stops the build", "[sandbox]") {
     const auto cancel = [](const sandbox::SceneStatus&) { return false; };
     CHECK_THROWS_AS(sandbox::openScene(pressScene(), {.treeCache = {}, .progress = cancel}), BuildCancelled);
 }
 
-TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[system]") {
+TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[sandbox]") {
     Scene scene;
     addBox(scene, "giant", glm::vec3(20), {{"role", "tool"}, {"leaves", 64}});
     addBox(scene, "dwarf", glm::vec3(1e-4f), {{"role", "obstacle"}, {"leaves", 64}});
@@ -239,7 +239,7 @@ TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[system]"
     CHECK(anyContains(opened.warnings, "\"dwarf\" is 0.173205 mm across"));
 }
 
-TEST_CASE("scene world: a role without triangles is refused in one sentence", "[system]") {
+TEST_CASE("scene world: a role without triangles is refused in one sentence", "[sandbox]") {
     Scene scene;
     addNode(scene, "ghost");
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}}}});
@@ -247,7 +247,7 @@ TEST_CASE("scene world: a role without triangles is refused in one sentence", "[
     CHECK_THROWS_WITH(sandbox::openScene(std::move(scene)), Contains("node 0 \"ghost\"") && Contains("no triangles"));
 }
 
-TEST_CASE("scene world: the cache folder follows the environment", "[system]") {
+TEST_CASE("scene world: the cache folder follows the environment", "[sandbox]") {
     const auto keep = [](const char* name) {
         const char* value = std::getenv(name);
         return value ? std::optional<std::string>(value) : std::nullopt;
@@ -274,7 +274,7 @@ TEST_CASE("scene world: the cache folder follows the environment", "[system]") {
     put("HOME", home);
 }
 
-TEST_CASE("device choice: separates names and files, and names an unknown device or missing file", "[system]") {
+TEST_CASE("device choice: separates names and files, and names an unknown device or missing file", "[sandbox]") {
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const auto demo = sandbox::startDevice(scene, "demo");
     CHECK(demo->read(0, 1).X_WT_device.p.isApprox(Vec3(0, 15, 0), 1e-6));

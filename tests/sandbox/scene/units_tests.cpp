@@ -7,13 +7,13 @@
 
 namespace touchstone::units_tests {
 
-TEST_CASE("units: a meter is a thousand millimeters in both directions", "[system]") {
+TEST_CASE("units: a meter is a thousand millimeters in both directions", "[sandbox]") {
     CHECK(sandbox::toMm({0.001, -2, 0.5}) == Vec3(1, -2000, 500));
     CHECK(sandbox::toMeters(Vec3(1, -2000, 500)) == glm::dvec3(0.001, -2, 0.5));
     CHECK(sandbox::toMeters(25.0) == 0.025);
 }
 
-TEST_CASE("units: a pose and its matrix map a point to the same place", "[system]") {
+TEST_CASE("units: a pose and its matrix map a point to the same place", "[sandbox]") {
     const unsigned seed = 7;
     INFO("seed " << seed);
     std::mt19937 random(seed);
@@ -32,7 +32,7 @@ TEST_CASE("units: a pose and its matrix map a point to the same place", "[system
     }
 }
 
-TEST_CASE("units: a pose contains no scale or mirroring", "[system]") {
+TEST_CASE("units: a pose contains no scale or mirroring", "[sandbox]") {
     glm::dmat4 matrix = glm::translate(glm::dmat4(1), {0.1, 0.2, 0.3});
     matrix = glm::rotate(matrix, 1.0, {0, 0, 1});
     const Pose pose = sandbox::toPose(glm::scale(matrix, {-2, 3, 0.5}));

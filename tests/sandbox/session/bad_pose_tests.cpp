@@ -76,7 +76,7 @@ void requireFinite(const sandbox::HeadlessRun& run) {
 
 }  // namespace
 
-TEST_CASE("invalid poses: a motion that leaves the range is flagged, and its report stays finite", "[system]") {
+TEST_CASE("invalid poses: a motion that leaves the range is flagged, and its report stays finite", "[sandbox]") {
     const Press press;
     for (const double far : {1.0001e6, -1e30, 1e150, 1e308, -1e308}) {
         CAPTURE(far);
@@ -106,7 +106,7 @@ TEST_CASE("invalid poses: a motion that leaves the range is flagged, and its rep
     }
 }
 
-TEST_CASE("invalid poses: a recording of them replays with the same bits", "[system][recording]") {
+TEST_CASE("invalid poses: a recording of them replays with the same bits", "[sandbox][recording]") {
     const Press press;
     sandbox::HeadlessOptions options;
     options.record = press.recording;
@@ -120,7 +120,7 @@ TEST_CASE("invalid poses: a recording of them replays with the same bits", "[sys
     CHECK(again.replay->same == 801);
 }
 
-TEST_CASE("invalid poses: an edited recording with them replays and reports where it differs", "[system][recording]") {
+TEST_CASE("invalid poses: an edited recording with them replays and reports where it differs", "[sandbox][recording]") {
     const Press press;
     press.record();
     int row = 300;
@@ -146,7 +146,7 @@ TEST_CASE("invalid poses: an edited recording with them replays and reports wher
     for (int t = 0; t <= 800; ++t) CHECK(hand.motion->at(t).isValid());
 }
 
-TEST_CASE("invalid poses: a recording that begins with them is refused in one sentence", "[system][recording]") {
+TEST_CASE("invalid poses: a recording that begins with them is refused in one sentence", "[sandbox][recording]") {
     const Press press;
     press.record();
     const fs::path file = press.recording / "recording.json";
@@ -166,7 +166,7 @@ TEST_CASE("invalid poses: a recording that begins with them is refused in one se
             }
 }
 
-TEST_CASE("invalid poses: a scene beyond a kilometer is refused in a sentence that names the node", "[system]") {
+TEST_CASE("invalid poses: a scene beyond a kilometer is refused in a sentence that names the node", "[sandbox]") {
     sandbox::SceneOptions options;
     options.buildTrees = false;
     const auto placed = [&](glm::dvec3 tool, glm::dvec3 obstacle, glm::vec3 size) {

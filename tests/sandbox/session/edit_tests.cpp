@@ -6,9 +6,7 @@
 
 #include "engine/edit/pick.hpp"
 #include "engine/edit/scene_edit.hpp"
-#include "engine/edit/undo.hpp"
 #include "engine/scene/gltf_read.hpp"
-#include "engine/ui/user_files.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/scene/placement.hpp"
@@ -42,29 +40,6 @@ engine::Entity pick(const HapticScene& scene, const Pose* X_WT, const engine::Ra
 }
 
 }  // namespace
-
-TEST_CASE("undo: steps are settled states, and a new step discards the redo list", "[edit]") {
-    engine::UndoStack<int> undo;
-    undo.note(1, true);
-    undo.note(1, true);
-    CHECK_FALSE(undo.canUndo());
-    undo.note(5, false);  // in the middle of a drag
-    undo.note(2, true);
-    undo.note(3, true);
-    CHECK(undo.undo() == 2);
-    CHECK(undo.undo() == 1);
-    CHECK_FALSE(undo.undo());
-    CHECK(undo.redo() == 2);
-    undo.note(2, true);  // the caller set it: not a step
-    CHECK(undo.canRedo());
-    undo.note(7, true);
-    CHECK_FALSE(undo.canRedo());
-    CHECK(undo.undo() == 2);
-    for (int i = 0; i < 1000; ++i) undo.note(10 + i, true);
-    int steps = 0;
-    while (undo.undo()) ++steps;
-    CHECK(steps == int(engine::UndoStack<int>::kMost) - 1);
-}
 
 TEST_CASE("edits: changes of one object are merged, and the difference of two lists can be applied", "[edit]") {
     std::vector<engine::SceneEdit> edits;
@@ -245,27 +220,6 @@ TEST_CASE("command line: the copied command runs without a window with the same 
         CAPTURE(info.key);
         CHECK(report.at("settings").at(std::string(info.key)) == getSetting(settings, info.key));
     }
-}
-
-TEST_CASE("recent scenes: newest first, each once, kept between runs, without missing files", "[edit]") {
-    const TempFolder folder;
-    const auto make = [&](const std::string& name) {
-        const auto file = folder.path() / name;
-        std::ofstream(file) << "x";
-        return file;
-    };
-    const auto a = make("a.glb"), b = make("b b.glb"), config = folder.path() / "config" / "deep";
-    {
-        engine::RecentScenes recent(config);
-        recent.add(a);
-        recent.add(b);
-        recent.add(a);
-        CHECK(recent.list() == std::vector{a, b});
-    }
-    CHECK(engine::RecentScenes(config).list() == std::vector{a, b});
-    std::filesystem::remove(b);
-    CHECK(engine::RecentScenes(config).list() == std::vector{a});
-    CHECK(engine::RecentScenes().list().empty());
 }
 
 }  // namespace touchstone::edit_tests

@@ -18,7 +18,7 @@ const sandbox::HeadlessOptions kUntimed{.device = "demo", .seconds = {}, .timing
 
 }  // namespace
 
-TEST_CASE("headless run: a press ends with its motion, carries force, and meets its outcome", "[system]") {
+TEST_CASE("headless run: a press ends with its motion, carries force, and meets its outcome", "[sandbox]") {
     std::vector<double> forces;
     sandbox::HeadlessOptions options;
     options.onTick = [&](const TickRecord& record, double penetration) {
@@ -47,7 +47,7 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
 }
 
 TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at any tolerance of the shadow",
-          "[system]") {
+          "[sandbox]") {
     const auto hashOf = [](const Settings& settings, bool timing) {
         sandbox::HeadlessOptions options;
         options.timing = timing;
@@ -66,14 +66,14 @@ TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at 
     CHECK(hashOf(settings, false) != hash);
 }
 
-TEST_CASE("headless run: another scene object from the same data gives the same bits", "[system]") {
+TEST_CASE("headless run: another scene object from the same data gives the same bits", "[sandbox]") {
     const sandbox::HapticScene again = sandbox::openScene(pressScene());
     CHECK(sandbox::runHeadless(again, again.settings, kUntimed).report.hash ==
           sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report.hash);
 }
 
 TEST_CASE("headless run: --seconds shortens or extends a run, and a short one skips the checks of the end",
-          "[system]") {
+          "[sandbox]") {
     sandbox::HeadlessOptions options = kUntimed;
     options.seconds = 0.05;
     sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), pressed().settings, options);
@@ -87,19 +87,19 @@ TEST_CASE("headless run: --seconds shortens or extends a run, and a short one sk
     CHECK(run.report.checks.size() == 4);
 }
 
-TEST_CASE("headless run: the rate sets the number of ticks of a motion", "[system]") {
+TEST_CASE("headless run: the rate sets the number of ticks of a motion", "[sandbox]") {
     Settings settings = pressed().settings;
     settings.rate = 500;
     CHECK(sandbox::runHeadless(pressed(), settings, kUntimed).report.ticks == 401);
 }
 
-TEST_CASE("headless run: without timing there are no times", "[system]") {
+TEST_CASE("headless run: without timing there are no times", "[sandbox]") {
     const sandbox::Report report = sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report;
     CHECK_FALSE(report.stepUs.max);
     CHECK(report.shadowUs.max == 0.0);
 }
 
-TEST_CASE("headless run: paper mode runs the same scene with the paper's solver", "[system]") {
+TEST_CASE("headless run: paper mode runs the same scene with the paper's solver", "[sandbox]") {
     Settings settings = pressed().settings;
     settings.mode = Mode::Paper;
     settings.solver = findSolver("pqp");
@@ -113,7 +113,7 @@ TEST_CASE("headless run: paper mode runs the same scene with the paper's solver"
     CHECK(std::isfinite(report.force));
 }
 
-TEST_CASE("headless run: a replayed motion is another device", "[system]") {
+TEST_CASE("headless run: a replayed motion is another device", "[sandbox]") {
     const TempFolder folder;
     std::vector<MotionKey> keys;
     for (int i = 0; i <= 20; ++i) keys.push_back({10.0 * i, pressed().demonstration->at(10.0 * i)});
