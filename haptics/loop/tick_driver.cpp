@@ -25,6 +25,15 @@ Session::Session(std::shared_ptr<const World> world_, const Settings& settings_,
     for (const Obstacle& obstacle : world->obstacles) X_WO.push_back(obstacle.X_WO);
 }
 
+SafetyInput safetyInput(const TickRecord& record) noexcept {
+    SafetyInput input;
+    input.wrench_o = record.wrench_o;                          // guard
+    input.solverFailed = (record.flags & kNonFinite) != 0;     // guard
+    input.badInput = (record.flags & kBadInput) != 0;          // guard
+    input.listOverflow = (record.flags & kListOverflow) != 0;  // guard
+    return input;
+}
+
 TickDriver::TickDriver(std::unique_ptr<Session> session) : session_(std::move(session)) { startOver(); }
 
 TickDriver::~TickDriver() { session_->device->write({}); }
@@ -168,18 +177,14 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     X_WT_tool_ = record.X_WT;
 
     record.periodUs = 1000 * clocks.periodMs;
-    record.wrench_out = session.safety.pass({
-        .wrench_o = record.wrench_o,
-        .solverFailed = (record.flags & kNonFinite) != 0,     // guard
-        .badInput = (record.flags & kBadInput) != 0,          // guard
-        .listOverflow = (record.flags & kListOverflow) != 0,  // guard
-        .fresh = reading.valid,                               // guard
-        .fault = reading.fault,                               // guard
-        .hung = clocks.hung && clocks.hung->exchange(false),  // guard
-        .fade = fade_.next(),                                 // guard
-        .dt = 1000 / settings().rate,                         // guard
-        .period = clocks.periodMs,                            // guard
-    });
+    SafetyInput checked = safetyInput(record);
+    checked.fresh = reading.valid;                               // guard
+    checked.fault = reading.fault;                               // guard
+    checked.hung = clocks.hung && clocks.hung->exchange(false);  // guard
+    checked.fade = fade_.next();                                 // guard
+    checked.dt = 1000 / settings().rate;                         // guard
+    checked.period = clocks.periodMs;                            // guard
+    record.wrench_out = session.safety.pass(checked);
     record.trips = session.safety.acting();
     if (session.safety.zeroed()) {
         // The force is zero already. A pending switch, which waits for zero, happens now; otherwise the force fades in.

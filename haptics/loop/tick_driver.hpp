@@ -41,6 +41,9 @@ struct TickClocks {
     std::atomic<bool>* hung = nullptr;  ///< set by the watchdog that released the device's forces; the tick clears it
 };
 
+/// What the safety stage takes from a tick: its wrench, and the flags that must stop the force. Real time.
+SafetyInput safetyInput(const TickRecord& record) noexcept;
+
 /// The sequence of each tick, shared by the loop's thread, headless runs and tests. Ramps and fades count ticks, so
 /// runs are bit-reproducible.
 /// - A change of stiffness or torsion ramps over 200 ms.

@@ -94,6 +94,23 @@ TEST_CASE("ramp: a straight line from any value that arrives exactly", "[loop]")
     CHECK(ramp.next() == 1);
 }
 
+TEST_CASE("tick driver: the safety stage gets the wrench and the flags that must stop the force, and no other",
+          "[loop]") {
+    TickRecord record;
+    record.wrench_o = {{1, 2, 3}, {4, 5, 6}};
+    record.flags = ~std::uint32_t(kNonFinite | kBadInput | kListOverflow);
+    SafetyInput input = safetyInput(record);
+    CHECK(input.wrench_o.force == Vec3(1, 2, 3));
+    CHECK(input.wrench_o.torque == Vec3(4, 5, 6));
+    CHECK_FALSE((input.solverFailed || input.badInput || input.listOverflow));
+    record.flags = kNonFinite;
+    CHECK(safetyInput(record).solverFailed);
+    record.flags = kBadInput;
+    CHECK(safetyInput(record).badInput);
+    record.flags = kListOverflow;
+    CHECK(safetyInput(record).listOverflow);
+}
+
 TEST_CASE("tick driver: the force fades in over the first 100 ms, then passes unchanged", "[loop]") {
     Fixture f;
     f.run(1);
