@@ -304,7 +304,7 @@ TEST_CASE("session: reports a blocked obstacle once, and moves it on when there 
     REQUIRE(waitUntilRunning(session));
     const auto told = [&] {
         return std::count_if(session.log().messages().begin(), session.log().messages().end(), [](const Message& m) {
-            return m.kind == Message::Kind::Warning && m.text.starts_with("lid stays where it is");
+            return m.kind == Message::Kind::Warning && m.text.starts_with("lid is blocked");
         });
     };
     const auto placed = [&](int node, double y) {
