@@ -12,32 +12,49 @@ if(TOUCHSTONE_SANITIZE)   # under them GCC 12 sees uninitialized values in its o
   target_link_options(touchstone_options INTERFACE ${sanitize})
 endif()
 
-# What a thousand ticks a second run through. Optimizing anything else costs half of the compile time and gains nothing.
+# What a thousand ticks a second run through. The rest is compiled with CMAKE_CXX_FLAGS alone, -O1 in the presets: optimizing it
+# further costs a third of its compile time. Its multiply-adds are fused as those of the core are (-fexpensive-optimizations).
 separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
 add_library(touchstone_numeric INTERFACE)
 target_compile_options(touchstone_numeric INTERFACE ${numeric})
 
-# Most of a compilation is reading headers, so the sources of a room are compiled as one, or ten at a time where a target is
-# one folder. The numeric core is not: its files are optimized one by one. Every file still includes what it uses: the
-# sanitizers' builds compile each by itself.
+# touchstone_unity(target [ROOM…]): most of a compilation is reading headers, so the sources of a room are compiled as one, or
+# sixteen at a time where a target is one folder. With rooms named, the sources of others stay alone: those of the tick are
+# optimized one by one. Every file still includes what it uses: the sanitizers' builds compile each by itself.
 function(touchstone_unity target)
   if(NOT TOUCHSTONE_UNITY)
     return()
   endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 10)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   target_compile_options(${target} PRIVATE -Wno-subobject-linkage)   # GCC takes the second file of a unit for a header
   get_target_property(sources ${target} SOURCES)
-  set(rooms)
+  set(rooms ${ARGN})
   foreach(source ${sources})
     cmake_path(GET source PARENT_PATH folder)
     cmake_path(GET folder FILENAME room)
-    list(APPEND rooms ${room})
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${room}")
+    if(NOT ARGN OR room IN_LIST ARGN)
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${room}")
+      list(APPEND rooms ${room})
+    endif()
   endforeach()
   list(REMOVE_DUPLICATES rooms)
   list(LENGTH rooms count)
   if(count GREATER 1)
     set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+  endif()
+endfunction()
+
+# touchstone_precompile(target HEADER…) or touchstone_precompile(target REUSE_FROM other). Every file still includes what it
+# uses: the sanitizers' builds do without.
+function(touchstone_precompile target)
+  if(NOT TOUCHSTONE_SANITIZE)
+    target_compile_options(${target} PRIVATE -fpch-preprocess)   # as ccache needs it
+    if(ARGV1 STREQUAL REUSE_FROM)
+      target_precompile_headers(${target} ${ARGN})
+      target_compile_options(${target} PRIVATE -fPIC)   # as the other, even if the target is a program
+    else()
+      target_precompile_headers(${target} PRIVATE ${ARGN})
+    endif()
   endif()
 endfunction()
 

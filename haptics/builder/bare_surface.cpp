@@ -16,8 +16,6 @@ constexpr int kMaxHalvings = 120;
 constexpr double kGapRelativeError = 1e-3;
 constexpr double kGapFineShare = 0.25;
 
-double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
-
 /// Returns k, where the longest side runs from corner k to corner k + 1. `length` becomes the length of that side.
 int longestSide(const Triangle& t, double& length) {
     const std::array<double, 3> side2{(t[1] - t[0]).squaredNorm(), (t[2] - t[1]).squaredNorm(),

@@ -6,15 +6,8 @@
 namespace touchstone {
 namespace {
 
-std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
-    std::vector<Box> boxes(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-        for (const Vec3& v : triangles[i]) boxes[i].add(v);
-    return boxes;
-}
-
 // Maximum number of halvings of one triangle: beyond it the corners coincide in double precision.
-constexpr int kMaxHalvings = 60;
+constexpr int kMaxDepth = 60;
 
 /// Growth of this ball, as a share of the growth of the smallest balls.
 double weightOf(const Ball& ball, const GrowthLaw& law, double growth) {
@@ -169,7 +162,7 @@ class CoverCertificate::Walk {
             return;
         }
         const auto [longest, edge2] = longestEdge(t);
-        const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxHalvings;
+        const bool small = edge2 <= resolution_ * resolution_ || level >= kMaxDepth;
         const auto hole = std::find(bare.begin(), bare.end(), true);
         if (!raise && (small || hole != bare.end())) {
             const auto corner = hole != bare.end() ? hole - bare.begin() : 0;

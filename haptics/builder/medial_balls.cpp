@@ -16,7 +16,7 @@ constexpr std::uint64_t kCutsASample = 16;
 constexpr double kGrow = 3;
 // Tolerance of the depth, as a share of the slack. Around the center of a sphere all facets are about equally near, and
 // an exact search would visit them all.
-constexpr double kDepthSlack = 0.004;
+constexpr double kDepthTolerance = 0.004;
 // Largest radius that is tried; the body's diagonal is below 2 in the frame of RepairedMesh.
 constexpr double kLargestRadius = 4;
 
@@ -133,7 +133,7 @@ Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, do
     }
     // In a thin part, with a wall within the slack, only an exact distance shows on which side the center lies.
     const bool thin = solid.wall(p + slack * inward, slack * (1 - 1e-6), 0, 0).triangle >= 0;
-    const double tolerance = thin ? 0 : kDepthSlack * slack;
+    const double tolerance = thin ? 0 : kDepthTolerance * slack;
     for (bool strict = false;; strict = true) {
         const Vec3 c = p + radius * inward;
         const TriangleBvh::Hit hit = solid.wall(c, radius * (1 + 1e-9) + 1e-12, 0, tolerance);

@@ -26,8 +26,6 @@ class Pulse {
 /// Indices of three vertices, counter-clockwise seen from the front.
 using Corners = std::array<int, 3>;
 
-inline double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
-
 /// Whether the triangle has an area, so that it is not degenerate.
 inline bool isUsable(const Triangle& t) {
     constexpr double kUsable = 1e-12;  // least ratio of the area to the squared longest side

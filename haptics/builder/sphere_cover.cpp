@@ -18,7 +18,7 @@ constexpr int kSpare = 2;
 // Number of steps in which a ball moves.
 constexpr int kSettleSteps = 14;
 // Tolerance of the depth, as a share of the step.
-constexpr double kDepthSlack = 0.002;
+constexpr double kStepTolerance = 0.002;
 // Maximum number of gaps that are listed at a time, for each ball that may be used.
 constexpr std::size_t kMaxGaps = 20;
 
@@ -37,7 +37,7 @@ void settle(Ball& ball, const std::vector<Vec3>& share, const SolidDepth& solid,
             if ((p - c).squaredNorm() > (*far - c).squaredNorm()) far = &p;
         return std::pair(*far, (*far - c).norm());
     };
-    const double tolerance = kDepthSlack * step;
+    const double tolerance = kStepTolerance * step;
     TriangleBvh::Hit hit = solid.wall(ball.center, ball.depth + 4 * tolerance, 0, tolerance);
     if (hit.triangle < 0) return;
     Vec3 far;

@@ -18,9 +18,9 @@
 namespace touchstone {
 namespace {
 
-constexpr int kMaxLevels = 32;        // maximum number of levels in a file
-constexpr long kMaxSlots = 1L << 26;  // maximum number of slots in a file
-constexpr double kLargest = 1e35;     // mm; leaves are stored in single precision, which ends at 3e38
+constexpr int kMaxLevels = 32;           // maximum number of levels in a file
+constexpr long kMaxSlots = 1L << 26;     // maximum number of slots in a file
+constexpr double kLargestNumber = 1e35;  // mm; leaves are stored in single precision, which ends at 3e38
 // Least and greatest number of numbers in a line: x y z r, and what the toolkit appends.
 constexpr std::size_t kMinNumbers = 4, kMaxNumbers = 10;
 
@@ -165,7 +165,7 @@ SphereHierarchy readSph(const std::filesystem::path& file, double mmPerUnit) {
             if (line->size() < kMinNumbers) lines.refuse("a sphere needs the numbers x y z radius");
             const double radius = (*line)[3] * mmPerUnit;
             const Vec3 center = Vec3((*line)[0], (*line)[1], (*line)[2]) * mmPerUnit;
-            if (!(std::abs(radius) <= kLargest && (center.array().abs() <= kLargest).all()))
+            if (!(std::abs(radius) <= kLargestNumber && (center.array().abs() <= kLargestNumber).all()))
                 lines.refuse("a number is not finite or too large");
             here.push_back(-1);
             if (radius < 0) continue;

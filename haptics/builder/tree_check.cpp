@@ -62,8 +62,6 @@ class Stages {
     std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), reported_;
 };
 
-double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
-
 /// The body that results from repairing the mesh, in the frame of RepairedMesh.
 class Body {
   public:

@@ -26,13 +26,6 @@ bool isNeedle(const Triangle& t) {
     return !((t[1] - t[0]).cross(t[2] - t[0]).norm() > kNeedle * longest2);
 }
 
-std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
-    std::vector<Box> boxes(triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-        for (const Vec3& v : triangles[i]) boxes[i].add(v);
-    return boxes;
-}
-
 }  // namespace
 
 Vec3 closestPoint(const Vec3& p, const Triangle& triangle, bool needle) {
@@ -67,6 +60,13 @@ double solidAngleShare(const Vec3& p, const Triangle& triangle) {
     const double det = a.dot(b.cross(c));
     const double den = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     return det == 0 ? 0 : std::atan2(det, den) / (2 * std::numbers::pi);
+}
+
+std::vector<Box> boxesOf(const std::vector<Triangle>& triangles) {
+    std::vector<Box> boxes(triangles.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+        for (const Vec3& v : triangles[i]) boxes[i].add(v);
+    return boxes;
 }
 
 TriangleBvh::TriangleBvh(std::vector<Triangle> triangles) : tree_(boxesOf(triangles)) {

@@ -10,6 +10,11 @@ namespace touchstone {
 
 using Triangle = std::array<Vec3, 3>;
 
+inline double areaOf(const Triangle& t) { return 0.5 * (t[1] - t[0]).cross(t[2] - t[0]).norm(); }
+
+/// The bounding boxes of triangles.
+std::vector<Box> boxesOf(const std::vector<Triangle>& triangles);
+
 struct Edge {
     int first = 0;  ///< the edge joins the corners first and first + 1, mod 3
     double length2 = 0;

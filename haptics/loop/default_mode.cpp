@@ -51,7 +51,7 @@ class DefaultTick {
     DefaultTick(Tick& tick, const Pose& device)
         : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {}
 
-    bool run(HandLoad& load);
+    bool run(Wrench& wrench);
 
   private:
     enum class Found {
@@ -440,7 +440,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     return length;
 }
 
-bool DefaultTick::run(HandLoad& load) {
+bool DefaultTick::run(Wrench& wrench) {
     for (int k = 0; k < int(state_.lists.size()); ++k)
         state_.lists[k].expect(state_.courses[k].shift, state_.courses[k].turn);
     bool leap = false;
@@ -484,12 +484,12 @@ bool DefaultTick::run(HandLoad& load) {
         state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
         state_.courses[k].X_OT = X_OT;
     }
-    load = tick_.loadOf(incrementBetween(device_, state_.graphic));
+    wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
     return true;
 }
 
 }  // namespace
 
-bool defaultTick(Tick& tick, const Pose& device, HandLoad& load) { return DefaultTick(tick, device).run(load); }
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench) { return DefaultTick(tick, device).run(wrench); }
 
 }  // namespace touchstone

@@ -83,7 +83,7 @@ double violation(const RowSet& rows, const Vec6& x) {
 
 }  // namespace
 
-bool paperTick(Tick& tick, const Pose& device, HandLoad& load) {
+bool paperTick(Tick& tick, const Pose& device, Wrench& wrench) {
     StepState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Settings& set = tick.settings;
@@ -120,7 +120,7 @@ bool paperTick(Tick& tick, const Pose& device, HandLoad& load) {
     record.hover = s.hoverAt(s.graphic);
     // Measured for an audit only: the paper's scheme itself does not need it.
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
-    load = tick.loadOf(dq);
+    wrench = tick.coupling(dq);
     return true;
 }
 

@@ -10,7 +10,7 @@
 
 namespace touchstone {
 
-bool penaltyTick(Tick& tick, const Pose& device, HandLoad& load) {
+bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench) {
     StepState::Impl& s = tick.state;
     TickRecord& record = tick.record;
     const Vec6 G = tick.stiffness();
@@ -48,7 +48,7 @@ bool penaltyTick(Tick& tick, const Pose& device, HandLoad& load) {
 
     s.contacts.clear();
     if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
-    load = tick.loadOf(incrementBetween(device, s.graphic));
+    wrench = tick.coupling(incrementBetween(device, s.graphic));
     return true;
 }
 

@@ -85,7 +85,7 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
 }
 
 void StepState::resume(const TickRecord& record) noexcept {
-    // A record holds the wrench and not the load; the wrench is zero exactly in ticks without load, see HandLoad.
+    // A record holds the wrench and not the load; the wrench is zero exactly in ticks without load, see Tick::coupling.
     begin({record.tick + 1, record.X_WT, record.X_WT_device, !record.wrench_C.isZero()});
 }
 
@@ -158,8 +158,9 @@ Vec6 Tick::stiffness() const {
     return G;
 }
 
-HandLoad Tick::loadOf(const Vec6& deviation) const {
-    return {{settings.stiffness * deviation.head<3>(), settings.torsion * deviation.tail<3>()}, !deviation.isZero(0)};
+Wrench Tick::coupling(const Vec6& deviation) {
+    loaded = !deviation.isZero(0);
+    return {settings.stiffness * deviation.head<3>(), settings.torsion * deviation.tail<3>()};
 }
 
 void Tick::note(const SolveResult& result) {
@@ -217,25 +218,25 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
 namespace {
 
 /// Runs the mode's tick. If it returns false, the tool stays where it is, without force.
-bool advance(Tick& tick, const Pose& device, HandLoad& load) {
+bool advance(Tick& tick, const Pose& device, Wrench& wrench) {
     StepState::Impl& state = tick.state;
     const Pose before = state.graphic;
     constexpr decltype(&defaultTick) kTicks[] = {defaultTick, paperTick, penaltyTick};  // by Mode
-    const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, load);
-    if (done && state.graphic.isFinite() && load.wrench.isFinite()) return true;
+    const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, wrench);
+    if (done && state.graphic.isFinite() && wrench.isFinite()) return true;
     if (done) tick.record.flags |= kNonFinite;
     state.graphic = before;
     return false;
 }
 
 /// The same with a moving obstacle that may push the tool. If the tool cannot move out of its way, the obstacle stays.
-bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, HandLoad& load) {
+bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wrench& wrench) {
     StepState::Impl& s = tick.state;
     const Settings& set = tick.settings;
     const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
     const double maxMove = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
     s.moveObstacle(k, target, s.paces[k] * maxMove);
-    bool fits = advance(tick, device, load);
+    bool fits = advance(tick, device, wrench);
     if (set.mode != Mode::Default) return fits;
     if (fits) {
         const Pose after = s.inObstacle(k, s.graphic);
@@ -254,7 +255,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Ha
     tick.record.collisionUs = tried.collisionUs;  // the refused attempt took time, too
     tick.record.solveUs = tried.solveUs;
     tick.record.shadowUs = tried.shadowUs;
-    return advance(tick, device, load);
+    return advance(tick, device, wrench);
 }
 
 }  // namespace
@@ -272,7 +273,7 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     for (std::size_t k = 0; k < state.lists.size(); ++k)
         state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
 
-    HandLoad load;
+    Wrench wrench;
     Pose device = state.device;
     bool hold = true;
     const int invalidTarget = state.findInvalidTarget(input.X_WO);
@@ -293,18 +294,18 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
                 state.given.obstacle = k;
                 state.given.X_WO = input.X_WO[k];
             }
-            hold = !(k < 0 ? advance(tick, device, load) : advancePushed(tick, device, k, input.X_WO[k], load));
+            hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
         }
     }
-    if (hold) load = {};
+    if (hold) wrench = {};
     state.device = device;
-    state.loaded = load.loaded;
+    state.loaded = !hold && tick.loaded && !wrench.isZero();  // as resume() finds it in a record
 
     record.X_WT_device = state.nodePose(device);
     record.X_WT = state.nodePose(state.graphic);
-    record.wrench_C = load.wrench;
-    record.wrench_o = load.wrench;
-    record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(load.wrench.force);
+    record.wrench_C = wrench;
+    record.wrench_o = wrench;
+    record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(wrench.force);
     return record;
 }
 

@@ -74,7 +74,7 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
-    bool loaded = false;          ///< the last tick put force on the hand (HandLoad::loaded)
+    bool loaded = false;          ///< the last tick put force on the hand (Tick::loaded)
     std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
     /// Answers of the last two ticks, newest first, by linearization; the last entry serves all later linearizations.
     std::array<std::array<Vec6, 2>, 4> lastSteps;
@@ -105,12 +105,6 @@ struct StepState::Impl {
     double hoverAt(const Pose& q) const;
 };
 
-/// What the hand feels in a tick.
-struct HandLoad {
-    Wrench wrench;        ///< about C
-    bool loaded = false;  ///< something holds the graphic tool away from the device, so the tick carries force
-};
-
 /// What one tick works with.
 struct Tick {
     StepState::Impl& state;
@@ -118,12 +112,13 @@ struct Tick {
     const StageClock& clock;
     bool audit;
     TickRecord& record;
+    bool loaded = false;  ///< something holds the graphic tool away from the device, so the tick puts force on the hand
 
     std::uint64_t now() const { return clock.now ? clock.now() : 0; }
     void addTime(double& stage, std::uint64_t since) const { stage += double(now() - since) * clock.microseconds; }
     Vec6 stiffness() const;
-    /// The load of the coupling (3) if the graphic tool is this increment away from the device.
-    HandLoad loadOf(const Vec6& deviation) const;
+    /// Wrench of the coupling (3) about C if the graphic tool is this increment away from the device; sets `loaded`.
+    Wrench coupling(const Vec6& deviation);
     /// The rows that an approximate solver is given, after `screen` has removed redundant ones.
     const RowSet& screened(RowScreen& screen, const RowSet& rows) const {
         const bool off = settings.mode == Mode::Paper || rows.size() == 0;
@@ -135,10 +130,10 @@ struct Tick {
     void runShadow(const QpProblem& problem, const Vec6& rendered);
 };
 
-/// The modes. Each moves `state.graphic` toward `device` and fills `load`. If it returns false, the tool is held and
+/// The modes. Each moves `state.graphic` toward `device` and sets `wrench`. If it returns false, the tool is held and
 /// there is no force.
-bool defaultTick(Tick& tick, const Pose& device, HandLoad& load);
-bool paperTick(Tick& tick, const Pose& device, HandLoad& load);
-bool penaltyTick(Tick& tick, const Pose& device, HandLoad& load);
+bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
 
 }  // namespace touchstone

@@ -15,8 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
-
 glm::dquat degreesAbout(const glm::dvec3& axis, double degrees) { return about(axis, glm::radians(degrees)); }
 
 std::string numbered(const char* name, double value) {

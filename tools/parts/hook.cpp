@@ -6,11 +6,7 @@
 #include "tools/parts/wire.hpp"
 
 namespace touchstone::app {
-namespace {
-
-constexpr glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
-
-}  // namespace
+namespace {}  // namespace
 
 engine::MeshData hook(const HookAndEye& fit) {
     std::vector<glm::dvec3> line{{0, fit.shank, 0}};
