@@ -230,6 +230,8 @@ class Soak {
         std::vector<double> after;
         for (const auto& [t, megabytes] : memory_)
             if (t >= warm) after.push_back(megabytes);
+        if (after.empty())
+            after.push_back(memory_.empty() ? 0 : memory_.back().megabytes);  // stopped before it was warm
         const std::size_t few = std::min<std::size_t>(3, after.size());
         const double first = median({after.begin(), after.begin() + static_cast<std::ptrdiff_t>(few)});
         const double last = median({after.end() - static_cast<std::ptrdiff_t>(few), after.end()});
