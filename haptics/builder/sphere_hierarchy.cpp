@@ -86,7 +86,7 @@ class NumberLines {
     long at_ = 0;
 };
 
-void append(std::string& out, double value) {
+void appendNumber(std::string& out, double value) {
     std::array<char, 32> digits;
     const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
     assert(error == std::errc{});
@@ -216,7 +216,7 @@ void writeSph(const SphereHierarchy& hierarchy, const std::filesystem::path& fil
             assert(nodes[slot].radius >= 0);
             for (const double x :
                  {nodes[slot].center.x(), nodes[slot].center.y(), nodes[slot].center.z(), nodes[slot].radius}) {
-                append(text, x / mmPerUnit);
+                appendNumber(text, x / mmPerUnit);
                 text += ' ';
             }
             text += "1\n";

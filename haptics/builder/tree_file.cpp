@@ -17,7 +17,7 @@ constexpr char kMagic[8] = {'T', 'S', 'S', 'P', 'H', 'E', 'R', 'E'};
 constexpr std::uint32_t kVersion = 3;  // version of the file format
 
 template <class T>
-void append(std::string& out, const T& value) {
+void appendBytes(std::string& out, const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
     out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
@@ -43,19 +43,19 @@ struct Reader {
 std::string encoded(const SphereTree& tree, std::uint64_t key) {
     const TreeCertificate& c = tree.certificate;
     std::string out;
-    append(out, kMagic);
-    append(out, kVersion);
-    append(out, key);
-    append(out, c.protrusion);
-    append(out, c.diagonal);
-    append(out, c.hollow);
-    append(out, static_cast<std::uint8_t>(c.covered));
-    append(out, static_cast<std::uint8_t>(c.closed));
-    append(out, static_cast<std::uint32_t>(c.note.size()));
+    appendBytes(out, kMagic);
+    appendBytes(out, kVersion);
+    appendBytes(out, key);
+    appendBytes(out, c.protrusion);
+    appendBytes(out, c.diagonal);
+    appendBytes(out, c.hollow);
+    appendBytes(out, static_cast<std::uint8_t>(c.covered));
+    appendBytes(out, static_cast<std::uint8_t>(c.closed));
+    appendBytes(out, static_cast<std::uint32_t>(c.note.size()));
     out += c.note;
-    append(out, static_cast<std::uint32_t>(tree.leafCount()));
-    for (int i = 0; i < tree.leafCount(); ++i) append(out, tree.leaf(i));
-    append(out, Hash().add(out.data(), out.size()).value());
+    appendBytes(out, static_cast<std::uint32_t>(tree.leafCount()));
+    for (int i = 0; i < tree.leafCount(); ++i) appendBytes(out, tree.leaf(i));
+    appendBytes(out, Hash().add(out.data(), out.size()).value());
     return out;
 }
 
