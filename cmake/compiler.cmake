@@ -13,7 +13,8 @@ if(TOUCHSTONE_SANITIZE)   # under them GCC 12 sees uninitialized values in its o
 endif()
 
 # What a thousand ticks a second run through. The rest is compiled with CMAKE_CXX_FLAGS alone, -O1 in the presets: optimizing it
-# further costs a third of its compile time. Its multiply-adds are fused as those of the core are (-fexpensive-optimizations).
+# further costs a third of its compile time. -fexpensive-optimizations fuses multiply-adds: without it results differ from the
+# core's, and depend on where an array starts, since vectors are fused and the elements before the first vector are not.
 separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
 add_library(touchstone_numeric INTERFACE)
 target_compile_options(touchstone_numeric INTERFACE ${numeric})
