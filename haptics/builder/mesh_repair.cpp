@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <stdexcept>
+#include <tuple>
 
 #include "haptics/builder/mesh_shells.hpp"
 
@@ -70,6 +71,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     for (const Triangle& t : membranes)
         if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
     shells.append(out.faces);
+    std::tie(out.vertices, out.walls) = std::move(shells).walls();
     return out;
 }
 

@@ -471,4 +471,12 @@ void Shells::append(std::vector<Face>& out) {
     }
 }
 
+std::pair<std::vector<Vec3>, std::vector<Corners>> Shells::walls() && {
+    std::size_t kept = 0;
+    for (std::size_t w = 0; w < walls_.size(); ++w)
+        if (wallFace_[w] < 0 || !buried_[wallFace_[w]]) walls_[kept++] = walls_[w];
+    walls_.resize(kept);
+    return {std::move(vertices_), std::move(walls_)};
+}
+
 }  // namespace touchstone

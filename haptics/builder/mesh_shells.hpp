@@ -26,6 +26,9 @@ class Shells {
     /// Appends all faces with their roles, shell by shell.
     void append(std::vector<Face>& out);
 
+    /// All vertices, and the walls and caps as vertices.
+    std::pair<std::vector<Vec3>, std::vector<Corners>> walls() &&;
+
   private:
     struct Shell {
         bool closed = false;

@@ -1,0 +1,305 @@
+#include "haptics/surface/surface_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "haptics/builder/mesh_faces.hpp"
+
+namespace touchstone {
+namespace {
+
+/// Quadruple precision, in which the determinant below is exact for coordinates of single precision, and correct to
+/// 1e-33 of the size of the part for others.
+__extension__ using Wide = __float128;
+
+/// The smallest sine of the angle between a spoke and a vertex's supporting plane. With a smaller value rounding would
+/// decide; a vertex dropped for this rises above its neighbors by less than 1e-13 of their distance.
+constexpr double kStrict = 1e-13;
+/// Maximum number of needles that are passed to find the face beyond them. More lie in a row only in broken meshes.
+constexpr int kNeedles = 16;
+
+template <class Real>
+Real determinant(const std::array<Real, 3>& a, const std::array<Real, 3>& b, const std::array<Real, 3>& c) {
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/// 1 if p lies in front of the triangle, -1 behind, 0 in its plane. The bound on the rounding error is that of J.
+/// Shewchuk, Adaptive precision floating-point arithmetic, Discrete & Computational Geometry 18 (1997).
+int sideOf(const Vec3& p, const Triangle& t) {
+    const auto from = [&]<class Real>(const Vec3& q, Real) {
+        return std::array{Real(q[0]) - Real(t[0][0]), Real(q[1]) - Real(t[0][1]), Real(q[2]) - Real(t[0][2])};
+    };
+    const auto signOf = [](auto x) { return (x > 0) - (x < 0); };
+    const auto a = from(t[1], 0.0), b = from(t[2], 0.0), c = from(p, 0.0);
+    const double rough = determinant(a, b, c);
+    const auto product = [&](int x, int y, int z) {
+        return std::abs(a[x]) * (std::abs(b[y] * c[z]) + std::abs(b[z] * c[y]));
+    };
+    if (std::abs(rough) > 1e-15 * (product(0, 1, 2) + product(1, 2, 0) + product(2, 0, 1))) return signOf(rough);
+    return signOf(determinant(from(t[1], Wide()), from(t[2], Wide()), from(p, Wide())));
+}
+
+/// The point nearest to the origin of the convex hull of up to four points, of which only those that it lies between
+/// are kept. It is zero if the hull of four contains the origin.
+Vec3 nearestOfHull(std::vector<Vec3>& points) {
+    const auto contains = [&] {
+        for (int k = 0; k < 4; ++k) {
+            const Vec3 &a = points[(k + 1) % 4], &b = points[(k + 2) % 4], &c = points[(k + 3) % 4];
+            const Vec3 normal = (b - a).cross(c - a);
+            if (normal.dot(-a) * normal.dot(points[k] - a) < 0) return false;
+        }
+        return true;
+    };
+    if (points.size() == 4 && contains()) return Vec3::Zero();
+    std::vector<Vec3> kept{points[0]};
+    Vec3 nearest = points[0];
+    const auto offer = [&](const Vec3& x, std::initializer_list<Vec3> of) {
+        if (x.squaredNorm() >= nearest.squaredNorm()) return;
+        nearest = x;
+        kept = of;
+    };
+    const std::size_t n = points.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3& a = points[i];
+        offer(a, {a});
+        for (std::size_t j = i + 1; j < n; ++j) {
+            const Vec3 &b = points[j], ab = b - a;
+            const double t = -a.dot(ab) / ab.squaredNorm();
+            if (t > 0 && t < 1) offer(a + t * ab, {a, b});
+            for (std::size_t k = j + 1; k < n; ++k) {
+                const Vec3 &c = points[k], normal = ab.cross(c - a);
+                const Vec3 x = normal * (normal.dot(a) / normal.squaredNorm());
+                const bool inside = normal.dot((a - x).cross(b - x)) > 0 && normal.dot((b - x).cross(c - x)) > 0 &&
+                                    normal.dot((c - x).cross(a - x)) > 0;
+                if (inside) offer(x, {a, b, c});
+            }
+        }
+    }
+    points = kept;
+    return nearest;
+}
+
+/// A vector that forms an acute angle with all these unit vectors, if there is one: toward the point of their convex
+/// hull that is nearest to the origin. Source: E. Gilbert, D. Johnson, S. Keerthi, A fast procedure for computing the
+/// distance between complex objects, IEEE J. Robotics and Automation 4 (1988).
+std::optional<Vec3> findSupport(const std::vector<Vec3>& directions) {
+    std::vector<Vec3> simplex;
+    Vec3 x = directions.front();
+    for (std::size_t step = 0; step < directions.size() + 8; ++step) {
+        const auto lowest = std::min_element(directions.begin(), directions.end(),
+                                             [&](const Vec3& a, const Vec3& b) { return a.dot(x) < b.dot(x); });
+        if (lowest->dot(x) > kStrict * x.norm()) return x;
+        if (std::find(simplex.begin(), simplex.end(), *lowest) != simplex.end()) return std::nullopt;
+        simplex.push_back(*lowest);
+        x = nearestOfHull(simplex);
+        if (x.norm() < kStrict) return std::nullopt;
+    }
+    return x;  // undecided: a vertex too many costs only time
+}
+
+/// Finds the features. A use is the number 3 * face + side, as in EdgeTable.
+class FeatureFinder {
+  public:
+    FeatureFinder(const RepairedMesh& body, Pulse& pulse)
+        : body_(body),
+          pulse_(pulse),
+          partner_(3 * body.walls.size(), -1),
+          bend_(partner_.size(), 0),
+          faceOf_(body.walls.size(), -1) {}
+
+    SurfaceFeatures find() &&;
+
+  private:
+    /// The two uses at an edge between which there is material, counter-clockwise about the edge from low to high.
+    struct Wedge {
+        int begin, end;
+    };
+
+    const Vec3& point(int corner) const { return body_.vertices[corner]; }
+    Triangle triangle(int face) const {
+        const auto& c = body_.walls[face];
+        return {point(c[0]), point(c[1]), point(c[2])};
+    }
+    int endOf(int use) const { return body_.walls[use / 3][(use % 3 + 1) % 3]; }
+    int opposite(int use) const { return body_.walls[use / 3][(use % 3 + 2) % 3]; }
+
+    void findWedges();
+    void addWedges(const EdgeTable& table, const EdgeTable::Edge& edge);
+    int beyondNeedles(int use, const Vec3& at) const;
+    void addEdge(const Wedge& wedge);
+    bool isSupported(int vertex, std::span<const int> fan);
+    void addVertices();
+
+    const RepairedMesh& body_;
+    Pulse& pulse_;
+    std::vector<Wedge> wedges_;
+    std::vector<int> partner_;       ///< by use: the other use of its wedge; -1: the neighboring face is buried
+    std::vector<signed char> bend_;  ///< by use: -1 convex, 1 concave, 0 flat or not known
+    std::vector<int> faceOf_;        ///< by wall: the index of its face; -1 for needles
+    std::vector<Vec3> directions_;   ///< of spokes
+    SurfaceFeatures out_;
+};
+
+void FeatureFinder::findWedges() {
+    const EdgeTable table(body_.walls, body_.vertices.size(), pulse_);
+    table.forEach([&](const EdgeTable::Edge& edge) {
+        pulse_();
+        addWedges(table, edge);
+    });
+}
+
+void FeatureFinder::addWedges(const EdgeTable& table, const EdgeTable::Edge& edge) {
+    // Material begins at a face that runs down the edge, and ends at one that runs up.
+    struct Use {
+        int use;
+        bool up;
+        double angle;
+    };
+    std::vector<Use> around;
+    const Vec3 along = (point(edge.high) - point(edge.low)).normalized();
+    const Vec3 aside = along.unitOrthogonal(), across = along.cross(aside);
+    int up = 0;
+    for (const int use : edge.uses) {
+        const Vec3 wing = point(opposite(use)) - point(edge.low);
+        around.push_back({use, table.from(use) == edge.low, std::atan2(wing.dot(across), wing.dot(aside))});
+        up += around.back().up;
+    }
+    if (2 * up != int(around.size())) {
+        ++out_.dropped.buriedEdges;
+        return;
+    }
+    if (around.size() > 2)
+        std::sort(around.begin(), around.end(),
+                  [](const Use& a, const Use& b) { return a.angle < b.angle || (a.angle == b.angle && a.up < b.up); });
+    // The walk begins where no shell has material: after the use at which the depth is least.
+    const std::size_t n = around.size();
+    std::size_t begin = 0;
+    for (int i = 0, depth = 0, least = 0; i < int(n); ++i)
+        if ((depth += around[i].up ? -1 : 1) < least) least = depth, begin = i + 1;
+    for (std::size_t i = 0, first = 0, depth = 0; i < n; ++i) {
+        const Use& use = around[(begin + i) % n];
+        if (!use.up && depth++ == 0) first = (begin + i) % n;
+        if (!use.up || --depth > 0) continue;
+        const Wedge wedge{around[first].use, use.use};
+        partner_[wedge.begin] = wedge.end;
+        partner_[wedge.end] = wedge.begin;
+        wedges_.push_back(wedge);
+    }
+}
+
+/// The face at this use or, where that is a needle, the face beyond it as seen from a point of the edge; -1 if there is
+/// none.
+int FeatureFinder::beyondNeedles(int use, const Vec3& at) const {
+    for (int step = 0; step < kNeedles && use >= 0; ++step) {
+        const int face = use / 3;
+        if (faceOf_[face] >= 0) return face;
+        // All sides of a needle lie on a line: it is left through the longest one or, if it was entered through that,
+        // through the other side that contains the point.
+        const Triangle t = triangle(face);
+        int side = longestEdge(t).first;
+        if (side == use % 3) {
+            side = (side + 1) % 3;
+            const Vec3 &tip = t[(side + 1) % 3], way = t[side] - tip;
+            if ((at - tip).dot(way) < 0) side = (side + 1) % 3;
+        }
+        use = partner_[3 * face + side];
+    }
+    return -1;
+}
+
+void FeatureFinder::addEdge(const Wedge& wedge) {
+    // Where a needle's longest side is an edge, the two others stand for it.
+    for (const int use : {wedge.begin, wedge.end})
+        if (faceOf_[use / 3] < 0 && longestEdge(triangle(use / 3)).first == use % 3) return;
+    const int a = body_.walls[wedge.begin / 3][wedge.begin % 3], b = endOf(wedge.begin);
+    const Vec3 middle = (point(a) + point(b)) / 2;
+    const int begin = beyondNeedles(wedge.begin, middle), end = beyondNeedles(wedge.end, middle);
+    if (begin < 0 || end < 0) {
+        ++out_.dropped.buriedEdges;
+        return;
+    }
+    // The corner of the end's face that is farthest from the edge decides; the face beyond needles has other corners.
+    int wing = opposite(wedge.end);
+    if (end != wedge.end / 3) {
+        const Vec3 along = (point(b) - point(a)).normalized();
+        const auto& c = body_.walls[end];
+        const auto distance = [&](int v) { return (point(v) - point(a)).cross(along).squaredNorm(); };
+        wing = *std::max_element(c.begin(), c.end(), [&](int v, int w) { return distance(v) < distance(w); });
+    }
+    const int bend = sideOf(point(wing), triangle(begin));
+    bend_[wedge.begin] = bend_[wedge.end] = static_cast<signed char>(bend);
+    if (bend < 0)
+        out_.edges.push_back({{a, b}, {faceOf_[begin], faceOf_[end]}});
+    else
+        ++(bend > 0 ? out_.dropped.concaveEdges : out_.dropped.flatEdges);
+}
+
+/// Whether a plane touches the material around a vertex in that point alone. If all spokes are strictly on one side of
+/// a plane, the material is there or everywhere else. It is there if the spoke nearest to the plane is a convex edge.
+bool FeatureFinder::isSupported(int vertex, std::span<const int> fan) {
+    directions_.clear();
+    for (const int use : fan) directions_.push_back((point(endOf(use)) - point(vertex)).normalized());
+    const std::optional<Vec3> inward = findSupport(directions_);
+    if (!inward) return false;
+    double least = HUGE_VAL;
+    int bend = 0;
+    for (std::size_t k = 0; k < fan.size(); ++k)
+        if (const double height = directions_[k].dot(*inward); bend_[fan[k]] != 0 && height < least) {
+            least = height;
+            bend = bend_[fan[k]];
+        }
+    return bend < 0;
+}
+
+/// Walks the fan of faces around each corner of each face. A corner has the number of the use that begins there.
+void FeatureFinder::addVertices() {
+    std::vector<char> seen(partner_.size(), 0);
+    std::vector<int> fan;
+    for (int start = 0; start < int(seen.size()); ++start) {
+        pulse_();
+        if (seen[start]) continue;
+        const int vertex = body_.walls[start / 3][start % 3];
+        fan.clear();
+        int corner = start;
+        do {
+            seen[corner] = 1;
+            fan.push_back(corner);
+            corner = partner_[3 * (corner / 3) + (corner % 3 + 2) % 3];
+        } while (corner >= 0 && !seen[corner]);
+        if (corner != start) {
+            out_.dropped.buriedVertices += corner < 0;  // of the walks in an open fan, one reaches its end
+        } else if (!isSupported(vertex, fan)) {
+            ++out_.dropped.unsupportedVertices;
+        } else {
+            out_.vertices.push_back({vertex, int(out_.spokes.size()), int(fan.size())});
+            for (const int use : fan) out_.spokes.push_back(endOf(use));
+        }
+    }
+}
+
+SurfaceFeatures FeatureFinder::find() && {
+    for (int f = 0; f < int(body_.walls.size()); ++f) {
+        const Triangle t = triangle(f);
+        if (isUsable(t)) {
+            faceOf_[f] = int(out_.faces.size());
+            out_.faces.push_back({body_.walls[f], (t[1] - t[0]).cross(t[2] - t[0]).normalized()});
+        } else {
+            ++out_.dropped.needles;
+        }
+    }
+    findWedges();
+    for (const Wedge& wedge : wedges_) addEdge(wedge);
+    addVertices();
+    for (const Vec3& p : body_.vertices) out_.points.push_back(p / body_.scale);
+    return std::move(out_);
+}
+
+}  // namespace
+
+SurfaceFeatures surfaceFeatures(const RepairedMesh& body, const Heartbeat& heartbeat) {
+    Pulse pulse(heartbeat);
+    return FeatureFinder(body, pulse).find();
+}
+
+}  // namespace touchstone
