@@ -6,7 +6,6 @@
 #include "tools/parts/wire.hpp"
 
 namespace touchstone::app {
-namespace {}  // namespace
 
 engine::MeshData hook(const HookAndEye& fit) {
     std::vector<glm::dvec3> line{{0, fit.shank, 0}};
