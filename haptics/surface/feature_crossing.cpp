@@ -1,0 +1,107 @@
+#include "haptics/surface/feature_crossing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+/// Distance by which faces and edges are widened, mm, so that nothing passes between neighbors by rounding.
+constexpr double kOverlap = 1e-9;
+/// The smallest sine of the angle between two edges that cross. Edges that are more parallel meet at their ends, which
+/// are vertices.
+constexpr double kParallel = 1e-6;
+/// Sine of the angle by which a face may rise in front of the normal: rounding.
+constexpr double kFlat = 1e-9;
+
+/// The times in [0, 1] at which a + b t + c t² = 0, in rising order, and 1.
+struct Times {
+    std::array<double, 3> at{};
+    int count = 0;
+
+    Times(double a, double b, double c) {
+        const auto add = [&](double t) {
+            if (t >= 0 && t <= 1) at[count++] = t;
+        };
+        if (const double discriminant = b * b - 4 * a * c; discriminant >= 0) {
+            const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+            if (q != 0) add(a / q);
+            if (c != 0) add(q / c);
+        }
+        add(1);
+        std::sort(at.begin(), at.begin() + count);
+    }
+};
+
+}  // namespace
+
+EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge) {
+    const Vec3 &a = surface.points[edge.points[0]], &b = surface.points[edge.points[1]];
+    const Vec3 along = (b - a).normalized();
+    return {{a, b},
+            {surface.faces[edge.faces[0]].normal.cross(along), along.cross(surface.faces[edge.faces[1]].normal)}};
+}
+
+std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least) {
+    const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
+    if (after >= least || before < after) return std::nullopt;
+    double from = 0, to = 1;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 inward = normal.cross(face[(k + 1) % 3] - face[k]).normalized();
+        const double first = inward.dot(vertex.from - face[k]) + kOverlap,
+                     last = inward.dot(vertex.to - face[k]) + kOverlap;
+        if (first < 0 && last < 0) return std::nullopt;
+        if (first < 0) from = std::max(from, first / (first - last));
+        if (last < 0) to = std::min(to, first / (first - last));
+    }
+    const auto heightAt = [&](double t) { return before + t * (after - before); };
+    if (from > to || heightAt(from) < 0 || heightAt(to) >= least) return std::nullopt;
+    const double time = before > after ? std::clamp((before - least) / (before - after), from, to) : from;
+    return FeatureCrossing{time, normal, vertex.at(time), after};
+}
+
+std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
+                                        const EdgePlace& resting, double turn, double least) {
+    const Vec3 b = resting.ends[0], v = resting.ends[1] - b;
+    const auto crossingAt = [&](double time) -> std::optional<FeatureCrossing> {
+        const Vec3 a = ends[0].at(time), u = ends[1].at(time) - a, w = a - b, cross = u.cross(v);
+        const double uu = u.squaredNorm(), vv = v.squaredNorm(), det = cross.squaredNorm();
+        if (det <= kParallel * kParallel * uu * vv) return std::nullopt;
+        const double uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
+        const double onMoving = (uv * vw - vv * uw) / det, onResting = (uu * vw - uv * uw) / det;
+        const auto inside = [](double at, double length2) {
+            const double overlap = kOverlap / std::sqrt(length2);
+            return at >= -overlap && at <= 1 + overlap;
+        };
+        if (!inside(onMoving, uu) || !inside(onResting, vv)) return std::nullopt;
+        Vec3 normal = cross / std::sqrt(det);
+        if (normal.dot(resting.wings[0] + resting.wings[1]) > 0) normal = -normal;
+        if (normal.dot(resting.wings[0]) > kFlat || normal.dot(resting.wings[1]) > kFlat ||
+            normal.dot(moving.wings[0]) < -turn - kFlat || normal.dot(moving.wings[1]) < -turn - kFlat)
+            return std::nullopt;
+        // The points that meet are followed, not the nearest points afterwards.
+        const Vec3 point = b + onResting * v;
+        const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
+                      ends[0].to + onMoving * (ends[1].to - ends[0].to)};
+        const double after = normal.dot(met.to - point);
+        if (normal.dot(met.from - point) < 0 || after >= least) return std::nullopt;
+        return FeatureCrossing{time, normal, point, after};
+    };
+    // The volume between the edges is a quadratic function of time; it vanishes where the lines meet.
+    const Vec3 u0 = ends[1].from - ends[0].from, u1 = ends[1].to - ends[0].to - u0;
+    const Vec3 w0 = ends[0].from - b, w1 = ends[0].to - ends[0].from;
+    const Vec3 c0 = u0.cross(v), c1 = u1.cross(v);
+    const Times times(c0.dot(w0), c0.dot(w1) + c1.dot(w0), c1.dot(w1));
+    for (int k = 0; k < times.count; ++k)
+        if (const auto found = crossingAt(times.at[k])) return found;
+    return std::nullopt;
+}
+
+CrossingRow rowOf(const FeatureCrossing& crossing, const Way& C, const Vec6& step, double kept) {
+    CrossingRow out;
+    out.row << crossing.normal, (crossing.point - C.at(crossing.time)).cross(crossing.normal);
+    out.gap = crossing.after - out.row.dot(step) - kept;
+    return out;
+}
+
+}  // namespace touchstone

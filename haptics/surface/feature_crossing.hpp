@@ -1,0 +1,52 @@
+#pragma once
+// Where a step would bring two features too near: the constraints of exact contact.
+#include <array>
+#include <optional>
+
+#include "haptics/builder/triangle_bvh.hpp"
+#include "haptics/surface/surface_features.hpp"
+
+namespace touchstone {
+
+/// The way of a point during a step, a straight line: an arc of angle a bends by less than radius a²/8 from it.
+struct Way {
+    Vec3 from, to;
+    Vec3 at(double t) const { return from + t * (to - from); }
+};
+
+/// A convex edge, and for each of its two faces the direction of unit length from the edge into the face.
+struct EdgePlace {
+    std::array<Vec3, 2> ends;
+    std::array<Vec3, 2> wings;
+};
+EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge);
+
+/// A pair of features that a step brings nearer than allowed. Lengths in mm, in the frame of the resting feature.
+struct FeatureCrossing {
+    double time;   ///< fraction of the step at which they are too near, in [0, 1]
+    Vec3 normal;   ///< of unit length, from the resting feature to the moving one at that time
+    Vec3 point;    ///< where they meet
+    double after;  ///< signed distance along the normal at the end of the step
+};
+
+/// The crossing of a vertex on its way and a resting face with this outward normal: over the part of the way on which
+/// the vertex is above or below the face, its distance from the plane begins at zero or more and falls below `least`.
+std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least);
+
+/// The crossing of two convex edges, of which the first one moves: ends[k] is the way of the end k, and `moving` its
+/// place at the start. During the step the distance of the two lines falls below `least` from zero or more, at points
+/// inside both edges, along a normal that has the faces of both edges behind it. `turn`: angle of the step, rad, by
+/// which the wings may turn; 0.1 and more finds pairs that cannot touch.
+std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
+                                        const EdgePlace& resting, double turn, double least);
+
+/// The row J x >= -gap on the increment x of a tool whose moving feature crosses: mm and rad, on the axes of the
+/// resting feature's frame. C: the way of the tool's center. With the step itself as x the row gives the distance after
+/// it, so that what the turn bends is included.
+struct CrossingRow {
+    Vec6 row;    ///< n, r x n
+    double gap;  ///< mm, less the distance that is kept
+};
+CrossingRow rowOf(const FeatureCrossing& crossing, const Way& C, const Vec6& step, double kept);
+
+}  // namespace touchstone
