@@ -27,6 +27,7 @@ class SlowTool {
         const auto solver = solverTable()[kExactSolver].make(1024);
         std::map<std::uint64_t, CrossingRow> rows;
         Vec6 x = wanted;
+        result_ = {};
         for (rounds = 0;; ++rounds) {
             REQUIRE(rounds < 200);
             const double length = x.head<3>().norm() + reach_ * x.tail<3>().norm();
@@ -45,8 +46,8 @@ class SlowTool {
     }
 
     Vec6 stiffness = (Vec6() << 1, 1, 1, 100, 100, 100).finished();
-    int rounds = 0;
-    std::size_t loads = 0;
+    int rounds = 0;         ///< of the last step
+    std::size_t loads = 0;  ///< number of rows that carried load in it
 
   private:
     static bool apart(const Box& a, const Box& b) {
