@@ -42,9 +42,9 @@ struct SurfaceFeatures {
 };
 
 /// Finds the features of the walls and caps of a body, lengths in mm. Whether an edge is convex is decided from the
-/// welded coordinates without rounding. Pre: body.closed(); of another body the features of its closed shells are
-/// found, so that a body of sheets alone has none. Deterministic; time is near-linear in the number of faces. Calls the
-/// heartbeat now and then.
+/// welded coordinates in more than double precision. Pre: body.closed(); of another body the features of its closed
+/// shells are found, so that a body of sheets alone has none. Deterministic; time is near-linear in the number of
+/// faces. Calls the heartbeat now and then.
 SurfaceFeatures surfaceFeatures(const RepairedMesh& body, const Heartbeat& heartbeat = {});
 
 }  // namespace touchstone
