@@ -213,11 +213,11 @@ class PosedTree {
 /// The pairs within the margin among the buckets that TreeWalk reports.
 std::vector<LeafPair> pairsOf(TreeWalk& walk, const PosedTree& posed, const Pose& X_OT, double margin) {
     std::vector<LeafPair> out;
-    walk.run({X_OT, margin}, [&](const LeafBucket* found, int count) {
-        for (const LeafBucket& b : std::span(found, static_cast<std::size_t>(count)))
-            for (int j = b.bucket * SphereTree::kBranching;
-                 j < std::min((b.bucket + 1) * SphereTree::kBranching, posed.leafCount()); ++j)
-                if (posed.touches(b.toolLeaf, j, margin)) out.push_back({b.toolLeaf, j});
+    walk.run({X_OT, margin}, [&](const PairEntry* found, int count) {
+        for (const PairEntry& b : std::span(found, static_cast<std::size_t>(count)))
+            for (int j = b.obstacle * SphereTree::kBranching;
+                 j < std::min((b.obstacle + 1) * SphereTree::kBranching, posed.leafCount()); ++j)
+                if (posed.touches(b.tool, j, margin)) out.push_back({b.tool, j});
     });
     return out;
 }
@@ -246,7 +246,7 @@ double walkMicroseconds(TreeWalk& walk, const std::vector<Pose>& poses, double m
         const auto spent = [&](int repeats) {
             const double start = threadSeconds();
             for (int i = 0; i < repeats; ++i)
-                walk.run({X, margin}, [&](const LeafBucket*, int count) { entries += count; });
+                walk.run({X, margin}, [&](const PairEntry*, int count) { entries += count; });
             return threadSeconds() - start;
         };
         int repeats = 16;

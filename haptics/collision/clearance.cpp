@@ -250,20 +250,20 @@ double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& 
     int placed = -1;
     Vec3 c = Vec3::Zero();
     double radius = 0;
-    walk.run({X_OT, 0}, [&](const LeafBucket* entries, int count) {
-        for (const LeafBucket* entry = entries; entry != entries + count; ++entry) {
-            if (entry->toolLeaf != placed) {
-                placed = entry->toolLeaf;
+    walk.run({X_OT, 0}, [&](const PairEntry* entries, int count) {
+        for (const PairEntry* entry = entries; entry != entries + count; ++entry) {
+            if (entry->tool != placed) {
+                placed = entry->tool;
                 const Sphere s = tool.leaf(placed);
                 c = R * Vec3(s.x, s.y, s.z) + X_OT.p;
                 radius = s.r;
             }
-            Mask deeper = lessEqual(leafGaps(c, radius, obstacle, entry->bucket).gap, splat(best + kRounding));
+            Mask deeper = lessEqual(leafGaps(c, radius, obstacle, entry->obstacle).gap, splat(best + kRounding));
             for (; deeper; deeper &= deeper - 1)
                 best = std::min(
                     best,
                     leafGap(tool.leaf(placed),
-                            obstacle.leaf(entry->bucket * SphereTree::kBranching + std::countr_zero(deeper)), X_OT));
+                            obstacle.leaf(entry->obstacle * SphereTree::kBranching + std::countr_zero(deeper)), X_OT));
         }
     });
     return best;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <numeric>
 
+#include "haptics/collision/clearance.hpp"
 #include "haptics/collision/leaf_gaps.hpp"
 
 namespace touchstone {
@@ -12,34 +13,14 @@ using namespace simd;
 
 namespace {
 
-// Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
-// every pair exactly.
+// Constants of the pairs that a step may cross. They change the time of a tick and never its result.
 
-/// Reserve of the narrow set, as a fraction of the slack of the wide set: how much further than asked it reaches. With
-/// a larger reserve every query tests more entries; with a smaller one the set is selected again more often.
-constexpr double kNarrowReserve = 0.12;
-/// Number of entries up to which a set is used as it is. Selecting fewer from so few costs more than testing all.
-constexpr int kFewEntries = 64;
-/// A narrow set whose remaining reserve exceeds this multiple of its intended reserve is selected again, since it makes
-/// every query test too many entries. A larger multiple keeps wide sets longer; a smaller one selects more often.
-constexpr double kMaxReserve = 3;
 /// The pairs of a step are bounded by their radii (crossing()) if that bound, for mean radii, is below this fraction of
 /// the margin. Otherwise all pairs within the margin are taken, since a test along the course would save too little.
 constexpr double kUsefulFraction = 0.7;
 /// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
 /// that a search along one does not serve the next.
 constexpr double kLongStep = 2;
-/// Factor on the curve term of what a search is asked for. It leaves room for longer steps, up to √2 times as long,
-/// before another search is needed; a larger factor finds more pairs.
-constexpr double kCurveReserve = 2;
-/// Number of ticks that a walk of the trees and a selection of the narrow set look ahead along the expected motion.
-/// More ticks find more entries; fewer search more often. A shaft on its way into a hole keeps to its course, so
-/// that one walk serves up to eight ticks.
-constexpr double kWalkTicks = 8, kNarrowTicks = 2;
-/// Bounds on the length of that look-ahead, mm. Below the lower one the tool counts as resting, and the search is made
-/// around its pose; the upper one keeps the number of entries of a fast tool bounded.
-constexpr double kMinLookAhead = 0.01, kMaxLookAhead = 2;
-
 // Constants of the rows that a step crosses.
 
 /// Fraction of the deepest crossing down to which crossed rows are taken in one pass. The deepest rows come first,
@@ -59,12 +40,6 @@ constexpr double kCrossed = 1e-10;
 /// are the same.
 constexpr double kRounding = 1e-12;
 
-/// The same pairs for steps that are a little longer.
-Within withCurveReserve(Within within) {
-    within.curve *= kCurveReserve;
-    return within;
-}
-
 double meanRadius(const SphereTree& tree) {
     const auto& r = tree.levels.front().r;
     return std::max(1e-9, std::accumulate(r.begin(), r.end(), 0.0) / tree.leafCount());
@@ -73,67 +48,19 @@ double meanRadius(const SphereTree& tree) {
 }  // namespace
 
 NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex)
-    : tool_(&tool),
+    : ContactList(std::make_unique<LeafPairFinder>(tool, obstacle)),
+      tool_(&tool),
       obstacle_(&obstacle),
-      extent_(tool),
       meanRadii_(meanRadius(tool) + meanRadius(obstacle)),
       obstacleIndex_(obstacleIndex),
-      finder_(tool, obstacle),
-      wide_(tool, obstacle),
-      narrow_(tool, obstacle),
       candidates_(
           int(std::min<std::int64_t>(std::int64_t(tool.leafCount()) * obstacle.leafCount(), kCandidateCapacity)) + 8) {}
-
-bool NeighborList::complete(const Coverage& asked, double slack) {
-    const Course& course = asked.course;
-    // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
-    const double narrow = kNarrowReserve * slack;
-    const double left = finder_.reserve(narrow_, asked);
-    const bool serves = narrow_.count <= kFewEntries ||
-                        (left <= kMaxReserve * narrow && finder_.deviationFrom(narrow_, course) <= narrow);
-    if (left >= 0 && serves) return true;
-
-    const double own = finder_.reserve(wide_, asked), offered = offered_ ? finder_.reserve(*offered_, asked) : -1;
-    const PairEntries* from = left >= narrow ? &narrow_ : offered > own ? offered_ : &wide_;
-    if (!(left - narrow >= 0 || own >= 0 || offered >= 0)) {
-        from = &wide_;
-        narrow_.within = {};
-        // If another thread finds entries, its next ones will soon serve, and this search may be small.
-        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : kWalkTicks;
-        // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
-        Within within = withCurveReserve(asked.within);
-        if (const double tick = extent_.length({course.X_OT, shift_, turn_}); tick <= slack)
-            within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
-        // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
-        if (!finder_.find({ahead(course, ticks, spare), within.wider(spare)}, wide_) && !finder_.find(asked, wide_))
-            return false;
-    }
-    // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
-    Coverage next{ahead(course, kNarrowTicks, narrow), withCurveReserve(asked.within)};
-    if (finder_.deviationFrom(*from, next.course) > narrow || extent_.length(next.course) > kNarrowTicks * slack)
-        next.course = course;
-    if (finder_.reserve(*from, next) < 0) next = asked;
-    next.within = next.within.wider(std::min(narrow, finder_.reserve(*from, next)));
-    if (from->count <= kFewEntries) next = *from;
-    finder_.narrow(*from, next, narrow_);
-    return true;
-}
-
-/// The course expected for some ticks, as far ahead as it pays, if the given course lies within half the slack of it;
-/// otherwise the given course.
-Course NeighborList::ahead(const Course& course, double ticks, double slack) const {
-    const Course tick{course.X_OT, shift_, turn_};
-    const double length = extent_.length(tick);
-    if (length * ticks < kMinLookAhead) return course;
-    const Course expected = tick.times(std::min(ticks, kMaxLookAhead / length));
-    return deviation(expected, course, extent_) <= slack / 2 ? expected : course;
-}
 
 /// Along a straight path of length l the distance d of two centers lies above its linearization by less than l²/2d, and
 /// d is at least the sum of the radii until the leaves touch. A gap that stays above l²/(2 sum of radii) therefore has
 /// a plane beyond the end of the path. A rotating leaf ends beside its straight path by the bend of its arc.
 Coverage NeighborList::crossing(const Course& step, double margin) const {
-    const double length = extent_.length(step), bend = extent_.reach * step.turn.squaredNorm() / 2;
+    const double length = extent().length(step), bend = extent().reach * step.turn.squaredNorm() / 2;
     const Within onPath{bend + 2 * kCrossed, length * length / 2, std::max(margin, 2 * kCrossed)};
     if (length <= kLongStep * margin && onPath.at(meanRadii_) < kUsefulFraction * margin) return {step, onPath};
     return {step.X_OT, margin};
@@ -149,19 +76,19 @@ void NeighborList::forEachHit(const PairEntries& entries, const Pose& X_OT, doub
     int placed = -1;
     Vec3 c = Vec3::Zero();
     Float8 x{}, y{}, z{}, reach{};
-    finder_.forEachWithin(entries, {X_OT, margin}, [&](const LeafBucket& entry) {
-        if (entry.toolLeaf != placed) {
-            placed = entry.toolLeaf;
+    finder_->forEachWithin(entries, {X_OT, margin}, [&](const PairEntry& entry) {
+        if (entry.tool != placed) {
+            placed = entry.tool;
             const Sphere s = tool_->leaf(placed);
             c = R * Vec3(s.x, s.y, s.z) + X_OT.p;
             x = splat(float(c.x())), y = splat(float(c.y())), z = splat(float(c.z()));
             reach = splat(s.r + limit);
         }
-        const int first = entry.bucket * SphereTree::kBranching;
+        const int first = entry.obstacle * SphereTree::kBranching;
         const Float8 dx = load(&leaves.x[first]) - x, dy = load(&leaves.y[first]) - y, dz = load(&leaves.z[first]) - z;
         const Float8 sum = max(load(&leaves.r[first]) + reach, splat(0.0f));
         const Mask mask = lessEqual(dx * dx + dy * dy + dz * dz, sum * sum);
-        return !mask || visit(placed, c, entry.bucket, mask);
+        return !mask || visit(placed, c, entry.obstacle, mask);
     });
 }
 
@@ -188,7 +115,7 @@ struct RowLanes {
 }  // namespace
 
 bool NeighborList::appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const {
-    const Vec3 C = X_OT * extent_.center;
+    const Vec3 C = X_OT * extent().center;
     maxRows = std::min(maxRows, rows.capacity());
     int n = rows.size();
     bool fits = true;
@@ -213,14 +140,14 @@ void NeighborList::appendRow(const Pose& X_OT, const Mat3& R_WO, double margin, 
     const Vec3 c_O = X_OT.R() * s.center() + X_OT.p;  // the same expression as in forEachHit(), for equal bits
     const LeafGaps l = leafGaps(c_O, s.r, *obstacle_, bucket);
     if (!(l.gap[obstacleLeaf - first] <= margin) || rows.size() == rows.capacity()) return;
-    RowLanes(l, R_WO, R_WO * (c_O - X_OT * extent_.center))
+    RowLanes(l, R_WO, R_WO * (c_O - X_OT * extent().center))
         .store(rows, rows.size(), l.gap, contactId(obstacleIndex_, toolLeaf, first), 1u << (obstacleLeaf - first));
     rows.setSize(rows.size() + 1);
 }
 
 bool NeighborList::hasCandidatesFor(const Coverage& asked) const {
     return candidateCoverage_.course.X_OT == asked.course.X_OT &&
-           finder_.reserve(candidateCoverage_, asked) >= -kRounding;
+           finder_->reserve(candidateCoverage_, asked) >= -kRounding;
 }
 
 /// Collects the rows that a step may cross in candidates_. Returns false if they do not fit.
@@ -239,16 +166,16 @@ bool NeighborList::collectCandidates(const Course& step, double margin) {
     int placed = -1;
     float c[3] = {}, r[3] = {}, radius = 0;
     bool fits = true;
-    finder_.forEachWithin(narrow_, asked, [&](const LeafBucket& entry) {
-        if (entry.toolLeaf != placed) {
-            placed = entry.toolLeaf;
+    finder_->forEachWithin(narrow_, asked, [&](const PairEntry& entry) {
+        if (entry.tool != placed) {
+            placed = entry.tool;
             const Sphere s = tool_->leaf(placed);
-            const Vec3 arm = R * (s.center() - extent_.center), at = R * s.center() + X_OT.p;
+            const Vec3 arm = R * (s.center() - extent().center), at = R * s.center() + X_OT.p;
             for (int k = 0; k < 3; ++k) c[k] = float(at[k]), r[k] = float(arm[k]);
             radius = s.r;
         }
         fits = !candidates_.isFull();
-        if (fits) candidates_.append(placed, c, radius, r, leaves, entry.bucket * SphereTree::kBranching, limit);
+        if (fits) candidates_.append(placed, c, radius, r, leaves, entry.obstacle * SphereTree::kBranching, limit);
         return fits;
     });
     if (!fits) candidateCoverage_.within = {};
@@ -257,13 +184,13 @@ bool NeighborList::collectCandidates(const Course& step, double margin) {
 
 /// Bound on the error of a predicted gap of candidates_, mm.
 float NeighborList::candidateError(const Course& step) const {
-    return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent_.length(step));
+    return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent().length(step));
 }
 
-bool NeighborList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double margin, const Crossing& by,
-                                 const RowSet& rows, RowSet& crossed) {
+int NeighborList::appendCrossed(const Pose& X_OT, const Pose&, const Mat3& R_WO, double margin, const Crossing& by,
+                                RowSet& rows, RowSet& crossed) {
     const Course step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
-    if (!collectCandidates(step, margin)) return false;
+    if (!collectCandidates(step, margin)) return -1;
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = candidates_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
                                             compliance.tail<3>().minCoeff(), by.share);
@@ -293,7 +220,7 @@ bool NeighborList::appendCrossed(const Pose& X_OT, const Mat3& R_WO, double marg
         if (last || crossed.size() > before) break;
     }
     if (!fits) crossed.setSize(before);
-    return fits;
+    return fits ? crossed.size() - before : -1;
 }
 
 int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const {
@@ -306,7 +233,7 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
     const auto flush = [&] {
         if (best.toolLeaf < 0 || rows.size() == rows.capacity()) return;
         const Vec3 n = best.distance > 0 ? Vec3(R_WO * best.offset / best.distance) : Vec3(Vec3::Zero());
-        const Vec3 r = R_WO * (best.c_O - X_OT * extent_.center);
+        const Vec3 r = R_WO * (best.c_O - X_OT * extent().center);
         Vec6 j;
         j << n, r.cross(n);
         rows.push(j, best.gap, contactId(obstacleIndex_, best.toolLeaf, best.obstacleLeaf));
@@ -328,9 +255,9 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
     return pairs;
 }
 
-std::optional<bool> NeighborList::anyWithin(const Pose& X_OT, double margin) const {
+bool NeighborList::anyWithin(const Pose& X_OT, double margin) const {
     for (const PairEntries* entries : {&narrow_, &wide_, offered_}) {
-        if (!entries || finder_.reserve(*entries, {X_OT, margin}) < 0) continue;
+        if (!entries || finder_->reserve(*entries, {X_OT, margin}) < 0) continue;
         bool any = false;
         forEachHit(*entries, X_OT, margin, [&](int toolLeaf, const Vec3&, int bucket, Mask mask) {
             for (; mask && !any; mask &= mask - 1)
@@ -339,7 +266,7 @@ std::optional<bool> NeighborList::anyWithin(const Pose& X_OT, double margin) con
         });
         return any;
     }
-    return {};
+    return touchstone::anyWithin(*tool_, *obstacle_, X_OT, margin);
 }
 
 NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& after, double tolerance) {
@@ -361,8 +288,8 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
         }
         return !overlap.deeper();
     };
-    const Course step = Course::between(before, after, extent_.center);
-    const double length = extent_.length(step);
+    const Course step = Course::between(before, after, extent().center);
+    const double length = extent().length(step);
     const bool known = hasCandidatesFor({before, length}) || hasCandidatesFor(crossing(step, length));
     if (!known || candidates_.leastDistance() < length) {
         forEachHit(narrow_, after, 0, measure);
@@ -371,7 +298,7 @@ NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& af
     // A distance is convex along a straight path, so no gap falls below the one that its row predicts, except by the
     // bend of an arc. Only candidates with a small predicted gap need to be measured.
     candidates_.measure(step.shift, step.turn, 0, 0, 0, 1);
-    const double bend = extent_.reach * step.turn.squaredNorm() / 2;
+    const double bend = extent().reach * step.turn.squaredNorm() / 2;
     candidates_.forEachBelow(float(bend) + candidateError(step), [&](int i) {
         const Sphere s = tool_->leaf(candidates_.toolLeaf(i));
         const int bucket = candidates_.obstacleLeaf(i) / SphereTree::kBranching;
@@ -388,6 +315,10 @@ bool NeighborList::isDeeper(const Pose& before, const Pose& after, const Overlap
 
 double NeighborList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
     return leafGap(tool_->leaf(toolLeaf), obstacle_->leaf(obstacleLeaf), X_OT);
+}
+
+double NeighborList::freeShare(const Course& course, double atMost) {
+    return touchstone::freeShare(*tool_, *obstacle_, course, extent().reach, atMost);
 }
 
 }  // namespace touchstone

@@ -12,14 +12,17 @@ double travel(const Pose& from, const Pose& to, const Vec3& center, double reach
     return (to * center - from * center).norm() + reach * logRotation(to.q * from.q.conjugate()).norm();
 }
 
-LeafExtent::LeafExtent(const SphereTree& tool) : center(tool.center()), reach(tool.reach()), about(Vec3::Zero()) {
-    for (int i = 0; i < tool.leafCount(); ++i) {
-        const Vec3 arm = tool.leaf(i).center() - center;
-        for (int k = 0; k < 3; ++k) about[k] = std::max(about[k], std::hypot(arm[(k + 1) % 3], arm[(k + 2) % 3]));
-    }
+Extent::Extent(const SphereTree& tool) : center(tool.center()) {
+    for (int i = 0; i < tool.leafCount(); ++i) add(tool.leaf(i).center());
 }
 
-double deviation(const Course& from, const Course& other, const LeafExtent& extent) {
+void Extent::add(const Vec3& point) {
+    const Vec3 arm = point - center;
+    reach = std::max(reach, arm.norm());
+    for (int k = 0; k < 3; ++k) about[k] = std::max(about[k], std::hypot(arm[(k + 1) % 3], arm[(k + 2) % 3]));
+}
+
+double deviation(const Course& from, const Course& other, const Extent& extent) {
     // On a course leaves move along straight paths. A rotating leaf follows an arc, which deviates from the straight
     // path by up to reach |turn|²/2.
     const auto bend = [&](const Vec3& turn) { return extent.reach * turn.squaredNorm() / 2; };
@@ -49,33 +52,47 @@ double leastRadius(const SphereTree& tree) {
 
 }  // namespace
 
-PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle) {
-    const std::int64_t possible = std::int64_t(tool.leafCount()) * obstacle.levels[1].count;
+PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle)
+    : PairEntries(std::int64_t(tool.leafCount()) * obstacle.levels[1].count) {}
+
+PairEntries::PairEntries(std::int64_t possible) {
     capacity = int(std::min<std::int64_t>(possible, kCapacity));
     at.resize(std::size_t(capacity) + 8);
     gap.resize(std::size_t(capacity) + 8);
     sum.resize(std::size_t(capacity) + 8);
 }
 
-PairFinder::PairFinder(const SphereTree& tool, const SphereTree& obstacle)
-    : tool_(&tool),
+bool PairFinder::find(const Coverage& asked, PairEntries& out) {
+    out.within = {};
+    out.ofFeatures = ofFeatures();
+    if (!search(asked, out)) return false;
+    static_cast<Coverage&>(out) = asked;
+    return true;
+}
+
+void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+    select(from, asked, out);
+    static_cast<Coverage&>(out) = asked;
+}
+
+double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
+    if (have.within.margin < 0) return -1;
+    const double widest = asked.within.at(leastSum_);
+    const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
+    return std::min(have.within.most - widest, have.within.margin - margin) - deviationFrom(have, asked.course);
+}
+
+LeafPairFinder::LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle)
+    : PairFinder(Extent(tool), leastRadius(tool) + leastRadius(obstacle)),
+      tool_(&tool),
       obstacle_(&obstacle),
-      extent_(tool),
-      minRadii_(leastRadius(tool) + leastRadius(obstacle)),
       walk_(tool, obstacle),
       found_(std::size_t(PairEntries(tool, obstacle).capacity) + 1),
       placed_(std::size_t(paddedToEight(tool.leafCount())) / SphereTree::kBranching),
       offsets_(std::size_t(tool.leafCount()) + 1) {}
 
-double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
-    if (have.within.margin < 0) return -1;
-    const double widest = asked.within.at(minRadii_);
-    const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
-    return std::min(have.within.most - widest, have.within.margin - margin) - deviationFrom(have, asked.course);
-}
-
 /// Places all tool leaves, or only those of the given entries if these are fewer.
-void PairFinder::place(const Course& course, const PairEntries* of) {
+void LeafPairFinder::place(const Course& course, const PairEntries* of) {
     const Pose& X_OT = course.X_OT;
     const Eigen::Matrix3f R = X_OT.R().cast<float>();
     const Eigen::Vector3f p = X_OT.p.cast<float>(), c = (X_OT * extent_.center).cast<float>();
@@ -99,7 +116,7 @@ void PairFinder::place(const Course& course, const PairEntries* of) {
     };
     if (of && of->count < leaves.count) {
         for (int i = 0, placed = -1; i < of->count; ++i)
-            if (const int bucket = of->at[i].toolLeaf / SphereTree::kBranching; bucket != placed)
+            if (const int bucket = of->at[i].tool / SphereTree::kBranching; bucket != placed)
                 placeEight(placed = bucket);
     } else {
         for (int i = 0; i < int(placed_.size()); ++i) placeEight(i);
@@ -108,16 +125,16 @@ void PairFinder::place(const Course& course, const PairEntries* of) {
 
 /// Where the tool leaf of an entry is nearest to each obstacle leaf of the bucket on its course.
 template <bool moves>
-struct PairFinder::Meeting {
+struct LeafPairFinder::Meeting {
     Float8 distance2;  ///< squared distance of the centers there
     Float8 sum;        ///< sum of the radii
 
-    TOUCHSTONE_INLINE Meeting(LeafBucket entry, const AlignedVector<Placed>& placed, const TreeLevel& leaves) {
-        const Placed& tool = placed[entry.toolLeaf / SphereTree::kBranching];
-        const auto of = [lane = entry.toolLeaf % SphereTree::kBranching](const Float8& column) {
+    TOUCHSTONE_INLINE Meeting(PairEntry entry, const AlignedVector<Placed>& placed, const TreeLevel& leaves) {
+        const Placed& tool = placed[entry.tool / SphereTree::kBranching];
+        const auto of = [lane = entry.tool % SphereTree::kBranching](const Float8& column) {
             return splat(column[lane]);
         };
-        const int first = entry.bucket * SphereTree::kBranching;
+        const int first = entry.obstacle * SphereTree::kBranching;
         Float8 dx = load(&leaves.x[first]) - of(tool.at[0]);
         Float8 dy = load(&leaves.y[first]) - of(tool.at[1]);
         Float8 dz = load(&leaves.z[first]) - of(tool.at[2]);
@@ -134,7 +151,7 @@ struct PairFinder::Meeting {
 };
 
 /// A Within in float, with the float guard added.
-struct PairFinder::Limit {
+struct LeafPairFinder::Limit {
     Float8 margin, most, curve;
 
     Limit(const Within& within, float guard)
@@ -153,10 +170,10 @@ struct PairFinder::Limit {
 
 /// Computes the gaps of the entries. This is a separate pass, since a walk tests many more entries than it keeps.
 template <bool moves>
-void PairFinder::measure(PairEntries& entries) const {
+void LeafPairFinder::measure(PairEntries& entries) const {
     const TreeLevel& leaves = obstacle_->levels[0];
     for (int i = 0; i < entries.count; ++i) {
-        const LeafBucket entry = entries.at[i];
+        const PairEntry entry = entries.at[i];
         const Meeting<moves> m(entry, placed_, leaves);
         entries.gap[i] = least(simd::sqrt(m.distance2) - m.sum);
         entries.sum[i] = least(m.sum);
@@ -166,12 +183,12 @@ void PairFinder::measure(PairEntries& entries) const {
 /// The walk itself tests the boxes of the buckets; a test of the leaves removes most of the entries that it finds.
 /// Returns the number of entries kept in found_, or a number above the capacity if there are more.
 template <bool moves>
-int PairFinder::walk(const Coverage& asked) {
+int LeafPairFinder::walk(const Coverage& asked) {
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     const int capacity = int(found_.size()) - 1;
     int kept = 0;
-    walk_.run(asked, [&](const LeafBucket* entries, int count) {
+    walk_.run(asked, [&](const PairEntry* entries, int count) {
         for (int i = 0; i < count && kept <= capacity; ++i) {
             found_[kept] = entries[i];
             kept += limit.holds(Meeting<moves>(entries[i], placed_, leaves));
@@ -181,35 +198,32 @@ int PairFinder::walk(const Coverage& asked) {
 }
 
 template <bool moves>
-bool PairFinder::find(const Coverage& asked, PairEntries& out) {
+bool LeafPairFinder::searchAlong(const Coverage& asked, PairEntries& out) {
     place(asked.course);
     const int count = walk<moves>(asked);
     if (count > out.capacity) return false;
 
     // A stable counting sort by tool leaf; the buckets of a tool leaf are in ascending order already.
     std::fill(offsets_.begin(), offsets_.end(), 0);
-    for (int i = 0; i < count; ++i) ++offsets_[found_[i].toolLeaf];
+    for (int i = 0; i < count; ++i) ++offsets_[found_[i].tool];
     std::exclusive_scan(offsets_.begin(), offsets_.end(), offsets_.begin(), 0);
-    for (int i = 0; i < count; ++i) out.at[offsets_[found_[i].toolLeaf]++] = found_[i];
+    for (int i = 0; i < count; ++i) out.at[offsets_[found_[i].tool]++] = found_[i];
     out.count = count;
     measure<moves>(out);
     return true;
 }
 
-bool PairFinder::find(const Coverage& asked, PairEntries& out) {
-    out.within = {};
-    if (!(asked.course.stays() ? find<false>(asked, out) : find<true>(asked, out))) return false;
-    static_cast<Coverage&>(out) = asked;
-    return true;
+bool LeafPairFinder::search(const Coverage& asked, PairEntries& out) {
+    return asked.course.stays() ? searchAlong<false>(asked, out) : searchAlong<true>(asked, out);
 }
 
 template <bool moves>
-void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+void LeafPairFinder::selectAlong(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     place(asked.course, &from);
     const Limit limit(asked.within, floatGuard(*tool_, *obstacle_, asked.course.X_OT));
     const TreeLevel& leaves = obstacle_->levels[0];
     int count = 0;
-    forEachWithin(from, asked, [&](const LeafBucket& entry) {
+    forEachWithin(from, asked, [&](const PairEntry& entry) {
         out.at[count] = entry;
         count += limit.holds(Meeting<moves>(entry, placed_, leaves));
         return true;
@@ -218,9 +232,8 @@ void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntr
     measure<moves>(out);
 }
 
-void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
-    asked.course.stays() ? narrow<false>(from, asked, out) : narrow<true>(from, asked, out);
-    static_cast<Coverage&>(out) = asked;
+void LeafPairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+    asked.course.stays() ? selectAlong<false>(from, asked, out) : selectAlong<true>(from, asked, out);
 }
 
 }  // namespace touchstone

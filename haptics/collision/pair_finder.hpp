@@ -1,6 +1,6 @@
 #pragma once
-// The leaf pairs that may touch in the next ticks: the result of one walk of two trees, kept as entries with their
-// gaps.
+// The pairs of leaves or features that may touch in the next ticks: the result of one search, kept as entries with
+// their gaps.
 #include <cstdint>
 #include <vector>
 
@@ -12,64 +12,94 @@ namespace touchstone {
 /// Upper bound on the travel of any leaf between two poses, mm: |δp| + ρ|δθ| about `center`, with ρ = `reach` the
 /// greatest distance of a leaf's center from it.
 double travel(const Pose& from, const Pose& to, const Vec3& center, double reach);
-/// Distances of a tool's leaves from its center and axes. They bound the travel of a rotation: when a long shaft turns
-/// about its axis, no leaf travels far.
-struct LeafExtent {
-    Vec3 center;
-    double reach;  ///< greatest distance of a leaf's center from `center`, mm
-    Vec3 about;    ///< greatest distance from each axis of the tool's frame through `center`, mm
+/// Distances of a tool's points (the centers of its leaves, or the vertices of its mesh) from its center and axes. They
+/// bound the travel of a rotation: when a long shaft turns about its axis, no point travels far.
+struct Extent {
+    Vec3 center = Vec3::Zero();
+    double reach = 0;           ///< greatest distance of a point from `center`, mm
+    Vec3 about = Vec3::Zero();  ///< greatest distance from each axis of the tool's frame through `center`, mm
 
-    explicit LeafExtent(const SphereTree& tool);
-    /// Upper bound on the travel of any leaf for a rotation about the center, mm. `turn` is on the obstacle's axes;
+    explicit Extent(const Vec3& center_) : center(center_) {}
+    explicit Extent(const SphereTree& tool);
+    void add(const Vec3& point);
+    /// Upper bound on the travel of any point for a rotation about the center, mm. `turn` is on the obstacle's axes;
     /// q_OT is the tool's orientation in its frame.
     double turned(const Quat& q_OT, const Vec3& turn) const {
         return std::min(reach * turn.norm(), (q_OT.conjugate() * turn).cwiseAbs().dot(about));
     }
-    /// Upper bound on the travel of any leaf along a course, mm.
+    /// Upper bound on the travel of any point along a course, mm.
     double length(const Course& course) const { return course.shift.norm() + turned(course.X_OT.q, course.turn); }
 };
-/// Upper bound on the distance of any leaf from course `from` while the tool follows course `other`, mm.
-double deviation(const Course& from, const Course& other, const LeafExtent& extent);
+/// Upper bound on the distance of any point from course `from` while the tool follows course `other`, mm.
+double deviation(const Course& from, const Course& other, const Extent& extent);
 
-/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket. They hold every pair of
-/// the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever the tool deviates
-/// from the course by at most M - m, since no gap changes by more than a center moves.
+/// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket; or of two features. They
+/// hold every pair of the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever
+/// the tool deviates from the course by at most M - m, since no gap changes by more than a point moves.
 struct PairEntries : Coverage {
     /// Maximum number of entries. It bounds the memory (16 bytes an entry in each set) and the time of the longest
     /// search; a tool deep inside an obstacle can exceed it, and the tick is then held (kListOverflow). A start deep
     /// inside an obstacle was measured to list up to 100,000 rows.
     static constexpr int kCapacity = 1 << 18;
 
+    explicit PairEntries(std::int64_t possible);  ///< possible: number of all entries of the two parts
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 
-    std::vector<LeafBucket> at;
-    AlignedVector<float> gap;  ///< smallest gap of the bucket along the course, mm, exact to floatGuard()
-    AlignedVector<float> sum;  ///< smallest sum of the radii in the bucket, mm
+    std::vector<PairEntry> at;
+    AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, exact to the finder's guard()
+    AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
     int count = 0, capacity = 0;
+    bool ofFeatures = false;
 };
 
-/// Finds entries. Poses X_OT: tool node in the obstacle's frame, mm. Real time: the constructor takes all memory; no
-/// lock, no throw.
+/// Finds the entries of two parts, by the geometry in which they touch. Poses X_OT: tool node in the obstacle's frame,
+/// mm. Real time: the constructors take all memory; no lock, no throw.
 class PairFinder {
   public:
-    PairFinder(const SphereTree& tool, const SphereTree& obstacle);
+    virtual ~PairFinder() = default;
 
-    /// Finds all entries of a coverage by a walk of the trees. Returns false if they exceed the capacity; `out` is then
-    /// complete for no coverage.
+    /// Finds all entries of a coverage. Returns false if they exceed the capacity; `out` is then complete for no
+    /// coverage.
     bool find(const Coverage& asked, PairEntries& out);
     /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself.
     void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
+    /// Memory for the entries of these parts.
+    virtual PairEntries entries() const = 0;
+    virtual bool ofFeatures() const { return false; }
+
+    const Extent& extent() const { return extent_; }
     /// The margin by which entries that cover `have` exceed what is asked, mm; negative if they are not complete for
     /// it.
     double reserve(const Coverage& have, const Coverage& asked) const;
-    /// Upper bound on the distance of any leaf from the course of `have` while the tool follows `course`, mm.
+    /// Upper bound on the distance of any point from the course of `have` while the tool follows `course`, mm.
     double deviationFrom(const Coverage& have, const Course& course) const {
         return deviation(have.course, course, extent_);
     }
+    /// Bound on the error of a gap in float at this pose, mm.
+    virtual float guard(const Pose& X_OT) const = 0;
 
     /// Calls visit(entry) for every entry that may hold a pair of the coverage `asked`, until it returns false.
     template <class Visit>
     void forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
+
+  protected:
+    PairFinder(const Extent& extent, double leastSum) : extent_(extent), leastSum_(leastSum) {}
+    virtual bool search(const Coverage& asked, PairEntries& out) = 0;
+    virtual void select(const PairEntries& from, const Coverage& asked, PairEntries& out) = 0;
+
+    Extent extent_;
+
+  private:
+    double leastSum_;  ///< smallest sum of the radii of a pair, mm
+};
+
+/// Finds the entries of two sphere trees.
+class LeafPairFinder final : public PairFinder {
+  public:
+    LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle);
+
+    PairEntries entries() const override { return {*tool_, *obstacle_}; }
+    float guard(const Pose& X_OT) const override { return floatGuard(*tool_, *obstacle_, X_OT); }
 
   private:
     /// Eight tool leaves in the obstacle's frame, with their paths along the course.
@@ -80,22 +110,22 @@ class PairFinder {
     struct Meeting;
     struct Limit;
 
+    bool search(const Coverage& asked, PairEntries& out) override;
+    void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
     void place(const Course& course, const PairEntries* of = nullptr);
     template <bool moves>
     int walk(const Coverage& asked);
     template <bool moves>
-    bool find(const Coverage& asked, PairEntries& out);
+    bool searchAlong(const Coverage& asked, PairEntries& out);
     template <bool moves>
-    void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
+    void selectAlong(const PairEntries& from, const Coverage& asked, PairEntries& out);
     template <bool moves>
     void measure(PairEntries& entries) const;
 
     const SphereTree* tool_;
     const SphereTree* obstacle_;
-    LeafExtent extent_;
-    double minRadii_;  ///< smallest sum of the radii of a pair, mm
     TreeWalk walk_;
-    std::vector<LeafBucket> found_;      ///< what a walk found, before it is sorted
+    std::vector<PairEntry> found_;       ///< what a walk found, before it is sorted
     AlignedVector<Placed> placed_;       ///< the tool leaves at the course in use
     std::vector<std::int32_t> offsets_;  ///< of the counting sort, by tool leaf
 };
@@ -103,8 +133,8 @@ class PairFinder {
 template <class Visit>
 void PairFinder::forEachWithin(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
     using namespace simd;
-    const Within grown = asked.within.wider(deviationFrom(entries, asked.course) +
-                                            2 * double(floatGuard(*tool_, *obstacle_, asked.course.X_OT)));
+    const Within grown =
+        asked.within.wider(deviationFrom(entries, asked.course) + 2 * double(guard(asked.course.X_OT)));
     const Float8 margin = splat(float(grown.margin)), most = splat(float(grown.most)),
                  curve = splat(curveInFloat(grown));
     // The indices of the hits of a run are collected before they are visited, since a branch on each entry would be

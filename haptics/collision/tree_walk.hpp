@@ -54,9 +54,9 @@ struct Coverage {
 };
 
 /// A tool leaf and a bucket of eight obstacle leaves, [8·bucket, 8·bucket + 8), that may be near it.
-struct LeafBucket {
-    std::int32_t toolLeaf;
-    std::int32_t bucket;
+struct PairEntry {
+    std::int32_t tool;
+    std::int32_t obstacle;
 };
 
 /// Bound on the error of a distance computed in float at this pose, mm. It is added wherever a float test must not miss
@@ -74,17 +74,17 @@ class TreeWalk {
   public:
     TreeWalk(const SphereTree& tool, const SphereTree& obstacle);
 
-    /// Calls sink(const LeafBucket*, count) with runs of entries that together hold every leaf pair of the coverage.
+    /// Calls sink(const PairEntry*, count) with runs of entries that together hold every leaf pair of the coverage.
     /// Pre: margin >= 0. The buckets of one tool leaf arrive in ascending order; the tool leaves arrive in any order.
     /// Real time: no allocation, lock or throw except in the sink.
     template <class Sink>
     void run(const Coverage& asked, Sink&& sink) {
         runErased(
-            asked, [](void* s, const LeafBucket* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
+            asked, [](void* s, const PairEntry* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
     }
 
   private:
-    using ErasedSink = void (*)(void*, const LeafBucket*, int);
+    using ErasedSink = void (*)(void*, const PairEntry*, int);
     struct Frontier {
         std::vector<std::int32_t> tool, obstacle;
     };
@@ -103,7 +103,7 @@ class TreeWalk {
     /// levels_[d] = {tool level, obstacle level} of the pairs in frontiers_[d].
     std::vector<std::array<int, 2>> levels_;
     std::vector<Frontier> frontiers_;
-    std::vector<LeafBucket> out_;  ///< the run that is passed to the sink
+    std::vector<PairEntry> out_;  ///< the run that is passed to the sink
 };
 
 }  // namespace touchstone

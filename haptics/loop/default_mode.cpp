@@ -42,6 +42,12 @@ constexpr double kArrived = 1e-3;
 /// ρ angle²/2 for the bend of an arc. A larger angle makes the allowance so large that flights end early; a smaller one
 /// takes more flights for a turn.
 constexpr double kFlightTurn = 0.2;
+/// Reach of the first trial step between meshes, mm, and the factor by which it grows while nothing new is crossed. A
+/// larger first reach crosses more pairs that the answer does not come near; a smaller one takes more trials.
+constexpr double kFirstReach = 0.02, kReachGrowth = 4;
+/// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
+/// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
+constexpr int kTrials = 64;
 /// An approximate answer that violates a row by more than this is projected onto the rows, mm. kOverlapTolerance is 500
 /// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
 constexpr double kViolation = 1e-6;
@@ -49,7 +55,9 @@ constexpr double kViolation = 1e-6;
 class DefaultTick {
   public:
     DefaultTick(Tick& tick, const Pose& device)
-        : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {}
+        : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {
+        for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
+    }
 
     bool run(Wrench& wrench);
 
@@ -69,10 +77,10 @@ class DefaultTick {
         double slack = 0;            ///< of an elastic answer
     };
     struct Measured {
-        bool deeper = false;         ///< a pair got deeper
-        int obstacle = -1;           ///< the obstacle of that pair; -1: not known
-        NeighborList::Overlap pair;  ///< the pair
-        double depth = 0;            ///< greatest overlap, mm
+        bool deeper = false;        ///< a pair got deeper
+        int obstacle = -1;          ///< the obstacle of that pair; -1: not known
+        ContactList::Overlap pair;  ///< the pair
+        double depth = 0;           ///< greatest overlap, mm
     };
 
     Found findStep(const Vec6& wanted, Step& step);
@@ -94,6 +102,9 @@ class DefaultTick {
     Crossing trustedPart(const Vec6& x, double slack = 0) const;
     bool addCrossed(double maxGap, const Crossing& by, bool& added);
     void noteTruncated(int rows);
+    /// Maximum rotation of a step between meshes, rad: with it no point is farther than a quarter of the distance that
+    /// is kept from the straight way on which its feature is tested.
+    double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
     double freeLengthOf(const Vec6& x) const;
     bool solve(const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
@@ -115,10 +126,16 @@ class DefaultTick {
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
     bool flying_;               ///< the next step may be a flight
     bool shadowRan_ = false;
+    bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
+    bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
+    Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
 };
 
 /// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
 Course DefaultTick::course(int obstacle, const Vec6& x) const {
+    if (obstacle == state_.pushing)
+        return Course::between(state_.before(obstacle, state_.graphic),
+                               state_.inObstacle(obstacle, moved(state_.graphic, x)), state_.p_TC);
     const auto R_OW = state_.R_WO[obstacle].transpose();
     return {state_.inObstacle(obstacle, state_.graphic), R_OW * x.head<3>(), R_OW * x.tail<3>()};
 }
@@ -127,9 +144,9 @@ Course DefaultTick::course(int obstacle, const Vec6& x) const {
 bool DefaultTick::completeLists(double margin, const Vec6& x) {
     bool complete = true;
     for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
-        NeighborList& list = state_.lists[k];
-        Coverage asked{state_.inObstacle(k, state_.graphic), margin};
-        if (list.isComplete(asked)) continue;
+        ContactList& list = *state_.lists[k];
+        Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        if (k != state_.pushing && list.isComplete(asked)) continue;
         asked = list.crossing(course(k, x), margin);
         state_.noteAsked(asked.within);
         complete = list.complete(asked, settings_.slack);
@@ -147,9 +164,9 @@ bool DefaultTick::isNear(double margin) const {
     const std::uint64_t start = tick_.now();
     bool near = false;
     for (int k = 0; k < int(state_.lists.size()) && !near; ++k) {
-        const Pose X_OT = state_.inObstacle(k, state_.graphic);
-        const std::optional<bool> listed = state_.lists[k].anyWithin(X_OT, margin);
-        near = listed ? *listed : anyWithin(*state_.world->tool, *state_.world->obstacles[k].tree, X_OT, margin);
+        // Between meshes, a flight is tested pair by pair and may begin near a surface.
+        near =
+            !state_.lists[k]->ofFeatures() && state_.lists[k]->anyWithin(state_.inObstacle(k, state_.graphic), margin);
     }
     tick_.addTime(tick_.record.collisionUs, start);
     return near;
@@ -158,7 +175,12 @@ bool DefaultTick::isNear(double margin) const {
 /// The part of a step that trust allows in this linearization, as the test for crossed rows. That part has to resolve
 /// only the same part of an overlap; what lies beyond it is left to the next linearization.
 Crossing DefaultTick::trustedPart(const Vec6& x, double slack) const {
-    const double share = std::min(1.0, settings_.trust / std::max(state_.lengthOf(x), 1e-300));
+    const double length = std::max(state_.lengthOf(x), 1e-300);
+    double share = std::min(1.0, settings_.trust / length);
+    // Between meshes the step itself is tried, so it has all its caps.
+    if (ofFeatures_)
+        share = std::min({share, travelBudget_ / length, shiftBudget_ / std::max(x.head<3>().norm(), 1e-300),
+                          maxTurn() / std::max(x.tail<3>().norm(), 1e-300)});
     return {share * x, tick_.stiffness(), share * slack, share};
 }
 
@@ -171,26 +193,28 @@ bool DefaultTick::collectRows(double margin) {
     const Vec6 x = trustedPart(expectedStep()).x;
     bool complete = true;
     for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
-        Coverage asked = state_.lists[k].crossing(course(k, x), std::min(settings_.margin, state_.lengthOf(x)));
-        if (!asked.course.stays() || asked.within.margin < margin) asked = {asked.course.X_OT, margin};
+        Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(settings_.margin, state_.lengthOf(x)));
+        if (!asked.course.stays() || asked.within.margin < margin)
+            asked = {asked.course.X_OT, margin + state_.lists[k]->distance()};
         state_.noteAsked(asked.within);
-        complete = state_.lists[k].complete(asked, settings_.slack);
+        complete = state_.lists[k]->complete(asked, settings_.slack);
     }
     if (!complete) tick_.record.flags |= kListOverflow;
     const int maxRows = settings_.adaptiveMargin ? kStartRows : state_.rows.capacity();
     bool fits = true;
     const int n = int(state_.lists.size());
     for (int k = 0; k < n && complete && fits; ++k)
-        fits = state_.lists[k].appendRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin, state_.rows,
-                                          maxRows);
+        fits = state_.lists[k]->appendRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin, state_.rows,
+                                           maxRows);
     pairs_ = state_.rows.size();
-    allRowsTo_ = crossedRowsTo_ = margin;
+    allRowsTo_ = ofFeatures_ ? -INFINITY : margin;
+    crossedRowsTo_ = margin;
     if (complete && !fits) {
         state_.rows.clear();
         pairs_ = 0;
         for (int k = 0; k < n; ++k)
-            pairs_ += state_.lists[k].appendNearestRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin,
-                                                        state_.rows);
+            pairs_ += state_.lists[k]->appendNearestRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin,
+                                                         state_.rows);
         allRowsTo_ = -INFINITY;
         if (!settings_.adaptiveMargin) {
             allRowsTo_ = margin;
@@ -216,10 +240,15 @@ bool DefaultTick::addCrossed(double maxGap, const Crossing& by, bool& added) {
     crossed.clear();
     const bool complete = completeLists(maxGap, by.x);
     bool fits = complete;
-    for (int k = 0; k < int(state_.lists.size()) && fits; ++k)
-        fits = state_.lists[k].appendCrossed(state_.inObstacle(k, state_.graphic), state_.R_WO[k], maxGap, by,
-                                             state_.rows, crossed);
-    added = fits && crossed.size() > 0;
+    int changed = 0;
+    for (int k = 0; k < int(state_.lists.size()) && fits; ++k) {
+        const int n =
+            state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic), state_.before(k, state_.graphic),
+                                           state_.R_WO[k], maxGap, by, state_.rows, crossed);
+        fits = n >= 0;
+        changed += n;
+    }
+    added = fits && changed > 0;
     if (added) state_.rows.merge(crossed);
     if (complete && !fits) noteTruncated(1);  // a lower bound, since the search stopped at the first row without room
     tick_.addTime(tick_.record.collisionUs, start);
@@ -232,8 +261,7 @@ double DefaultTick::freeLengthOf(const Vec6& x) const {
     const double length = state_.lengthOf(x), turn = x.tail<3>().norm();
     const double allowed = std::min({1.0, travelBudget_ / length, kFlightTurn / std::max(turn, kFlightTurn)});
     double share = allowed;
-    for (int k = 0; k < int(state_.lists.size()); ++k)
-        share = freeShare(*state_.world->tool, *state_.world->obstacles[k].tree, course(k, x), state_.reach, share);
+    for (int k = 0; k < int(state_.lists.size()); ++k) share = state_.lists[k]->freeShare(course(k, x), share);
     tick_.addTime(tick_.record.collisionUs, start);
     return share * length - (share < allowed ? kArrived : 0);
 }
@@ -246,11 +274,23 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     const double base = settings_.adaptiveMargin ? kBaseMargin * settings_.margin : settings_.margin;
     if (!collectRows(base)) return Found::Failure;
-    for (bool added = true; added;) {
+    // Between meshes, a trial step that reaches far crosses pairs that the answer never comes near.
+    double reach = ofFeatures_ ? kFirstReach : INFINITY;
+    bool done = false;
+    for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        const Crossing by = trustedPart(step.x, step.slack);
-        crossedRowsTo_ = std::max(crossedRowsTo_, std::min(settings_.margin, state_.lengthOf(by.x)));
-        if (!addCrossed(crossedRowsTo_, by, added)) return Found::Failure;
+        bool added = false;
+        do {
+            Crossing by = trustedPart(step.x, step.slack);
+            const double length = state_.lengthOf(by.x);
+            if (length > reach) by.x *= reach / length;
+            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(settings_.margin, state_.lengthOf(by.x)));
+            if (!addCrossed(crossedRowsTo_, by, added)) return Found::Failure;
+            if (added) break;
+            clear_ = by.x;
+            done = length <= reach;
+            reach *= kReachGrowth;
+        } while (!done);
     }
     lastSteps() = {step.x, lastSteps()[0]};
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, crossedRowsTo_);
@@ -271,7 +311,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
 /// Whether the step to the device is a flight: the tool moves along the straight path as far as it is free, where the
 /// trust cap would drag it. This is tested before the lists are used, since a long step would have to rebuild them.
 bool DefaultTick::isFlight(const Vec6& wanted, Step& step) {
-    if (!flying_ || fitsCappedSteps(wanted)) return flying_ = false;
+    if (!flying_ || fitsCappedSteps(wanted) || state_.pushing >= 0) return flying_ = false;
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     freeLength_ = freeLengthOf(wanted);
     return flying_ = freeLength_ > std::min(settings_.trust, travelBudget_ - kArrived);
@@ -355,7 +395,8 @@ bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
     tick_.record.flags |= kNotDeeper;
     SolverSettings soft;
     soft.elasticWeight = settings_.elasticWeight;
-    for (bool added = true; added;) {
+    bool added = true;
+    for (int trial = 0; added && (!ofFeatures_ || trial < kTrials); ++trial) {
         const std::uint64_t start = tick_.now();
         state_.notDeeperRows.clear();
         for (int i = 0; i < state_.rows.size(); ++i)
@@ -379,8 +420,8 @@ DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
     Measured m;
     m.deeper = !completeLists(state_.lengthOf(x), x) && !x.isZero(0);
     for (int k = 0; k < int(state_.lists.size()) && !m.deeper; ++k) {
-        m.pair = state_.lists[k].remeasure(state_.inObstacle(k, state_.graphic), state_.inObstacle(k, after),
-                                           kOverlapTolerance);
+        m.pair = state_.lists[k]->remeasure(state_.before(k, state_.graphic), state_.inObstacle(k, after),
+                                            kOverlapTolerance);
         m.depth = std::max(m.depth, m.pair.depth);
         m.deeper = m.pair.deeper();
         if (m.deeper) m.obstacle = k;
@@ -391,9 +432,9 @@ DefaultTick::Measured DefaultTick::remeasure(const Vec6& x) {
 
 /// Whether x deepens the pair that an earlier increment deepened.
 bool DefaultTick::isStillDeeper(const Measured& m, const Vec6& x) const {
-    return state_.lists[m.obstacle].isDeeper(state_.inObstacle(m.obstacle, state_.graphic),
-                                             state_.inObstacle(m.obstacle, moved(state_.graphic, x)), m.pair,
-                                             kOverlapTolerance);
+    return state_.lists[m.obstacle]->isDeeper(state_.before(m.obstacle, state_.graphic),
+                                              state_.inObstacle(m.obstacle, moved(state_.graphic, x)), m.pair,
+                                              kOverlapTolerance);
 }
 
 /// Moves the graphic tool. Caps the step by the travel budget and by trust (a flight by its free length), and halves it
@@ -402,16 +443,19 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const auto capped = [&](Vec6 x) {
         const double length = state_.lengthOf(x), shift = x.head<3>().norm(),
                      limit = contact ? settings_.trust : freeLength_;
-        if (length <= std::min(limit, travelBudget_) && shift <= shiftBudget_) return x;
+        const double turn = contact && ofFeatures_ ? maxTurn() / std::max(x.tail<3>().norm(), 1e-300) : 1;
+        if (length <= std::min(limit, travelBudget_) && shift <= shiftBudget_ && turn >= 1) return x;
         step.reachesDevice = false;
         if (contact || travelBudget_ < limit || shift > shiftBudget_) tick_.record.flags |= kCapped;
-        return Vec6(x *
-                    std::min({1.0, limit / length, travelBudget_ / length, shiftBudget_ / std::max(shift, 1e-300)}));
+        return Vec6(
+            x * std::min({1.0, limit / length, travelBudget_ / length, shiftBudget_ / std::max(shift, 1e-300), turn}));
     };
     Vec6 x = capped(step.x);
     if (contact) {
         if (state_.rows.size() == 0) state_.contacts.clear();
-        Measured measured = remeasure(x);
+        // Between meshes, a step that is taken as it was tried crosses nothing.
+        const bool tried = ofFeatures_ && !ofLeaves_ && x == clear_;
+        Measured measured = tried ? Measured{} : remeasure(x);
         if (measured.deeper && step.elastic) {
             if (!solveNotDeeper(wanted, x)) x.setZero();
             x = capped(x);
@@ -427,6 +471,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
             if (last || !isStillDeeper(measured, x)) measured = remeasure(x);
             if (last) break;
         }
+        blocked_ = measured.deeper && state_.pushing >= 0;
         tick_.record.penetration = measured.depth;
     } else {
         state_.contacts.clear();
@@ -435,6 +480,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const double length = state_.lengthOf(x);
     travelBudget_ -= length;
     shiftBudget_ -= x.head<3>().norm();
+    state_.pushing = -1;
     // If nothing holds the tool, it takes exactly the device's pose, so that free flight gives exactly zero force.
     state_.graphic = step.reachesDevice ? device_ : moved(state_.graphic, x);
     return length;
@@ -442,7 +488,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
 
 bool DefaultTick::run(Wrench& wrench) {
     for (int k = 0; k < int(state_.lists.size()); ++k)
-        state_.lists[k].expect(state_.courses[k].shift, state_.courses[k].turn);
+        state_.lists[k]->expect(state_.courses[k].shift, state_.courses[k].turn);
     bool leap = false;
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
@@ -465,11 +511,12 @@ bool DefaultTick::run(Wrench& wrench) {
         if (found == Found::Flight) state_.rows.clear();
         const Pose before = state_.graphic;
         const double moved = move(step, wanted, found == Found::Contact);
+        if (blocked_) return false;
         // In a tick of many steps, the last step predicts the next one better than the last tick does.
         for (int k = 0; k < int(state_.lists.size()) && linearization_ >= settings_.linearisations; ++k) {
             const Course lastStep =
                 Course::between(state_.inObstacle(k, before), state_.inObstacle(k, state_.graphic), state_.p_TC);
-            state_.lists[k].expect(lastStep.shift, lastStep.turn);
+            state_.lists[k]->expect(lastStep.shift, lastStep.turn);
         }
         arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
         stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "haptics/surface/feature_pair_finder.hpp"
 #include "haptics/threads/rt_thread.hpp"
 
 namespace touchstone {
@@ -34,10 +35,20 @@ constexpr double kPollTicks = 0.8, kMinPollMs = 0.1;
 
 }  // namespace
 
+PairEntries NeighborListWorker::Part::memory() const {
+    PairEntries ofLeaves = leaves->entries();
+    if (!features) return ofLeaves;
+    PairEntries ofFeatures = features->entries();
+    return ofLeaves.capacity > ofFeatures.capacity ? std::move(ofLeaves) : std::move(ofFeatures);
+}
+
 NeighborListWorker::NeighborListWorker(const World& world)
     : X_OT_(world.obstacles.size()), messages_({.request = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
     for (const Obstacle& obstacle : world.obstacles) {
-        parts_.push_back(std::make_unique<Part>(*world.tool, obstacle));
+        parts_.push_back(std::make_unique<Part>(
+            std::make_unique<LeafPairFinder>(*world.tool, *obstacle.tree),
+            world.hasMeshes(parts_.size()) ? std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface)
+                                           : nullptr));
         newest_.push_back(&parts_.back()->entries.get());
         X_OT_[parts_.size() - 1] = obstacle.X_WO.inverse() * world.X_WT_start;
     }
@@ -82,26 +93,29 @@ void NeighborListWorker::serve(const Message& message) {
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
         const Pose& X_OT = message.X_OT[k];
-        const Vec3& center = part->extent.center;
+        PairFinder& finder = r.geometry == Geometry::Mesh && part->features ? *part->features : *part->leaves;
+        const Extent& extent = finder.extent();
+        const Vec3& center = extent.center;
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
-        const double maxTicks = kMaxCourse / std::max(part->extent.length(tick), 1e-9);
+        const double maxTicks = kMaxCourse / std::max(extent.length(tick), 1e-9);
         const Course string = Course::between(part->trailing, X_OT, center);
-        const double length = part->extent.length(string);
+        const double length = extent.length(string);
         if (length > r.slack) part->trailing = string.times(1 - r.slack / length).end(center);
         // A tool in a close fit moves back and forth. Its course begins at the trailing pose if the whole motion lies
         // on one straight path.
         const auto courseFor = [&](double ms) {
             const Course ahead = tick.times(std::min(ms / r.tickMs, maxTicks));
             const Course whole = Course::between(part->trailing, ahead.end(center), center);
-            return deviation(whole, X_OT, part->extent) <= kStraight * r.slack ? whole : ahead;
+            return deviation(whole, X_OT, extent) <= kStraight * r.slack ? whole : ahead;
         };
         const double leadMs = kLeadMs + kLeadPerSearch * part->findMs;
         const Course next = courseFor(leadMs + kUseMs);
         // The course that brought a resting tool to its pose is too long, see kResting.
-        const bool tooLong = part->extent.length(tick) < kResting * r.slack &&
-                             part->extent.length(part->published.course) > part->extent.length(next) + r.slack;
-        const double left = part->finder.reserve(part->published, {courseFor(leadMs), r.within});
+        const bool tooLong = extent.length(tick) < kResting * r.slack &&
+                             extent.length(part->published.course) > extent.length(next) + r.slack;
+        const double left =
+            part->publisher != &finder ? -1 : finder.reserve(part->published, {courseFor(leadMs), r.within});
         if (!tooLong && left >= (1 - kUsedSlack) * r.slack) continue;
         PairEntries& entries = part->entries.back();
         // The entries must serve steps as long as trust allows.
@@ -110,10 +124,11 @@ void NeighborListWorker::serve(const Message& message) {
         within.most = std::max(within.most, r.trust);
         const Coverage asked{next, within.wider(r.slack)};
         const double began = threadCpuMicroseconds();
-        if (!part->finder.find(asked, entries)) continue;  // more pairs than memory: the tick searches itself
+        if (!finder.find(asked, entries)) continue;  // more pairs than memory: the tick searches itself
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
         part->entries.publish();
         part->published = asked;
+        part->publisher = &finder;
     }
 }
 

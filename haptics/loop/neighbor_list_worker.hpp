@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/collision/pair_finder.hpp"
+#include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
 #include "haptics/threads/triple_buffer.hpp"
 
@@ -26,6 +27,7 @@ class NeighborListWorker {
         double tickMs = 1;            ///< tick period
         Within within;                ///< the pairs that the tick asked for; a negative margin: none, so none are found
         double trust = 0, slack = 0;  ///< mm, of the settings
+        Geometry geometry = Geometry::Spheres;
     };
     /// Call it after every tick with the poses of the graphic tool and the obstacles.
     void request(const Request& request, const Pose& X_WT, std::span<const Pose> X_WO) noexcept;
@@ -37,15 +39,16 @@ class NeighborListWorker {
 
   private:
     struct Part {
-        Part(const SphereTree& tool, const Obstacle& obstacle)
-            : extent(tool), finder(tool, *obstacle.tree), entries(PairEntries(tool, *obstacle.tree)) {}
+        Part(std::unique_ptr<PairFinder> leaves_, std::unique_ptr<PairFinder> features_)
+            : leaves(std::move(leaves_)), features(std::move(features_)), entries(memory()) {}
+        PairEntries memory() const;
 
-        LeafExtent extent;
-        PairFinder finder;                  // used by the worker's thread
-        TripleBuffer<PairEntries> entries;  // from that thread to the tick
-        Coverage published;                 // of the newest entries
-        Pose trailing;                      // follows the tool at a distance of the slack, as if pulled by a string
-        double findMs = 0;                  // duration of the last search
+        std::unique_ptr<PairFinder> leaves, features;  // used by the worker's thread; no features: null
+        TripleBuffer<PairEntries> entries;             // from that thread to the tick
+        Coverage published;                            // of the newest entries
+        PairFinder* publisher = nullptr;               // their finder
+        Pose trailing;      // follows the tool at a distance of the slack, as if pulled by a string
+        double findMs = 0;  // duration of the last search
     };
 
     struct Message {

@@ -15,7 +15,7 @@ void forOverlaps(StepState::Impl& s, const Pose& q, Visit&& visit) {
         const Pose X_OT = s.inObstacle(k, q);
         const Mat3 R = X_OT.R();
         const SphereTree& obstacle = *s.world->obstacles[k].tree;
-        s.walks[k].run({X_OT, 0}, [&](const LeafBucket* entries, int count) {
+        s.walks[k].run({X_OT, 0}, [&](const PairEntry* entries, int count) {
             for (int i = 0; i < count; ++i) {
                 const auto [toolLeaf, bucket] = entries[i];
                 const Sphere leaf = s.world->tool->leaf(toolLeaf);

@@ -21,7 +21,7 @@ struct SolverName {
 };
 
 using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
-                           Mode Settings::*, Screening Settings::*, SolverName>;
+                           Mode Settings::*, Geometry Settings::*, Screening Settings::*, SolverName>;
 
 struct Row {
     SettingInfo info;
@@ -37,6 +37,11 @@ constexpr Row kRows[] = {
       "the tool sinks in and is pushed back, without a solver",
       0, 0, SettingGroup::Mode, "Mode"},
      &Settings::mode},
+    {{"geometry", "",
+      "by what parts touch in default mode: mesh: their triangles, if both are closed; spheres: their sphere trees, as "
+      "in the paper",
+      0, 0, SettingGroup::Mode, "Geometry"},
+     &Settings::geometry},
     {{"solver", "", "solver that moves the tool; the answer of an approximate one is projected onto the constraints", 0,
       0, SettingGroup::Solvers, "Solver"},
      SolverName{&Settings::solver, false}},
@@ -64,6 +69,11 @@ constexpr Row kRows[] = {
       "cluster: similar rows, faster and less accurate",
       0, 0, SettingGroup::Approximate, "Screening"},
      &Settings::screening},
+    {{"contact_distance", "mm",
+      "distance that is kept between meshes; a larger value is felt sooner, a smaller one leaves less room for "
+      "rounding",
+      1e-4, 0.1, SettingGroup::More, "Contact distance", 0.0005, 0.02},
+     &Settings::contactDistance},
     {{"margin", "mm",
       "pairs within this distance become rows; a larger value costs time, a smaller one slows the tool near contact",
       0.01, 20, SettingGroup::Contact, "Margin", 0.02, 2},
@@ -128,7 +138,14 @@ constexpr auto kInfos = [] {
 }();
 
 constexpr std::string_view kModeNames[] = {"default", "paper", "penalty"};
+constexpr std::string_view kGeometryNames[] = {"mesh", "spheres"};
 constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
+
+std::span<const std::string_view> namesOf(Mode Settings::*) { return kModeNames; }
+std::span<const std::string_view> namesOf(Geometry Settings::*) { return kGeometryNames; }
+std::span<const std::string_view> namesOf(Screening Settings::*) { return kScreeningNames; }
+template <class E>
+concept Enumeration = std::is_enum_v<E>;
 
 template <class... F>
 struct Overload : F... {
@@ -174,6 +191,14 @@ std::string unknownKey(std::string_view key) {
     return sentence;
 }
 
+/// "a, b or c".
+std::string alternatives(std::span<const std::string_view> names) {
+    std::string all;
+    for (std::size_t i = 0; i < names.size(); ++i)
+        all += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + std::string(names[i]);
+    return all;
+}
+
 std::string solverNames(bool mayBeNone) {
     std::string names;
     for (const SolverInfo& solver : solverTable()) names += (names.empty() ? "" : ", ") + std::string(solver.name);
@@ -190,6 +215,7 @@ std::string refuse(const SettingInfo& info, std::string_view value, const std::s
 
 std::span<const SettingInfo> settingTable() { return kInfos; }
 std::span<const std::string_view> modeNames() { return kModeNames; }
+std::span<const std::string_view> geometryNames() { return kGeometryNames; }
 
 std::string setSetting(Settings& settings, std::string_view key, std::string_view value) {
     const Row* row = findRow(key);
@@ -217,19 +243,11 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
                               settings.*member = on;
                               return {};
                           },
-                          [&](Mode Settings::*member) -> std::string {
-                              const auto found = std::find(std::begin(kModeNames), std::end(kModeNames), value);
-                              if (found == std::end(kModeNames))
-                                  return refuse(info, value, "default, paper or penalty");
-                              settings.*member = static_cast<Mode>(found - std::begin(kModeNames));
-                              return {};
-                          },
-                          [&](Screening Settings::*member) -> std::string {
-                              const auto found =
-                                  std::find(std::begin(kScreeningNames), std::end(kScreeningNames), value);
-                              if (found == std::end(kScreeningNames))
-                                  return refuse(info, value, "none, screen or cluster");
-                              settings.*member = static_cast<Screening>(found - std::begin(kScreeningNames));
+                          [&]<Enumeration E>(E Settings::*member) -> std::string {
+                              const auto names = namesOf(member);
+                              const auto found = std::find(names.begin(), names.end(), value);
+                              if (found == names.end()) return refuse(info, value, alternatives(names));
+                              settings.*member = static_cast<E>(found - names.begin());
                               return {};
                           },
                           [&](SolverName solver) -> std::string {
@@ -250,8 +268,7 @@ std::vector<std::string> settingChoices(std::string_view key) {
     const auto names = [](std::span<const std::string_view> of) {
         return std::vector<std::string>(of.begin(), of.end());
     };
-    return std::visit(Overload{[&](Mode Settings::*) { return names(kModeNames); },
-                               [&](Screening Settings::*) { return names(kScreeningNames); },
+    return std::visit(Overload{[&]<Enumeration E>(E Settings::*member) { return names(namesOf(member)); },
                                [&](SolverName name) {
                                    std::vector<std::string> all;
                                    for (const SolverInfo& solver : solverTable()) all.emplace_back(solver.name);
@@ -265,20 +282,18 @@ std::vector<std::string> settingChoices(std::string_view key) {
 std::string getSetting(const Settings& settings, std::string_view key) {
     const Row* row = findRow(key);
     assert(row);
-    return std::visit(
-        Overload{
-            [&](bool Settings::*member) -> std::string { return settings.*member ? "on" : "off"; },
-            [&](Mode Settings::*member) { return std::string(kModeNames[static_cast<int>(settings.*member)]); },
-            [&](Screening Settings::*member) {
-                return std::string(kScreeningNames[static_cast<int>(settings.*member)]);
-            },
-            [&](SolverName solver) -> std::string {
-                const int index = settings.*solver.index;
-                return index < 0 ? "none" : std::string(solverTable()[index].name);
-            },
-            [&](auto member) { return text(settings.*member); },
-        },
-        row->field);
+    return std::visit(Overload{
+                          [&](bool Settings::*member) -> std::string { return settings.*member ? "on" : "off"; },
+                          [&]<Enumeration E>(E Settings::*member) {
+                              return std::string(namesOf(member)[static_cast<std::size_t>(settings.*member)]);
+                          },
+                          [&](SolverName solver) -> std::string {
+                              const int index = settings.*solver.index;
+                              return index < 0 ? "none" : std::string(solverTable()[index].name);
+                          },
+                          [&](auto member) { return text(settings.*member); },
+                      },
+                      row->field);
 }
 
 SolverSettings solverSettings(const Settings& settings) {

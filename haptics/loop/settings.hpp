@@ -19,15 +19,25 @@ enum class Mode : std::uint8_t {
 /// The names on the command line, in the order of the enumeration.
 std::span<const std::string_view> modeNames();
 
+/// By what the tool touches in default mode.
+enum class Geometry : std::uint8_t {
+    Mesh,     ///< the triangles of closed parts; spheres for others
+    Spheres,  ///< the leaves of the sphere trees, as in the paper
+};
+/// Likewise.
+std::span<const std::string_view> geometryNames();
+
 /// Constant within a tick. A plain struct: it travels by value from the panels to the loop. The table in settings.cpp
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
-    int solver = kExactSolver;  ///< index into solverTable()
-    int shadow = 1;             ///< likewise; -1 for none
-    double stiffness = 1;       ///< k_t, N/mm; the paper's value
-    double torsion = 1000;      ///< k_r, mN·m/rad; the paper's value
-    double tolerance = 0.01;    ///< of an approximate solver or shadow: N; in paper mode N·mm, where it is the paper's
+    Geometry geometry = Geometry::Spheres;
+    double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
+    int solver = kExactSolver;       ///< index into solverTable()
+    int shadow = 1;                  ///< likewise; -1 for none
+    double stiffness = 1;            ///< k_t, N/mm; the paper's value
+    double torsion = 1000;           ///< k_r, mN·m/rad; the paper's value
+    double tolerance = 0.01;  ///< of an approximate solver or shadow: N; in paper mode N·mm, where it is the paper's
     Screening screening = Screening::None;  ///< before an approximate solver in default mode
     /// Maximum iterations of an approximate solver in default mode. In a static hold of 3.235 N, pqp gave 3.049 N with
     /// 10 iterations, 3.132 N with chatter with 100, and the exact force with 1,000 and a tolerance of 1e-6.
@@ -60,6 +70,11 @@ struct Settings {
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };
+
+/// By what the tool touches in the mode of these settings: only default mode touches meshes.
+inline Geometry geometryOf(const Settings& settings) {
+    return settings.mode == Mode::Default ? settings.geometry : Geometry::Spheres;
+}
 
 /// Settings of the solver that moves the tool, in the mode of these settings.
 SolverSettings solverSettings(const Settings& settings);

@@ -28,9 +28,14 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
         obstacleReaches.push_back(obstacle.tree->reach());
-        lists.emplace_back(*w.tool, *obstacle.tree, index++);
+        leafLists.push_back(std::make_unique<NeighborList>(*w.tool, *obstacle.tree, index));
+        featureLists.push_back(
+            w.hasMeshes(index) ? std::make_unique<FeatureList>(*w.toolSurface, *obstacle.surface, index) : nullptr);
+        ++index;
         walks.emplace_back(*w.tool, *obstacle.tree);
     }
+    lists.resize(leafLists.size());
+    use(Geometry::Spheres, 0);
     X_WO.resize(lists.size());
     X_OW.resize(lists.size());
     R_WO.resize(lists.size());
@@ -77,7 +82,11 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
-    for (NeighborList& list : s.lists) list.forget();
+    for (auto* lists : {&s.leafLists, &s.featureLists})
+        for (auto& list : *lists)
+            if (list) list->forget();
+    s.pushing = -1;
+    s.checked = false;
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();
     s.projector->reset();
@@ -96,6 +105,26 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
     X_WO[obstacle] = X;
     X_OW[obstacle] = X.inverse();
     R_WO[obstacle] = X.R();
+}
+
+void StepState::Impl::use(Geometry geometry, double contactDistance) {
+    for (std::size_t k = 0; k < lists.size(); ++k) {
+        const bool mesh = geometry == Geometry::Mesh && featureLists[k];
+        checked = checked && lists[k] && lists[k]->ofFeatures() == mesh;
+        lists[k] = (mesh ? featureLists : leafLists)[k].get();
+        lists[k]->keepApart(mesh ? contactDistance : 0);
+    }
+}
+
+bool StepState::Impl::checkOverlaps() {
+    bool any = false;
+    for (int k = 0; k < int(lists.size()); ++k) {
+        if (!lists[k]->ofFeatures() || (checked && !lists[k]->suspended())) continue;
+        lists[k]->suspend(overlap(*world->toolSurface, *world->obstacles[k].surface, inObstacle(k, graphic)));
+        any |= lists[k]->suspended();
+    }
+    checked = true;
+    return any;
 }
 
 int StepState::Impl::findInvalidTarget(std::span<const Pose> targets) const {
@@ -147,7 +176,7 @@ double StepState::Impl::hoverAt(const Pose& q) const {
     for (const Contact& c : contacts) {
         if (c.force <= std::max(0.02, 0.01 * largest)) continue;
         const int obstacle = obstacleOf(c.id);
-        hover = std::max(hover, lists[obstacle].gap(inObstacle(obstacle, q), toolLeafOf(c.id), obstacleLeafOf(c.id)));
+        hover = std::max(hover, lists[obstacle]->gap(inObstacle(obstacle, q), toolLeafOf(c.id), obstacleLeafOf(c.id)));
     }
     return hover;
 }
@@ -235,14 +264,19 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     const Settings& set = tick.settings;
     const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
     const double maxMove = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
+    if (s.lists[k]->ofFeatures()) {
+        s.X_OW_before = s.X_OW[k];
+        s.pushing = k;
+    }
     s.moveObstacle(k, target, s.paces[k] * maxMove);
     bool fits = advance(tick, device, wrench);
     if (set.mode != Mode::Default) return fits;
-    if (fits) {
+    if (fits && !s.lists[k]->ofFeatures()) {  // a step between features that would touch has failed
         const Pose after = s.inObstacle(k, s.graphic);
-        fits = s.lists[k].complete({after, 0}, set.slack) &&
-               !s.lists[k].remeasure(before, after, kOverlapTolerance).deeper();
+        fits = s.lists[k]->complete({after, 0}, set.slack) &&
+               !s.lists[k]->remeasure(before, after, kOverlapTolerance).deeper();
     }
+    s.pushing = -1;
     s.paces[k] = std::clamp(fits ? 2 * s.paces[k] : s.paces[k] / 2, kSmallestPace, 1.0);
     if (fits) return true;
 
@@ -251,7 +285,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     s.obstacleTravel = 0;
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;
-    tick.record.flags = kObstacleHeld;
+    tick.record.flags = kObstacleHeld | (tried.flags & kOverlapping);
     tick.record.collisionUs = tried.collisionUs;  // the refused attempt took time, too
     tick.record.solveUs = tried.solveUs;
     tick.record.shadowUs = tried.shadowUs;
@@ -270,8 +304,9 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     state.given = {
         .X_WT_device = input.X_WT_device, .settings = settings, .start = std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};
+    state.use(geometryOf(settings), settings.contactDistance);
     for (std::size_t k = 0; k < state.lists.size(); ++k)
-        state.lists[k].offer(k < input.entries.size() ? input.entries[k] : nullptr);
+        state.lists[k]->offer(k < input.entries.size() ? input.entries[k] : nullptr);
 
     Wrench wrench;
     Pose device = state.device;
@@ -288,6 +323,7 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
         if (settings.pause) {
             record.flags |= kPaused;
         } else {
+            if (state.checkOverlaps()) record.flags |= kOverlapping;
             const int k = state.nextToMove(input.X_WO);
             state.obstacleTravel = 0;
             if (k >= 0) {
@@ -320,7 +356,7 @@ PenetrationMeter::PenetrationMeter(const World& world) : world_(&world) {
     for (const Obstacle& obstacle : world.obstacles) walks_.emplace_back(*world.tool, *obstacle.tree);
 }
 
-double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO) {
+double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO, Geometry geometry) {
     // Depth at the last pose, mm, from which the branch-and-bound search replaces the walk. The walk visits every
     // overlapping pair; a deep pose has many, most of which the search prunes. At shallow poses the walk is faster.
     constexpr double kDeep = 0.1;
@@ -329,6 +365,11 @@ double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO) {
     for (std::size_t k = 0; k < walks_.size(); ++k) {
         const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
         const Pose X_OT = placeOf(*world_, X_WO, k).inverse() * X_WT;
+        if (geometry == Geometry::Mesh && world_->hasMeshes(k)) {
+            const Surface &ours = *world_->toolSurface, &other = *world_->obstacles[k].surface;
+            if (overlap(ours, other, X_OT)) depth_ = std::max(depth_, overlapDepth(ours, other, X_OT));
+            continue;
+        }
         depth_ =
             std::max(depth_, -(deep ? leastGap(tool, obstacle, X_OT, 0) : deepestGap(tool, obstacle, walks_[k], X_OT)));
     }

@@ -28,6 +28,7 @@ enum TickFlag : std::uint32_t {
     kProjected = 1 << 10,      ///< an approximate answer was projected onto the rows
     kPaused = 1 << 11,         ///< the setting `pause` held the tool
     kObstacleHeld = 1 << 12,   ///< a moving obstacle stayed where it was because the tool could not move out of its way
+    kOverlapping = 1 << 13,  ///< meshes overlap, as at the start: the tool passes through that obstacle until it is out
 };
 
 struct StepInput {
@@ -153,13 +154,14 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 /// it. X_WO: poses of the obstacles, if they differ from the world's.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {});
 
-/// Measures only the deepest overlap, for callers that need it at every tick: max(0, -trueClearance), equal to the last
-/// bit, in a fraction of the time where surfaces conform. It walks the trees itself and does not use the tick's lists.
-/// Only the constructor allocates.
+/// Measures only the deepest overlap, for callers that need it at every tick. Of spheres: max(0, -trueClearance), equal
+/// to the last bit, in a fraction of the time where surfaces conform. Of meshes: 0 unless they overlap, and then the
+/// greatest depth of a vertex; all triangles are tested. It does not use the tick's lists. Only the constructor
+/// allocates, unless meshes overlap.
 class PenetrationMeter {
   public:
     explicit PenetrationMeter(const World& world);
-    double depth(const Pose& X_WT, std::span<const Pose> X_WO = {});  ///< mm
+    double depth(const Pose& X_WT, std::span<const Pose> X_WO = {}, Geometry geometry = Geometry::Spheres);  ///< mm
 
   private:
     const World* world_;

@@ -6,6 +6,8 @@
 #include "haptics/collision/clearance.hpp"
 #include "haptics/collision/neighbor_list.hpp"
 #include "haptics/loop/step.hpp"
+#include "haptics/surface/feature_list.hpp"
+#include "haptics/surface/surface_overlap.hpp"
 
 namespace touchstone {
 
@@ -42,11 +44,15 @@ struct StepState::Impl {
     bool hasValidStart = true;        ///< begin() was given valid poses, and no obstacle has an invalid one
     int lastMoved = 0;                ///< the obstacle that moved last, since obstacles take turns
     double obstacleTravel = 0;        ///< in this tick, mm
+    int pushing = -1;                 ///< the obstacle that has moved in this tick, and not yet the tool; -1: none
+    Pose X_OW_before;                 ///< where that obstacle was
+    bool checked = false;             ///< it is known which obstacles the tool overlaps, see checkOverlaps()
 
     // Working memory. Every buffer has one use.
-    std::vector<NeighborList> lists;
-    std::vector<TreeWalk> walks;                     ///< for the modes that keep no list
-    RowSet rows{kRowCapacity};                       ///< of the present linearization
+    std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no meshes
+    std::vector<ContactList*> lists;                                    ///< those that the tick uses
+    std::vector<TreeWalk> walks;                                        ///< for the modes that keep no list
+    RowSet rows{kRowCapacity};                                          ///< of the present linearization
     RowSet crossedRows{kRowCapacity};                ///< rows that an answer crosses, before they join `rows`
     RowSet notDeeperRows{kRowCapacity};              ///< `rows` with every negative gap set to zero
     RowSet shadowRows{kShadowRowCapacity};           ///< the rows with the smallest gaps, for the shadow
@@ -83,7 +89,16 @@ struct StepState::Impl {
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }
     Pose inObstacle(int obstacle, const Pose& q) const { return X_OW[obstacle] * nodePose(q); }
+    /// The pose from which the next step moves features: in front of an obstacle that pushes, where it was before.
+    Pose before(int obstacle, const Pose& q) const {
+        return (obstacle == pushing ? X_OW_before : X_OW[obstacle]) * nodePose(q);
+    }
     void place(int obstacle, const Pose& X);
+    /// Selects the lists of a geometry.
+    void use(Geometry geometry, double contactDistance);
+    /// Suspends the contact of meshes that overlap, which the crossings of a step cannot part, and resumes that of
+    /// meshes that no longer do. Returns whether any overlap.
+    bool checkOverlaps();
     /// The first obstacle with an invalid target pose; -1: none.
     int findInvalidTarget(std::span<const Pose> targets) const;
     /// The next obstacle, in turn, that has not reached its target; -1: none.

@@ -9,7 +9,8 @@ namespace {
 
 /// Whether the change could make the force jump, so that the force must fade out first.
 bool needsFade(const Settings& a, const Settings& b) {
-    return a.mode != b.mode || a.solver != b.solver || a.rate != b.rate || a.pause != b.pause;
+    return a.mode != b.mode || a.geometry != b.geometry || a.solver != b.solver || a.rate != b.rate ||
+           a.pause != b.pause;
 }
 
 }  // namespace
@@ -171,7 +172,8 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
         session.keeper->request({.tickMs = 1000 / settings().rate,
                                  .within = session.state.asked(),
                                  .trust = effective.trust,
-                                 .slack = std::max(effective.slack, effective.trust)},
+                                 .slack = std::max(effective.slack, effective.trust),
+                                 .geometry = geometryOf(effective)},
                                 record.X_WT, session.state.obstacles());
     }
     X_WT_tool_ = record.X_WT;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone {
 
@@ -14,7 +15,8 @@ inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps
 struct Obstacle {
     std::string name;
     std::shared_ptr<const SphereTree> tree;
-    Pose X_WO;  ///< obstacle's node in the scene frame, at the first tick
+    Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
+    std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
 };
 
 /// The tool's tree is given in the tool node's frame, whose origin is o. Increments and torques of the tick refer to C,
@@ -22,7 +24,11 @@ struct Obstacle {
 struct World {
     std::shared_ptr<const SphereTree> tool;
     std::vector<Obstacle> obstacles;
-    Pose X_WT_start;  ///< tool node at the first tick
+    Pose X_WT_start;                                       ///< tool node at the first tick
+    std::shared_ptr<const Surface> toolSurface = nullptr;  ///< null: as for an obstacle
+
+    /// Whether tool and obstacle can touch by their meshes.
+    bool hasMeshes(std::size_t obstacle) const { return toolSurface && obstacles[obstacle].surface; }
 
     Vec3 p_TC() const { return tool->center(); }
     double reach() const { return tool->reach(); }  ///< ρ, mm

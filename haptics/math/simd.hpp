@@ -98,6 +98,9 @@ inline Mask lessEqual(Float8 a, Float8 b) {
         _mm256_movemask_ps(_mm256_cmp_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b), _CMP_LE_OQ)));
 }
 
+/// One bit for each lane of a comparison.
+inline Mask toMask(Int8 lanes) { return Mask(_mm256_movemask_ps(reinterpret_cast<__m256>(lanes))); }
+
 inline Mask lessEqual(Double8 a, Double8 b) {
 #ifdef __AVX512F__
     return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), _CMP_LE_OQ);

@@ -23,10 +23,10 @@ class PairCounter {
         const glm::dvec3& p = pose.position;
         const Pose X{Vec3(p.x, p.y, p.z), sandbox::toEigen(pose.rotation)};
         int pairs = 0;
-        walk_.run({X, 0}, [&](const LeafBucket* entries, int count) {
+        walk_.run({X, 0}, [&](const PairEntry* entries, int count) {
             for (int i = 0; i < count; ++i) {
-                const Sphere leaf = tree_.leaf(entries[i].toolLeaf);
-                const LeafGaps gaps = leafGaps(X * leaf.center(), leaf.r, tree_, entries[i].bucket);
+                const Sphere leaf = tree_.leaf(entries[i].tool);
+                const LeafGaps gaps = leafGaps(X * leaf.center(), leaf.r, tree_, entries[i].obstacle);
                 pairs += std::popcount(simd::lessEqual(gaps.gap, simd::splat(0.0)) & 0xffu);
             }
         });

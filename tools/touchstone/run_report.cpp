@@ -88,9 +88,10 @@ void LiveReport::add(const TickRecord& record, const sandbox::LiveSession& sessi
     scene_ = session.sceneNumber();
     last_ = record.tick;
     const LoopSnapshot& loop = *session.snapshot();
-    // Default mode measures the penetration in every tick, the paper's scheme does not.
+    // Default mode measures the penetration of spheres in every tick.
+    const bool measured = loop.settings.mode != Mode::Paper && geometryOf(loop.settings) == Geometry::Spheres;
     const double penetration =
-        loop.settings.mode == Mode::Paper ? meter_->depth(record.X_WT, loop.X_WO) : record.penetration;
+        measured ? record.penetration : meter_->depth(record.X_WT, loop.X_WO, geometryOf(loop.settings));
     const double rate = loop.settings.rate;
     statistics_.add(record, penetration, 1000 / rate);
     statistics_.addTimes(record);

@@ -100,14 +100,18 @@ HealthItem tickItem(const LoopSnapshot& s) {
     if (r.flags & kRowsTruncated) value += ", rows truncated";
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
+    if (r.flags & kOverlapping) value += ", parts overlap";
     return {
         .name = "Tick",
         .value = value,
         .help =
             engine::formatted("Solver status and warnings of the newest tick. Force %.2f N, torque %.0f mN·m about C.",
-                              r.wrench_C.force.norm(), r.wrench_C.torque.norm()),
-        .attention =
-            (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput | kObstacleHeld)) != 0};
+                              r.wrench_C.force.norm(), r.wrench_C.torque.norm()) +
+            (r.flags & kOverlapping ? " The tool began inside an obstacle: it passes through that obstacle without "
+                                      "force until it is out, and touches it from then on."
+                                    : ""),
+        .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput | kObstacleHeld |
+                                 kOverlapping)) != 0};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/transforms.hpp"
+#include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
@@ -54,14 +55,17 @@ class TreeBuilderCache {
                      std::vector<std::string>& warnings)
         : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
 
-    /// Null if trees were not requested.
-    std::shared_ptr<const SphereTree> make(Entity node) {
+    struct Part {
+        std::shared_ptr<const SphereTree> tree;  ///< null if trees were not requested
+        std::shared_ptr<const Surface> surface;  ///< null likewise, and if the part is not closed
+    };
+    Part make(Entity node) {
         const TriangleMesh surface = bakedTriangles(scene_, node);
         const std::string label = nodeLabel(scene_, node);
         if (surface.triangles.empty())
             engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
         checkSize(label, surface);
-        if (!options_.buildTrees) return nullptr;
+        if (!options_.buildTrees) return {};
         TreeOptions treeOptions = scene_.registry.get<BodyMarking>(node).tree;
         if (options_.leaves > 0) {
             treeOptions.leaves = options_.leaves;
@@ -71,7 +75,7 @@ class TreeBuilderCache {
         if (!tree) tree = build(surface, treeOptions, node);
         ++done_;
         if (!tree->certificate.note.empty()) warnings_.push_back(label + ": " + tree->certificate.note);
-        return tree;
+        return {tree, makeSurface(surface, tree->center())};
     }
 
   private:
@@ -96,6 +100,11 @@ class TreeBuilderCache {
         } catch (const std::invalid_argument& error) {
             engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
         }
+    }
+
+    static std::shared_ptr<const Surface> makeSurface(const TriangleMesh& mesh, const Vec3& center) {
+        const RepairedMesh body = repairMesh(mesh);
+        return body.closed() ? std::make_shared<const Surface>(surfaceFeatures(body), center) : nullptr;
     }
 
     void checkSize(const std::string& label, const TriangleMesh& surface) {
@@ -136,11 +145,15 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
     TreeBuilderCache trees(scene, options, 1 + roles.obstacles.size(), made.warnings);
-    world->tool = trees.make(roles.tool);
+    TreeBuilderCache::Part tool = trees.make(roles.tool);
+    world->tool = std::move(tool.tree);
+    world->toolSurface = std::move(tool.surface);
     for (const Entity obstacle : roles.obstacles) {
+        TreeBuilderCache::Part part = trees.make(obstacle);
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
-                                    .tree = trees.make(obstacle),
-                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle))});
+                                    .tree = std::move(part.tree),
+                                    .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
+                                    .surface = std::move(part.surface)});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());

@@ -263,7 +263,8 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
                                    options.device);
         }
         run.settings = pass.settings();
-        const double penetration = meter->depth(run.last.X_WT, pass.state().obstacles()), dt = 1000 / run.settings.rate;
+        const double penetration = meter->depth(run.last.X_WT, pass.state().obstacles(), geometryOf(run.settings));
+        const double dt = 1000 / run.settings.rate;
         statistics.add(run.last, penetration, dt);
         judge.add(run.last, penetration, dt);
         if (scene.roles.goal)

@@ -136,7 +136,7 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
     row["tolerance"] = approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr);
     row["stiffness_N_per_mm"] = settings.stiffness;
     measures.write(row, end);
-    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT);
+    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT, {}, geometryOf(settings));
     row["safety_trips"] = measures.trips();
     row["recording"] = folder.filename().string();
     for (ordered_json& value : row)  // six significant digits exceed the accuracy of every column

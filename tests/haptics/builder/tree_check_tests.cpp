@@ -475,12 +475,12 @@ TEST_CASE("trees of random meshes: certificates hold and walks find exactly the 
         const auto all = brutePairs(a, b, X, margin);
         TreeWalk walk(a, b);
         std::vector<std::pair<int, int>> found;
-        walk.run({X, margin}, [&](const LeafBucket* buckets, int count) {
+        walk.run({X, margin}, [&](const PairEntry* buckets, int count) {
             for (int k = 0; k < count; ++k)
-                for (int j = 8 * buckets[k].bucket; j < std::min(8 * buckets[k].bucket + 8, b.leafCount()); ++j) {
-                    const Sphere s = a.leaf(buckets[k].toolLeaf), t = b.leaf(j);
+                for (int j = 8 * buckets[k].obstacle; j < std::min(8 * buckets[k].obstacle + 8, b.leafCount()); ++j) {
+                    const Sphere s = a.leaf(buckets[k].tool), t = b.leaf(j);
                     if ((X * Vec3(s.x, s.y, s.z) - Vec3(t.x, t.y, t.z)).norm() <= double(s.r) + double(t.r) + margin)
-                        found.emplace_back(buckets[k].toolLeaf, j);
+                        found.emplace_back(buckets[k].tool, j);
                 }
         });
         std::sort(found.begin(), found.end());

@@ -176,11 +176,11 @@ TEST_CASE("pair finder: entries of a course hold every pair near it, and the dis
     std::uniform_real_distribution<double> uniform(-1, 1);
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
     const Vec3 C = tool.center();
-    PairFinder finder(tool, obstacle);
+    LeafPairFinder finder(tool, obstacle);
     PairEntries all(tool, obstacle), narrow(tool, obstacle);
     const auto holds = [](const PairEntries& entries, int t, int o) {
         for (int i = 0; i < entries.count; ++i)
-            if (entries.at[i].toolLeaf == t && entries.at[i].bucket == o / SphereTree::kBranching) return true;
+            if (entries.at[i].tool == t && entries.at[i].obstacle == o / SphereTree::kBranching) return true;
         return false;
     };
     const auto vector = [&](double length) {
@@ -196,7 +196,7 @@ TEST_CASE("pair finder: entries of a course hold every pair near it, and the dis
         for (const double s : {0.0, 0.2, 0.4, 0.7, 1.0}) {
             const Pose off{vector(0.1), expRotation(vector(1e-3))}, X = off * course.times(s).end(C);
             // The bound holds for each leaf, because each leaf moves in a straight line.
-            const double bound = deviation(course, X, LeafExtent(tool));
+            const double bound = deviation(course, X, Extent(tool));
             const Mat3 R = course.X_OT.R();
             for (int t = 0; t < tool.leafCount(); ++t) {
                 const Vec3 from = R * tool.leaf(t).center() + course.X_OT.p;
@@ -223,7 +223,7 @@ TEST_CASE("pair finder: entries hold every pair of any coverage inside their own
     std::mt19937 random(23);
     std::uniform_real_distribution<double> uniform(0, 1);
     const SphereTree tool = bumpyBall(150, 7), obstacle = bumpyBall(200, 8);
-    PairFinder finder(tool, obstacle);
+    LeafPairFinder finder(tool, obstacle);
     PairEntries all(tool, obstacle), narrow(tool, obstacle);
     const auto within = [&](double margin) {
         const double curve = uniform(random) < 0.3 ? 0 : 4 * uniform(random);
@@ -232,8 +232,8 @@ TEST_CASE("pair finder: entries hold every pair of any coverage inside their own
     int held = 0, asked = 0, curved = 0;
     const auto requireHeld = [&](const PairEntries& entries, const Coverage& coverage) {
         std::set<std::pair<int, int>> buckets;
-        finder.forEachWithin(entries, coverage, [&](const LeafBucket& entry) {
-            buckets.insert({entry.toolLeaf, entry.bucket});
+        finder.forEachWithin(entries, coverage, [&](const PairEntry& entry) {
+            buckets.insert({entry.tool, entry.obstacle});
             return true;
         });
         for (const auto& [id, gap] : brutePairs(tool, obstacle, coverage.course.X_OT, coverage.within.most)) {
@@ -312,7 +312,7 @@ TEST_CASE("neighbor list: the rows that an increment violates are those of brute
         for (int round = 0;; ++round) {
             REQUIRE(round < 30);
             crossed.clear();
-            REQUIRE(list.appendCrossed(X, Mat3::Identity(), 4, by, near, crossed));
+            REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 4, by, near, crossed) >= 0);
             if (crossed.size() == 0) break;
             double worst = 0;
             for (int i = 0; i < all.size(); ++i)
@@ -351,7 +351,7 @@ TEST_CASE("neighbor list: points have rows like spheres, also for a step of zero
         RowSet none(8), crossed(8);
         Crossing by;
         by.x[0] = way;
-        REQUIRE(list.appendCrossed(X, Mat3::Identity(), 2, by, none, crossed));
+        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 2, by, none, crossed) >= 0);
         REQUIRE(crossed.size() == (way < -1 ? 1 : 0));
     }
 }
@@ -388,7 +388,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
         by.x.tail<3>() *= pose % 2 ? 0.15 : 0;
         const double tolerance = pose % 3 ? 0.5e-3 : 5;
         const Course step{X, by.x.head<3>(), by.x.tail<3>()};
-        const double length = LeafExtent(tool).length(step);
+        const double length = Extent(tool).length(step);
         double nearest = 1e30;
         for (int i = 0; i < tool.leafCount(); ++i)
             for (int j = 0; j < obstacle.leafCount(); ++j)
@@ -397,7 +397,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
         REQUIRE(list.complete({X, 4}, 0.5));
         // On a long path all pairs within the margin are rows, and the tool moves no further than the margin.
         constexpr double kShare = 0.4;
-        REQUIRE(list.appendCrossed(X, Mat3::Identity(), kShare * length, by, none, crossed));
+        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), kShare * length, by, none, crossed) >= 0);
         REQUIRE(all.complete({X, 4}, 0.5));
         // Nothing is near there, so only the rows can detect the overlap.
         if (nearest > length) REQUIRE(list.complete({away, 4}, 0.5));
@@ -425,7 +425,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
     by.x.tail<3>() = turn.turn;
     RowSet none(8), crossed(8);
     REQUIRE(bent.complete({turn.X_OT, 0.2}, 0.1));
-    REQUIRE(bent.appendCrossed(turn.X_OT, Mat3::Identity(), 0.2, by, none, crossed));
+    REQUIRE(bent.appendCrossed(turn.X_OT, turn.X_OT, Mat3::Identity(), 0.2, by, none, crossed) >= 0);
     REQUIRE(bent.complete({away, 0.2}, 0.1));
     const Pose after = turn.times(0.4).end(pair.center());
     REQUIRE(bent.remeasure(turn.X_OT, after, 0.5e-3).deeper());
@@ -451,11 +451,12 @@ TEST_CASE("clearance: equals the smallest gap of brute force", "[collision]") {
         REQUIRE_FALSE(anyWithin(tool, obstacle, X, least - 1e-9));
         // A complete list gives the same answer, whatever pose it was found for.
         list.forget();
-        REQUIRE_FALSE(list.anyWithin(X, least).has_value());
+        REQUIRE(list.anyWithin(X, least + 1e-9));
+        REQUIRE_FALSE(list.anyWithin(X, least - 1e-9));
         REQUIRE(list.complete({Pose{X.p + Vec3(0.2, 0.1, 0), X.q}, std::max(least, 0.0) + 1}, 0.1));
-        REQUIRE(list.anyWithin(X, least + 1e-9) == true);
-        REQUIRE(list.anyWithin(X, least - 1e-9) == false);
-        REQUIRE_FALSE(list.anyWithin(X, std::max(least, 0.0) + 2).has_value());
+        REQUIRE(list.anyWithin(X, least + 1e-9));
+        REQUIRE_FALSE(list.anyWithin(X, least - 1e-9));
+        REQUIRE(list.anyWithin(X, std::max(least, 0.0) + 2));
         // An initial pair changes nothing, and the nearest pair replaces it.
         LeafPair nearest{int(random() % unsigned(tool.leafCount())), int(random() % unsigned(obstacle.leafCount()))};
         REQUIRE(leastGap(tool, obstacle, X, 1e30, &nearest) == leastGap(tool, obstacle, X));

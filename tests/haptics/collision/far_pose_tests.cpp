@@ -25,11 +25,11 @@ struct Bodies {
         : tool(*blob(kLeaves[any.next() % std::size(kLeaves)], 40, any.next())),
           obstacle(*blob(kLeaves[any.next() % std::size(kLeaves)], 40, any.next())) {}
 
-    void require(const LeafBucket& entry) const {
-        REQUIRE(entry.toolLeaf >= 0);
-        REQUIRE(entry.toolLeaf < tool.leafCount());
-        REQUIRE(entry.bucket >= 0);
-        REQUIRE(entry.bucket < obstacle.levels[1].count);
+    void require(const PairEntry& entry) const {
+        REQUIRE(entry.tool >= 0);
+        REQUIRE(entry.tool < tool.leafCount());
+        REQUIRE(entry.obstacle >= 0);
+        REQUIRE(entry.obstacle < obstacle.levels[1].count);
     }
     void require(const RowSet& rows) const {
         for (int i = 0; i < rows.size(); ++i) {
@@ -56,7 +56,7 @@ TEST_CASE("far poses: a walk visits only leaves that exist, for any finite numbe
         Within within(std::abs(any.next() % 2 ? any.number() : any.small()));
         if (any.next() % 4 == 0) within = {within.margin, std::abs(any.number()), std::abs(any.number())};
         std::int64_t entries = 0;
-        walk.run({course, within}, [&](const LeafBucket* found, int count) {
+        walk.run({course, within}, [&](const PairEntry* found, int count) {
             for (int n = 0; n < count; ++n) bodies.require(found[n]);
             entries += count;
         });
@@ -71,7 +71,7 @@ TEST_CASE("far poses: nothing is near a tool that is far away", "[collision][far
     AnyNumber any(seed);
     const Bodies bodies(any);
     TreeWalk walk(bodies.tool, bodies.obstacle);
-    PairFinder finder(bodies.tool, bodies.obstacle);
+    LeafPairFinder finder(bodies.tool, bodies.obstacle);
     PairEntries entries(bodies.tool, bodies.obstacle);
     for (const double far : {1e3, 1e6, 1e12, 1e15, 1e18, 1e20, 1e25, 1e30, 1e38, 1e60, 1e150, 1e200, 1e308})
         for (int axes = 1; axes < 8; ++axes) {
@@ -79,7 +79,7 @@ TEST_CASE("far poses: nothing is near a tool that is far away", "[collision][far
             for (int k = 0; k < 3; ++k) X.p[k] = axes >> k & 1 ? (any.next() % 2 ? far : -far) : any.small();
             CAPTURE(X.p.transpose());
             int visited = 0;
-            walk.run({X, 0.5}, [&](const LeafBucket*, int count) { visited += count; });
+            walk.run({X, 0.5}, [&](const PairEntry*, int count) { visited += count; });
             CHECK(visited == 0);
             CHECK(deepestGap(bodies.tool, bodies.obstacle, walk, X) == 0);
             CHECK(leastGap(bodies.tool, bodies.obstacle, X, 0) == 0);
@@ -147,7 +147,7 @@ TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[colli
     AnyNumber any(seed);
     const Bodies bodies(any);
     NeighborList list(bodies.tool, bodies.obstacle, 0);
-    PairFinder finder(bodies.tool, bodies.obstacle);
+    LeafPairFinder finder(bodies.tool, bodies.obstacle);
     PairEntries entries(bodies.tool, bodies.obstacle), narrowed(bodies.tool, bodies.obstacle);
     RowSet rows(1 << 12), crossed(1 << 12);
     const Mat3 R = Mat3::Identity();
@@ -177,7 +177,7 @@ TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[colli
         crossed.clear();
         Crossing by;
         by.x << any.vector(), any.vector();
-        if (list.appendCrossed(X, R, margin, by, rows, crossed)) bodies.require(crossed);
+        if (list.appendCrossed(X, X, R, margin, by, rows, crossed) >= 0) bodies.require(crossed);
         list.anyWithin(other, margin);
         const NeighborList::Overlap overlap = list.remeasure(X, other, 1e-3);
         REQUIRE(overlap.toolLeaf < bodies.tool.leafCount());

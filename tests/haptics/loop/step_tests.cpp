@@ -303,7 +303,7 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
 
 TEST_CASE("step: entries from another thread change no result, at any pose and width", "[step]") {
     const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
-    PairFinder finder(*world.tool, *world.obstacles[0].tree);
+    LeafPairFinder finder(*world.tool, *world.obstacles[0].tree);
     PairEntries entries(*world.tool, *world.obstacles[0].tree);
     const PairEntries* offered[] = {&entries};
     const Settings settings = exactAlone();
@@ -330,7 +330,7 @@ TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a t
     NeighborListWorker worker(world);
     REQUIRE(worker.newest().size() == 1);
     REQUIRE(worker.newest()[0]->within.margin < 0);
-    const PairFinder finder(*world.tool, *world.obstacles[0].tree);
+    const LeafPairFinder finder(*world.tool, *world.obstacles[0].tree);
     const auto wait = [&](auto&& until) {
         for (int i = 0; i < 5000 && !until(*worker.newest()[0]); ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -348,14 +348,14 @@ TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a t
     ask(25);
     REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 24.85, 0), 0.5}) >= 0; }));
     // It publishes the same entries as a finder in this thread.
-    PairFinder own(*world.tool, *world.obstacles[0].tree);
+    LeafPairFinder own(*world.tool, *world.obstacles[0].tree);
     PairEntries expected(*world.tool, *world.obstacles[0].tree);
     const PairEntries& found = *worker.newest()[0];
     REQUIRE(own.find(found, expected));
     REQUIRE(found.count == expected.count);
     for (int i = 0; i < found.count; ++i) {
-        REQUIRE(found.at[i].toolLeaf == expected.at[i].toolLeaf);
-        REQUIRE(found.at[i].bucket == expected.at[i].bucket);
+        REQUIRE(found.at[i].tool == expected.at[i].tool);
+        REQUIRE(found.at[i].obstacle == expected.at[i].obstacle);
         REQUIRE(found.gap[i] == expected.gap[i]);
     }
 }

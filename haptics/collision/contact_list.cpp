@@ -1,0 +1,89 @@
+#include "haptics/collision/contact_list.hpp"
+
+#include <algorithm>
+
+namespace touchstone {
+namespace {
+
+// Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
+// every pair exactly.
+
+/// Reserve of the narrow set, as a fraction of the slack of the wide set: how much further than asked it reaches. With
+/// a larger reserve every query tests more entries; with a smaller one the set is selected again more often.
+constexpr double kNarrowReserve = 0.12;
+/// Number of entries up to which a set is used as it is. Selecting fewer from so few costs more than testing all.
+constexpr int kFewEntries = 64;
+/// A narrow set whose remaining reserve exceeds this multiple of its intended reserve is selected again, since it makes
+/// every query test too many entries. A larger multiple keeps wide sets longer; a smaller one selects more often.
+constexpr double kMaxReserve = 3;
+/// Factor on the curve term of what a search is asked for. It leaves room for longer steps, up to √2 times as long,
+/// before another search is needed; a larger factor finds more pairs.
+constexpr double kCurveReserve = 2;
+/// Number of ticks that a walk of the trees and a selection of the narrow set look ahead along the expected motion.
+/// More ticks find more entries; fewer search more often. A shaft on its way into a hole keeps to its course, so
+/// that one walk serves up to eight ticks.
+constexpr double kWalkTicks = 8, kNarrowTicks = 2;
+/// Bounds on the length of that look-ahead, mm. Below the lower one the tool counts as resting, and the search is made
+/// around its pose; the upper one keeps the number of entries of a fast tool bounded.
+constexpr double kMinLookAhead = 0.01, kMaxLookAhead = 2;
+
+/// The same pairs for steps that are a little longer.
+Within withCurveReserve(Within within) {
+    within.curve *= kCurveReserve;
+    return within;
+}
+
+}  // namespace
+
+ContactList::ContactList(std::unique_ptr<PairFinder> finder)
+    : finder_(std::move(finder)), wide_(finder_->entries()), narrow_(finder_->entries()) {}
+
+void ContactList::forget() { wide_.within = narrow_.within = {}; }
+
+bool ContactList::complete(const Coverage& asked, double slack) {
+    if (suspended_) return true;
+    const Course& course = asked.course;
+    // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
+    const double narrow = kNarrowReserve * slack;
+    const double left = finder_->reserve(narrow_, asked);
+    const bool serves = narrow_.count <= kFewEntries ||
+                        (left <= kMaxReserve * narrow && finder_->deviationFrom(narrow_, course) <= narrow);
+    if (left >= 0 && serves) return true;
+
+    const double own = finder_->reserve(wide_, asked), offered = offered_ ? finder_->reserve(*offered_, asked) : -1;
+    const PairEntries* from = left >= narrow ? &narrow_ : offered > own ? offered_ : &wide_;
+    if (!(left - narrow >= 0 || own >= 0 || offered >= 0)) {
+        from = &wide_;
+        narrow_.within = {};
+        // If another thread finds entries, its next ones will soon serve, and this search may be small.
+        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : kWalkTicks;
+        // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
+        Within within = withCurveReserve(asked.within);
+        if (const double tick = extent().length({course.X_OT, shift_, turn_}); tick <= slack)
+            within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
+        // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
+        if (!finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide_) && !finder_->find(asked, wide_))
+            return false;
+    }
+    // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
+    Coverage next{ahead(course, kNarrowTicks, narrow), withCurveReserve(asked.within)};
+    if (finder_->deviationFrom(*from, next.course) > narrow || extent().length(next.course) > kNarrowTicks * slack)
+        next.course = course;
+    if (finder_->reserve(*from, next) < 0) next = asked;
+    next.within = next.within.wider(std::min(narrow, finder_->reserve(*from, next)));
+    if (from->count <= kFewEntries) next = *from;
+    finder_->narrow(*from, next, narrow_);
+    return true;
+}
+
+/// The course expected for some ticks, as far ahead as it pays, if the given course lies within half the slack of it;
+/// otherwise the given course.
+Course ContactList::ahead(const Course& course, double ticks, double slack) const {
+    const Course tick{course.X_OT, shift_, turn_};
+    const double length = extent().length(tick);
+    if (length * ticks < kMinLookAhead) return course;
+    const Course expected = tick.times(std::min(ticks, kMaxLookAhead / length));
+    return deviation(expected, course, extent()) <= slack / 2 ? expected : course;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,126 @@
+#pragma once
+// The pairs of a tool and one obstacle that may touch in the next ticks: one search finds them, every tick tests them
+// again. The mechanism is the same for leaves of sphere trees and for features of meshes.
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+#include "haptics/collision/pair_finder.hpp"
+#include "haptics/qp/problem.hpp"
+
+namespace touchstone {
+
+/// Identity of a contact: stable over ticks, and ascending in the order of the rows. `tool` and `obstacle`: leaves, or
+/// features (haptics/surface).
+constexpr std::uint64_t contactId(int obstacleIndex, int tool, int obstacle) {
+    return std::uint64_t(obstacleIndex) << 56 | std::uint64_t(tool) << 28 | std::uint64_t(obstacle);
+}
+constexpr int obstacleOf(std::uint64_t contact) { return int(contact >> 56); }
+constexpr int toolLeafOf(std::uint64_t contact) { return int(contact >> 28 & 0xfffffff); }
+constexpr int obstacleLeafOf(std::uint64_t contact) { return int(contact & 0xfffffff); }
+
+/// The step whose crossed rows are wanted. The increment x (of C, on world axes: mm, rad) crosses a row if
+/// J x + share g + slack |J| < 0 for g < 0, or J x + g + slack |J| < 0 for g >= 0. |J| is the row's length in the
+/// metric of the stiffness, in which elastic answers have their slack.
+struct Crossing {
+    Vec6 x = Vec6::Zero();
+    Vec6 stiffness = Vec6::Ones();
+    double slack = 0;
+    double share = 1;  ///< factor on negative g: a part of a step has to resolve only the same part of an overlap
+};
+
+/// The list holds two sets of entries. The wide set comes from a search along the expected motion of the tool; the
+/// narrow set, which the queries read, is selected from the wide set in one pass. A query depends only on the pose and
+/// margin that it is given, not on the age of either set nor on the thread that found them. Poses X_OT: tool node in
+/// the obstacle's frame, mm. R_WO: obstacle frame to world. Real time: the constructors take all memory; no lock, no
+/// throw.
+class ContactList {
+  public:
+    virtual ~ContactList() = default;
+
+    /// Makes the list complete for `asked`. If this needs a new search, the search covers up to `slack` mm more.
+    /// Returns false if there are more entries than memory; the list is then complete for no coverage.
+    bool complete(const Coverage& asked, double slack);
+    bool isComplete(const Coverage& asked) const { return suspended_ || finder_->reserve(narrow_, asked) >= 0; }
+    /// A suspended list holds no pairs, so that the tool passes through the obstacle. Only lists of features can be.
+    void suspend(bool suspended) { suspended_ = suspended; }
+    bool suspended() const { return suspended_; }
+    /// The expected motion of one tick: translation of the tool's center and rotation about it, on the obstacle's axes,
+    /// mm and rad. Searches look ahead along this motion.
+    void expect(const Vec3& shift, const Vec3& turn) { shift_ = shift, turn_ = turn; }
+    void forget();
+    /// Features are kept apart by this distance, mm, and are too near at half of it. Leaves touch at 0.
+    void keepApart(double distance) { distance_ = distance; }
+    double distance() const { return distance_; }
+    /// Entries that complete() may use instead of searching, until the next call; null for none, and those of another
+    /// geometry are not used. The caller keeps ownership.
+    void offer(const PairEntries* entries) {
+        offered_ = entries && entries->ofFeatures == ofFeatures() ? entries : nullptr;
+    }
+
+    /// Of the pairs with gap <= margin before a step: those that the step may cross or that may touch at its end.
+    virtual Coverage crossing(const Course& step, double margin) const = 0;
+
+    /// Appends a row (n, r x n), gap for every pair with gap <= margin, ordered by identity. n points from the
+    /// obstacle to the tool, r from C to the contact, both on world axes. Returns false and leaves `rows` unchanged if
+    /// there would be more than `maxRows` rows or more than fit. Features have no such rows. Precondition of all
+    /// queries: the list is complete for the margin at the pose.
+    virtual bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows,
+                            int maxRows = std::numeric_limits<int>::max()) const = 0;
+    /// Appends only the pair with the smallest gap of each tool leaf, as long as rows fit. Returns the number of all
+    /// pairs within the margin.
+    virtual int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const = 0;
+    /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than rounding to `crossed`. It appends
+    /// those that are crossed furthest, and none only if none is crossed. Pairs of leaves that have a row in `rows` are
+    /// left out. The row of a pair of features is that of this step, so the one in `rows` is replaced; `before` is
+    /// where the step begins for them, which differs from X_OT if the obstacle has moved. Returns the number of rows
+    /// appended and replaced; -1, with `crossed` unchanged, if they would not fit into `rows` or there are too many
+    /// candidates. Pre: as for the other queries, or the list is complete for the crossing() of the step `by`.
+    virtual int appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
+                              RowSet& rows, RowSet& crossed) = 0;
+
+    /// Whether a pair has a gap below the margin. Has no precondition.
+    virtual bool anyWithin(const Pose& X_OT, double margin) const = 0;
+
+    /// The overlaps of the listed pairs after a move.
+    struct Overlap {
+        int toolLeaf = -1, obstacleLeaf = -1;  ///< a pair that got deeper; -1: none
+        double depth = 0;                      ///< greatest overlap after the move, mm, of the pairs up to that one
+        bool deeper() const { return toolLeaf >= 0; }
+    };
+    /// Measures the listed pairs after a move until one is deeper: its gap is below min(its gap before, -tolerance),
+    /// or the move brings two features too near. Pre: the list is complete for the crossing() of the move, with the
+    /// move's length as margin.
+    virtual Overlap remeasure(const Pose& before, const Pose& after, double tolerance) = 0;
+    /// Whether the move makes this pair deeper.
+    virtual bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const = 0;
+
+    /// Exact gap of one pair at X_OT, mm.
+    virtual double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const = 0;
+
+    /// The fraction of a course, at most `atMost`, up to which nothing touches; pairs that touch at its start must not
+    /// get nearer. A lower bound if the tool turns. Has no precondition.
+    virtual double freeShare(const Course& course, double atMost) = 0;
+
+    /// Whether the rows are those of features, which a step crosses or does not; no row stands for a pair that is near.
+    virtual bool ofFeatures() const { return false; }
+
+  protected:
+    explicit ContactList(std::unique_ptr<PairFinder> finder);
+    ContactList(ContactList&&) = default;
+    ContactList& operator=(ContactList&&) = default;
+    const Extent& extent() const { return finder_->extent(); }
+
+    std::unique_ptr<PairFinder> finder_;
+    PairEntries wide_, narrow_;
+    const PairEntries* offered_ = nullptr;
+    double distance_ = 0;
+    bool suspended_ = false;
+
+  private:
+    Course ahead(const Course& course, double ticks, double slack) const;
+
+    Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();  ///< expected motion of one tick, see expect()
+};
+
+}  // namespace touchstone

@@ -1,0 +1,227 @@
+#include "haptics/surface/feature_list.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+/// Maximum number of crossed pairs of one trial step. Thousands cross where large conforming areas meet; if there are
+/// more, the step is halved.
+constexpr std::size_t kCrossed = 1 << 14;
+/// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
+/// reach as well.
+constexpr double kLeastShare = 1.0 / 128;
+
+/// Whether all spokes of a vertex rise above a face with this normal that it meets.
+bool stands(const SurfaceFeatures& surface, const SurfaceFeatures::Vertex& vertex, const Vec3& normal, double least) {
+    const Vec3& p = surface.points[vertex.point];
+    for (int k = 0; k < vertex.spokes; ++k) {
+        const Vec3 spoke = surface.points[surface.spokes[vertex.firstSpoke + k]] - p;
+        if (spoke.dot(normal) < least * spoke.norm()) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+/// A step between two poses, and what the tests of pairs need of it.
+struct FeatureList::Step {
+    Mat3 R0, R1;
+    Vec3 p0, p1;
+    Vec3 turn;
+    double angle, distance;
+
+    Step(const Pose& before, const Pose& after, double distance_)
+        : R0(before.R()),
+          R1(after.R()),
+          p0(before.p),
+          p1(after.p),
+          turn(logRotation(after.q * before.q.conjugate())),
+          angle(turn.norm()),
+          distance(distance_) {}
+    /// Sine of the angle by which normals may differ from being opposite: straight ways distort a turn by its square.
+    double least() const { return -(angle * angle + 1e-6); }
+    Quat turned(double time) const { return expRotation(time * turn); }
+    Way way(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
+    Way wayInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
+};
+
+FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex)
+    : ContactList(std::make_unique<FeaturePairFinder>(tool, obstacle)),
+      tool_(&tool),
+      obstacle_(&obstacle),
+      obstacleIndex_(obstacleIndex) {
+    found_.reserve(kCrossed);
+}
+
+Coverage FeatureList::crossing(const Course& step, double margin) const {
+    (void)margin;
+    return {step, extent().reach * step.turn.squaredNorm() / 2 + distance_ + 1e-6};
+}
+
+bool FeatureList::appendRows(const Pose&, const Mat3&, double, RowSet&, int) const { return true; }
+int FeatureList::appendNearestRows(const Pose&, const Mat3&, double, RowSet&) const { return 0; }
+
+/// The crossing of one pair in the obstacle's frame.
+std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, const Step& step) const {
+    const int feature = featureOf(entry.tool);
+    const double least = step.distance / 2;
+    const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
+    const auto corners = [](const SurfaceFeatures& s, int f) {
+        const auto& c = s.faces[f].points;
+        return Triangle{s.points[c[0]], s.points[c[1]], s.points[c[2]]};
+    };
+    switch (kindOf(entry.tool)) {
+        case PairKind::VertexFace: {
+            const SurfaceFeatures::Face& face = obstacle.faces[entry.obstacle];
+            const Way way = step.way(tool.points[tool.vertices[feature].point]);
+            const double end = face.normal.dot(way.to - obstacle.points[face.points[0]]);
+            if (end >= least) return std::nullopt;
+            const auto found = touchstone::crossing(way, corners(obstacle, entry.obstacle), face.normal, least);
+            if (!found) return found;
+            const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
+            return stands(tool, tool.vertices[feature], n, step.least()) ? found : std::nullopt;
+        }
+        case PairKind::FaceVertex: {
+            const SurfaceFeatures::Face& face = tool.faces[feature];
+            const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
+            const Way way = step.wayInTool(p);
+            const double end = face.normal.dot(way.to - tool.points[face.points[0]]);
+            if (end >= least) return std::nullopt;
+            auto found = touchstone::crossing(way, corners(tool, feature), face.normal, least);
+            if (!found) return found;
+            found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
+            found->point = p;
+            return stands(obstacle, obstacle.vertices[entry.obstacle], -found->normal, step.least()) ? found
+                                                                                                     : std::nullopt;
+        }
+        default: {
+            const SurfaceFeatures::Edge &edge = tool.edges[feature], &other = obstacle.edges[entry.obstacle];
+            const std::array<Way, 2> ends{step.way(tool.points[edge.points[0]]), step.way(tool.points[edge.points[1]])};
+            const Vec3 &b0 = obstacle.points[other.points[0]], &b1 = obstacle.points[other.points[1]];
+            for (int k = 0; k < 3; ++k) {
+                const double lo =
+                    std::min(std::min(ends[0].from[k], ends[0].to[k]), std::min(ends[1].from[k], ends[1].to[k]));
+                const double hi =
+                    std::max(std::max(ends[0].from[k], ends[0].to[k]), std::max(ends[1].from[k], ends[1].to[k]));
+                if (lo > std::max(b0[k], b1[k]) + step.distance || hi < std::min(b0[k], b1[k]) - step.distance)
+                    return std::nullopt;
+            }
+            EdgePlace moving = placeOf(tool, edge);
+            for (Vec3& wing : moving.wings) wing = step.R0 * wing;
+            const auto found = touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);
+            if (!found) return found;
+            for (const Vec3& wing : moving.wings)
+                if ((step.turned(found->time) * wing).dot(found->normal) < step.least()) return std::nullopt;
+            return found;
+        }
+    }
+}
+
+int FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
+                               const Crossing& by, RowSet& rows, RowSet& crossed) {
+    (void)margin;
+    if (suspended_) return 0;
+    const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
+    const Pose after = Course(X_OT, shift, turn).end(extent().center);
+    const Course course = Course::between(before, after, extent().center);
+    const Step step(before, after, distance_);
+    Vec6 x;
+    x << shift, turn;
+    const Way C{before * extent().center, after * extent().center};
+    found_.clear();
+    bool fits = true;
+    double deepest = distance_ / 2;
+    finder_->forEachWithin(narrow_, crossing(course, 0), [&](const PairEntry& entry) {
+        const auto met = crossingOf(entry, step);
+        if (!met) return true;
+        fits = found_.size() < kCrossed;
+        if (!fits) return false;
+        deepest = std::min(deepest, met->after);
+        found_.push_back(
+            {contactId(obstacleIndex_, entry.tool, entry.obstacle), met->after, rowOf(*met, C, x, distance_)});
+        return true;
+    });
+    if (!fits) return -1;
+    // The deepest first: many of the others are crossed only as long as these are.
+    const double limit = (distance_ / 2 + deepest) / 2;
+    std::erase_if(found_, [&](const Found& f) { return f.after > limit; });
+    std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
+    const int start = crossed.size();
+    int changed = 0;
+    for (const Found& f : found_) {
+        Vec6 row;
+        row << R_WO * f.row.row.head<3>(), R_WO * f.row.row.tail<3>();
+        const int at = rows.find(f.id);
+        if (at < 0) {
+            fits = rows.size() + crossed.size() - start < rows.capacity();
+            if (!fits) break;
+            crossed.push(row, f.row.gap, f.id);
+            ++changed;
+        } else if (rows.row(at).dot(by.x) + rows.gap()[at] >= -distance_ / 4) {
+            // The answer satisfies the row of an earlier trial, which was wrong here.
+            for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
+            rows.gap()[at] = f.row.gap;
+            ++changed;
+        }
+    }
+    if (!fits) crossed.setSize(start);
+    return fits ? changed : -1;
+}
+
+FeaturePairFinder& FeatureList::pairs() const { return static_cast<FeaturePairFinder&>(*finder_); }
+
+bool FeatureList::anyWithin(const Pose& X_OT, double margin) const {
+    bool any = false;
+    if (suspended_) return any;
+    pairs().forEachPair({X_OT, margin}, [&](const PairEntry&, float) {
+        any = true;
+        return false;
+    });
+    return any;
+}
+
+ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& after, double) {
+    Overlap overlap;
+    if (suspended_ || before == after) return overlap;
+    const Step step(before, after, distance_);
+    finder_->forEachWithin(narrow_, crossing(Course::between(before, after, extent().center), 0),
+                           [&](const PairEntry& entry) {
+                               if (!crossingOf(entry, step)) return true;
+                               overlap.toolLeaf = entry.tool;
+                               overlap.obstacleLeaf = entry.obstacle;
+                               return false;
+                           });
+    return overlap;
+}
+
+bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double) const {
+    return before == after ? false
+                           : crossingOf({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_)).has_value();
+}
+
+double FeatureList::gap(const Pose& X_OT, int toolFeature, int obstacleFeature) const {
+    return pairs().gap(X_OT, {toolFeature, obstacleFeature});
+}
+
+/// A course is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs
+/// may stay where the bend is small and their crossing is computed.
+double FeatureList::freeShare(const Course& course, double atMost) {
+    if (suspended_) return atMost;
+    for (double share = atMost; share > kLeastShare; share /= 2) {
+        const Course part = course.times(share);
+        const double bend = extent().reach * part.turn.squaredNorm() / 2;
+        const Pose after = part.end(extent().center);
+        const Step step(part.X_OT, after, distance_);
+        bool free = true;
+        pairs().forEachPair({part, bend + 2 * distance_}, [&](const PairEntry& entry, float) {
+            free = bend < distance_ / 8 && !crossingOf(entry, step);
+            return free;
+        });
+        if (free) return share;
+    }
+    return 0;
+}
+
+}  // namespace touchstone

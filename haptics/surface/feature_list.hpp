@@ -1,0 +1,46 @@
+#pragma once
+// The contacts of two meshes: pairs of features, of which each that a step would bring too near is a row.
+#include <vector>
+
+#include "haptics/collision/contact_list.hpp"
+#include "haptics/surface/feature_crossing.hpp"
+#include "haptics/surface/feature_pair_finder.hpp"
+
+namespace touchstone {
+
+/// No pair has a row because it is near: a row says that a step must not cross. The step moves every feature along a
+/// straight way, so features that are apart before it and cross nothing on it are apart after it.
+class FeatureList final : public ContactList {
+  public:
+    FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex);
+
+    Coverage crossing(const Course& step, double margin) const override;
+    bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const override;
+    int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
+    int appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
+                      RowSet& rows, RowSet& crossed) override;
+    bool anyWithin(const Pose& X_OT, double margin) const override;
+    Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
+    bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
+    double gap(const Pose& X_OT, int toolFeature, int obstacleFeature) const override;
+    double freeShare(const Course& course, double atMost) override;
+    bool ofFeatures() const override { return true; }
+
+  private:
+    struct Found {
+        std::uint64_t id;
+        double after;
+        CrossingRow row;
+    };
+    struct Step;
+
+    FeaturePairFinder& pairs() const;
+    std::optional<FeatureCrossing> crossingOf(const PairEntry& entry, const Step& step) const;
+
+    const Surface* tool_;
+    const Surface* obstacle_;
+    int obstacleIndex_;
+    std::vector<Found> found_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,51 @@
+#pragma once
+// Finds the pairs of features of two meshes that may touch in the next ticks.
+#include <vector>
+
+#include "haptics/collision/pair_finder.hpp"
+#include "haptics/surface/surface.hpp"
+
+namespace touchstone {
+
+/// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
+enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
+inline constexpr int kPairKinds = 3;
+/// A PairEntry of features: its `tool` holds the kind and the tool's feature, its `obstacle` the obstacle's.
+constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int32_t(kind) << 26 | feature; }
+constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> 26); }
+constexpr int featureOf(std::int32_t tool) { return tool & ((1 << 26) - 1); }
+
+/// A pair of features is within a margin if the two come as near as that on the course and their normals can oppose
+/// each other there.
+class FeaturePairFinder final : public PairFinder {
+  public:
+    FeaturePairFinder(const Surface& tool, const Surface& obstacle);
+
+    PairEntries entries() const override;
+    bool ofFeatures() const override { return true; }
+    float guard(const Pose& X_OT) const override;
+    double gap(const Pose& X_OT, const PairEntry& pair) const;  ///< distance of a pair, mm, in double
+    /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
+    template <class Visit>
+    void forEachPair(const Coverage& asked, Visit&& visit) {
+        walkErased(
+            asked, [](void* v, const PairEntry& e, float gap) { return (*static_cast<Visit*>(v))(e, gap); }, &visit);
+    }
+
+  private:
+    using ErasedVisit = bool (*)(void*, const PairEntry&, float);
+    struct Query;
+
+    bool search(const Coverage& asked, PairEntries& out) override;
+    void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
+    void walkErased(const Coverage& asked, ErasedVisit visit, void* context);
+    template <class Pair>
+    bool walk(const Query& query, const FeatureTree& tool, const FeatureTree& obstacle, Pair&& pair);
+
+    const Surface* tool_;
+    const Surface* obstacle_;
+    double leastAbout_;  ///< smallest distance that bounds the travel of a turn, mm
+    std::vector<PairEntry> stack_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,19 @@
+#pragma once
+// Whether two closed parts overlap: triangles that intersect, or one part inside the other.
+#include "haptics/surface/surface.hpp"
+
+namespace touchstone {
+
+/// Whether the solids overlap with the tool node at X_OT in the obstacle's frame. All faces are tested, not only the
+/// features of contacts; parts whose surfaces only touch count as overlapping or not as rounding decides. Not for the
+/// tick's usual path: it takes tens of µs where large areas are near. Real time: no allocation, lock or throw.
+bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
+
+/// Greatest depth of a vertex of one part inside the other, mm; 0 if none lies inside. Takes tens of milliseconds for
+/// large meshes, and allocates.
+double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
+
+/// Whether a point lies inside, in the part's frame, mm.
+bool isInside(const Surface& surface, const Vec3& point);
+
+}  // namespace touchstone
