@@ -76,9 +76,11 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
         if (!inside(onMoving, uu) || !inside(onResting, vv)) return std::nullopt;
         Vec3 normal = cross / std::sqrt(det);
         if (normal.dot(resting.wings[0] + resting.wings[1]) > 0) normal = -normal;
-        if (normal.dot(resting.wings[0]) > kFlat || normal.dot(resting.wings[1]) > kFlat ||
-            normal.dot(moving.wings[0]) < -turn - kFlat || normal.dot(moving.wings[1]) < -turn - kFlat)
-            return std::nullopt;
+        for (int k = 0; k < 2; ++k)
+            if (normal.dot(resting.wings[k]) > turn + kFlat || normal.dot(moving.wings[k]) < -turn - kFlat)
+                return std::nullopt;
+        // Lines that met beyond an end of an edge have passed each other there.
+        if (std::abs(normal.dot(w)) > least + kOverlap) return std::nullopt;
         // The points that meet are followed, not the nearest points afterwards.
         const Vec3 point = b + onResting * v;
         const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),

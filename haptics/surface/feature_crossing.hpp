@@ -36,7 +36,8 @@ std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face,
 /// The crossing of two convex edges, of which the first one moves: ends[k] is the way of the end k, and `moving` its
 /// place at the start. During the step the distance of the two lines falls below `least` from zero or more, at points
 /// inside both edges, along a normal that has the faces of both edges behind it. `turn`: angle of the step, rad, by
-/// which the wings may turn; 0.1 and more finds pairs that cannot touch.
+/// which these may fail to be behind it, since a pair that is first at one time of the step is not at another; 0.1 and
+/// more finds pairs that cannot touch.
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least);
 

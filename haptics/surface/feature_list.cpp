@@ -40,8 +40,9 @@ struct FeatureList::Step {
           turn(logRotation(after.q * before.q.conjugate())),
           angle(turn.norm()),
           distance(distance_) {}
-    /// Sine of the angle by which normals may differ from being opposite: straight ways distort a turn by its square.
-    double least() const { return -(angle * angle + 1e-6); }
+    /// Sine of the angle by which the normals of a pair may differ from being opposite: the pair that is first in the
+    /// way at one time of the step is not at another.
+    double least() const { return -(angle + 1e-6); }
     Quat turned(double time) const { return expRotation(time * turn); }
     Way way(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
     Way wayInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
@@ -110,11 +111,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             }
             EdgePlace moving = placeOf(tool, edge);
             for (Vec3& wing : moving.wings) wing = step.R0 * wing;
-            const auto found = touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);
-            if (!found) return found;
-            for (const Vec3& wing : moving.wings)
-                if ((step.turned(found->time) * wing).dot(found->normal) < step.least()) return std::nullopt;
-            return found;
+            return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);
         }
     }
 }

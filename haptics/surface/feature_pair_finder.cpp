@@ -18,8 +18,8 @@ constexpr float kPi = std::numbers::pi_v<float>;
 /// Between two poses the gap may be smaller by half the way, so more poses keep fewer pairs and take more time.
 constexpr int kSamples = 6;
 constexpr float kSampleWay = 0.1f;
-/// Angle by which normals may differ from being opposite at a crossing, rad, and more: see FeatureList.
-constexpr double kAngleGuard = 2e-3;
+/// Added to angles, rad: more than the rounding of directions in float.
+constexpr double kAngleGuard = 1e-4;
 
 /// Of a point and a triangle. Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
 template <class V, class Real = typename V::Scalar>
@@ -83,8 +83,10 @@ struct FeaturePairFinder::Query {
         turn = course.turn.cast<float>();
         stays = course.stays();
         margin = float(asked.within.margin) + guard;
-        const double about = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
-        angle = float(std::min(about + kAngleGuard, std::numbers::pi));
+        // What serves this course also serves steps near it: neither end of them has turned further, and the pairs of
+        // a step may be off by its own turn (FeatureList).
+        const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
+        angle = float(std::min(3 * turned + kAngleGuard, std::numbers::pi));
         sine = angle < kPi / 2 ? std::sin(angle) : 1.0f;
     }
     Vector3f placed(int point) const { return R * tool.points[point]; }  ///< about the tool's center
