@@ -8,9 +8,6 @@ namespace {
 // Constants of the wide and the narrow set. They change the time of a tick and never its result, since a query tests
 // every pair exactly.
 
-/// Reserve of the narrow set, as a fraction of the slack of the wide set: how much further than asked it reaches. With
-/// a larger reserve every query tests more entries; with a smaller one the set is selected again more often.
-constexpr double kNarrowReserve = 0.12;
 /// Number of entries up to which a set is used as it is. Selecting fewer from so few costs more than testing all.
 constexpr int kFewEntries = 64;
 /// A narrow set whose remaining reserve exceeds this multiple of its intended reserve is selected again, since it makes
@@ -19,13 +16,11 @@ constexpr double kMaxReserve = 3;
 /// Factor on the curve term of what a search is asked for. It leaves room for longer steps, up to √2 times as long,
 /// before another search is needed; a larger factor finds more pairs.
 constexpr double kCurveReserve = 2;
-/// Number of ticks that a walk of the trees and a selection of the narrow set look ahead along the expected motion.
-/// More ticks find more entries; fewer search more often. A shaft on its way into a hole keeps to its course, so
-/// that one walk serves up to eight ticks.
-constexpr double kWalkTicks = 8, kNarrowTicks = 2;
-/// Bounds on the length of that look-ahead, mm. Below the lower one the tool counts as resting, and the search is made
-/// around its pose; the upper one keeps the number of entries of a fast tool bounded.
-constexpr double kMinLookAhead = 0.01, kMaxLookAhead = 2;
+/// Number of ticks that a selection of the narrow set looks ahead along the expected motion. More ticks select more
+/// entries; fewer select more often.
+constexpr double kNarrowTicks = 2;
+/// Least length of a look-ahead, mm: below it the tool counts as resting, and the search is made around its pose.
+constexpr double kMinLookAhead = 0.01;
 
 /// The same pairs for steps that are a little longer.
 Within withCurveReserve(Within within) {
@@ -35,16 +30,17 @@ Within withCurveReserve(Within within) {
 
 }  // namespace
 
-ContactList::ContactList(std::unique_ptr<PairFinder> finder)
-    : finder_(std::move(finder)), wide_(finder_->entries()), narrow_(finder_->entries()) {}
+ContactList::ContactList(std::unique_ptr<PairFinder> finder, const LookAhead& lookAhead)
+    : finder_(std::move(finder)), wide_(finder_->entries()), narrow_(finder_->entries()), lookAhead_(lookAhead) {}
 
 void ContactList::forget() { wide_.within = narrow_.within = {}; }
 
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
     const Course& course = asked.course;
+    if (lookAhead_.slack > 0) slack = lookAhead_.slack;
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
-    const double narrow = kNarrowReserve * slack;
+    const double narrow = lookAhead_.narrow * slack;
     const double left = finder_->reserve(narrow_, asked);
     const bool serves = narrow_.count <= kFewEntries ||
                         (left <= kMaxReserve * narrow && finder_->deviationFrom(narrow_, course) <= narrow);
@@ -56,7 +52,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         from = &wide_;
         narrow_.within = {};
         // If another thread finds entries, its next ones will soon serve, and this search may be small.
-        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : kWalkTicks;
+        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : lookAhead_.ticks;
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length({course.X_OT, shift_, turn_}); tick <= slack)
@@ -82,7 +78,7 @@ Course ContactList::ahead(const Course& course, double ticks, double slack) cons
     const Course tick{course.X_OT, shift_, turn_};
     const double length = extent().length(tick);
     if (length * ticks < kMinLookAhead) return course;
-    const Course expected = tick.times(std::min(ticks, kMaxLookAhead / length));
+    const Course expected = tick.times(std::min(ticks, lookAhead_.most / length));
     return deviation(expected, course, extent()) <= slack / 2 ? expected : course;
 }
 

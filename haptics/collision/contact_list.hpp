@@ -29,6 +29,22 @@ struct Crossing {
     double share = 1;  ///< factor on negative g: a part of a step has to resolve only the same part of an overlap
 };
 
+/// How far a list looks ahead. These numbers change the time of a tick and never its result, since a query tests every
+/// pair exactly.
+struct LookAhead {
+    /// Reserve of the wide set, mm: how much further than asked a search reaches; 0: the one that complete() is given.
+    /// With a larger reserve searches are rarer and find more entries.
+    double slack = 0;
+    /// Reserve of the narrow set, as a fraction of that of the wide set. With a larger reserve every query tests more
+    /// entries; with a smaller one the set is selected again more often.
+    double narrow = 0.12;
+    /// Number of ticks that a search looks ahead along the expected motion. More ticks find more entries; fewer search
+    /// more often. A shaft on its way into a hole keeps to its course, so that one search serves up to eight ticks.
+    double ticks = 8;
+    /// Upper bound on the length of that look-ahead, mm, which bounds the number of entries of a fast tool.
+    double most = 2;
+};
+
 /// The list holds two sets of entries. The wide set comes from a search along the expected motion of the tool; the
 /// narrow set, which the queries read, is selected from the wide set in one pass. A query depends only on the pose and
 /// margin that it is given, not on the age of either set nor on the thread that found them. Poses X_OT: tool node in
@@ -106,7 +122,7 @@ class ContactList {
     virtual bool ofFeatures() const { return false; }
 
   protected:
-    explicit ContactList(std::unique_ptr<PairFinder> finder);
+    explicit ContactList(std::unique_ptr<PairFinder> finder, const LookAhead& lookAhead = {});
     ContactList(ContactList&&) = default;
     ContactList& operator=(ContactList&&) = default;
     const Extent& extent() const { return finder_->extent(); }
@@ -120,6 +136,7 @@ class ContactList {
   private:
     Course ahead(const Course& course, double ticks, double slack) const;
 
+    LookAhead lookAhead_;
     Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();  ///< expected motion of one tick, see expect()
 };
 

@@ -45,6 +45,9 @@ constexpr double kFlightTurn = 0.2;
 /// Reach of the first trial step between meshes, mm, and the factor by which it grows while nothing new is crossed. A
 /// larger first reach crosses more pairs that the answer does not come near; a smaller one takes more trials.
 constexpr double kFirstReach = 0.02, kReachGrowth = 4;
+/// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are. A
+/// larger value bends further from the rows in a step; a smaller one takes more linearizations.
+constexpr double kTrust = 0.25;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
@@ -57,6 +60,7 @@ class DefaultTick {
     DefaultTick(Tick& tick, const Pose& device)
         : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {
         for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
+        if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
     }
 
     bool run(Wrench& wrench);
@@ -116,6 +120,7 @@ class DefaultTick {
     StepState::Impl& state_;
     const Settings& settings_;
     const Pose device_;
+    double trust_ = settings_.trust, margin_ = settings_.margin;
     double travelBudget_ = INFINITY;  ///< travel that this tick may still make, mm
     double shiftBudget_ = INFINITY;   ///< translation of C that this tick may still make, mm
     int linearization_ = 0;
@@ -157,7 +162,7 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
 
 /// Whether the capped steps that this tick has left can reach the end of x.
 bool DefaultTick::fitsCappedSteps(const Vec6& x) const {
-    return state_.lengthOf(x) <= std::min(kCappedSteps, settings_.linearisations - linearization_) * settings_.trust;
+    return state_.lengthOf(x) <= std::min(kCappedSteps, settings_.linearisations - linearization_) * trust_;
 }
 
 bool DefaultTick::isNear(double margin) const {
@@ -176,7 +181,7 @@ bool DefaultTick::isNear(double margin) const {
 /// only the same part of an overlap; what lies beyond it is left to the next linearization.
 Crossing DefaultTick::trustedPart(const Vec6& x, double slack) const {
     const double length = std::max(state_.lengthOf(x), 1e-300);
-    double share = std::min(1.0, settings_.trust / length);
+    double share = std::min(1.0, trust_ / length);
     // Between meshes the step itself is tried, so it has all its caps.
     if (ofFeatures_)
         share = std::min({share, travelBudget_ / length, shiftBudget_ / std::max(x.head<3>().norm(), 1e-300),
@@ -193,7 +198,7 @@ bool DefaultTick::collectRows(double margin) {
     const Vec6 x = trustedPart(expectedStep()).x;
     bool complete = true;
     for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
-        Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(settings_.margin, state_.lengthOf(x)));
+        Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(margin_, state_.lengthOf(x)));
         if (!asked.course.stays() || asked.within.margin < margin)
             asked = {asked.course.X_OT, margin + state_.lists[k]->distance()};
         state_.noteAsked(asked.within);
@@ -284,7 +289,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
             Crossing by = trustedPart(step.x, step.slack);
             const double length = state_.lengthOf(by.x);
             if (length > reach) by.x *= reach / length;
-            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(settings_.margin, state_.lengthOf(by.x)));
+            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
             if (!addCrossed(crossedRowsTo_, by, added)) return Found::Failure;
             if (added) break;
             clear_ = by.x;
@@ -314,7 +319,7 @@ bool DefaultTick::isFlight(const Vec6& wanted, Step& step) {
     if (!flying_ || fitsCappedSteps(wanted) || state_.pushing >= 0) return flying_ = false;
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     freeLength_ = freeLengthOf(wanted);
-    return flying_ = freeLength_ > std::min(settings_.trust, travelBudget_ - kArrived);
+    return flying_ = freeLength_ > std::min(trust_, travelBudget_ - kArrived);
 }
 
 /// A device that leaps out of contact would drag a tool that nothing holds, and the travel budget would make this last.
@@ -355,7 +360,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
         if (screened.rows->size() < problem.rows->size()) {
             result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
             tick_.record.screenInexact +=
-                !RowScreen::isExact(settings_.screening, result.x, state_.reach, settings_.trust);
+                !RowScreen::isExact(settings_.screening, result.x, state_.reach, trust_);
         }
     }
     solvedRows_ = screened.rows->size();
@@ -442,7 +447,7 @@ bool DefaultTick::isStillDeeper(const Measured& m, const Vec6& x) const {
 double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const auto capped = [&](Vec6 x) {
         const double length = state_.lengthOf(x), shift = x.head<3>().norm(),
-                     limit = contact ? settings_.trust : freeLength_;
+                     limit = contact ? trust_ : freeLength_;
         const double turn = contact && ofFeatures_ ? maxTurn() / std::max(x.tail<3>().norm(), 1e-300) : 1;
         if (length <= std::min(limit, travelBudget_) && shift <= shiftBudget_ && turn >= 1) return x;
         step.reachesDevice = false;
@@ -493,7 +498,7 @@ bool DefaultTick::run(Wrench& wrench) {
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
         const Vec6 deviceStep = incrementBetween(state_.device, device_);
-        leap = deviceStep.head<3>().norm() > kLeap * settings_.linearisations * settings_.trust;
+        leap = deviceStep.head<3>().norm() > kLeap * settings_.linearisations * trust_;
         const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
         travelBudget_ = state_.lengthOf(deviceStep) + allowance;
         // The force is the stiffness times the distance between the two C, so a device that only spins must not let
