@@ -29,6 +29,14 @@ struct Crossing {
     double share = 1;  ///< factor on negative g: a part of a step has to resolve only the same part of an overlap
 };
 
+/// What a step crosses, in rising order.
+enum class Crossed : std::uint8_t {
+    Nothing,   ///< no row but those that the solver has and may violate
+    Known,     ///< features whose rows the solver has: the step is not clear, and no row is new
+    Rows,      ///< rows were appended or replaced
+    Overflow,  ///< rows that would not fit, or there are too many candidates; `crossed` is unchanged
+};
+
 /// How far a list looks ahead. These numbers change the time of a tick and never its result, since a query tests every
 /// pair exactly.
 struct LookAhead {
@@ -89,11 +97,10 @@ class ContactList {
     /// Of the pairs with gap <= margin: appends rows that `by` crosses by more than rounding to `crossed`. It appends
     /// those that are crossed furthest, and none only if none is crossed. Pairs of leaves that have a row in `rows` are
     /// left out. The row of a pair of features is that of this step, so the one in `rows` is replaced; `before` is
-    /// where the step begins for them, which differs from X_OT if the obstacle has moved. Returns the number of rows
-    /// appended and replaced; -1, with `crossed` unchanged, if they would not fit into `rows` or there are too many
-    /// candidates. Pre: as for the other queries, or the list is complete for the crossing() of the step `by`.
-    virtual int appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
-                              RowSet& rows, RowSet& crossed) = 0;
+    /// where the step begins for them, which differs from X_OT if the obstacle has moved. Pre: as for the other
+    /// queries, or the list is complete for the crossing() of the step `by`.
+    virtual Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
+                                  const Crossing& by, RowSet& rows, RowSet& crossed) = 0;
 
     /// Whether a pair has a gap below the margin. Has no precondition.
     virtual bool anyWithin(const Pose& X_OT, double margin) const = 0;

@@ -187,10 +187,10 @@ float NeighborList::candidateError(const Course& step) const {
     return 4 * floatGuard(*tool_, *obstacle_, step.X_OT) + float(kFloatError * extent().length(step));
 }
 
-int NeighborList::appendCrossed(const Pose& X_OT, const Pose&, const Mat3& R_WO, double margin, const Crossing& by,
-                                RowSet& rows, RowSet& crossed) {
+Crossed NeighborList::appendCrossed(const Pose& X_OT, const Pose&, const Mat3& R_WO, double margin, const Crossing& by,
+                                    RowSet& rows, RowSet& crossed) {
     const Course step{X_OT, R_WO.transpose() * by.x.head<3>(), R_WO.transpose() * by.x.tail<3>()};
-    if (!collectCandidates(step, margin)) return -1;
+    if (!collectCandidates(step, margin)) return Crossed::Overflow;
     const Vec6 compliance = by.stiffness.cwiseInverse();
     const float worst = candidates_.measure(step.shift, step.turn, by.slack, compliance.head<3>().minCoeff(),
                                             compliance.tail<3>().minCoeff(), by.share);
@@ -220,7 +220,7 @@ int NeighborList::appendCrossed(const Pose& X_OT, const Pose&, const Mat3& R_WO,
         if (last || crossed.size() > before) break;
     }
     if (!fits) crossed.setSize(before);
-    return fits ? crossed.size() - before : -1;
+    return !fits ? Crossed::Overflow : crossed.size() > before ? Crossed::Rows : Crossed::Nothing;
 }
 
 int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const {

@@ -17,8 +17,8 @@ class NeighborList final : public ContactList {
                     int maxRows = std::numeric_limits<int>::max()) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
     /// Rows of leaf pairs run from leaf center to leaf center; pairs with coincident centers have n = 0.
-    int appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
-                      RowSet& rows, RowSet& crossed) override;
+    Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
+                          RowSet& rows, RowSet& crossed) override;
     bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;

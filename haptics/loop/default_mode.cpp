@@ -45,8 +45,8 @@ constexpr double kFlightTurn = 0.2;
 /// Reach of the first trial step between meshes, mm, and the factor by which it grows while nothing new is crossed. A
 /// larger first reach crosses more pairs that the answer does not come near; a smaller one takes more trials.
 constexpr double kFirstReach = 0.02, kReachGrowth = 4;
-/// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are. A
-/// larger value bends further from the rows in a step; a smaller one takes more linearizations.
+/// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are.
+/// A larger value bends further from the rows in a step; a smaller one takes more linearizations.
 constexpr double kTrust = 0.25;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
@@ -104,7 +104,7 @@ class DefaultTick {
     bool fitsCappedSteps(const Vec6& x) const;
     bool isNear(double margin) const;
     Crossing trustedPart(const Vec6& x, double slack = 0) const;
-    bool addCrossed(double maxGap, const Crossing& by, bool& added);
+    bool addCrossed(double maxGap, const Crossing& by, Crossed& result);
     void noteTruncated(int rows);
     /// Maximum rotation of a step between meshes, rad: with it no point is farther than a quarter of the distance that
     /// is kept from the straight way on which its feature is tested.
@@ -237,25 +237,23 @@ void DefaultTick::noteTruncated(int rows) {
 
 /// Adds the rows of pairs with gap <= maxGap that the step crosses. Returns false if the lists overflow. If the row set
 /// is full, nothing is added, and the re-measured gaps have to shorten the step.
-bool DefaultTick::addCrossed(double maxGap, const Crossing& by, bool& added) {
-    added = false;
+bool DefaultTick::addCrossed(double maxGap, const Crossing& by, Crossed& result) {
+    result = Crossed::Nothing;
     if (maxGap <= allRowsTo_) return true;
     const std::uint64_t start = tick_.now();
     RowSet& crossed = state_.crossedRows;
     crossed.clear();
     const bool complete = completeLists(maxGap, by.x);
-    bool fits = complete;
-    int changed = 0;
-    for (int k = 0; k < int(state_.lists.size()) && fits; ++k) {
-        const int n =
+    if (!complete) result = Crossed::Overflow;
+    for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
+        const Crossed found =
             state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic), state_.before(k, state_.graphic),
                                            state_.R_WO[k], maxGap, by, state_.rows, crossed);
-        fits = n >= 0;
-        changed += n;
+        result = std::max(result, found);
     }
-    added = fits && changed > 0;
-    if (added) state_.rows.merge(crossed);
-    if (complete && !fits) noteTruncated(1);  // a lower bound, since the search stopped at the first row without room
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    // A lower bound, since the search stopped at the first row without room.
+    if (complete && result == Crossed::Overflow) noteTruncated(1);
     tick_.addTime(tick_.record.collisionUs, start);
     return complete;
 }
@@ -281,19 +279,20 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (!collectRows(base)) return Found::Failure;
     // Between meshes, a trial step that reaches far crosses pairs that the answer never comes near.
     double reach = ofFeatures_ ? kFirstReach : INFINITY;
+    clear_.setConstant(NAN);
     bool done = false;
     for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        bool added = false;
+        Crossed crossed = Crossed::Nothing;
         do {
             Crossing by = trustedPart(step.x, step.slack);
             const double length = state_.lengthOf(by.x);
             if (length > reach) by.x *= reach / length;
             crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
-            if (!addCrossed(crossedRowsTo_, by, added)) return Found::Failure;
-            if (added) break;
-            clear_ = by.x;
-            done = length <= reach;
+            if (!addCrossed(crossedRowsTo_, by, crossed)) return Found::Failure;
+            if (crossed == Crossed::Rows) break;
+            if (crossed == Crossed::Nothing) clear_ = by.x;
+            done = length <= reach || crossed != Crossed::Nothing;
             reach *= kReachGrowth;
         } while (!done);
     }
@@ -336,9 +335,9 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
         state_.rows.clear();
         allRowsTo_ = -INFINITY;
         crossedRowsTo_ = std::max(kBaseMargin * settings_.margin, state_.lengthOf(step.x));
-        bool crossed = false;
+        Crossed crossed = Crossed::Nothing;
         if (!addCrossed(crossedRowsTo_, {step.x, tick_.stiffness()}, crossed)) return Found::Failure;
-        if (crossed) return Found::Blocked;
+        if (crossed == Crossed::Rows) return Found::Blocked;
         found = Found::Contact;
     }
     step.length = state_.lengthOf(wanted);
@@ -359,8 +358,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
         if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // `wanted` violates no row
         if (screened.rows->size() < problem.rows->size()) {
             result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
-            tick_.record.screenInexact +=
-                !RowScreen::isExact(settings_.screening, result.x, state_.reach, trust_);
+            tick_.record.screenInexact += !RowScreen::isExact(settings_.screening, result.x, state_.reach, trust_);
         }
     }
     solvedRows_ = screened.rows->size();
@@ -400,8 +398,8 @@ bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
     tick_.record.flags |= kNotDeeper;
     SolverSettings soft;
     soft.elasticWeight = settings_.elasticWeight;
-    bool added = true;
-    for (int trial = 0; added && (!ofFeatures_ || trial < kTrials); ++trial) {
+    Crossed crossed = Crossed::Rows;
+    for (int trial = 0; crossed == Crossed::Rows && (!ofFeatures_ || trial < kTrials); ++trial) {
         const std::uint64_t start = tick_.now();
         state_.notDeeperRows.clear();
         for (int i = 0; i < state_.rows.size(); ++i)
@@ -412,7 +410,7 @@ bool DefaultTick::solveNotDeeper(const Vec6& wanted, Vec6& x) {
         tick_.addTime(tick_.record.solveUs, start);
         Crossing by = trustedPart(x);
         by.share = 0;
-        if (!addCrossed(crossedRowsTo_, by, added)) return false;
+        if (!addCrossed(crossedRowsTo_, by, crossed)) return false;
     }
     return true;
 }
@@ -446,8 +444,7 @@ bool DefaultTick::isStillDeeper(const Measured& m, const Vec6& x) const {
 /// until no listed pair gets deeper. Returns the length of the move, mm.
 double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const auto capped = [&](Vec6 x) {
-        const double length = state_.lengthOf(x), shift = x.head<3>().norm(),
-                     limit = contact ? trust_ : freeLength_;
+        const double length = state_.lengthOf(x), shift = x.head<3>().norm(), limit = contact ? trust_ : freeLength_;
         const double turn = contact && ofFeatures_ ? maxTurn() / std::max(x.tail<3>().norm(), 1e-300) : 1;
         if (length <= std::min(limit, travelBudget_) && shift <= shiftBudget_ && turn >= 1) return x;
         step.reachesDevice = false;

@@ -86,7 +86,8 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
         const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
                       ends[0].to + onMoving * (ends[1].to - ends[0].to)};
         const double after = normal.dot(met.to - point);
-        if (normal.dot(met.from - point) < 0 || after >= least) return std::nullopt;
+        const double before = normal.dot(met.from - point);
+        if (before < 0 || after >= least || before < after) return std::nullopt;
         return FeatureCrossing{time, normal, point, after};
     };
     // The volume between the edges is a quadratic function of time; it vanishes where the lines meet.

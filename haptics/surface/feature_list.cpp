@@ -118,10 +118,10 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
     }
 }
 
-int FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
-                               const Crossing& by, RowSet& rows, RowSet& crossed) {
+Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
+                                   const Crossing& by, RowSet& rows, RowSet& crossed) {
     (void)margin;
-    if (suspended_) return 0;
+    if (suspended_) return Crossed::Nothing;
     const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
     const Pose after = Course(X_OT, shift, turn).end(extent().center);
     const Course course = Course::between(before, after, extent().center);
@@ -142,13 +142,13 @@ int FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3&
             {contactId(obstacleIndex_, entry.tool, entry.obstacle), met->after, rowOf(*met, C, x, distance_)});
         return true;
     });
-    if (!fits) return -1;
+    if (!fits) return Crossed::Overflow;
     // The deepest first: many of the others are crossed only as long as these are.
     const double limit = (distance_ / 2 + deepest) / 2;
     std::erase_if(found_, [&](const Found& f) { return f.after > limit; });
     std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
     const int start = crossed.size();
-    int changed = 0;
+    Crossed result = found_.empty() ? Crossed::Nothing : Crossed::Known;
     for (const Found& f : found_) {
         Vec6 row;
         row << R_WO * f.row.row.head<3>(), R_WO * f.row.row.tail<3>();
@@ -157,16 +157,16 @@ int FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3&
             fits = rows.size() + crossed.size() - start < rows.capacity();
             if (!fits) break;
             crossed.push(row, f.row.gap, f.id);
-            ++changed;
+            result = Crossed::Rows;
         } else if (rows.row(at).dot(by.x) + rows.gap()[at] >= -distance_ / 4) {
             // The answer satisfies the row of an earlier trial, which was wrong here.
             for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
             rows.gap()[at] = f.row.gap;
-            ++changed;
+            result = Crossed::Rows;
         }
     }
     if (!fits) crossed.setSize(start);
-    return fits ? changed : -1;
+    return fits ? result : Crossed::Overflow;
 }
 
 FeaturePairFinder& FeatureList::pairs() const { return static_cast<FeaturePairFinder&>(*finder_); }

@@ -17,8 +17,8 @@ class FeatureList final : public ContactList {
     Coverage crossing(const Course& step, double margin) const override;
     bool appendRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows, int maxRows) const override;
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
-    int appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
-                      RowSet& rows, RowSet& crossed) override;
+    Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
+                          RowSet& rows, RowSet& crossed) override;
     bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
