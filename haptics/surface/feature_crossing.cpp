@@ -6,7 +6,7 @@
 namespace touchstone {
 namespace {
 
-/// Distance by which faces and edges are widened, mm, so that nothing passes between neighbors by rounding.
+/// Distance by which faces and edges are widened at least, mm, so that nothing passes between neighbors by rounding.
 constexpr double kOverlap = 1e-9;
 /// The smallest sine of the angle between two edges that cross. Edges that are more parallel meet at their ends, which
 /// are vertices.
@@ -14,18 +14,20 @@ constexpr double kParallel = 1e-6;
 /// Sine of the angle by which a face may rise in front of the normal: rounding.
 constexpr double kFlat = 1e-9;
 
-/// The times in [0, 1] at which a + b t + c t² = 0, in rising order, and 1.
+/// The times in [0, 1] at which a + b t + c t² is 0, or `near` to either side of it, in rising order, and 1.
 struct Times {
-    std::array<double, 3> at{};
+    std::array<double, 7> at{};
     int count = 0;
 
-    Times(double a, double b, double c) {
+    Times(double a, double b, double c, double near) {
         const auto add = [&](double t) {
             if (t >= 0 && t <= 1) at[count++] = t;
         };
-        if (const double discriminant = b * b - 4 * a * c; discriminant >= 0) {
+        for (const double level : {-near, 0.0, near}) {
+            const double discriminant = b * b - 4 * (a - level) * c;
+            if (discriminant < 0) continue;
             const double q = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-            if (q != 0) add(a / q);
+            if (q != 0) add((a - level) / q);
             if (c != 0) add(q / c);
         }
         add(1);
@@ -45,11 +47,12 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
 std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least) {
     const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
     if (after >= least || before < after) return std::nullopt;
+    const double overlap = std::max(least, kOverlap);
     double from = 0, to = 1;
     for (int k = 0; k < 3; ++k) {
         const Vec3 inward = normal.cross(face[(k + 1) % 3] - face[k]).normalized();
-        const double first = inward.dot(vertex.from - face[k]) + kOverlap,
-                     last = inward.dot(vertex.to - face[k]) + kOverlap;
+        const double first = inward.dot(vertex.from - face[k]) + overlap,
+                     last = inward.dot(vertex.to - face[k]) + overlap;
         if (first < 0 && last < 0) return std::nullopt;
         if (first < 0) from = std::max(from, first / (first - last));
         if (last < 0) to = std::min(to, first / (first - last));
@@ -63,15 +66,16 @@ std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face,
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least) {
     const Vec3 b = resting.ends[0], v = resting.ends[1] - b;
+    const double overlap = std::max(least, kOverlap);
     const auto crossingAt = [&](double time) -> std::optional<FeatureCrossing> {
         const Vec3 a = ends[0].at(time), u = ends[1].at(time) - a, w = a - b, cross = u.cross(v);
         const double uu = u.squaredNorm(), vv = v.squaredNorm(), det = cross.squaredNorm();
         if (det <= kParallel * kParallel * uu * vv) return std::nullopt;
         const double uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
         const double onMoving = (uv * vw - vv * uw) / det, onResting = (uu * vw - uv * uw) / det;
-        const auto inside = [](double at, double length2) {
-            const double overlap = kOverlap / std::sqrt(length2);
-            return at >= -overlap && at <= 1 + overlap;
+        const auto inside = [&](double at, double length2) {
+            const double share = overlap / std::sqrt(length2);
+            return at >= -share && at <= 1 + share;
         };
         if (!inside(onMoving, uu) || !inside(onResting, vv)) return std::nullopt;
         Vec3 normal = cross / std::sqrt(det);
@@ -80,7 +84,7 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
             if (normal.dot(resting.wings[k]) > turn + kFlat || normal.dot(moving.wings[k]) < -turn - kFlat)
                 return std::nullopt;
         // Lines that met beyond an end of an edge have passed each other there.
-        if (std::abs(normal.dot(w)) > least + kOverlap) return std::nullopt;
+        if (std::abs(normal.dot(w)) > 2 * overlap) return std::nullopt;
         // The points that meet are followed, not the nearest points afterwards.
         const Vec3 point = b + onResting * v;
         const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
@@ -90,11 +94,12 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
         if (before < 0 || after >= least || before < after) return std::nullopt;
         return FeatureCrossing{time, normal, point, after};
     };
-    // The volume between the edges is a quadratic function of time; it vanishes where the lines meet.
+    // The volume between the edges is a quadratic function of time; it vanishes where the lines meet. The pair that is
+    // first too near need not be the one that is first to meet, so both times are tried.
     const Vec3 u0 = ends[1].from - ends[0].from, u1 = ends[1].to - ends[0].to - u0;
     const Vec3 w0 = ends[0].from - b, w1 = ends[0].to - ends[0].from;
     const Vec3 c0 = u0.cross(v), c1 = u1.cross(v);
-    const Times times(c0.dot(w0), c0.dot(w1) + c1.dot(w0), c1.dot(w1));
+    const Times times(c0.dot(w0), c0.dot(w1) + c1.dot(w0), c1.dot(w1), least * (c0 + 0.5 * c1).norm());
     for (int k = 0; k < times.count; ++k)
         if (const auto found = crossingAt(times.at[k])) return found;
     return std::nullopt;
