@@ -24,7 +24,9 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
 
 }  // namespace
 
-StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
+StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reachOfTree(w.reach()) {
+    // Vertices of the mesh lie farther out than the centers of leaves.
+    reachOfMesh = std::max(reachOfTree, w.toolSurface ? w.toolSurface->extent.reach : 0);
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
         obstacleReaches.push_back(obstacle.tree->reach());
@@ -108,6 +110,7 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
 }
 
 void StepState::Impl::use(Geometry geometry, double contactDistance) {
+    reach = geometry == Geometry::Mesh ? reachOfMesh : reachOfTree;
     for (std::size_t k = 0; k < lists.size(); ++k) {
         const bool mesh = geometry == Geometry::Mesh && featureLists[k];
         checked = checked && lists[k] && lists[k]->ofFeatures() == mesh;

@@ -32,8 +32,10 @@ struct StepState::Impl {
     // Constant for the world.
     const World* world;
     Vec3 p_TC;
-    double reach;
+    double reachOfTree, reachOfMesh = 0;  ///< ρ, mm: greatest distance from C of what touches
     std::vector<double> obstacleReaches;  ///< of the obstacles, as World::reach() of the tool
+
+    double reach = 0;  ///< ρ in the geometry in use, mm
 
     // Where the obstacles are.
     std::vector<Pose> X_WO, X_OW;

@@ -6,7 +6,7 @@
 namespace touchstone {
 namespace {
 
-/// Distance by which faces and edges are widened at least, mm, so that nothing passes between neighbors by rounding.
+/// Distance by which faces and edges are widened, mm, so that nothing passes between neighbors by rounding.
 constexpr double kOverlap = 1e-9;
 /// The smallest sine of the angle between two edges that cross. Edges that are more parallel meet at their ends, which
 /// are vertices.
@@ -47,12 +47,11 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
 std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least) {
     const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
     if (after >= least || before < after) return std::nullopt;
-    const double overlap = std::max(least, kOverlap);
     double from = 0, to = 1;
     for (int k = 0; k < 3; ++k) {
         const Vec3 inward = normal.cross(face[(k + 1) % 3] - face[k]).normalized();
-        const double first = inward.dot(vertex.from - face[k]) + overlap,
-                     last = inward.dot(vertex.to - face[k]) + overlap;
+        const double first = inward.dot(vertex.from - face[k]) + kOverlap,
+                     last = inward.dot(vertex.to - face[k]) + kOverlap;
         if (first < 0 && last < 0) return std::nullopt;
         if (first < 0) from = std::max(from, first / (first - last));
         if (last < 0) to = std::min(to, first / (first - last));
@@ -66,15 +65,14 @@ std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face,
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least) {
     const Vec3 b = resting.ends[0], v = resting.ends[1] - b;
-    const double overlap = std::max(least, kOverlap);
     const auto crossingAt = [&](double time) -> std::optional<FeatureCrossing> {
         const Vec3 a = ends[0].at(time), u = ends[1].at(time) - a, w = a - b, cross = u.cross(v);
         const double uu = u.squaredNorm(), vv = v.squaredNorm(), det = cross.squaredNorm();
         if (det <= kParallel * kParallel * uu * vv) return std::nullopt;
         const double uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
         const double onMoving = (uv * vw - vv * uw) / det, onResting = (uu * vw - uv * uw) / det;
-        const auto inside = [&](double at, double length2) {
-            const double share = overlap / std::sqrt(length2);
+        const auto inside = [](double at, double length2) {
+            const double share = kOverlap / std::sqrt(length2);
             return at >= -share && at <= 1 + share;
         };
         if (!inside(onMoving, uu) || !inside(onResting, vv)) return std::nullopt;
@@ -84,7 +82,7 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
             if (normal.dot(resting.wings[k]) > turn + kFlat || normal.dot(moving.wings[k]) < -turn - kFlat)
                 return std::nullopt;
         // Lines that met beyond an end of an edge have passed each other there.
-        if (std::abs(normal.dot(w)) > 2 * overlap) return std::nullopt;
+        if (std::abs(normal.dot(w)) > 2 * least + kOverlap) return std::nullopt;
         // The points that meet are followed, not the nearest points afterwards.
         const Vec3 point = b + onResting * v;
         const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),

@@ -29,8 +29,6 @@ struct FeatureCrossing {
     double after;  ///< signed distance along the normal at the end of the step
 };
 
-/// Faces and edges are widened by `least`, so that nothing passes between neighbors whose crossings have other times.
-///
 /// The crossing of a vertex on its way and a resting face with this outward normal: over the part of the way on which
 /// the vertex is above or below the face, its distance from the plane begins at zero or more and falls below `least`.
 std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace touchstone {
 namespace {
@@ -15,12 +16,18 @@ constexpr LookAhead kLookAhead{.slack = 0.15, .narrow = 0.3, .ticks = 4, .most =
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
 
-/// Whether all spokes of a vertex rise above a face with this normal that it meets.
-bool stands(const SurfaceFeatures& surface, const SurfaceFeatures::Vertex& vertex, const Vec3& normal, double least) {
+/// Whether all spokes of a vertex rise above a face with this normal that it meets, up to this angle. The cone, by
+/// which searches leave out pairs, decides as well: at a pointed cone the spokes alone would admit more.
+bool stands(const Surface& part, int index, const Vec3& normal, double angle) {
+    const FeatureShape& tip = part.tips[index];
+    if (-normal.dot(tip.axis.cast<double>()) < std::cos(std::min(double(tip.angle) + angle, std::numbers::pi)))
+        return false;
+    const SurfaceFeatures& surface = part.features;
+    const SurfaceFeatures::Vertex& vertex = surface.vertices[index];
     const Vec3& p = surface.points[vertex.point];
     for (int k = 0; k < vertex.spokes; ++k) {
         const Vec3 spoke = surface.points[surface.spokes[vertex.firstSpoke + k]] - p;
-        if (spoke.dot(normal) < least * spoke.norm()) return false;
+        if (spoke.dot(normal) < -angle * spoke.norm()) return false;
     }
     return true;
 }
@@ -42,9 +49,9 @@ struct FeatureList::Step {
           turn(logRotation(after.q * before.q.conjugate())),
           angle(turn.norm()),
           distance(distance_) {}
-    /// Sine of the angle by which the normals of a pair may differ from being opposite: the pair that is first in the
-    /// way at one time of the step is not at another.
-    double least() const { return -(angle + 1e-6); }
+    /// The angle by which the normals of a pair may differ from being opposite, rad: the pair that is first in the way
+    /// at one time of the step is not at another.
+    double off() const { return angle + 1e-6; }
     Quat turned(double time) const { return expRotation(time * turn); }
     Way way(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
     Way wayInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
@@ -84,7 +91,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             const auto found = touchstone::crossing(way, corners(obstacle, entry.obstacle), face.normal, least);
             if (!found) return found;
             const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
-            return stands(tool, tool.vertices[feature], n, step.least()) ? found : std::nullopt;
+            return stands(*tool_, feature, n, step.off()) ? found : std::nullopt;
         }
         case PairKind::FaceVertex: {
             const SurfaceFeatures::Face& face = tool.faces[feature];
@@ -96,8 +103,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
             found->point = p;
-            return stands(obstacle, obstacle.vertices[entry.obstacle], -found->normal, step.least()) ? found
-                                                                                                     : std::nullopt;
+            return stands(*obstacle_, entry.obstacle, -found->normal, step.off()) ? found : std::nullopt;
         }
         default: {
             const SurfaceFeatures::Edge &edge = tool.edges[feature], &other = obstacle.edges[entry.obstacle];

@@ -141,6 +141,7 @@ Surface::Surface(SurfaceFeatures from, const Vec3& center) : features(std::move(
     }
     vertices = FeatureTree(shapes, guard, order);
     features.vertices = reordered(features.vertices, order);
+    tips = reordered(shapes, order);
     std::vector<int> sorted;
     for (SurfaceFeatures::Vertex& vertex : features.vertices) {
         collect(vertex);

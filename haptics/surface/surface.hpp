@@ -16,6 +16,7 @@ struct Surface {
     std::vector<Eigen::Vector3f> normals;               ///< by face
     std::vector<Eigen::Vector3f> spokes;                ///< directions of features.spokes, of unit length
     std::vector<std::array<Eigen::Vector3f, 2>> wings;  ///< by edge, as EdgePlace::wings
+    std::vector<FeatureShape> tips;                     ///< by vertex, with its cone of outward normals
     std::vector<int> shells;                            ///< a point of each connected group of faces
 
     /// Features of one part: what a contact's identity can number.

@@ -49,6 +49,10 @@ void printReport(const sandbox::Report& report) {
     if (report.badInput)
         std::printf("  %llu ticks with an invalid pose, in which the tool was held without force\n",
                     static_cast<unsigned long long>(report.badInput));
+    if (report.overlapping)
+        std::printf(
+            "  %llu ticks in which the tool passed through an obstacle: it began inside, and feels it once it is out\n",
+            static_cast<unsigned long long>(report.overlapping));
     if (report.ended == "limit")
         std::printf(
             "  ended after %g s of simulated time, because the device had not ended; --seconds sets another limit\n",

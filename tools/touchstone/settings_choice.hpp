@@ -11,12 +11,12 @@ namespace touchstone::app {
 
 /// Settings on the command line, as text, checked as those of a scene are.
 struct SettingsChoice {
-    std::optional<std::string> mode, solver, shadow, tolerance, rate;
+    std::optional<std::string> mode, geometry, solver, shadow, tolerance, rate;
     std::vector<std::string> set;  ///< KEY=VALUE
 };
 
-/// Changes the settings of a scene by --mode, --solver, --shadow, --tolerance and --rate, then by --set in its order.
-/// Throws UsageError with one sentence for a key or value that does not exist.
+/// Changes the settings of a scene by --mode, --geometry, --solver, --shadow, --tolerance and --rate, then by --set in
+/// its order. Throws UsageError with one sentence for a key or value that does not exist.
 Settings withCommandLine(Settings settings, const SettingsChoice& choice);
 
 /// The same, and the result checked as a whole. Throws UsageError with one sentence.

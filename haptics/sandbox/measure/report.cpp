@@ -94,6 +94,7 @@ ordered_json toJson(const Report& report) {
           {"complementarity_mJ", report.kkt.complementarity_mJ}}},
         {"infeasible", report.infeasible},
         {"invalid_poses", report.badInput},
+        {"overlapping", report.overlapping},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},
@@ -140,6 +141,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     kkt_.complementarity_mJ = std::max(kkt_.complementarity_mJ, record.kkt.complementarity_mJ);
     infeasible_ += (record.flags & kInfeasible) != 0;
     badInput_ += (record.flags & kBadInput) != 0;
+    overlapping_ += (record.flags & kOverlapping) != 0;
 }
 
 void RunStatistics::addTimes(const TickRecord& record) {
@@ -171,6 +173,7 @@ void RunStatistics::write(Report& report) const {
     report.kkt = kkt_;
     report.infeasible = infeasible_;
     report.badInput = badInput_;
+    report.overlapping = overlapping_;
     report.hash = hash_;
     if (gauge_) report.gauge = gauge_->name;
     report.depth = depth_;

@@ -30,6 +30,7 @@ struct Report {
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
     std::uint64_t infeasible = 0;           ///< ticks
+    std::uint64_t overlapping = 0;          ///< ticks in which the tool passed through an obstacle that it began in
     std::uint64_t badInput = 0;             ///< ticks with an invalid device pose, which hold the tool
     std::optional<std::uint64_t> overruns;  ///< late ticks; absent if no clock paces the run
     Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent in headless runs
@@ -72,7 +73,7 @@ class RunStatistics {
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;
-    std::uint64_t infeasible_ = 0, badInput_ = 0;
+    std::uint64_t infeasible_ = 0, badInput_ = 0, overlapping_ = 0;
     std::uint64_t hash_ = 0;
     Vec3 lastForce_ = Vec3::Zero();
 };

@@ -312,7 +312,7 @@ TEST_CASE("neighbor list: the rows that an increment violates are those of brute
         for (int round = 0;; ++round) {
             REQUIRE(round < 30);
             crossed.clear();
-            REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 4, by, near, crossed) >= 0);
+            REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 4, by, near, crossed) != Crossed::Overflow);
             if (crossed.size() == 0) break;
             double worst = 0;
             for (int i = 0; i < all.size(); ++i)
@@ -351,7 +351,7 @@ TEST_CASE("neighbor list: points have rows like spheres, also for a step of zero
         RowSet none(8), crossed(8);
         Crossing by;
         by.x[0] = way;
-        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 2, by, none, crossed) >= 0);
+        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), 2, by, none, crossed) != Crossed::Overflow);
         REQUIRE(crossed.size() == (way < -1 ? 1 : 0));
     }
 }
@@ -397,7 +397,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
         REQUIRE(list.complete({X, 4}, 0.5));
         // On a long path all pairs within the margin are rows, and the tool moves no further than the margin.
         constexpr double kShare = 0.4;
-        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), kShare * length, by, none, crossed) >= 0);
+        REQUIRE(list.appendCrossed(X, X, Mat3::Identity(), kShare * length, by, none, crossed) != Crossed::Overflow);
         REQUIRE(all.complete({X, 4}, 0.5));
         // Nothing is near there, so only the rows can detect the overlap.
         if (nearest > length) REQUIRE(list.complete({away, 4}, 0.5));
@@ -425,7 +425,7 @@ TEST_CASE("neighbor list: re-measuring the rows of a step gives the result of re
     by.x.tail<3>() = turn.turn;
     RowSet none(8), crossed(8);
     REQUIRE(bent.complete({turn.X_OT, 0.2}, 0.1));
-    REQUIRE(bent.appendCrossed(turn.X_OT, turn.X_OT, Mat3::Identity(), 0.2, by, none, crossed) >= 0);
+    REQUIRE(bent.appendCrossed(turn.X_OT, turn.X_OT, Mat3::Identity(), 0.2, by, none, crossed) != Crossed::Overflow);
     REQUIRE(bent.complete({away, 0.2}, 0.1));
     const Pose after = turn.times(0.4).end(pair.center());
     REQUIRE(bent.remeasure(turn.X_OT, after, 0.5e-3).deeper());

@@ -177,7 +177,7 @@ TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[colli
         crossed.clear();
         Crossing by;
         by.x << any.vector(), any.vector();
-        if (list.appendCrossed(X, X, R, margin, by, rows, crossed) >= 0) bodies.require(crossed);
+        if (list.appendCrossed(X, X, R, margin, by, rows, crossed) != Crossed::Overflow) bodies.require(crossed);
         list.anyWithin(other, margin);
         const NeighborList::Overlap overlap = list.remeasure(X, other, 1e-3);
         REQUIRE(overlap.toolLeaf < bodies.tool.leafCount());

@@ -1,0 +1,195 @@
+#include "haptics/surface/feature_list.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <random>
+#include <set>
+
+#include "haptics/reference/mesh_reference.hpp"
+#include "haptics/surface/surface_overlap.hpp"
+#include "tests/support/test_meshes.hpp"
+
+namespace touchstone::feature_list_tests {
+
+namespace {
+
+constexpr double kDistance = 2e-3;
+
+Surface surfaceOf(const TriangleMesh& mesh, const Vec3& center = Vec3::Zero()) {
+    return {surfaceFeatures(repairMesh(mesh)), center};
+}
+
+struct Random {
+    explicit Random(unsigned seed) : engine(seed) {}
+    std::mt19937 engine;
+    std::normal_distribution<double> normal;
+    Vec3 vector() { return {normal(engine), normal(engine), normal(engine)}; }
+    Pose pose(double far, double turned) { return {far * vector(), expRotation(turned * vector())}; }
+};
+
+/// Whether two features can touch as they are turned.
+bool canTouch(const Surface& tool, const Surface& obstacle, const Pose& X_OT, const PairEntry& pair) {
+    const auto stands = [](const Surface& s, const SurfaceFeatures::Vertex& v, const Vec3& normal) {
+        for (int k = 0; k < v.spokes; ++k)
+            if ((s.features.points[s.features.spokes[v.firstSpoke + k]] - s.features.points[v.point]).dot(normal) < 0)
+                return false;
+        return true;
+    };
+    const int feature = featureOf(pair.tool);
+    if (kindOf(pair.tool) == PairKind::VertexFace)
+        return stands(tool, tool.features.vertices[feature],
+                      X_OT.q.conjugate() * obstacle.features.faces[pair.obstacle].normal);
+    if (kindOf(pair.tool) == PairKind::FaceVertex)
+        return stands(obstacle, obstacle.features.vertices[pair.obstacle],
+                      X_OT.q * tool.features.faces[feature].normal);
+    const EdgePlace a = placeOf(tool.features, tool.features.edges[feature]),
+                    b = placeOf(obstacle.features, obstacle.features.edges[pair.obstacle]);
+    const Vec3 m = (X_OT.q * (a.ends[1] - a.ends[0])).cross(b.ends[1] - b.ends[0]);
+    const auto rises = [&](const Vec3& up) {
+        return (X_OT.q * a.wings[0]).dot(up) >= 0 && (X_OT.q * a.wings[1]).dot(up) >= 0 && b.wings[0].dot(up) <= 0 &&
+               b.wings[1].dot(up) <= 0;
+    };
+    return rises(m) || rises(-m);
+}
+
+}  // namespace
+
+TEST_CASE("feature pairs: a search finds all pairs that come within the margin and can touch, and no distant ones") {
+    const auto seed = unsigned(GENERATE(range(1, 7)));
+    CAPTURE(seed);
+    Random random(seed);
+    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7), {0.3, 0, 0.1}),
+                  obstacle = surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
+    FeaturePairFinder finder(tool, obstacle);
+    PairEntries entries = finder.entries(), narrowed = finder.entries();
+    std::size_t expected = 0;
+    for (int n = 0; n < 40; ++n) {
+        Course course = random.pose(4, 1);
+        if (n % 2) course.shift = 0.3 * random.vector(), course.turn = 0.05 * random.vector();
+        const double margin = n % 4 < 2 ? 0.4 : 1.5;
+        // A turning point ends beside its straight way.
+        const double bend = tool.extent.reach * course.turn.squaredNorm() / 2;
+        REQUIRE(finder.find({course, margin}, entries));
+        std::map<std::pair<int, int>, float> found;
+        for (int i = 0; i < entries.count; ++i) found[{entries.at[i].tool, entries.at[i].obstacle}] = entries.gap[i];
+        CHECK(int(found.size()) == entries.count);
+        const auto at = [&](double s) { return course.times(s).end(tool.extent.center); };
+        const auto check = [&](PairKind kind, int t, int o) {
+            const PairEntry pair{toolFeature(kind, t), o};
+            double least = 1e9;
+            bool touches = false;
+            for (const double s : {0.0, 0.5, 1.0}) {
+                const double gap = finder.gap(at(s), pair);
+                least = std::min(least, gap);
+                touches = touches || (gap < margin - bend - 0.01 && canTouch(tool, obstacle, at(s), pair));
+            }
+            const auto entry = found.find({pair.tool, pair.obstacle});
+            expected += touches;
+            if (touches) {
+                REQUIRE(entry != found.end());
+                REQUIRE(entry->second <= least + bend + 1e-4);
+            }
+        };
+        for (int t = 0; t < tool.vertices.count(); ++t)
+            for (int o = 0; o < obstacle.faces.count(); ++o) check(PairKind::VertexFace, t, o);
+        for (int t = 0; t < tool.faces.count(); ++t)
+            for (int o = 0; o < obstacle.vertices.count(); ++o) check(PairKind::FaceVertex, t, o);
+        for (int t = 0; t < tool.edges.count(); ++t)
+            for (int o = 0; o < obstacle.edges.count(); ++o) check(PairKind::EdgeEdge, t, o);
+        if (!course.stays()) continue;
+        for (int i = 0; i < entries.count; ++i)
+            REQUIRE(finder.gap(course.X_OT, entries.at[i]) <= margin + 2 * finder.guard(course.X_OT));
+        // Selecting from more pairs gives all that a search gives, which also leaves out by the cones of groups.
+        finder.narrow(entries, {course, margin / 3}, narrowed);
+        std::set<std::pair<int, int>> selected, searched;
+        for (int i = 0; i < narrowed.count; ++i) selected.insert({narrowed.at[i].tool, narrowed.at[i].obstacle});
+        REQUIRE(finder.find({course, margin / 3}, narrowed));
+        for (int i = 0; i < narrowed.count; ++i) searched.insert({narrowed.at[i].tool, narrowed.at[i].obstacle});
+        CHECK(std::includes(selected.begin(), selected.end(), searched.begin(), searched.end()));
+    }
+    CHECK(expected > 8);
+}
+
+TEST_CASE("feature list: the rows of a step do not depend on where and how widely the pairs were found") {
+    const auto seed = unsigned(GENERATE(range(1, 9)));
+    CAPTURE(seed);
+    Random random(seed);
+    const Surface tool = surfaceOf(test::blobMesh(4, 16, 9)), obstacle = surfaceOf(test::torusMesh(5, 2, 16, 10));
+    FeatureList fresh(tool, obstacle, 3), aged(tool, obstacle, 3);
+    for (FeatureList* list : {&fresh, &aged}) list->keepApart(kDistance);
+    int crossedSteps = 0;
+    for (int n = 0; n < 300; ++n) {
+        // Near poses at which the parts just do not overlap.
+        Pose X = random.pose(3, 1);
+        while (overlap(tool, obstacle, X)) X.p *= 1.05;
+        Crossing by;
+        by.x << 0.1 * random.vector(), 0.01 * random.vector();
+        const Mat3 R = expRotation(random.vector()).toRotationMatrix();
+        const Course step{X, R.transpose() * by.x.head<3>(), R.transpose() * by.x.tail<3>()};
+        const auto rowsOf = [&](FeatureList& list) {
+            RowSet rows(1 << 10), crossed(1 << 10);
+            REQUIRE(list.appendCrossed(X, X, R, 1, by, rows, crossed) != Crossed::Overflow);
+            std::vector<double> all;
+            for (int i = 0; i < crossed.size(); ++i) {
+                const Vec6 row = crossed.row(i);
+                all.insert(all.end(), row.data(), row.data() + 6);
+                all.push_back(crossed.gap()[i]);
+                all.push_back(double(crossed.id(i)));
+                CHECK(crossed.id(i) >> 56 == 3);
+                if (i > 0) CHECK(crossed.id(i) > crossed.id(i - 1));
+            }
+            return all;
+        };
+        fresh.forget();
+        REQUIRE(fresh.complete(fresh.crossing(step, 1), 0.1));
+        Pose other{X.p + 0.2 * random.vector(), (expRotation(0.03 * random.vector()) * X.q).normalized()};
+        aged.forget();
+        REQUIRE(aged.complete({other, deviation(other, step, tool.extent) + 0.5}, 0.3));
+        REQUIRE(aged.complete(aged.crossing(step, 1), 0.3));
+        const std::vector<double> expected = rowsOf(fresh);
+        CHECK(rowsOf(aged) == expected);
+        crossedSteps += !expected.empty();
+        // What crosses nothing leaves the parts apart.
+        if (expected.empty() && step.turn.norm() < 0.01) CHECK(!overlap(tool, obstacle, step.end(Vec3::Zero())));
+        if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(Vec3::Zero()), 0).deeper());
+    }
+    CHECK(crossedSteps > 20);
+}
+
+TEST_CASE("surface overlap: agrees with the reference's clearance and knows inside from outside") {
+    Random random(5);
+    const TriangleMesh ring = test::torusMesh(6, 2, 24, 12), blob = test::blobMesh(2, 14, 7);
+    const Surface tool = surfaceOf(blob), obstacle = surfaceOf(ring);
+    const MeshReference judge(blob, Vec3::Zero(), {{ring, Pose{}}});
+    int overlapping = 0, apart = 0;
+    for (int n = 0; n < 200; ++n) {
+        const Pose X = random.pose(4, 1);
+        const double clearance = judge.clearance(X, 1);
+        const bool inside =
+            clearance > 0 && isInside(obstacle, X * Vec3::Zero()) && isInside(obstacle, X * Vec3(0, 0, 2));
+        const bool both = overlap(tool, obstacle, X);
+        CHECK(both == (clearance == 0 || inside));
+        if (!both) CHECK(overlapDepth(tool, obstacle, X) == 0);
+        ++(both ? overlapping : apart);
+    }
+    CHECK(overlapping > 30);
+    CHECK(apart > 30);
+
+    // A small box wholly inside a large one, and in a cavity of it.
+    const Surface small = surfaceOf(test::boxMesh({1, 1, 1}, Vec3::Constant(-0.5)));
+    const TriangleMesh shell = test::joined(test::boxMesh({10, 10, 10}, Vec3::Constant(-5)),
+                                            test::flipped(test::boxMesh({4, 4, 4}, Vec3::Constant(-2))));
+    const Surface solid = surfaceOf(test::boxMesh({10, 10, 10}, Vec3::Constant(-5))), hollow = surfaceOf(shell);
+    CHECK(overlap(small, solid, Pose{}));
+    CHECK(overlap(solid, small, Pose{}));
+    CHECK(overlapDepth(small, solid, Pose{}) == Approx(5.5).margin(1.1));
+    CHECK(!overlap(small, hollow, Pose{}));
+    CHECK(overlap(small, hollow, {Vec3(3, 0, 0), Quat::Identity()}));
+    CHECK(overlap(small, hollow, {Vec3(2, 0, 0), Quat::Identity()}));
+    CHECK(!overlap(small, hollow, {Vec3(8, 0, 0), Quat::Identity()}));
+    CHECK(isInside(hollow, {3, 1, 1}));
+    CHECK(!isInside(hollow, {1, 1, 1}));
+}
+
+}  // namespace touchstone::feature_list_tests
