@@ -21,6 +21,7 @@ constexpr double kUsefulFraction = 0.7;
 /// Steps longer than this multiple of the margin are not bounded by their radii: they differ so much from each other
 /// that a search along one does not serve the next.
 constexpr double kLongStep = 2;
+
 // Constants of the rows that a step crosses.
 
 /// Fraction of the deepest crossing down to which crossed rows are taken in one pass. The deepest rows come first,

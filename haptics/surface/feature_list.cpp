@@ -65,8 +65,7 @@ FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obsta
     found_.reserve(kCrossed);
 }
 
-Coverage FeatureList::crossing(const Course& step, double margin) const {
-    (void)margin;
+Coverage FeatureList::crossing(const Course& step, double) const {
     return {step, extent().reach * step.turn.squaredNorm() / 2 + distance_ + 1e-6};
 }
 
@@ -86,8 +85,6 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
         case PairKind::VertexFace: {
             const SurfaceFeatures::Face& face = obstacle.faces[entry.obstacle];
             const Way way = step.way(tool.points[tool.vertices[feature].point]);
-            const double end = face.normal.dot(way.to - obstacle.points[face.points[0]]);
-            if (end >= least) return std::nullopt;
             const auto found = touchstone::crossing(way, corners(obstacle, entry.obstacle), face.normal, least);
             if (!found) return found;
             const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
@@ -97,8 +94,6 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             const SurfaceFeatures::Face& face = tool.faces[feature];
             const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
             const Way way = step.wayInTool(p);
-            const double end = face.normal.dot(way.to - tool.points[face.points[0]]);
-            if (end >= least) return std::nullopt;
             auto found = touchstone::crossing(way, corners(tool, feature), face.normal, least);
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
@@ -124,9 +119,8 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
     }
 }
 
-Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
-                                   const Crossing& by, RowSet& rows, RowSet& crossed) {
-    (void)margin;
+Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double, const Crossing& by,
+                                   RowSet& rows, RowSet& crossed) {
     if (suspended_) return Crossed::Nothing;
     const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
     const Pose after = Course(X_OT, shift, turn).end(extent().center);

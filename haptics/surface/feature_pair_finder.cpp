@@ -69,7 +69,7 @@ Real edgeDistance2(const V& a, const V& u, const V& b, const V& v) {
 struct FeaturePairFinder::Query {
     const Surface &tool, &obstacle;
     Matrix3f R;
-    Vector3f t, shift, turn, center;
+    Vector3f t, shift, turn;
     float margin, angle;  ///< angle: by which normals may differ from being opposite
     float sine;           ///< its sine, at most 1
     bool stays;

@@ -9,7 +9,6 @@ namespace touchstone {
 
 /// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
 enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
-inline constexpr int kPairKinds = 3;
 /// A PairEntry of features: its `tool` holds the kind and the tool's feature, its `obstacle` the obstacle's.
 constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int32_t(kind) << 26 | feature; }
 constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> 26); }
