@@ -90,8 +90,9 @@ constexpr Row kRows[] = {
       SettingGroup::Contact, "Travel budget", 0, 5},
      &Settings::travelBudget},
     {{"linearisations", "",
-      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time",
-      1, 64, SettingGroup::Contact, "Linearizations", 1, 8},
+      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
+      "0: 8 between meshes, 2 between spheres",
+      0, 64, SettingGroup::Contact, "Linearizations", 0, 16},
      &Settings::linearisations},
     {{"adaptive_margin", "",
       "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "

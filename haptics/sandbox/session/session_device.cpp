@@ -49,6 +49,13 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     } else {
         device = startDevice(*next.scene, choice, nullptr, X_WT_start);
     }
+    if (geometryOf(begin) == Geometry::Spheres && !next.world->hasSpheres()) {
+        SceneRequest request = next.request;
+        request.settings = begin;
+        open(std::move(request));
+        log_.say(Message::Kind::Note, "Sphere trees are built for these settings; then the scene starts again");
+        return;
+    }
     const bool first = !loop_;
     const std::uint64_t number = first ? 0 : loopSession_ + 1;
     recording_.announce(number, recordedScene(next.request.file, *next.world), choice);
@@ -154,8 +161,21 @@ void LiveSession::setSettings(const Settings& settings) {
         log_.say(Message::Kind::Error, wrong);
         return;
     }
+    if (lacksSpheres(settings)) {
+        log_.say(Message::Kind::Note, "Sphere trees are built for these settings; then the scene starts again");
+        SceneRequest request = newest();
+        request.settings = settings;
+        open(std::move(request));
+        return;
+    }
     settings_ = capped(settings);
     if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, device_.facts.scale));
+}
+
+/// Whether these settings touch spheres that the world lacks: it was opened for meshes.
+bool LiveSession::lacksSpheres(const Settings& settings) const {
+    const World* world = next_ ? next_->world.get() : shown_.world.get();
+    return world && geometryOf(settings) == Geometry::Spheres && !world->hasSpheres();
 }
 
 void LiveSession::restart() {

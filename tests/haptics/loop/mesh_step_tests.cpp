@@ -23,7 +23,7 @@ constexpr double kDistance = 0.002;
 World meshWorld(const TriangleMesh& tool, const TriangleMesh& obstacle, const Pose& start) {
     World world = worldOf(ball(1), ball(1), start);
     const auto surfaceOf = [](const TriangleMesh& mesh) {
-        return std::make_shared<const Surface>(surfaceFeatures(repairMesh(mesh)), Vec3::Zero());
+        return std::make_shared<const Surface>(surfaceFeatures(repairMesh(mesh)));
     };
     world.toolSurface = surfaceOf(tool);
     world.obstacles[0].surface = surfaceOf(obstacle);

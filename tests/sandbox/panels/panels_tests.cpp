@@ -191,7 +191,7 @@ TEST_CASE("inspector: requests a role and another tree", "[panels]") {
 
 TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
@@ -215,7 +215,7 @@ TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[
 
 TEST_CASE("inspector: renames and paints a node", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
