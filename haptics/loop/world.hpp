@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
+#include "haptics/loop/settings.hpp"
 #include "haptics/surface/surface.hpp"
 
 namespace touchstone {
@@ -29,6 +30,11 @@ struct World {
 
     /// Whether tool and obstacle can touch by their meshes.
     bool hasMeshes(std::size_t obstacle) const { return toolSurface && obstacles[obstacle].surface; }
+
+    /// Whether tool and obstacle touch by their meshes in this geometry of the tick.
+    bool byMeshes(std::size_t obstacle, Geometry geometry) const {
+        return geometry == Geometry::Mesh && hasMeshes(obstacle);
+    }
 
     Vec3 p_TC() const { return tool->center(); }
     double reach() const { return tool->reach(); }  ///< ρ, mm
