@@ -8,17 +8,15 @@
 
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/surface_overlap.hpp"
-#include "tests/support/test_meshes.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::feature_list_tests {
+
+using test::surfaceOf;
 
 namespace {
 
 constexpr double kDistance = 2e-3;
-
-Surface surfaceOf(const TriangleMesh& mesh, const Vec3& center = Vec3::Zero()) {
-    return {surfaceFeatures(repairMesh(mesh)), center};
-}
 
 struct Random {
     explicit Random(unsigned seed) : engine(seed) {}

@@ -5,13 +5,13 @@
 
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/surface_overlap.hpp"
-#include "tests/support/test_meshes.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::surface_distance_tests {
 
-namespace {
+using test::surfaceOf;
 
-Surface surfaceOf(const TriangleMesh& mesh) { return {surfaceFeatures(repairMesh(mesh)), Vec3::Zero()}; }
+namespace {
 
 TriangleMesh star(unsigned seed) {
     TriangleMesh mesh = test::blobMesh(10, 18, 9);
