@@ -111,7 +111,7 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
 
 void StepState::Impl::use(Geometry geometry, double contactDistance) {
     for (std::size_t k = 0; k < lists.size(); ++k) {
-        const bool mesh = featureLists[k] && (geometry == Geometry::Mesh || !leafLists[k]);
+        const bool mesh = world->byMeshes(k, geometry);
         checked = checked && lists[k] && lists[k]->ofFeatures() == mesh;
         lists[k] = (mesh ? featureLists : leafLists)[k].get();
         lists[k]->keepApart(mesh ? contactDistance : 0);
@@ -368,7 +368,7 @@ double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO, Geo
     depth_ = 0;
     for (std::size_t k = 0; k < world_->obstacles.size(); ++k) {
         const Pose X_OT = placeOf(*world_, X_WO, k).inverse() * X_WT;
-        if (world_->hasMeshes(k) && (geometry == Geometry::Mesh || !world_->hasSpheres(k))) {
+        if (world_->byMeshes(k, geometry)) {
             const Surface &ours = *world_->toolSurface, &other = *world_->obstacles[k].surface;
             if (overlap(ours, other, X_OT)) depth_ = std::max(depth_, overlapDepth(ours, other, X_OT));
             continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/collision/sphere_tree.hpp"
+#include "haptics/loop/settings.hpp"
 #include "haptics/surface/surface.hpp"
 
 namespace touchstone {
@@ -37,6 +38,11 @@ struct World {
     /// Whether they can touch by their spheres.
     bool hasSpheres(std::size_t obstacle) const { return tool && obstacles[obstacle].tree; }
     bool hasSpheres() const;  ///< likewise of all obstacles
+
+    /// Whether they touch by their meshes in this geometry of the tick.
+    bool byMeshes(std::size_t obstacle, Geometry geometry) const {
+        return hasMeshes(obstacle) && (geometry == Geometry::Mesh || !hasSpheres(obstacle));
+    }
 
     Vec3 p_TC() const { return toolSurface ? toolSurface->extent.center : tool->center(); }
     double reach() const { return toolSurface ? toolSurface->extent.reach : tool->reach(); }  ///< ρ, mm

@@ -77,15 +77,11 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
     const int feature = featureOf(entry.tool);
     const double least = step.distance / 2;
     const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
-    const auto corners = [](const SurfaceFeatures& s, int f) {
-        const auto& c = s.faces[f].points;
-        return Triangle{s.points[c[0]], s.points[c[1]], s.points[c[2]]};
-    };
     switch (kindOf(entry.tool)) {
         case PairKind::VertexFace: {
             const SurfaceFeatures::Face& face = obstacle.faces[entry.obstacle];
             const Way way = step.way(tool.points[tool.vertices[feature].point]);
-            const auto found = touchstone::crossing(way, corners(obstacle, entry.obstacle), face.normal, least);
+            const auto found = touchstone::crossing(way, obstacle.triangle(entry.obstacle), face.normal, least);
             if (!found) return found;
             const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
             return stands(*tool_, feature, n, step.off()) ? found : std::nullopt;
@@ -94,7 +90,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
             const SurfaceFeatures::Face& face = tool.faces[feature];
             const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
             const Way way = step.wayInTool(p);
-            auto found = touchstone::crossing(way, corners(tool, feature), face.normal, least);
+            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least);
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
             found->point = p;
@@ -201,7 +197,7 @@ bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap&
 }
 
 double FeatureList::gap(const Pose& X_OT, int toolFeature, int obstacleFeature) const {
-    return pairs().gap(X_OT, {toolFeature, obstacleFeature});
+    return pairs().nearest(X_OT, {toolFeature, obstacleFeature}).distance();
 }
 
 /// A course is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs

@@ -45,21 +45,11 @@ Real distance2(const V& p, const V& a, const V& b, const V& c) {
     return h * h / n.squaredNorm();
 }
 
-/// Of two segments a + s u and b + t v. Source: the same, 5.1.9.
+/// Of two segments a + s u and b + t v.
 template <class V, class Real = typename V::Scalar>
 Real edgeDistance2(const V& a, const V& u, const V& b, const V& v) {
     const V w = a - b;
-    const Real uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
-    const Real det = uu * vv - uv * uv;
-    Real s = det > Real(1e-12) * uu * vv ? std::clamp((uv * vw - uw * vv) / det, Real(0), Real(1)) : Real(0);
-    Real t = (uv * s + vw) / vv;
-    if (t < 0) {
-        t = 0;
-        s = std::clamp(-uw / uu, Real(0), Real(1));
-    } else if (t > 1) {
-        t = 1;
-        s = std::clamp((uv - uw) / uu, Real(0), Real(1));
-    }
+    const auto [s, t] = nearestFractions<V>(u, v, w);
     return (w + s * u - t * v).squaredNorm();
 }
 
@@ -336,23 +326,26 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
     out.count = count;
 }
 
-double FeaturePairFinder::gap(const Pose& X_OT, const PairEntry& pair) const {
+NearestPoints FeaturePairFinder::nearest(const Pose& X_OT, const PairEntry& pair) const {
     const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
-    const auto ours = [&](int point) { return Vec3(X_OT * tool.points[point]); };
-    const auto others = [&](int point) { return obstacle.points[point]; };
-    const auto toFace = [](const Vec3& p, const auto& points, const SurfaceFeatures::Face& face) {
-        return std::sqrt(distance2<Vec3>(p, points(face.points[0]), points(face.points[1]), points(face.points[2])));
-    };
     const int feature = featureOf(pair.tool);
     switch (kindOf(pair.tool)) {
-        case PairKind::VertexFace:
-            return toFace(ours(tool.vertices[feature].point), others, obstacle.faces[pair.obstacle]);
-        case PairKind::FaceVertex:
-            return toFace(others(obstacle.vertices[pair.obstacle].point), ours, tool.faces[feature]);
+        case PairKind::VertexFace: {
+            const Vec3 p = X_OT * tool.points[tool.vertices[feature].point];
+            return {p, closestPoint(p, obstacle.triangle(pair.obstacle), false)};
+        }
+        case PairKind::FaceVertex: {
+            Triangle face = tool.triangle(feature);
+            for (Vec3& corner : face) corner = X_OT * corner;
+            const Vec3& p = obstacle.points[obstacle.vertices[pair.obstacle].point];
+            return {closestPoint(p, face, false), p};
+        }
         default: {
-            const auto &a = tool.edges[feature].points, &b = obstacle.edges[pair.obstacle].points;
-            const Vec3 a0 = ours(a[0]), b0 = others(b[0]);
-            return std::sqrt(edgeDistance2(a0, Vec3(ours(a[1]) - a0), b0, Vec3(others(b[1]) - b0)));
+            const auto &ends = tool.edges[feature].points, &others = obstacle.edges[pair.obstacle].points;
+            const Vec3 a = X_OT * tool.points[ends[0]], u = X_OT * tool.points[ends[1]] - a;
+            const Vec3 &b = obstacle.points[others[0]], v = obstacle.points[others[1]] - b;
+            const auto [s, t] = nearestFractions<Vec3>(u, v, a - b);
+            return {a + s * u, b + t * v};
         }
     }
 }

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "haptics/collision/pair_finder.hpp"
-#include "haptics/surface/surface.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
 
@@ -23,7 +23,7 @@ class FeaturePairFinder final : public PairFinder {
     PairEntries entries() const override;
     bool ofFeatures() const override { return true; }
     float guard(const Pose& X_OT) const override;
-    double gap(const Pose& X_OT, const PairEntry& pair) const;  ///< distance of a pair, mm, in double
+    NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
     /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
     template <class Visit>
     void forEachPair(const Coverage& asked, Visit&& visit) {

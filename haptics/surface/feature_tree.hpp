@@ -1,6 +1,7 @@
 #pragma once
 // A tree of boxes and normal cones over features of one kind: eight children a node, tested at once.
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "haptics/collision/tree_walk.hpp"
@@ -47,6 +48,27 @@ class FeatureTree {
 
     AlignedVector<Node> nodes_;
     int count_ = 0, depth_ = 0;
+};
+
+/// Boxes of a tool's tree as boxes on the obstacle's axes, from its center.
+struct BoxPlacement {
+    Eigen::Matrix3f R;
+    Eigen::Vector3f t;  ///< the tool's center
+    float guard;        ///< by which boxes are widened for rounding, mm
+
+    /// Bounds of one box, or of eight. T: float or Float8.
+    template <class T>
+    TOUCHSTONE_INLINE void place(const T lo[3], const T hi[3], T outLo[3], T outHi[3]) const {
+        for (int k = 0; k < 3; ++k) {
+            T center = lo[0] * 0.0f + t[k], half = lo[0] * 0.0f + guard;
+            for (int i = 0; i < 3; ++i) {
+                center += 0.5f * R(k, i) * (lo[i] + hi[i]);
+                half += 0.5f * std::abs(R(k, i)) * (hi[i] - lo[i]);
+            }
+            outLo[k] = center - half;
+            outHi[k] = center + half;
+        }
+    }
 };
 
 }  // namespace touchstone

@@ -163,4 +163,10 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
     shells = findShells(features);
 }
 
+BoxPlacement placementOf(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
+    const Vec3 offset = X_OT * tool.extent.center - obstacle.extent.center;
+    return {X_OT.R().cast<float>(), offset.cast<float>(),
+            float(16 * 0x1p-24 * (tool.extent.reach + obstacle.extent.reach + offset.norm()) + 1e-7)};
+}
+
 }  // namespace touchstone

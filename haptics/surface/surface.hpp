@@ -27,4 +27,7 @@ struct Surface {
     explicit Surface(SurfaceFeatures from);
 };
 
+/// Where the boxes of the tool's trees lie with its node at X_OT in the obstacle's frame.
+BoxPlacement placementOf(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
+
 }  // namespace touchstone

@@ -39,6 +39,11 @@ struct SurfaceFeatures {
     std::vector<Vertex> vertices;  ///< two of them have the same point where two tips meet
     std::vector<int> spokes;       ///< points
     Dropped dropped;
+
+    Triangle triangle(int face) const {
+        const auto& c = faces[face].points;
+        return {points[c[0]], points[c[1]], points[c[2]]};
+    }
 };
 
 /// Finds the features of the walls and caps of a body, lengths in mm. Whether an edge is convex is decided from the

@@ -21,45 +21,21 @@ constexpr int kStack = 64 * 20;
 const std::array<Vec3, 3> kRays{Vec3(0.5411, 0.2743, 0.7949), Vec3(-0.3127, 0.8861, 0.3419),
                                 Vec3(0.7283, -0.5917, -0.3455)};
 
-Triangle cornersOf(const Surface& surface, int face) {
-    const auto& c = surface.features.faces[face].points;
-    return {surface.features.points[c[0]], surface.features.points[c[1]], surface.features.points[c[2]]};
-}
-
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (b - a).cross(c - a).dot(d - a); }
 
-bool pierces(const Vec3& a, const Vec3& b, const Triangle& t) {
+/// Where a segment pierces a triangle.
+std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& t) {
     const double from = volume(t[0], t[1], t[2], a), to = volume(t[0], t[1], t[2], b);
-    if ((from > 0) == (to > 0)) return false;
+    if ((from > 0) == (to > 0)) return std::nullopt;
     const bool first = volume(a, b, t[0], t[1]) > 0;
-    return (volume(a, b, t[1], t[2]) > 0) == first && (volume(a, b, t[2], t[0]) > 0) == first;
-}
-
-bool intersect(const Triangle& a, const Triangle& b) {
-    for (int k = 0; k < 3; ++k)
-        if (pierces(a[k], a[(k + 1) % 3], b) || pierces(b[k], b[(k + 1) % 3], a)) return true;
-    return false;
+    if ((volume(a, b, t[1], t[2]) > 0) != first || (volume(a, b, t[2], t[0]) > 0) != first) return std::nullopt;
+    return a + from / (from - to) * (b - a);
 }
 
 bool facesIntersect(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
     if (tool.faces.count() == 0 || obstacle.faces.count() == 0) return false;
     const auto &ours = tool.faces.nodes(), &others = obstacle.faces.nodes();
-    const Eigen::Matrix3f R = X_OT.R().cast<float>();
-    const Vec3 offset = X_OT * tool.extent.center - obstacle.extent.center;
-    const Vector3f t = offset.cast<float>();
-    const float guard = float(16 * 0x1p-24 * (tool.extent.reach + obstacle.extent.reach + offset.norm()) + 1e-7);
-    // Bounds of a box of the tool, or of eight, in the obstacle's axes from its center.
-    const auto place = [&](const auto& lo, const auto& hi, auto* outLo, auto* outHi) {
-        for (int k = 0; k < 3; ++k) {
-            auto center = lo[0] * 0.0f + t[k], half = lo[0] * 0.0f + guard;
-            for (int i = 0; i < 3; ++i) {
-                center += 0.5f * R(k, i) * (lo[i] + hi[i]);
-                half += 0.5f * std::abs(R(k, i)) * (hi[i] - lo[i]);
-            }
-            outLo[k] = center - half;
-            outHi[k] = center + half;
-        }
-    };
+    const BoxPlacement boxes = placementOf(tool, obstacle, X_OT);
     const auto meets = [](const FeatureTree::Node& node, const float* lo, const float* hi) {
         return toMask((node.lo[0] <= splat(hi[0])) & (node.hi[0] >= splat(lo[0])) & (node.lo[1] <= splat(hi[1])) &
                       (node.hi[1] >= splat(lo[1])) & (node.lo[2] <= splat(hi[2])) & (node.hi[2] >= splat(lo[2])));
@@ -72,13 +48,13 @@ bool facesIntersect(const Surface& tool, const Surface& obstacle, const Pose& X_
         const FeatureTree::Node &a = ours[std::size_t(top.tool)], &b = others[std::size_t(top.obstacle)];
         if (a.isLeaf && !b.isLeaf) {
             float lo[3], hi[3];
-            place(a.own.lo, a.own.hi, lo, hi);
+            boxes.place(a.own.lo.data(), a.own.hi.data(), lo, hi);
             for (Mask mask = meets(b, lo, hi); mask; mask &= mask - 1)
                 stack[std::size_t(waiting++)] = {top.tool, b.first + std::countr_zero(mask)};
             continue;
         }
         Float8 lo[3], hi[3];
-        place(a.lo, a.hi, lo, hi);
+        boxes.place(a.lo, a.hi, lo, hi);
         for (int i = 0; i < a.count; ++i) {
             const float l[3] = {lo[0][i], lo[1][i], lo[2][i]}, h[3] = {hi[0][i], hi[1][i], hi[2][i]};
             if (b.isLeaf && !a.isLeaf) {
@@ -96,11 +72,11 @@ bool facesIntersect(const Surface& tool, const Surface& obstacle, const Pose& X_
                     continue;
                 }
                 if (!isPlaced) {
-                    placed = cornersOf(tool, a.first + i);
+                    placed = tool.features.triangle(a.first + i);
                     for (Vec3& p : placed) p = X_OT * p;
                     isPlaced = true;
                 }
-                if (intersect(placed, cornersOf(obstacle, j))) return true;
+                if (commonPoint(placed, obstacle.features.triangle(j))) return true;
             }
         }
     }
@@ -133,7 +109,7 @@ int crossings(const Surface& surface, const Vec3& from, const Vec3& direction) {
             const int child = node.first + std::countr_zero(mask);
             if (!node.isLeaf)
                 stack[std::size_t(waiting++)] = child;
-            else if (const Triangle t = cornersOf(surface, child); pierces(from, to, t))
+            else if (const Triangle t = surface.features.triangle(child); piercing(from, to, t))
                 count += surface.features.faces[child].normal.dot(direction) > 0 ? 1 : -1;
         }
     }
@@ -141,6 +117,14 @@ int crossings(const Surface& surface, const Vec3& from, const Vec3& direction) {
 }
 
 }  // namespace
+
+std::optional<Vec3> commonPoint(const Triangle& a, const Triangle& b) {
+    for (int k = 0; k < 3; ++k) {
+        if (const auto at = piercing(a[k], a[(k + 1) % 3], b)) return at;
+        if (const auto at = piercing(b[k], b[(k + 1) % 3], a)) return at;
+    }
+    return std::nullopt;
+}
 
 bool isInside(const Surface& surface, const Vec3& point) {
     if (surface.faces.count() == 0 || (point - surface.extent.center).norm() > surface.extent.reach) return false;
@@ -152,7 +136,7 @@ bool isInside(const Surface& surface, const Vec3& point) {
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
     const auto depthIn = [](const Surface& inner, const Surface& outer, const Pose& X) {
         std::vector<Triangle> triangles;
-        for (int f = 0; f < outer.faces.count(); ++f) triangles.push_back(cornersOf(outer, f));
+        for (int f = 0; f < outer.faces.count(); ++f) triangles.push_back(outer.features.triangle(f));
         const TriangleBvh walls(std::move(triangles));
         double deepest = 0;
         for (const Vec3& p : inner.features.points)

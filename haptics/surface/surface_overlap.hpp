@@ -1,5 +1,7 @@
 #pragma once
 // Whether two closed parts overlap: triangles that intersect, or one part inside the other.
+#include <optional>
+
 #include "haptics/surface/surface.hpp"
 
 namespace touchstone {
@@ -12,6 +14,9 @@ bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 /// Greatest depth of a vertex of one part inside the other, mm; 0 if none lies inside. Takes tens of milliseconds for
 /// large meshes, and allocates.
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
+
+/// A point of two triangles that intersect; rounding decides where they only touch.
+std::optional<Vec3> commonPoint(const Triangle& a, const Triangle& b);
 
 /// Whether a point lies inside, in the part's frame, mm.
 bool isInside(const Surface& surface, const Vec3& point);

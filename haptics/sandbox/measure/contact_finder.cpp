@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <utility>
 
+#include "haptics/collision/leaf_gaps.hpp"
+#include "haptics/sandbox/measure/watched_solver.hpp"
+
 namespace touchstone::sandbox {
 namespace {
 
@@ -18,27 +21,42 @@ constexpr double kCellsPerReach = 30;  // contacts within a cell of this size lo
 ContactFinder::ContactFinder(std::shared_ptr<const World> world)
     : world_(std::move(world)),
       reach_(world_->reach()),
+      leaves_(world_->obstacles.size()),
+      features_(world_->obstacles.size()),
       rows_(kRows),
       solver_(solverTable()[kExactSolver].make(kRows)) {
-    int index = 0;
-    for (const Obstacle& obstacle : world_->obstacles) lists_.emplace_back(*world_->tool, *obstacle.tree, index++);
     for (const Obstacle& obstacle : world_->obstacles) X_WO_.push_back(obstacle.X_WO);
 }
 
-void ContactFinder::collect(const TickRecord& record, double margin) {
+bool ContactFinder::anyMeshes(Geometry geometry) const {
+    for (std::size_t i = 0; i < X_WO_.size(); ++i)
+        if (world_->byMeshes(i, geometry)) return true;
+    return false;
+}
+
+FeaturePairFinder& ContactFinder::features(std::size_t obstacle) {
+    auto& finder = features_[obstacle];
+    if (!finder)
+        finder = std::make_unique<FeaturePairFinder>(*world_->toolSurface, *world_->obstacles[obstacle].surface);
+    return *finder;
+}
+
+void ContactFinder::collectLeaves(const TickRecord& record, Geometry geometry, double margin) {
     rows_.clear();
-    for (std::size_t i = 0; i < lists_.size(); ++i) {
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+        if (world_->byMeshes(i, geometry)) continue;
+        auto& list = leaves_[i];
+        if (!list) list = std::make_unique<NeighborList>(*world_->tool, *world_->obstacles[i].tree, int(i));
         const Pose& X_WO = X_WO_[i];
         const Pose X_OT = X_WO.inverse() * record.X_WT;
-        lists_[i].forget();
-        if (!lists_[i].complete({X_OT, margin}, 0)) continue;  // the overlap is deeper than any picture could show
-        if (!lists_[i].appendRows(X_OT, X_WO.R(), margin, rows_))
-            lists_[i].appendNearestRows(X_OT, X_WO.R(), margin, rows_);
+        list->forget();
+        if (!list->complete({X_OT, margin}, 0)) continue;  // the overlap is deeper than any picture could show
+        if (!list->appendRows(X_OT, X_WO.R(), margin, rows_)) list->appendNearestRows(X_OT, X_WO.R(), margin, rows_);
     }
 }
 
-std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double margin) {
-    collect(record, margin);
+std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, Geometry geometry, double margin) {
+    collectLeaves(record, geometry, margin);
     pairs_.clear();
     for (int i = 0; i < rows_.size(); ++i) {
         const std::uint64_t id = rows_.id(i);
@@ -47,31 +65,120 @@ std::span<const NearPair> ContactFinder::pairs(const TickRecord& record, double 
     return pairs_;
 }
 
+/// The contacts of the collected rows.
+void ContactFinder::addLeaves(const TickRecord& record) {
+    for (int i = 0; i < rows_.size(); ++i) {
+        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
+        const Vec3 n = rows_.row(i).head<3>();
+        contacts_.push_back({.p_W = record.X_WT * leaf.center() - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
+    }
+}
+
+/// Adds the pairs of features within the margin whose nearest points are a local minimum of the distance: the foot of
+/// a vertex lies inside the face, those of two edges between their ends.
+void ContactFinder::addFeatures(const TickRecord& record, std::size_t obstacle, double margin) {
+    const Pose& X_WO = X_WO_[obstacle];
+    const Pose X_OT = X_WO.inverse() * record.X_WT;
+    const SurfaceFeatures &ours = world_->toolSurface->features,
+                          &others = world_->obstacles[obstacle].surface->features;
+    FeaturePairFinder& finder = features(obstacle);
+    finder.forEachPair({X_OT, margin}, [&](const PairEntry& pair, float) {
+        ++found_;
+        const NearestPoints near = finder.nearest(X_OT, pair);
+        const Vec3 apart = near.onTool - near.onObstacle;
+        const double gap = apart.norm();
+        constexpr double kSkew = 1e-3;  // rad, by which the line of the two points may be off the normal
+        const auto isNormal = [&](const Vec3& along) {
+            return std::abs(along.dot(apart)) <= kSkew * along.norm() * gap;
+        };
+        const auto direction = [](const SurfaceFeatures& part, const auto& ends) {
+            return Vec3(part.points[ends[1]] - part.points[ends[0]]);
+        };
+        const int feature = featureOf(pair.tool);
+        bool isMinimum = gap > 0 && gap <= margin;
+        switch (kindOf(pair.tool)) {
+            case PairKind::VertexFace:
+                isMinimum = isMinimum && others.faces[pair.obstacle].normal.cross(apart).norm() <= kSkew * gap;
+                break;
+            case PairKind::FaceVertex:
+                isMinimum = isMinimum && (X_OT.q * ours.faces[feature].normal).cross(apart).norm() <= kSkew * gap;
+                break;
+            case PairKind::EdgeEdge:
+                isMinimum = isMinimum && isNormal(X_OT.q * direction(ours, ours.edges[feature].points)) &&
+                            isNormal(direction(others, others.edges[pair.obstacle].points));
+                break;
+        }
+        if (isMinimum) contacts_.push_back({X_WO * near.onTool, X_WO.q * (apart / gap), gap});
+        return true;
+    });
+}
+
+/// The tick's own problem, at the pose where the tool came to rest: its multipliers are the contact forces.
+void ContactFinder::solveLeaves(const TickRecord& record, const Settings& settings) {
+    const Vec3 p_TC = world_->p_TC();
+    QpProblem problem;
+    problem.stiffness << Vec3::Constant(settings.stiffness), Vec3::Constant(settings.torsion);
+    problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
+        logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
+    problem.rows = &rows_;
+    solver_->reset();  // without a warm start the result depends on the tick only
+    for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
+}
+
+/// Which pairs of features are rows depends on the step, so the next tick is made with the device where it is: its last
+/// problem has the rows and multipliers of the contacts at this pose.
+void ContactFinder::repeatTick(const TickRecord& record, const Settings& settings) {
+    loads_.clear();
+    if (!state_) {
+        state_ = std::make_unique<StepState>(*world_);
+        std::unique_ptr<Solver>& renderer = state_->renderer(kExactSolver);
+        renderer = std::make_unique<WatchedSolver>(
+            std::move(renderer), [this](const QpProblem& problem, const SolveResult& result) {
+                loads_.clear();
+                for (const Multiplier& m : result.multipliers)
+                    loads_.push_back({problem.rows->id(m.row), problem.rows->row(m.row).head<3>(), m.value});
+            });
+    }
+    Settings once = settings;
+    once.solver = kExactSolver;
+    once.shadow = -1;
+    once.linearisations = 1;
+    once.pause = false;
+    state_->begin({.tick = record.tick, .X_WT = record.X_WT, .X_WT_device = record.X_WT_device, .loadedBefore = true},
+                  X_WO_);
+    step(*world_, once, {.X_WT_device = record.X_WT_device}, *state_);
+    for (const Load& load : loads_) {
+        const int tool = toolLeafOf(load.id), other = obstacleLeafOf(load.id);
+        const auto k = std::size_t(obstacleOf(load.id));
+        const Pose X_OT = X_WO_[k].inverse() * record.X_WT;
+        if (world_->byMeshes(k, Geometry::Mesh)) {
+            const NearestPoints near = features(k).nearest(X_OT, {tool, other});
+            contacts_.push_back({X_WO_[k] * near.onTool, load.n_W, near.distance(), load.newtons});
+        } else {
+            const Sphere leaf = world_->tool->leaf(tool);
+            contacts_.push_back({record.X_WT * leaf.center() - double(leaf.r) * load.n_W, load.n_W,
+                                 leafGap(leaf, world_->obstacles[k].tree->leaf(other), X_OT), load.newtons});
+        }
+    }
+}
+
 std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, const Settings& settings, double margin,
                                                   int most) {
     if (record.tick != std::exchange(tick_, record.tick)) {  // the picture of one tick must not change
         if (found_ > kMany) marginShare_ /= 2;
         if (found_ < kMany / 4) marginShare_ = std::min(2 * marginShare_, 1.0);
     }
-    collect(record, marginShare_ * margin);
-    found_ = rows_.size();
+    const Geometry geometry = geometryOf(settings);
     contacts_.clear();
-    for (int i = 0; i < rows_.size(); ++i) {
-        const Sphere leaf = world_->tool->leaf(toolLeafOf(rows_.id(i)));
-        const Vec3 n = rows_.row(i).head<3>();
-        const Vec3 center = record.X_WT * Vec3(leaf.x, leaf.y, leaf.z);
-        contacts_.push_back({.p_W = center - double(leaf.r) * n, .n_W = n, .gap = rows_.gap()[i]});
-    }
-    if (!contacts_.empty()) {
-        // The tick's own problem, at the pose where the tool came to rest: its multipliers are the contact forces.
-        const Vec3 p_TC = world_->p_TC();
-        QpProblem problem;
-        problem.stiffness << Vec3::Constant(settings.stiffness), Vec3::Constant(settings.torsion);
-        problem.wanted << record.X_WT_device * p_TC - record.X_WT * p_TC,
-            logRotation(record.X_WT_device.q * record.X_WT.q.conjugate());
-        problem.rows = &rows_;
-        solver_->reset();  // without a warm start the result depends on the tick only
-        for (const Multiplier& m : solver_->solve(problem, {}).multipliers) contacts_[m.row].load = m.value;
+    collectLeaves(record, geometry, marginShare_ * margin);
+    found_ = rows_.size();
+    addLeaves(record);
+    if (anyMeshes(geometry)) {
+        for (std::size_t k = 0; k < X_WO_.size(); ++k)
+            if (world_->byMeshes(k, geometry)) addFeatures(record, k, marginShare_ * margin);
+        repeatTick(record, settings);
+    } else if (!contacts_.empty()) {
+        solveLeaves(record, settings);
     }
     thin(most);
     return contacts_;

@@ -71,7 +71,8 @@ SceneOverlays::SceneOverlays(std::shared_ptr<const World> world)
       reach_(std::max(world_->reach(), 1e-3)),
       finder_(world_),
       trace_(reach_ / kTracePointsPerReach),
-      nearestPairs_(world_->obstacles.size()) {}
+      nearestPairs_(world_->obstacles.size()),
+      nearestFaces_(world_->obstacles.size()) {}
 
 void SceneOverlays::follow(const TickRecord& record) { trace_.add(record.X_WT * world_->p_TC(), record.tick); }
 
@@ -79,26 +80,18 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
     contacts_.clear();
     place_.reset();
     nearest_.reset();
-    const bool gaps = options.trees() && options.byGap;
     if (options.contacts || options.section) {
         const auto found = finder_.find(record, settings, options.contactMargin);
         contacts_.assign(found.begin(), found.end());
     }
-    if (!gaps) toolGaps_.clear();
-    if (const std::uint64_t now = steadyNanoseconds(); gaps && (toolGaps_.empty() || now > gapsDue_)) {
-        toolGaps_.assign(static_cast<std::size_t>(world_->tool->leafCount()), kFar);
-        obstacleGaps_.resize(world_->obstacles.size());
-        for (std::size_t i = 0; i < obstacleGaps_.size(); ++i)
-            obstacleGaps_[i].assign(static_cast<std::size_t>(world_->obstacles[i].tree->leafCount()), kFar);
-        for (const NearPair& pair : finder_.pairs(record, kShownGap)) {
-            const auto keep = [&](std::vector<float>& of, int leaf) {
-                float& gap = of[static_cast<std::size_t>(leaf)];
-                gap = std::min(gap, static_cast<float>(pair.gap));
-            };
-            keep(toolGaps_, pair.toolLeaf);
-            keep(obstacleGaps_[static_cast<std::size_t>(pair.obstacle)], pair.obstacleLeaf);
-        }
-        constexpr int kRest = 9;  // pause, in durations of the search: a tight fit has tens of thousands of such pairs
+    const Geometry geometry = geometryOf(settings);
+    if (!options.byGap) {
+        leafGaps_.clear();
+        gapMaps_.clear();
+        gapsDue_ = 0;
+    } else if (const std::uint64_t now = steadyNanoseconds(); now > gapsDue_) {
+        findGaps(record, geometry, options.trees());
+        constexpr int kRest = 9;  // pause, in durations of the search: a tight fit has tens of thousands of near pairs
         gapsDue_ = steadyNanoseconds() + kRest * (steadyNanoseconds() - now);
     }
 
@@ -115,7 +108,7 @@ void SceneOverlays::find(const TickRecord& record, const Settings& settings, con
         for (const ContactPoint& contact : contacts_)
             place_->reach = std::max(place_->reach, (contact.p_W - place_->p_W).norm());
     }
-    if (options.clearance) findNearest(record.X_WT);
+    if (options.clearance) findNearest(record.X_WT, geometry);
 }
 
 std::optional<ContactPlace> SceneOverlays::nearestPlace() const {
@@ -123,16 +116,60 @@ std::optional<ContactPlace> SceneOverlays::nearestPlace() const {
     return ContactPlace{0.5 * (nearest_->p_W + nearest_->q_W), nearest_->n_W, 0};
 }
 
-void SceneOverlays::findNearest(const Pose& X_WT) {
+void SceneOverlays::findGaps(const TickRecord& record, Geometry geometry, bool spheres) {
+    const std::size_t bodies = 1 + world_->obstacles.size();
+    leafGaps_.assign(bodies, {});
+    gapMaps_.assign(bodies, {});
+    ++gapsNumber_;
+    std::vector<PlacedSurface> others;
+    bool leaves = false;
+    for (std::size_t i = 0; i < world_->obstacles.size(); ++i) {
+        const Obstacle& obstacle = world_->obstacles[i];
+        if (!world_->byMeshes(i, geometry)) {
+            leaves = spheres;
+            continue;
+        }
+        others.push_back({obstacle.surface.get(), record.X_WT.inverse() * finder_.obstacle(i)});
+        const PlacedSurface tool{world_->toolSurface.get(), finder_.obstacle(i).inverse() * record.X_WT};
+        gapMaps_[1 + i] = gapMap(*obstacle.surface, {&tool, 1}, kShownGap);
+    }
+    if (!others.empty()) gapMaps_[0] = gapMap(*world_->toolSurface, others, kShownGap);
+    if (!leaves) return;
+    const auto clear = [](std::vector<float>& gaps, const SphereTree& tree) {
+        gaps.assign(static_cast<std::size_t>(tree.leafCount()), kFar);
+    };
+    clear(leafGaps_[0], *world_->tool);
+    for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
+        if (!world_->byMeshes(i, geometry)) clear(leafGaps_[1 + i], *world_->obstacles[i].tree);
+    for (const NearPair& pair : finder_.pairs(record, geometry, kShownGap)) {
+        const auto keep = [&](std::vector<float>& of, int leaf) {
+            float& gap = of[static_cast<std::size_t>(leaf)];
+            gap = std::min(gap, static_cast<float>(pair.gap));
+        };
+        keep(leafGaps_[0], pair.toolLeaf);
+        keep(leafGaps_[1 + static_cast<std::size_t>(pair.obstacle)], pair.obstacleLeaf);
+    }
+}
+
+void SceneOverlays::findNearest(const Pose& X_WT, Geometry geometry) {
     double least = INFINITY;
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i) {
         const Obstacle& obstacle = world_->obstacles[i];
+        const Pose &X_WO = finder_.obstacle(i), X_OT = X_WO.inverse() * X_WT;
+        if (world_->byMeshes(i, geometry)) {
+            const auto near = nearestPoints(*world_->toolSurface, *obstacle.surface, X_OT, least, &nearestFaces_[i]);
+            if (!near) continue;
+            least = near->distance();
+            const Vec3 p = X_WO * near->onTool, q = X_WO * near->onObstacle;
+            nearest_ = Nearest{p, q, least > 0 ? Vec3((p - q) / least) : Vec3(Vec3::Zero()), least};
+            continue;
+        }
         LeafPair& pair = nearestPairs_[i];
-        const double gap = leastGap(*world_->tool, *obstacle.tree, finder_.obstacle(i).inverse() * X_WT, 1e30, &pair);
+        const double gap = leastGap(*world_->tool, *obstacle.tree, X_OT, 1e30, &pair);
         if (gap >= least) continue;
         least = gap;
         const Sphere a = world_->tool->leaf(pair.toolLeaf), b = obstacle.tree->leaf(pair.obstacleLeaf);
-        const Vec3 p = X_WT * a.center(), q = finder_.obstacle(i) * b.center(), n = (p - q).normalized();
+        const Vec3 p = X_WT * a.center(), q = X_WO * b.center(), n = (p - q).normalized();
         nearest_ = Nearest{p - double(a.r) * n, q + double(b.r) * n, n, gap};
     }
 }
@@ -202,11 +239,13 @@ void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bo
 }
 
 void SceneOverlays::addSpheres(engine::Frame& frame, const Pose& X_WT, const DisplayOptions& options) const {
-    const bool gaps = options.byGap && !toolGaps_.empty();
-    addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gaps ? &toolGaps_ : nullptr);
+    const auto gapsOf = [&](std::size_t body) {
+        return options.byGap && body < leafGaps_.size() && !leafGaps_[body].empty() ? &leafGaps_[body] : nullptr;
+    };
+    if (world_->tool) addTree(frame, *world_->tool, X_WT, options.toolLevel, true, gapsOf(0));
     for (std::size_t i = 0; i < world_->obstacles.size(); ++i)
-        addTree(frame, *world_->obstacles[i].tree, finder_.obstacle(i), options.obstacleLevel, false,
-                gaps ? &obstacleGaps_[i] : nullptr);
+        if (const SphereTree* tree = world_->obstacles[i].tree.get())
+            addTree(frame, *tree, finder_.obstacle(i), options.obstacleLevel, false, gapsOf(1 + i));
 }
 
 void SceneOverlays::addTree(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool,

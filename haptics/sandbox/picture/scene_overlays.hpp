@@ -3,13 +3,16 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/view/renderer.hpp"
 #include "haptics/collision/clearance.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/sandbox/measure/contact_finder.hpp"
+#include "haptics/sandbox/measure/gap_map.hpp"
 #include "haptics/sandbox/picture/display_options.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone::sandbox {
 
@@ -62,6 +65,11 @@ class SceneOverlays {
     std::optional<ContactPlace> contactPlace() const { return place_; }  ///< mean of all contacts
     std::optional<ContactPlace> nearestPlace() const;                    ///< only if clearance is shown
 
+    /// The gaps of the parts that are touched by their meshes, if options.byGap: of the tool, then of each obstacle;
+    /// empty for the others. They change with every increment of gapsNumber().
+    std::span<const GapMap> gapMaps() const { return gapMaps_; }
+    int gapsNumber() const { return gapsNumber_; }
+
     /// Appends all overlays except the spheres to the frame, for frame.camera and frame.section.
     void add(engine::Frame& frame, const TickRecord& record, const DisplayOptions& options) const;
     /// Appends the spheres, which exist before the first tick.
@@ -73,7 +81,8 @@ class SceneOverlays {
         Vec3 n_W;
         double gap = 0;
     };
-    void findNearest(const Pose& X_WT);
+    void findNearest(const Pose& X_WT, Geometry geometry);
+    void findGaps(const TickRecord& record, Geometry geometry, bool spheres);
     void addContacts(engine::Frame& frame, double unit) const;
     void addArrows(engine::Frame& frame, const TickRecord& record, bool values, double unit) const;
     void addTree(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool,
@@ -86,10 +95,12 @@ class SceneOverlays {
     std::vector<ContactPoint> contacts_;
     std::optional<ContactPlace> place_;
     std::vector<LeafPair> nearestPairs_;  ///< per obstacle
+    std::vector<FacePair> nearestFaces_;  ///< per obstacle
     std::optional<Nearest> nearest_;
-    std::vector<float> toolGaps_;                   ///< per leaf, mm
-    std::vector<std::vector<float>> obstacleGaps_;  ///< per obstacle and leaf
-    std::uint64_t gapsDue_ = 0;                     ///< ns: time of the next update of the gaps
+    std::vector<std::vector<float>> leafGaps_;  ///< of the tool, then of each obstacle; per leaf, mm
+    std::vector<GapMap> gapMaps_;
+    int gapsNumber_ = 0;
+    std::uint64_t gapsDue_ = 0;  ///< ns: time of the next update of the gaps; 0: at once
 };
 
 }  // namespace touchstone::sandbox

@@ -80,7 +80,7 @@ void fitPoints(engine::OrbitCamera& camera, const std::vector<glm::vec3>& points
     }
 }
 
-SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : scene_(scene) {
+SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : renderer_(renderer), scene_(scene) {
     const engine::Registry& registry = scene.scene.registry;
     const engine::Entity tool = scene.roles.tool;
     std::map<std::pair<int, bool>, engine::GpuTexture> textures;  // by image and whether it holds colors
@@ -90,47 +90,48 @@ SceneView::SceneView(engine::Renderer& renderer, const HapticScene& scene) : sce
         if (isNew) texture->second = renderer.upload(scene.scene.images[static_cast<std::size_t>(image)], colors);
         return texture->second;
     };
-    std::vector<engine::Entity> bodies;
-    for (const engine::Entity obstacle : scene.roles.obstacles) bodies.push_back(obstacle);
-    if (tool) bodies.push_back(tool);
     std::map<const engine::MeshData*, engine::GpuMesh> uploaded;
-    registry.each<engine::MeshInstance, engine::WorldTransform>([&](engine::Entity node,
-                                                                    const engine::MeshInstance& instance,
-                                                                    const engine::WorldTransform& world) {
-        const engine::Entity owner = roleOwner(registry, node);
-        for (const engine::Primitive& primitive : instance.primitives) {
-            if (primitive.mesh->indices.empty()) continue;
-            Part part{.node = node, .item = {}, .moves = tool && engine::isBelow(registry, node, tool)};
-            part.role = owner ? registry.get<Role>(owner) : Role::Visual;
-            auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
-            if (isNew) mesh->second = renderer.upload(*primitive.mesh);
-            part.item.mesh = mesh->second;
-            part.item.model = world.matrix;
-            if (primitive.material >= 0) {
-                const engine::Material& material = scene.scene.materials[static_cast<std::size_t>(primitive.material)];
-                part.material = primitive.material;
-                part.item.texture = textureOf(material.texture, true);
-                part.item.metallicRoughness = textureOf(material.metallicRoughnessTexture, false);
-                part.item.normal = textureOf(material.normalTexture, false);
-                part.item.emissive = textureOf(material.emissiveTexture, true);
+    registry.each<engine::MeshInstance, engine::WorldTransform>(
+        [&](engine::Entity node, const engine::MeshInstance& instance, const engine::WorldTransform& world) {
+            const engine::Entity owner = roleOwner(registry, node);
+            for (const engine::Primitive& primitive : instance.primitives) {
+                if (primitive.mesh->indices.empty()) continue;
+                Part part{.node = node, .item = {}, .moves = tool && engine::isBelow(registry, node, tool)};
+                part.role = owner ? registry.get<Role>(owner) : Role::Visual;
+                auto [mesh, isNew] = uploaded.try_emplace(primitive.mesh.get());
+                if (isNew) mesh->second = renderer.upload(*primitive.mesh);
+                part.item.mesh = mesh->second;
+                part.item.model = world.matrix;
+                if (primitive.material >= 0) {
+                    const engine::Material& material =
+                        scene.scene.materials[static_cast<std::size_t>(primitive.material)];
+                    part.material = primitive.material;
+                    part.item.texture = textureOf(material.texture, true);
+                    part.item.metallicRoughness = textureOf(material.metallicRoughnessTexture, false);
+                    part.item.normal = textureOf(material.normalTexture, false);
+                    part.item.emissive = textureOf(material.emissiveTexture, true);
+                }
+                part.body = bodyOf(scene, owner);
+                // Only a closed surface has an inside to show.
+                if (surfaceOf(scene, owner)) part.item.body = solidOf(*part.body);
+                part.low = part.high = primitive.mesh->positions.front();
+                for (const glm::vec3& p : primitive.mesh->positions) {
+                    part.low = glm::min(part.low, p);
+                    part.high = glm::max(part.high, p);
+                }
+                parts_.push_back(std::move(part));
             }
-            // Only a mesh with a tree and a closed surface has an inside to show.
-            if (const SphereTree* tree = owner ? treeOf(scene, owner) : nullptr; tree && tree->certificate.closed)
-                part.item.body = 1 + static_cast<int>(std::find(bodies.begin(), bodies.end(), owner) - bodies.begin());
-            part.low = part.high = primitive.mesh->positions.front();
-            for (const glm::vec3& p : primitive.mesh->positions) {
-                part.low = glm::min(part.low, p);
-                part.high = glm::max(part.high, p);
-            }
-            parts_.push_back(std::move(part));
-        }
-    });
+        });
 
     if (scene.world) reach_ = std::max(scene.world->reach(), 1e-3);
     floor_ = std::numeric_limits<float>::infinity();
     // The floor lies below the fixed parts only, since the tool moves.
     for (const glm::vec3& p : corners(nullptr, !scene.world, true)) floor_ = std::min(floor_, p.y);
     if (!std::isfinite(floor_)) floor_ = 0;
+}
+
+int SceneView::solidOf(std::size_t body) const {
+    return static_cast<int>(body == 0 ? scene_.roles.obstacles.size() + 1 : body);
 }
 
 engine::DrawItem SceneView::itemOf(const Part& part, const Pose* X_WT) const {
@@ -234,14 +235,15 @@ void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Setti
                      const DisplayOptions& options) {
     SceneOverlays* const drawn = overlays();
     frame.grid = {.visible = options.grid, .height = floor_};
+    if (drawn && record) {
+        drawn->follow(*record);
+        drawn->find(*record, settings, options);
+        uploadGaps(*drawn);
+    }
     addParts(frame, record, options);
     if (!drawn) return;
 
     const Pose X_WT = record ? record->X_WT : scene_.world->X_WT_start;
-    if (record) {
-        drawn->follow(*record);
-        drawn->find(*record, settings, options);
-    }
     if (options.section) {
         // The section follows the contacts smoothly, so that it does not jump when they come and go.
         constexpr double kFollow = 0.12;  // share of the remaining distance per frame
@@ -256,6 +258,44 @@ void SceneView::fill(engine::Frame& frame, const TickRecord* record, const Setti
     if (record) drawn->add(frame, *record, options);
 }
 
+void SceneView::uploadGaps(const SceneOverlays& overlays) {
+    if (overlays.gapMaps().empty()) {
+        gapMeshes_.clear();
+        return;
+    }
+    if (!gapMeshes_.empty() && gapsNumber_ == overlays.gapsNumber()) return;
+    gapsNumber_ = overlays.gapsNumber();
+    constexpr int kShades = 256;
+    if (!gapColors_) {
+        engine::Image shades{kShades, 1, {}};
+        for (int i = 0; i < kShades; ++i) {
+            const glm::vec3 color = gapColor(kShownGap * i / (kShades - 1));
+            for (int k = 0; k < 3; ++k) shades.rgba.push_back(static_cast<std::uint8_t>(255 * color[k] + 0.5f));
+            shades.rgba.push_back(255);
+        }
+        gapColors_ = renderer_.upload(shades);
+    }
+    gapMeshes_.clear();
+    for (const GapMap& map : overlays.gapMaps()) {
+        engine::MeshData mesh;  // without shared corners, so that edges look sharp
+        for (const auto& corners : map.patches) {
+            std::array<glm::vec3, 3> at;
+            for (std::size_t k = 0; k < 3; ++k)
+                at[k] = glm::vec3(toMeters(map.points[static_cast<std::size_t>(corners[k])]));
+            const glm::vec3 n = glm::cross(at[1] - at[0], at[2] - at[0]);
+            const glm::vec3 normal = glm::length(n) > 0 ? glm::normalize(n) : glm::vec3(0, 0, 1);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const float gap = map.gaps[static_cast<std::size_t>(corners[k])] / static_cast<float>(kShownGap);
+                mesh.indices.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
+                mesh.positions.push_back(at[k]);
+                mesh.normals.push_back(normal);
+                mesh.texcoords.emplace_back((0.5f + (kShades - 1) * gap) / kShades, 0.5f);
+            }
+        }
+        gapMeshes_.push_back(renderer_.upload(mesh));
+    }
+}
+
 void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const {
     const Pose start = scene_.world ? scene_.world->X_WT_start : Pose{};
     const Pose* X_WT = record ? &record->X_WT : scene_.world ? &start : nullptr;
@@ -263,11 +303,22 @@ void SceneView::addParts(engine::Frame& frame, const TickRecord* record, const D
     for (const Part& part : parts_) {
         if (!engine::isVisible(scene_.scene.registry, part.node) || (part.role == Role::Goal && !options.goal))
             continue;
+        if (part.body && *part.body < gapMeshes_.size() && gapMeshes_[*part.body]) continue;  // see below
         engine::DrawItem item = itemOf(part, X_WT);
         if (part.role == Role::Goal) {
             item.alpha = 0.25f;
             goalShown = true;
         }
+        frame.items.push_back(std::move(item));
+    }
+    for (std::size_t body = 0; body < gapMeshes_.size(); ++body) {
+        const engine::Entity node = body == 0 ? scene_.roles.tool : scene_.roles.obstacles[body - 1];
+        if (!gapMeshes_[body] || !engine::isVisible(scene_.scene.registry, node)) continue;
+        engine::DrawItem item;
+        item.mesh = gapMeshes_[body];
+        item.model = glm::mat4(placeOf(scene_, node, X_WT));
+        item.texture = gapColors_;
+        item.body = solidOf(body);
         frame.items.push_back(std::move(item));
     }
     if (options.values && scene_.roles.gauge && X_WT) addGauge(frame, *X_WT);

@@ -56,15 +56,19 @@ class SceneView {
         engine::Entity node;
         engine::DrawItem item;  ///< its model matrix is that of the file
         Role role = Role::Visual;
-        int material = -1;          ///< index into the scene's materials
-        bool moves = false;         ///< belongs to the tool's subtree
-        glm::vec3 low{0}, high{0};  ///< bounding box in the part's frame
+        int material = -1;                     ///< index into the scene's materials
+        bool moves = false;                    ///< belongs to the tool's subtree
+        std::optional<std::size_t> body = {};  ///< of the world, see bodyOf()
+        glm::vec3 low{0}, high{0};             ///< bounding box in the part's frame
     };
     /// The part in its current state, with the tool at X_WT.
     engine::DrawItem itemOf(const Part& part, const Pose* X_WT) const;
     /// Corners of the bounding boxes of the visible parts: moving, fixed, or both; meters.
     std::vector<glm::vec3> corners(const Pose* X_WT, bool moving, bool fixed) const;
     void addParts(engine::Frame& frame, const TickRecord* record, const DisplayOptions& options) const;
+    int solidOf(std::size_t body) const;  ///< number of its items, DrawItem::body
+    /// Uploads the surfaces that are colored by gap, if they have changed.
+    void uploadGaps(const SceneOverlays& overlays);
     void addGhost(engine::Frame& frame, const Pose& X_WT, glm::vec3 tint, float share, float alpha) const;
     void addGoal(engine::Frame& frame, const Pose& X_WT, bool meshShown) const;
     void addGauge(engine::Frame& frame, const Pose& X_WT) const;
@@ -72,8 +76,12 @@ class SceneView {
     glm::vec4 section(const engine::OrbitCamera& camera, const Vec3& p_W, const DisplayOptions& options) const;
     SceneOverlays* overlays();  ///< null without a world
 
+    engine::Renderer& renderer_;
     const HapticScene& scene_;
     std::vector<Part> parts_;
+    std::vector<engine::GpuMesh> gapMeshes_;  ///< by body: in place of its parts; empty: none
+    engine::GpuTexture gapColors_;
+    int gapsNumber_ = 0;  ///< of the uploaded gaps
     std::unique_ptr<SceneOverlays> overlays_;
     std::optional<Vec3> cutAt_;  ///< point on the section, mm; follows the contacts slowly
     double reach_ = 50;          ///< ρ, mm

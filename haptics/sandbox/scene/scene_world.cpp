@@ -198,14 +198,25 @@ const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& d
     return nullptr;
 }
 
-const SphereTree* treeOf(const HapticScene& scene, Entity node) {
-    if (!scene.world || !node) return nullptr;
-    if (node == scene.roles.tool) return scene.world->tool.get();
+std::optional<std::size_t> bodyOf(const HapticScene& scene, Entity node) {
+    if (!node) return std::nullopt;
+    if (node == scene.roles.tool) return 0;
     const auto& obstacles = scene.roles.obstacles;
     const auto found = std::find(obstacles.begin(), obstacles.end(), node);
-    return found == obstacles.end()
-               ? nullptr
-               : scene.world->obstacles[static_cast<std::size_t>(found - obstacles.begin())].tree.get();
+    if (found == obstacles.end()) return std::nullopt;
+    return 1 + static_cast<std::size_t>(found - obstacles.begin());
+}
+
+const SphereTree* treeOf(const HapticScene& scene, Entity node) {
+    const auto body = bodyOf(scene, node);
+    if (!scene.world || !body) return nullptr;
+    return (*body == 0 ? scene.world->tool : scene.world->obstacles[*body - 1].tree).get();
+}
+
+const Surface* surfaceOf(const HapticScene& scene, Entity node) {
+    const auto body = bodyOf(scene, node);
+    if (!scene.world || !body) return nullptr;
+    return (*body == 0 ? scene.world->toolSurface : scene.world->obstacles[*body - 1].surface).get();
 }
 
 const Pose& obstaclePose(const HapticScene& scene, std::size_t obstacle) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,8 +82,14 @@ const ExpectedOutcome* outcomeFor(const HapticScene& scene, const std::string& d
 /// tool.
 Pose startPose(const HapticScene& scene);
 
-/// The sphere tree of the tool or of an obstacle; null for other nodes and without a world.
+/// The sphere tree of the tool or of an obstacle; null for other nodes, without a world, and if it was not built.
 const SphereTree* treeOf(const HapticScene& scene, engine::Entity node);
+
+/// The number of a node among the bodies of the world: 0 for the tool, 1 + i for obstacle i; nothing for other nodes.
+std::optional<std::size_t> bodyOf(const HapticScene& scene, engine::Entity node);
+/// The mesh by which the tool or an obstacle can be touched; null for other nodes, without a world, and for a part that
+/// is not closed.
+const Surface* surfaceOf(const HapticScene& scene, engine::Entity node);
 
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);

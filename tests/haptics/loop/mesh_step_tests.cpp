@@ -8,8 +8,7 @@
 #include "haptics/surface/feature_pair_finder.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 #include "tests/support/alloc_count.hpp"
-#include "tests/support/sphere_models.hpp"
-#include "tests/support/test_meshes.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::mesh_step_tests {
 
@@ -18,17 +17,6 @@ using namespace touchstone::test;
 namespace {
 
 constexpr double kDistance = 0.002;
-
-/// A world of meshes. The sphere trees are single leaves, which no tick between meshes may look at.
-World meshWorld(const TriangleMesh& tool, const TriangleMesh& obstacle, const Pose& start) {
-    World world = worldOf(ball(1), ball(1), start);
-    const auto surfaceOf = [](const TriangleMesh& mesh) {
-        return std::make_shared<const Surface>(surfaceFeatures(repairMesh(mesh)));
-    };
-    world.toolSurface = surfaceOf(tool);
-    world.obstacles[0].surface = surfaceOf(obstacle);
-    return world;
-}
 
 TriangleMesh centeredBox(double x, double y, double z) { return boxMesh({x, y, z}, {-x / 2, -y / 2, -z / 2}); }
 

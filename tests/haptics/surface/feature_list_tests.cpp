@@ -8,17 +8,15 @@
 
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/surface_overlap.hpp"
-#include "tests/support/test_meshes.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::feature_list_tests {
+
+using test::surfaceOf;
 
 namespace {
 
 constexpr double kDistance = 2e-3;
-
-Surface surfaceOf(const TriangleMesh& mesh) {
-    return Surface(surfaceFeatures(repairMesh(mesh)));
-}
 
 struct Random {
     explicit Random(unsigned seed) : engine(seed) {}
@@ -80,7 +78,7 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
             double least = 1e9;
             bool touches = false;
             for (const double s : {0.0, 0.5, 1.0}) {
-                const double gap = finder.gap(at(s), pair);
+                const double gap = finder.nearest(at(s), pair).distance();
                 least = std::min(least, gap);
                 touches = touches || (gap < margin - bend - 0.01 && canTouch(tool, obstacle, at(s), pair));
             }
@@ -99,7 +97,7 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
             for (int o = 0; o < obstacle.edges.count(); ++o) check(PairKind::EdgeEdge, t, o);
         if (!course.stays()) continue;
         for (int i = 0; i < entries.count; ++i)
-            REQUIRE(finder.gap(course.X_OT, entries.at[i]) <= margin + 2 * finder.guard(course.X_OT));
+            REQUIRE(finder.nearest(course.X_OT, entries.at[i]).distance() <= margin + 2 * finder.guard(course.X_OT));
         // Selecting from more pairs gives all that a search gives, which also leaves out by the cones of groups.
         finder.narrow(entries, {course, margin / 3}, narrowed);
         std::set<std::pair<int, int>> selected, searched;

@@ -1,0 +1,175 @@
+#include "haptics/surface/surface_distance.hpp"
+
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "haptics/surface/surface_overlap.hpp"
+
+namespace touchstone {
+
+using namespace simd;
+
+namespace {
+
+NearestPoints nearestOf(const Triangle& tool, const Triangle& obstacle) {
+    NearestPoints best;
+    double least = HUGE_VAL;
+    const auto offer = [&](const Vec3& onTool, const Vec3& onObstacle) {
+        const double distance2 = (onTool - onObstacle).squaredNorm();
+        if (distance2 >= least) return;
+        least = distance2;
+        best = {onTool, onObstacle};
+    };
+    for (int k = 0; k < 3; ++k) {
+        offer(tool[k], closestPoint(tool[k], obstacle, false));
+        offer(closestPoint(obstacle[k], tool, false), obstacle[k]);
+        for (int i = 0; i < 3; ++i) {
+            const Vec3 &a = tool[k], &b = obstacle[i], u = tool[(k + 1) % 3] - a, v = obstacle[(i + 1) % 3] - b;
+            const auto [s, t] = nearestFractions<Vec3>(u, v, a - b);
+            offer(a + s * u, b + t * v);
+        }
+    }
+    if (const auto common = commonPoint(tool, obstacle)) best = {*common, *common};
+    return best;
+}
+
+/// The lanes with a bound below a limit, in ascending order of their bounds.
+struct Nearer {
+    std::array<int, 8> lanes;
+    int count = 0;
+
+    Nearer(const Float8& bound, int lanesUsed, float limit) {
+        for (Mask open = lessEqual(bound, splat(limit)) & ((1u << lanesUsed) - 1); open; open &= open - 1) {
+            const int lane = std::countr_zero(open);
+            int at = count++;
+            for (; at > 0 && bound[lanes[std::size_t(at - 1)]] > bound[lane]; --at)
+                lanes[std::size_t(at)] = lanes[std::size_t(at - 1)];
+            lanes[std::size_t(at)] = lane;
+        }
+    }
+};
+
+/// Lower bounds on the squared distance of a box from eight.
+Float8 distance2(const Float8 lo[3], const Float8 hi[3], const float otherLo[3], const float otherHi[3]) {
+    Float8 sum = splat(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        const Float8 outside = apart(lo[k], hi[k], splat(otherLo[k]), splat(otherHi[k]));
+        sum += outside * outside;
+    }
+    return sum;
+}
+
+/// Branch and bound over two trees of faces, nearest boxes first.
+class SurfaceSearch {
+  public:
+    SurfaceSearch(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double atMost)
+        : tool_(tool), obstacle_(obstacle), X_OT_(X_OT), boxes_(placementOf(tool, obstacle, X_OT)), best_(atMost) {}
+
+    void test(int face, int other) {
+        Triangle placed = tool_.features.triangle(face);
+        for (Vec3& p : placed) p = X_OT_ * p;
+        const NearestPoints found = nearestOf(placed, obstacle_.features.triangle(other));
+        if (!(found.distance() < best_)) return;
+        best_ = found.distance();
+        found_ = found;
+        pair_ = {face, other};
+    }
+
+    void descend(int i, int j) {
+        const FeatureTree::Node &a = tool_.faces.nodes()[std::size_t(i)], &b = obstacle_.faces.nodes()[std::size_t(j)];
+        const auto sizeOf = [](const FeatureTree::Node& node) { return (node.own.hi - node.own.lo).squaredNorm(); };
+        const bool both = a.isLeaf && b.isLeaf;
+        if (both || b.isLeaf || (!a.isLeaf && sizeOf(a) > sizeOf(b))) {
+            Float8 lo[3], hi[3];
+            boxes_.place(a.lo, a.hi, lo, hi);
+            const Nearer order(distance2(lo, hi, b.own.lo.data(), b.own.hi.data()), a.count, limit2());
+            for (int n = 0; n < order.count; ++n) {
+                const int lane = order.lanes[std::size_t(n)];
+                if (!both) {
+                    descend(a.first + lane, j);
+                    continue;
+                }
+                const float l[3] = {lo[0][lane], lo[1][lane], lo[2][lane]},
+                            h[3] = {hi[0][lane], hi[1][lane], hi[2][lane]};
+                const Nearer others(distance2(b.lo, b.hi, l, h), b.count, limit2());
+                for (int m = 0; m < others.count; ++m) test(a.first + lane, b.first + others.lanes[std::size_t(m)]);
+            }
+        } else {
+            float lo[3], hi[3];
+            boxes_.place(a.own.lo.data(), a.own.hi.data(), lo, hi);
+            const Nearer order(distance2(b.lo, b.hi, lo, hi), b.count, limit2());
+            for (int n = 0; n < order.count; ++n) descend(i, b.first + order.lanes[std::size_t(n)]);
+        }
+    }
+
+    const std::optional<NearestPoints>& found() const { return found_; }
+    FacePair pair() const { return pair_; }
+
+  private:
+    /// Boxes beyond it hold nothing nearer; rounded up.
+    float limit2() const { return best_ < 1e15 ? float(best_ * best_) * 1.00001f : HUGE_VALF; }
+
+    const Surface& tool_;
+    const Surface& obstacle_;
+    const Pose& X_OT_;
+    const BoxPlacement boxes_;
+    double best_;
+    std::optional<NearestPoints> found_;
+    FacePair pair_;
+};
+
+struct PointSearch {
+    const Surface& surface;
+    const Vec3& point;
+    Eigen::Vector3f p;
+    float guard;
+    double best;
+
+    void descend(int i) {
+        const FeatureTree::Node& node = surface.faces.nodes()[std::size_t(i)];
+        Float8 bound = splat(0.0f);
+        for (int k = 0; k < 3; ++k) {
+            const Float8 outside = apart(splat(p[k] - guard), splat(p[k] + guard), node.lo[k], node.hi[k]);
+            bound += outside * outside;
+        }
+        const auto limit2 = [&] { return best < 1e15 ? float(best * best) * 1.00001f : HUGE_VALF; };
+        const Nearer order(bound, node.count, limit2());
+        for (int n = 0; n < order.count; ++n) {
+            const int lane = order.lanes[std::size_t(n)], child = node.first + lane;
+            if (bound[lane] > limit2()) return;
+            if (node.isLeaf)
+                best = std::min(best, (closestPoint(point, surface.features.triangle(child), false) - point).norm());
+            else
+                descend(child);
+        }
+    }
+};
+
+}  // namespace
+
+std::optional<NearestPoints> nearestPoints(const Surface& tool, const Surface& obstacle, const Pose& X_OT,
+                                           double atMost, FacePair* nearest) {
+    if (tool.faces.count() == 0 || obstacle.faces.count() == 0) return std::nullopt;
+    SurfaceSearch search(tool, obstacle, X_OT, atMost);
+    if (nearest) search.test(nearest->tool, nearest->obstacle);
+    search.descend(0, 0);
+    if (nearest && search.found()) *nearest = search.pair();
+    return search.found();
+}
+
+double distanceTo(const Surface& surface, const Vec3& point, double atMost) {
+    if (surface.faces.count() == 0) return atMost;
+    const Vec3 p = point - surface.extent.center;
+    PointSearch search{surface, point, p.cast<float>(), float(4 * 0x1p-24 * (p.norm() + surface.extent.reach)), atMost};
+    search.descend(0);
+    return search.best;
+}
+
+double clearance(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double atMost) {
+    if (overlap(tool, obstacle, X_OT)) return std::min(atMost, -overlapDepth(tool, obstacle, X_OT));
+    const auto found = nearestPoints(tool, obstacle, X_OT, atMost);
+    return found ? found->distance() : atMost;
+}
+
+}  // namespace touchstone
