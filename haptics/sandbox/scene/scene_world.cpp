@@ -48,6 +48,17 @@ void requireValid(const Scene& scene, Entity node, const Pose& X, const char* wh
     if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
 }
 
+std::string defectWords(const MeshDefects& defects) {
+    const auto counted = [](int n, const char* what) {
+        return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+    };
+    std::string words;
+    if (defects.holes > 0) words = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
+    if (defects.crowdedEdges > 0)
+        words += (words.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
+    return words.empty() ? "faces that bound no volume" : words;
+}
+
 /// Builds trees one after the other; bodies of the same shape share one tree.
 class TreeBuilderCache {
   public:
@@ -58,6 +69,7 @@ class TreeBuilderCache {
     struct Part {
         std::shared_ptr<const SphereTree> tree;  ///< null if trees were not requested
         std::shared_ptr<const Surface> surface;  ///< null likewise, and if the part is not closed
+        std::string defects;                     ///< as in HapticScene
     };
     Part make(Entity node) {
         const TriangleMesh surface = bakedTriangles(scene_, node);
@@ -75,7 +87,9 @@ class TreeBuilderCache {
         if (!tree) tree = build(surface, treeOptions, node);
         ++done_;
         if (!tree->certificate.note.empty()) warnings_.push_back(label + ": " + tree->certificate.note);
-        return {tree, makeSurface(surface, tree->center())};
+        const RepairedMesh body = repairMesh(surface);
+        if (!body.closed()) return {tree, nullptr, defectWords(defectsOf(body))};
+        return {tree, std::make_shared<const Surface>(surfaceFeatures(body), tree->center()), {}};
     }
 
   private:
@@ -100,11 +114,6 @@ class TreeBuilderCache {
         } catch (const std::invalid_argument& error) {
             engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
         }
-    }
-
-    static std::shared_ptr<const Surface> makeSurface(const TriangleMesh& mesh, const Vec3& center) {
-        const RepairedMesh body = repairMesh(mesh);
-        return body.closed() ? std::make_shared<const Surface>(surfaceFeatures(body), center) : nullptr;
     }
 
     void checkSize(const std::string& label, const TriangleMesh& surface) {
@@ -148,12 +157,14 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     TreeBuilderCache::Part tool = trees.make(roles.tool);
     world->tool = std::move(tool.tree);
     world->toolSurface = std::move(tool.surface);
+    made.defects.push_back(std::move(tool.defects));
     for (const Entity obstacle : roles.obstacles) {
         TreeBuilderCache::Part part = trees.make(obstacle);
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
                                     .tree = std::move(part.tree),
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
                                     .surface = std::move(part.surface)});
+        made.defects.push_back(std::move(part.defects));
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
@@ -219,6 +230,33 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     return world;
 }
 
+bool touchedByMesh(const World& world, std::size_t body, Geometry geometry) {
+    if (body > 0) return world.byMeshes(body - 1, geometry);
+    for (std::size_t i = 0; i < world.obstacles.size(); ++i)
+        if (world.byMeshes(i, geometry)) return true;
+    return false;
+}
+
+bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry) {
+    if (body > 0) return !world.byMeshes(body - 1, geometry);
+    for (std::size_t i = 0; i < world.obstacles.size(); ++i)
+        if (!world.byMeshes(i, geometry)) return true;
+    return false;
+}
+
+std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings) {
+    std::vector<std::string> sentences;
+    if (!scene.world || geometryOf(settings) != Geometry::Mesh) return sentences;
+    for (std::size_t body = 0; body < scene.defects.size(); ++body) {
+        if (scene.defects[body].empty()) continue;
+        const Entity node = body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1];
+        sentences.push_back(engine::escaped(nodeLabel(scene.scene, node) +
+                                            " is touched by its spheres, not its mesh, which has " +
+                                            scene.defects[body] + (body == 0 ? ": all contact is of spheres" : "")));
+    }
+    return sentences;
+}
+
 std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
 }
@@ -244,6 +282,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     SceneWorld built = buildWorld(opened.scene, opened.roles, options);
     opened.world = std::move(built.world);
     opened.motions = std::move(built.motions);
+    opened.defects = std::move(built.defects);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
     return opened;

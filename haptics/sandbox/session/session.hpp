@@ -128,6 +128,8 @@ class LiveSession {
     void take(const RecordedTick& tick);
     void followRecordedSettings();
     void sayDevice();
+    /// Reports the parts that are touched by their spheres although the settings ask for meshes.
+    void saySpheres(const HapticScene* scene);
     /// Lowers settings to the device's limits and reports each as a message.
     Settings capped(Settings settings);
 

@@ -154,8 +154,15 @@ void LiveSession::setSettings(const Settings& settings) {
         log_.say(Message::Kind::Error, wrong);
         return;
     }
+    const Geometry before = geometryOf(settings_);
     settings_ = capped(settings);
+    if (geometryOf(settings_) != before) saySpheres(shown_.scene.get());
     if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, device_.facts.scale));
+}
+
+void LiveSession::saySpheres(const HapticScene* scene) {
+    if (!scene) return;
+    for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);
 }
 
 void LiveSession::restart() {
