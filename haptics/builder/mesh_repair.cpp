@@ -1,6 +1,10 @@
 #include "haptics/builder/mesh_repair.hpp"
 
+#include <array>
 #include <cassert>
+#include <map>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 
@@ -20,6 +24,38 @@ constexpr const char* kNoSurface = "the mesh has no triangle with an area; check
 
 bool RepairedMesh::closed() const {
     return holes == 0 && std::none_of(faces.begin(), faces.end(), [](const Face& f) { return f.exposed; });
+}
+
+MeshDefects defectsOf(const RepairedMesh& body) {
+    std::map<std::array<double, 3>, int> places;
+    std::map<std::pair<int, int>, int> uses;
+    for (const Face& face : body.faces) {
+        if (face.role == FaceRole::Cap || (face.role == FaceRole::Sheet && !face.exposed)) continue;
+        std::array<int, 3> at;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3& p = face.corners[k];
+            at[k] = places.try_emplace({p.x() + 0, p.y() + 0, p.z() + 0}, int(places.size())).first->second;
+        }
+        for (int k = 0; k < 3; ++k) ++uses[std::minmax(at[k], at[(k + 1) % 3])];
+    }
+    MeshDefects defects;
+    std::vector<int> parent(places.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int i) {
+        while (parent[i] != i) i = parent[i] = parent[parent[i]];
+        return i;
+    };
+    for (const auto& [edge, count] : uses) {
+        defects.crowdedEdges += count > 2;
+        if (count != 1) continue;
+        ++defects.openEdges;
+        parent[root(edge.first)] = root(edge.second);
+    }
+    std::set<int> groups;
+    for (const auto& [edge, count] : uses)
+        if (count == 1) groups.insert(root(edge.first));
+    defects.holes = int(groups.size());
+    return defects;
 }
 
 RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {

@@ -36,6 +36,15 @@ struct RepairedMesh {
     bool closed() const;                    ///< the body has no hole and no exposed sheet
 };
 
+/// Why a body is not closed.
+struct MeshDefects {
+    int holes = 0;         ///< connected groups of open edges; a sheet has one around it
+    int openEdges = 0;     ///< edges of one face
+    int crowdedEdges = 0;  ///< edges of more than two faces
+};
+/// Counts the defects among the walls and exposed sheets of a body, before small holes were closed.
+MeshDefects defectsOf(const RepairedMesh& body);
+
 /// Repairs a mesh:
 /// - It welds vertices (within 1e-6 of the diagonal) and T-junctions (a vertex on the open edge of another face), and
 ///   drops collapsed and duplicate faces.

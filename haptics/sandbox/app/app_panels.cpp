@@ -49,7 +49,7 @@ void App::drawPanels(const engine::Layout& layout) {
         if (beginPanel("Scene", layout.scene)) {
             if (viewed_) {
                 scenePanel_.selected = selection_.node();
-                drawScenePanel(*viewed_, display_, scenePanel_, &items_);
+                drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
                 selection_.select(scenePanel_.selected);
             } else {
                 ImGui::TextDisabled("No scene is open.");
@@ -152,7 +152,7 @@ void App::drawLeftPanel() {
     if (device) engine::noteItem(&items_, "page device");
     if (selected &&
         ImGui::BeginTabItem("Selected", nullptr, isNew ? ImGuiTabItemFlags_SetSelected : ImGuiTabItemFlags_None)) {
-        drawInspector(*viewed_, node, inspector_, requests_, &items_);
+        drawInspector(*viewed_, geometryOf(session_.settings()), node, inspector_, requests_, &items_);
         ImGui::EndTabItem();
     }
     if (selected) engine::noteItem(&items_, "page selected");

@@ -45,17 +45,41 @@ struct RayWalk {
     }
 };
 
+/// Distance along the ray p + s d (|d| = 1) to the nearest face; infinity if it misses all.
+double meet(const Surface& surface, const Vec3& p, const Vec3& d) {
+    double nearest = std::numeric_limits<double>::infinity();
+    if ((surface.extent.center - p).cross(d).norm() > surface.extent.reach) return nearest;
+    for (const SurfaceFeatures::Face& face : surface.features.faces) {
+        const double along = d.dot(face.normal);
+        if (along == 0) continue;
+        const auto corner = [&](int k) -> const Vec3& { return surface.features.points[face.points[k % 3]]; };
+        const double s = face.normal.dot(corner(0) - p) / along;
+        if (s < 0 || s >= nearest) continue;
+        bool inside = true;
+        for (int k = 0; k < 3 && inside; ++k)
+            inside = face.normal.dot((corner(k + 1) - corner(k)).cross(p + s * d - corner(k))) >= 0;
+        if (inside) nearest = s;
+    }
+    return nearest;
+}
+
 Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray) {
+std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray) {
     const Pose X_TW = X_WT.inverse();
-    const Vec3 d_W = direction(ray.direction).normalized();
-    RayWalk walk{tree, X_TW * toMm(ray.origin), X_TW.q * d_W};
-    walk.descend(tree.levels.size() - 1, 0);
-    if (!std::isfinite(walk.nearest)) return std::nullopt;
-    return toMm(ray.origin) + walk.nearest * d_W;
+    const Vec3 d_W = direction(ray.direction).normalized(), p = X_TW * toMm(ray.origin), d = X_TW.q * d_W;
+    double nearest = INFINITY;
+    if (world.toolSurface) {
+        nearest = meet(*world.toolSurface, p, d);
+    } else {
+        RayWalk walk{*world.tool, p, d};
+        walk.descend(world.tool->levels.size() - 1, 0);
+        nearest = walk.nearest;
+    }
+    if (!std::isfinite(nearest)) return std::nullopt;
+    return toMm(ray.origin) + nearest * d_W;
 }
 
 void MouseGrab::reset() {
@@ -67,7 +91,7 @@ void MouseGrab::begin(const engine::MouseFrame& mouse, const engine::OrbitCamera
     hovering_ = false;
     if (mouse.elsewhere) return;
     std::optional<Vec3> hit;
-    if (tool) hit = pickTree(*tool->tree, tool->X_WT, camera.ray(mouse.cursor, mouse.viewport));
+    if (tool) hit = pickTool(*tool->world, tool->X_WT, camera.ray(mouse.cursor, mouse.viewport));
     hovering_ = hit.has_value();
 
     if (!buttonsUp_ || !(mouse.left || mouse.middle || mouse.right)) return;
@@ -117,12 +141,12 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
     switch (drag_) {
         case Drag::Move:
             move(mouse, camera);
-            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->tree->center());
+            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->world->p_TC());
             break;
         case Drag::Turn:
             turn(direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
                            kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
-                 tool->tree->center());
+                 tool->world->p_TC());
             // The held point turns with the tool away from the cursor, so a following drag continues from the cursor.
             anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMeters(anchor_)));
             break;

@@ -95,6 +95,7 @@ ordered_json toJson(const Report& report) {
         {"infeasible", report.infeasible},
         {"invalid_poses", report.badInput},
         {"overlapping", report.overlapping},
+        {"by_spheres", report.bySpheres},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},

@@ -175,6 +175,29 @@ void drawTree(const HapticScene& scene, engine::Entity node, int index, Inspecto
     }
 }
 
+/// Draws by what a part is touched, and the options of its sphere tree if that is used.
+void drawTouched(const HapticScene& scene, Geometry geometry, engine::Entity node, int index, InspectorState& state,
+                 PanelRequests& requests, engine::ItemRects* items) {
+    const auto body = bodyOf(scene, node);
+    const bool known = scene.world && body;
+    if (known && touchedByMesh(*scene.world, *body, geometry)) {
+        ImGui::Separator();
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextDisabled("Touched by its mesh: %s", meshWords(*surfaceOf(scene, node)).c_str());
+        ImGui::PopTextWrapPos();
+        engine::noteItem(items, "mesh words");
+    }
+    if (known && !touchedBySpheres(*scene.world, *body, geometry)) return;
+    drawTree(scene, node, index, state, requests, items);
+    if (known && geometry == Geometry::Mesh && *body < scene.defects.size() && !scene.defects[*body].empty()) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextColored(kAttentionColor, "Touched by its spheres, not its mesh, which has %s",
+                           scene.defects[*body].c_str());
+        ImGui::PopTextWrapPos();
+        engine::noteItem(items, "defects");
+    }
+}
+
 /// Conversion of one color channel between linear light and sRGB.
 float toScreen(float linear) {
     return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
@@ -241,8 +264,8 @@ void drawName(const HapticScene& scene, engine::Entity node, int index, Inspecto
 
 }  // namespace
 
-void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
-                   engine::ItemRects* items) {
+void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state,
+                   PanelRequests& requests, engine::ItemRects* items) {
     if (state.node != node) {
         const bool ownAxes = state.ownAxes;
         state = {};
@@ -266,7 +289,7 @@ void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& stat
     if (ImGui::Button("Frame selected")) requests.frameSelection = true;
     engine::noteItem(items, "frame");
     engine::tooltip("Moves the camera so that the node fills the view.\nKey F");
-    drawTree(scene, node, index, state, requests, items);
+    drawTouched(scene, geometry, node, index, state, requests, items);
     drawLooks(scene, node, requests, items);
 }
 

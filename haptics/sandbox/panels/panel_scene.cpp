@@ -47,7 +47,27 @@ void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects
     engine::tooltip(part + ": " + words(tree) + (certificate.note.empty() ? "." : ". " + certificate.note));
 }
 
-void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, engine::ItemRects* items) {
+/// Draws the size of the mesh by which a part is touched; the tooltip shows its features.
+void drawMesh(const Surface& surface, const std::string& part, engine::ItemRects* items) {
+    ImGui::Indent(ImGui::GetFontSize());
+    ImGui::TextDisabled("%d faces, closed", surface.faces.count());
+    ImGui::Unindent(ImGui::GetFontSize());
+    engine::noteItem(items, "mesh " + part);
+    engine::tooltip(part + " is touched by its mesh: " + meshWords(surface) + ".");
+}
+
+/// Draws by what a part is touched.
+void drawTouched(const HapticScene& scene, Geometry geometry, engine::Entity node, const std::string& text,
+                 engine::ItemRects* items) {
+    const auto body = bodyOf(scene, node);
+    if (!scene.world || !body) return;
+    if (touchedByMesh(*scene.world, *body, geometry)) drawMesh(*surfaceOf(scene, node), text, items);
+    if (const SphereTree* tree = treeOf(scene, node); tree && touchedBySpheres(*scene.world, *body, geometry))
+        drawTree(*tree, text, items);
+}
+
+void drawNode(HapticScene& whole, Geometry geometry, engine::Entity node, ScenePanelState& state,
+              engine::ItemRects* items) {
     engine::Scene& scene = whole.scene;
     engine::Registry& registry = scene.registry;
     const auto& children = registry.get<engine::Hierarchy>(node).children;
@@ -73,13 +93,11 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, e
         ImGui::SameLine();
         ImGui::TextColored(roleColor(*role), "%s", name(*role));
     }
-    if (const SphereTree* tree = treeOf(whole, node)) {
-        if (open) ImGui::Unindent();  // further indentation would make the lines too wide
-        drawTree(*tree, text, items);
-        if (open) ImGui::Indent();
-    }
+    if (open) ImGui::Unindent();  // further indentation would make the lines too wide
+    drawTouched(whole, geometry, node, text, items);
+    if (open) ImGui::Indent();
     if (open) {
-        for (const engine::Entity child : children) drawNode(whole, child, state, items);
+        for (const engine::Entity child : children) drawNode(whole, geometry, child, state, items);
         ImGui::TreePop();
     }
     ImGui::PopID();
@@ -88,7 +106,9 @@ void drawNode(HapticScene& whole, engine::Entity node, ScenePanelState& state, e
 const SphereTree* deepestObstacle(const World& world) {
     const SphereTree* deepest = nullptr;
     for (const Obstacle& obstacle : world.obstacles)
-        if (!deepest || obstacle.tree->levels.size() > deepest->levels.size()) deepest = obstacle.tree.get();
+        if (const SphereTree* tree = obstacle.tree.get();
+            tree && (!deepest || tree->levels.size() > deepest->levels.size()))
+            deepest = tree;
     return deepest;
 }
 
@@ -116,10 +136,11 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, engine::Ite
     ImGui::PopID();
 }
 
-void drawDisplay(const HapticScene& scene, DisplayOptions& display, engine::ItemRects* items) {
+void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display, engine::ItemRects* items) {
     const float width = ImGui::GetContentRegionAvail().x;
     std::size_t column = 0;
     for (const DisplaySwitch& which : displaySwitches()) {
+        if (!which.option && !spheres) continue;
         constexpr std::array kColumns{0.f, 0.40f, 0.71f};  // of the width
         if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
         column = (column + 1) % kColumns.size();
@@ -143,6 +164,7 @@ void drawDisplay(const HapticScene& scene, DisplayOptions& display, engine::Item
         engine::noteItem(items, "section offset");
         engine::tooltip("Distance of the section plane from the contacts, mm toward you.");
     }
+    if (!spheres) return;
     drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
     drawLevel("Obstacle spheres", deepestObstacle(*scene.world), display.obstacleLevel, items);
 }
@@ -154,14 +176,16 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node) {
     return given.empty() ? "node " + std::to_string(engine::nodeIndex(scene, node)) : engine::printable(given);
 }
 
-void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, engine::ItemRects* items) {
+void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& display, ScenePanelState& state,
+                    engine::ItemRects* items) {
+    const bool spheres = display.trees() || !scene.world || touchedBySpheres(*scene.world, 0, geometry);
     const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = (6.1f + (display.section && scene.world ? 1 : 0)) * line;
+    const float below = (4.1f + (spheres ? 2 : 0) + (display.section && scene.world ? 1 : 0)) * line;
     ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
-    for (const engine::Entity root : scene.scene.roots) drawNode(scene, root, state, items);
+    for (const engine::Entity root : scene.scene.roots) drawNode(scene, geometry, root, state, items);
     ImGui::EndChild();
     ImGui::Separator();
-    drawDisplay(scene, display, items);
+    drawDisplay(scene, spheres, display, items);
 }
 
 }  // namespace touchstone::sandbox

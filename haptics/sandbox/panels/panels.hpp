@@ -50,8 +50,10 @@ struct ScenePanelState {
     engine::Entity selected;
 };
 
-/// Draws the nodes with visibility and roles, the display switches, and the levels of the sphere trees.
-void drawScenePanel(HapticScene& scene, DisplayOptions& display, ScenePanelState& state, engine::ItemRects* items);
+/// Draws the nodes with visibility and roles, the display switches, and the levels of the sphere trees; of trees only
+/// what is touched by spheres in this geometry of the tick.
+void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& display, ScenePanelState& state,
+                    engine::ItemRects* items);
 
 struct InspectorState {
     engine::Entity node;                     ///< node that the other members refer to
@@ -63,8 +65,9 @@ struct InspectorState {
     std::array<char, 128> name{};  ///< name being typed
 };
 
-/// Draws the selected node: name, pose, role, sphere tree, materials. Pre: `node` is a node of the scene.
-void drawInspector(HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
+/// Draws the selected node: name, pose, role, materials, and by what it is touched in this geometry of the tick: its
+/// mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
+void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state, PanelRequests& requests,
                    engine::ItemRects* items);
 
 /// Draws a guide for assigning roles in a scene that lacks some. `selected` may be null.

@@ -13,7 +13,7 @@ constexpr std::array<DisplaySwitch, 11> kSwitches{{
     {"forces", 'V', "Force", &DisplayOptions::arrows,
      "Force (red) and torque (violet) on the hand, drawn at C. Arrow lengths are compressed."},
     {"ghost", 'G', "Ghost", &DisplayOptions::ghost, "The device pose as a ghost of the tool, with a line to it."},
-    {"clearance", 'N', "Clearance", &DisplayOptions::clearance, "The nearest pair of leaves and its gap in mm."},
+    {"clearance", 'N', "Clearance", &DisplayOptions::clearance, "The nearest points of tool and obstacles and their gap in mm."},
     {"goal", 'O', "Goal", &DisplayOptions::goal, "Target pose of the tool, and the region that counts as reached."},
     {"trace", 'T', "Trace", &DisplayOptions::trace, "Path of the tool's center C."},
     {"values", 'U', "Values", &DisplayOptions::values,
@@ -22,7 +22,7 @@ constexpr std::array<DisplaySwitch, 11> kSwitches{{
      "Cuts the scene open at the contacts, or at C without contacts. Cut solids are hatched."},
     {"trees", 'L', "Spheres", nullptr, "Spheres of both sphere trees. The sliders below choose the level."},
     {"gaps", 'K', "By gap", &DisplayOptions::byGap,
-     "Colors the spheres by gap, from red at 0 mm to gray at 1 mm, instead of by level."},
+     "Colors by gap, from red at 0 mm to gray at 1 mm: parts that touch by their meshes, and the spheres shown."},
     {"grid", 'B', "Grid", &DisplayOptions::grid, "Floor grid, spaced in powers of ten."},
 }};
 

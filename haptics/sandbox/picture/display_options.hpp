@@ -11,12 +11,12 @@ struct DisplayOptions {
     bool contacts = true;    ///< points and normals of pairs in contact, colored by multiplier
     bool arrows = true;      ///< force and torque on the hand at C
     bool ghost = true;       ///< the device pose where it differs from the tool pose, and a line to it
-    bool clearance = false;  ///< the nearest pair
+    bool clearance = false;  ///< the nearest points of tool and obstacles
     bool goal = true;        ///< target pose of the tool, and the region that counts as reached
     bool trace = false;      ///< path of C
     bool values = true;      ///< values at arrows, clearance and gauge
     bool section = false;    ///< cut the scene open at the contacts, or at C without contacts
-    bool byGap = false;      ///< color spheres by gap instead of by level
+    bool byGap = false;      ///< color by gap: parts that touch by their meshes, and spheres instead of by level
     bool grid = true;
     int toolLevel = -1;          ///< sphere-tree level drawn for the tool: 0 leaves, -1 none
     int obstacleLevel = -1;      ///< likewise for the obstacles

@@ -88,7 +88,7 @@ constexpr TickField kFields[] = {
     {"status", [](T t) -> R { return &t.record.status; }, true, "worst status of the rendering solver in the tick"},
     {"trips", [](T t) -> R { return &t.record.trips; }, false,
      "safety guards that acted, bits of Trip in haptics/device/safety.hpp"},
-    {"pairs", [](T t) -> R { return &t.record.pairs; }, true, "sphere pairs within the margin"},
+    {"pairs", [](T t) -> R { return &t.record.pairs; }, true, "pairs of leaves within the margin; between meshes the rows"},
     {"rows", [](T t) -> R { return &t.record.rows; }, true, "contact rows of the problem that was solved"},
     {"rows_truncated", [](T t) -> R { return &t.record.rowsTruncated; }, true, "pairs that got no row"},
     {"rows_screened", [](T t) -> R { return &t.record.rowsScreened; }, true, "rows that remained after screening"},

@@ -32,7 +32,7 @@ double noise(const Seen& seen, Vec3 Wrench::*part) {
 }
 
 constexpr Row kRows[] = {
-    {{"max_penetration_mm", "mm", "deepest overlap of the spheres' true gaps"},
+    {{"max_penetration_mm", "mm", "deepest overlap: of the spheres' true gaps, or of the meshes"},
      [](const Seen& s) { return s.penetration; }},
     {{"max_hover_mm", "mm", "greatest true gap at a contact that carries force"},
      [](const Seen& s) { return s.hover; }},

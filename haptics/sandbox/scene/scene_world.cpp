@@ -48,21 +48,36 @@ void requireValid(const Scene& scene, Entity node, const Pose& X, const char* wh
     if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
 }
 
+std::string defectWords(const MeshDefects& defects) {
+    const auto counted = [](int n, const char* what) {
+        return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+    };
+    std::string words;
+    if (defects.holes > 0) words = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
+    if (defects.crowdedEdges > 0)
+        words += (words.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
+    return words.empty() ? "faces that bound no volume" : words;
+}
+
 /// Makes the parts of a world, one after the other; bodies of the same shape share surface and tree.
 class PartMaker {
   public:
     PartMaker(const Scene& scene, const SceneOptions& options, std::vector<std::string>& warnings)
         : scene_(scene), options_(options), warnings_(warnings) {}
 
-    /// Null if the mesh is not closed.
-    std::shared_ptr<const Surface> surface(Entity node) {
+    struct Shape {
+        std::shared_ptr<const Surface> surface;  ///< null if the mesh is not closed
+        std::string defects;                     ///< as in HapticScene
+    };
+    Shape shape(Entity node) {
         const TriangleMesh mesh = meshOf(node);
-        const auto [made, isNew] = surfaces_.try_emplace(treeKey(mesh, {}));
+        if (!options_.buildWorld) return {};
+        const auto [made, isNew] = shapes_.try_emplace(treeKey(mesh, {}));
         if (!isNew) return made->second;
         const RepairedMesh body = repairMesh(mesh);
-        if (!body.closed()) return nullptr;
+        if (!body.closed()) return made->second = {nullptr, defectWords(defectsOf(body))};
         try {
-            made->second = std::make_shared<const Surface>(surfaceFeatures(body));
+            made->second.surface = std::make_shared<const Surface>(surfaceFeatures(body));
         } catch (const std::invalid_argument& error) {
             engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
         }
@@ -84,8 +99,6 @@ class PartMaker {
             warnings_.push_back(nodeLabel(scene_, node) + ": " + tree->certificate.note);
         return tree;
     }
-
-    void check(Entity node) { meshOf(node); }
 
   private:
     TriangleMesh meshOf(Entity node) {
@@ -142,7 +155,7 @@ class PartMaker {
     const SceneOptions& options_;
     std::size_t done_ = 0;
     std::vector<std::string>& warnings_;
-    std::map<std::uint64_t, std::shared_ptr<const Surface>> surfaces_;
+    std::map<std::uint64_t, Shape> shapes_;
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
 
@@ -162,9 +175,9 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     auto world = std::make_shared<World>();
     PartMaker parts(scene, options, made.warnings);
     const auto surfaceOf = [&](Entity node) {
-        if (options.buildWorld) return parts.surface(node);
-        parts.check(node);
-        return std::shared_ptr<const Surface>();
+        PartMaker::Shape shape = parts.shape(node);
+        made.defects.push_back(std::move(shape.defects));
+        return std::move(shape.surface);
     };
     world->toolSurface = surfaceOf(roles.tool);
     for (const Entity obstacle : roles.obstacles) {
@@ -246,6 +259,33 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     return world;
 }
 
+bool touchedByMesh(const World& world, std::size_t body, Geometry geometry) {
+    if (body > 0) return world.byMeshes(body - 1, geometry);
+    for (std::size_t i = 0; i < world.obstacles.size(); ++i)
+        if (world.byMeshes(i, geometry)) return true;
+    return false;
+}
+
+bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry) {
+    if (body > 0) return !world.byMeshes(body - 1, geometry);
+    for (std::size_t i = 0; i < world.obstacles.size(); ++i)
+        if (!world.byMeshes(i, geometry)) return true;
+    return false;
+}
+
+std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings) {
+    std::vector<std::string> sentences;
+    if (!scene.world || geometryOf(settings) != Geometry::Mesh) return sentences;
+    for (std::size_t body = 0; body < scene.defects.size(); ++body) {
+        if (scene.defects[body].empty()) continue;
+        const Entity node = body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1];
+        sentences.push_back(engine::escaped(nodeLabel(scene.scene, node) +
+                                            " is touched by its spheres, not its mesh, which has " +
+                                            scene.defects[body] + (body == 0 ? ": all contact is of spheres" : "")));
+    }
+    return sentences;
+}
+
 std::string sceneName(const HapticScene& scene) {
     return scene.scene.file.empty() ? scene.scene.name : scene.scene.file.stem().string();
 }
@@ -272,6 +312,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     SceneWorld built = buildWorld(opened.scene, opened.roles, settings, options);
     opened.world = std::move(built.world);
     opened.motions = std::move(built.motions);
+    opened.defects = std::move(built.defects);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
     return opened;

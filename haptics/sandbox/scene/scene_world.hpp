@@ -45,6 +45,7 @@ std::filesystem::path treeCacheFolder();
 struct SceneWorld {
     std::shared_ptr<const World> world;
     std::vector<NamedMotion> motions;   ///< in file order; the first one is the demonstration
+    std::vector<std::string> defects;   ///< as in HapticScene
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
@@ -65,6 +66,9 @@ struct HapticScene {
     std::shared_ptr<const Motion> demonstration;  ///< the first motion; null if the scene has none
     ExpectedOutcome outcome;                      ///< expected of the demonstration
     std::vector<ExpectedOutcome> outcomes;        ///< expected of each motion
+    /// By body of the world, see bodyOf(): why it cannot be touched by its mesh, as "3 holes (40 open edges)"; empty if
+    /// it can.
+    std::vector<std::string> defects;
     std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
     std::vector<std::string> warnings;  ///< from the file, the roles and the world
 };
@@ -90,6 +94,14 @@ std::optional<std::size_t> bodyOf(const HapticScene& scene, engine::Entity node)
 /// The mesh by which the tool or an obstacle can be touched; null for other nodes, without a world, and for a part that
 /// is not closed.
 const Surface* surfaceOf(const HapticScene& scene, engine::Entity node);
+
+/// Whether anything touches this body of the world by its mesh, or by its spheres, in a geometry of the tick. The tool
+/// can be touched by both.
+bool touchedByMesh(const World& world, std::size_t body, Geometry geometry);
+bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry);
+/// One sentence for each part that is touched by its spheres although these settings ask for meshes: which part, and
+/// what is wrong with its mesh.
+std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings);
 
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);

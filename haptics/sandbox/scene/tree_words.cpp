@@ -43,4 +43,9 @@ std::string timeLeft(double seconds) {
     return formatted("%.0f min left", std::ceil(seconds / 60));
 }
 
+std::string meshWords(const Surface& surface) {
+    return formatted("%d faces, %d convex edges and %d vertices that can touch first", surface.faces.count(),
+                     surface.edges.count(), surface.vertices.count());
+}
+
 }  // namespace touchstone::sandbox

@@ -1,9 +1,10 @@
 #pragma once
-// How sphere trees are described: the same words in scene files, on the console and in the window.
+// How sphere trees and meshes are described: the same words in scene files, on the console and in the window.
 #include <array>
 #include <string>
 
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone::sandbox {
 
@@ -29,5 +30,8 @@ std::string words(const SphereTree& tree);
 
 /// "12 s left", rounded, since it is an estimate; empty if `seconds` is negative or not finite.
 std::string timeLeft(double seconds);
+
+/// The features of a mesh: "69666 faces, 51234 convex edges and 20123 vertices that can touch first".
+std::string meshWords(const Surface& surface);
 
 }  // namespace touchstone::sandbox

@@ -249,6 +249,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     unpaced.paced = false;
     Pass pass(scene, settings, unpaced, !timed);
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
+    run.report.bySpheres = touchedBySpheres(scene, pass.settings());
     std::optional<PenetrationMeter> meter;
     for (;;) {
         // With timing, the timed pass decides where the run ends.

@@ -130,6 +130,8 @@ class LiveSession {
     void followRecordedSettings();
     void sayDevice();
     bool lacksSpheres(const Settings& settings) const;
+    /// Reports the parts that are touched by their spheres although the settings ask for meshes.
+    void saySpheres(const HapticScene* scene);
     /// Lowers settings to the device's limits and reports each as a message.
     Settings capped(Settings settings);
 

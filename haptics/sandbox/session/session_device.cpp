@@ -168,7 +168,9 @@ void LiveSession::setSettings(const Settings& settings) {
         open(std::move(request));
         return;
     }
+    const Geometry before = geometryOf(settings_);
     settings_ = capped(settings);
+    if (geometryOf(settings_) != before) saySpheres(shown_.scene.get());
     if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, device_.facts.scale));
 }
 
@@ -176,6 +178,11 @@ void LiveSession::setSettings(const Settings& settings) {
 bool LiveSession::lacksSpheres(const Settings& settings) const {
     const World* world = next_ ? next_->world.get() : shown_.world.get();
     return world && geometryOf(settings) == Geometry::Spheres && !world->hasSpheres();
+}
+
+void LiveSession::saySpheres(const HapticScene* scene) {
+    if (!scene) return;
+    for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);
 }
 
 void LiveSession::restart() {

@@ -140,6 +140,7 @@ void LiveSession::takeOpened() {
                          : !options_.device.empty()  ? options_.device
                          : next.scene->demonstration ? "demo"
                                                      : "mouse");
+            saySpheres(next.scene.get());
             log_.say(Message::Kind::Note,
                      next.request.file.filename().string() + " runs with the " + device_.choice + " device");
         } catch (const std::exception& e) {

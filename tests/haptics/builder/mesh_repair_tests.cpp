@@ -65,6 +65,27 @@ TEST_CASE("mesh repair: a small hole is closed by a cap and counted", "[tree]") 
     CHECK(depthAt(holed, Vec3::Zero()) > 5);
 }
 
+TEST_CASE("mesh repair: the defects of a body that is not closed are counted", "[tree]") {
+    const auto check = [](const TriangleMesh& mesh, int holes, int openEdges, int crowdedEdges) {
+        const RepairedMesh body = repairMesh(mesh);
+        CHECK(body.closed() == (openEdges + crowdedEdges == 0));
+        const MeshDefects defects = defectsOf(body);
+        CHECK(defects.holes == holes);
+        CHECK(defects.openEdges == openEdges);
+        CHECK(defects.crowdedEdges == crowdedEdges);
+    };
+    check(kBox, 0, 0, 0);
+    TriangleMesh open = kBox;
+    open.triangles.resize(10);
+    check(open, 1, 4, 0);
+    TriangleMesh holed = test::blobMesh(10);  // two small holes, which are closed by caps
+    holed.triangles.erase(holed.triangles.begin() + 300);
+    holed.triangles.erase(holed.triangles.begin() + 100);
+    check(holed, 2, 6, 0);
+    // A fin on an edge of the box, in the plane that halves the angle outside.
+    check(test::joined(kBox, {{Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(5, -5, -5)}, {{0, 1, 2}}}), 1, 2, 1);
+}
+
 TEST_CASE("mesh repair: a shell inside another is buried, or a cavity if it is inverted", "[tree]") {
     const TriangleMesh inner = test::boxMesh(Vec3(6, 6, 6), Vec3(2, 2, 2));
     const TriangleMesh solid = test::joined(kBox, inner), hollow = test::joined(kBox, test::flipped(inner));

@@ -103,7 +103,7 @@ TEST_CASE("mesh step: nothing tunnels and nothing overlaps, whatever the hand do
     const Case& c = cases[which];
     CAPTURE(c.name);
     const World world = meshWorld(c.tool, c.obstacle, at(0, 0, 30));
-    const MeshReference judge(c.tool, Vec3::Zero(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
+    const MeshReference judge(c.tool, world.p_TC(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
     StepState state(world);
     WanderingHand hand(unsigned(40 + which), c.size);
     const Settings settings = meshes();

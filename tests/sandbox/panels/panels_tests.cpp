@@ -148,7 +148,7 @@ TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
     HapticScene scene = openScene(holdScene());
     DisplayOptions display;
     ScenePanelState state;
-    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+    const auto draw = [&] { drawScenePanel(scene, Geometry::Spheres, display, state, &bench.items); };
 
     bench.click("visible cube", draw);
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.tool).visible);
@@ -167,7 +167,7 @@ TEST_CASE("inspector: requests a role and another tree", "[panels]") {
     HapticScene scene = openScene(holdScene());
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, scene.roles.obstacles[0], state, requests, &bench.items); };
+    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.roles.obstacles[0], state, requests, &bench.items); };
     bench.click("role", draw);
     bench.click("role goal", draw);
     CHECK(requests.markings == std::vector<Marking>{GiveRole{1, Role::Goal}});
@@ -189,12 +189,66 @@ TEST_CASE("inspector: requests a role and another tree", "[panels]") {
     CHECK_FALSE(scene.scene.registry.get<engine::Visibility>(scene.roles.obstacles[0]).visible);
 }
 
+TEST_CASE("panels: between meshes they show trees and their options only of what is touched by its spheres",
+          "[panels]") {
+    Bench bench;
+    engine::Scene made = holdScene();
+    const bool open = GENERATE(false, true);
+    if (open) {
+        // The slab loses two of its triangles, so it is not closed.
+        auto& instance = made.registry.get<engine::MeshInstance>(made.nodes[1]);
+        auto mesh = std::make_shared<engine::MeshData>(*instance.primitives[0].mesh);
+        mesh->indices.resize(mesh->indices.size() - 6);
+        instance.primitives[0].mesh = mesh;
+    }
+    HapticScene scene = openScene(std::move(made));
+    ScenePanelState panel;
+    InspectorState state;
+    PanelRequests requests;
+    DisplayOptions display;
+    Geometry geometry = Geometry::Mesh;
+    const auto draw = [&] { drawScenePanel(scene, geometry, display, panel, &bench.items); };
+    const auto inspect = [&] {
+        drawInspector(scene, geometry, scene.roles.obstacles[0], state, requests, &bench.items);
+    };
+    const auto shows = [&](const std::string& item, const std::function<void()>& drawn) {
+        bench.items.clear();
+        bench.frame(drawn);
+        return bench.items.count(item) == 1;
+    };
+    for (const char* item : {"tree cube", "tree slab", "Tool spheres", "Spheres"}) CHECK(shows(item, draw) == open);
+    for (const char* item : {"mesh cube", "mesh slab"}) CHECK(shows(item, draw) == !open);
+    CHECK(shows("By gap", draw));
+    for (const char* item : {"tree by", "build tree", "tree words", "defects"}) CHECK(shows(item, inspect) == open);
+    CHECK(shows("mesh words", inspect) == !open);
+
+    Settings settings;
+    settings.geometry = geometry;
+    const auto sentences = touchedBySpheres(scene, settings);
+    REQUIRE(sentences.size() == (open ? 1 : 0));
+    if (open) {
+        CHECK(sentences[0].find("slab") != std::string::npos);
+        CHECK(sentences[0].find("1 hole (4 open edges)") != std::string::npos);
+    }
+    settings.mode = Mode::Penalty;  // touches spheres only
+    CHECK(touchedBySpheres(scene, settings).empty());
+
+    // With spheres as the geometry, and where the user shows them, they are there.
+    geometry = Geometry::Spheres;
+    for (const char* item : {"tree cube", "tree slab", "Tool spheres"}) CHECK(shows(item, draw));
+    CHECK(shows("tree by", inspect));
+    CHECK_FALSE(shows("defects", inspect));
+    geometry = Geometry::Mesh;
+    display.showTrees(0);
+    CHECK(shows("Tool spheres", draw));
+}
+
 TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };
     const auto type = [&](const std::string& item, float fraction, const std::string& text) {
         requests = {};
         bench.type(item, text, draw, fraction);
@@ -218,7 +272,7 @@ TEST_CASE("inspector: renames and paints a node", "[panels]") {
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, scene.scene.nodes[1], state, requests, &bench.items); };
+    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };
     bench.type("name", "table", draw, 0.9f);
     REQUIRE(requests.edits.size() == 1);
     const engine::RenameNode renamed = std::get<engine::RenameNode>(requests.edits[0]);
@@ -288,7 +342,7 @@ TEST_CASE("scene panel: shows the quality of a tree below its part, and the deta
     DisplayOptions display;
     ScenePanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawScenePanel(scene, display, state, &bench.items); };
+    const auto draw = [&] { drawScenePanel(scene, Geometry::Spheres, display, state, &bench.items); };
     bench.frame(draw);
     REQUIRE(bench.items.count("tree cube") == 1);
     REQUIRE(bench.items.count("tree slab") == 1);
