@@ -1,5 +1,6 @@
 #pragma once
 // The judge of a scene's meshes, as they are in its file.
+#include <span>
 #include <vector>
 
 #include "haptics/sandbox/scene/baked_mesh.hpp"
@@ -11,9 +12,9 @@ namespace touchstone::test {
 class SceneJudge {
   public:
     explicit SceneJudge(const sandbox::HapticScene& scene) {
-        const TriangleMesh tool = bakedTriangles(scene.scene, scene.roles.tool);
+        const TriangleMesh tool = sandbox::bakedTriangles(scene.scene, scene.roles.tool);
         for (const auto obstacle : scene.roles.obstacles)
-            obstacles_.emplace_back(tool, bakedTriangles(scene.scene, obstacle));
+            obstacles_.emplace_back(tool, sandbox::bakedTriangles(scene.scene, obstacle));
         for (const Obstacle& obstacle : scene.world->obstacles) X_WO_.push_back(obstacle.X_WO);
     }
 

@@ -7,8 +7,7 @@
 #include <random>
 
 #include "tests/support/exact_judge.hpp"
-#include "tests/support/sphere_models.hpp"
-#include "tests/support/test_meshes.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::surface_overlap_tests {
 
@@ -17,10 +16,6 @@ using namespace touchstone::test;
 namespace {
 
 constexpr double kNanometer = 1e-6, kMicrometer = 1e-3;  // mm
-
-TriangleMesh centeredBox(double x, double y, double z) { return boxMesh({x, y, z}, {-x / 2, -y / 2, -z / 2}); }
-
-Surface surfaceOf(const TriangleMesh& mesh) { return {surfaceFeatures(repairMesh(mesh)), Vec3::Zero()}; }
 
 /// How far the mesh reaches along z when it is turned.
 double reach(const TriangleMesh& mesh, const Vec3& turn) {
@@ -105,6 +100,11 @@ TEST_CASE("overlap: a part inside the material of another overlaps, one in its c
     // Two bodies, one of which is in the cavity and one in the wall.
     check(joined(small, moved(small, 1, {3, 0, 0})), at(0, 0, 0), true);
     check(joined(small, moved(small, 1, {6, 0, 0})), at(0, 0, 0), false);
+
+    CHECK(isInside(surfaceOf(hollow), {3, 1, 1}));
+    CHECK_FALSE(isInside(surfaceOf(hollow), {1, 1, 1}));
+    // The corners of the small box are 0.5 mm from its center, and the walls of the large one 5 mm.
+    CHECK(overlapDepth(surfaceOf(small), surfaceOf(centeredBox(10, 10, 10)), Pose{}) == Approx(4.5).margin(1e-9));
 }
 
 TEST_CASE("overlap: agrees with exact predicates on random poses close to contact", "[surface]") {
@@ -152,6 +152,7 @@ TEST_CASE("overlap: agrees with exact predicates on random poses close to contac
                         CAPTURE(approach, gap, distance > far);
                         const bool expected = judge.overlap(pose);
                         REQUIRE(overlap(tool, obstacle, pose) == expected);
+                        if (!expected && gap == kMicrometer) REQUIRE(overlapDepth(tool, obstacle, pose) == 0);
                         overlaps += expected;
                         ++poses;
                     }
