@@ -3,7 +3,7 @@
 
 #include "haptics/sandbox/app/mouse_grab.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "tests/support/sphere_models.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::mouse_grab_tests {
 
@@ -38,7 +38,7 @@ struct Mouse {
 
 TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mouse]") {
     const auto tree = blob(700, 40, 3);
-    const World world = worldOf(tree, tree);
+    const World world = worldOf(tree, tree, {});
     const Pose X_WT = at(12, -7, 30, {0.3, -0.8, 0.4});
     const unsigned seed = 20240607;
     CAPTURE(seed);
@@ -84,7 +84,7 @@ TEST_CASE("picking: a ray meets the mesh of a closed tool, turned or not, and mi
 }
 
 TEST_CASE("mouse: the held point of the tool follows the cursor in the view plane", "[mouse]") {
-    const World world = worldOf(ball(20), ball(20));
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
     mouse.tool = {&world, {}, {}};
     mouse.step();
@@ -109,7 +109,7 @@ TEST_CASE("mouse: the held point of the tool follows the cursor in the view plan
 }
 
 TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mouse]") {
-    const World world = worldOf(ball(20), ball(20));
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
     mouse.tool = {&world, {}, {}};
     mouse.frame.left = true;
@@ -123,6 +123,7 @@ TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mo
 
 TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
     const auto tree = treeOf({{5, 0, 0, 15}, {25, 0, 0, 15}});
+    const World world = worldOf(tree, tree, {});
     Mouse mouse;
     mouse.tool = {&world, {}, {}};
     const Vec3 C = tree->center();
@@ -139,7 +140,7 @@ TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
 }
 
 TEST_CASE("mouse: beside the tool it moves the camera", "[mouse]") {
-    const World world = worldOf(ball(5), ball(5));
+    const World world = worldOf(ball(5), ball(5), {});
     Mouse mouse;
     mouse.tool = {&world, {}, {}};
     mouse.frame.cursor = {20, 20};
@@ -166,7 +167,7 @@ TEST_CASE("mouse: moves nothing over a panel, or after it enters the picture fro
 }
 
 TEST_CASE("mouse: keys move a held tool in depth and turn it about the view's axes", "[mouse]") {
-    const World world = worldOf(ball(20), ball(20));
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
     mouse.tool = {&world, {}, {}};
     mouse.frame.depthKeys = 3;
