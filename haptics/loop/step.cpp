@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "haptics/loop/step_state.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
 namespace {
@@ -348,10 +349,15 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
     return record;
 }
 
-double trueClearance(const World& world, const Pose& X_WT, double atMost, std::span<const Pose> X_WO) {
+double trueClearance(const World& world, const Pose& X_WT, double atMost, std::span<const Pose> X_WO,
+                     Geometry geometry) {
     double least = atMost;
-    for (std::size_t k = 0; k < world.obstacles.size(); ++k)
-        least = leastGap(*world.tool, *world.obstacles[k].tree, placeOf(world, X_WO, k).inverse() * X_WT, least);
+    for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
+        const Pose X_OT = placeOf(world, X_WO, k).inverse() * X_WT;
+        const Obstacle& obstacle = world.obstacles[k];
+        least = world.byMeshes(k, geometry) ? clearance(*world.toolSurface, *obstacle.surface, X_OT, least)
+                                            : leastGap(*world.tool, *obstacle.tree, X_OT, least);
+    }
     return least;
 }
 
