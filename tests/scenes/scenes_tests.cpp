@@ -71,11 +71,20 @@ TEST_CASE("scenes: between meshes, each demonstration runs without any overlap o
         REQUIRE(scene.world->hasMeshes(0));
         const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
         const SceneJudge judge(scene);
-        int overlaps = 0;
+        int overlaps = 0, pressed = 0, seen = 0;
         sandbox::HeadlessOptions options = untimed();
-        options.onTick = [&](const TickRecord& record, double) { overlaps += judge.overlap(record.X_WT); };
+        options.onTick = [&](const TickRecord& record, double) {
+            overlaps += judge.overlap(record.X_WT);
+            const Vec3 force = record.wrench_C.force;
+            if (record.tick % 50 || force.norm() < 0.01) return;
+            // The judge is awake: a tool that is pressed 0.02 mm deeper overlaps.
+            ++pressed;
+            seen += judge.overlap({record.X_WT.p - 0.02 * force.normalized(), record.X_WT.q});
+        };
         const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
         CHECK(overlaps == 0);
+        CHECK(pressed > 5);
+        CHECK(seen > 0.8 * pressed);
         for (const sandbox::OutcomeCheck& check : report.checks) {
             INFO(check.name << ": limit " << check.limit << ", was " << check.value);
             // The probe in the inflamed pocket touches for 0.485 of the time; its spheres touch for more than 0.5.
