@@ -237,9 +237,8 @@ bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X
     return Search(tool, obstacle, first, margin).run() < margin;
 }
 
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, double reach,
-                 double atMost) {
-    const Vec3 center = tool.center();
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,
+                 double reach, double atMost) {
     const Meeting meeting(course, center, reach, atMost, floatGuard(tool, obstacle, course.X_OT));
     return std::max(0.0, Search(tool, obstacle, meeting, atMost).run());
 }

@@ -22,10 +22,10 @@ bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT);
 
 /// The fraction of a course, at most `atMost`, up to which no pair of leaves touches; pairs that touch or overlap at
-/// its start must not get nearer. The tool translates along a straight line while it rotates about its center. Exact in
+/// its start must not get nearer. The tool translates along a straight line while it rotates about `center`. Exact in
 /// double without rotation; with rotation, each leaf is allowed to deviate from its straight path by up to
-/// reach |turn|²/2, so the result is a lower bound. `reach`: SphereTree::reach() of the tool, mm.
-double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, double reach,
-                 double atMost = 1);
+/// reach |turn|²/2, so the result is a lower bound. `reach`: greatest distance of a leaf's center from `center`, mm.
+double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,
+                 double reach, double atMost = 1);
 
 }  // namespace touchstone

@@ -48,8 +48,8 @@ double meanRadius(const SphereTree& tree) {
 
 }  // namespace
 
-NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex)
-    : ContactList(std::make_unique<LeafPairFinder>(tool, obstacle)),
+NeighborList::NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex, const Vec3& center)
+    : ContactList(std::make_unique<LeafPairFinder>(tool, obstacle, center)),
       tool_(&tool),
       obstacle_(&obstacle),
       meanRadii_(meanRadius(tool) + meanRadius(obstacle)),
@@ -319,7 +319,7 @@ double NeighborList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const
 }
 
 double NeighborList::freeShare(const Course& course, double atMost) {
-    return touchstone::freeShare(*tool_, *obstacle_, course, extent().reach, atMost);
+    return touchstone::freeShare(*tool_, *obstacle_, course, extent().center, extent().reach, atMost);
 }
 
 }  // namespace touchstone

@@ -9,7 +9,10 @@ namespace touchstone {
 
 class NeighborList final : public ContactList {
   public:
-    NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex);
+    /// `center`: the point about which the tool turns, in its own frame, mm.
+    NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex, const Vec3& center);
+    NeighborList(const SphereTree& tool, const SphereTree& obstacle, int obstacleIndex)
+        : NeighborList(tool, obstacle, obstacleIndex, tool.center()) {}
 
     /// The pairs are far fewer than those within the margin if the leaves are large compared with the step.
     Coverage crossing(const Course& step, double margin) const override;

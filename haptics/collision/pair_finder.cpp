@@ -12,7 +12,7 @@ double travel(const Pose& from, const Pose& to, const Vec3& center, double reach
     return (to * center - from * center).norm() + reach * logRotation(to.q * from.q.conjugate()).norm();
 }
 
-Extent::Extent(const SphereTree& tool) : center(tool.center()) {
+Extent::Extent(const SphereTree& tool, const Vec3& center_) : center(center_) {
     for (int i = 0; i < tool.leafCount(); ++i) add(tool.leaf(i).center());
 }
 
@@ -82,8 +82,8 @@ double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
     return std::min(have.within.most - widest, have.within.margin - margin) - deviationFrom(have, asked.course);
 }
 
-LeafPairFinder::LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle)
-    : PairFinder(Extent(tool), leastRadius(tool) + leastRadius(obstacle)),
+LeafPairFinder::LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle, const Vec3& center)
+    : PairFinder(Extent(tool, center), leastRadius(tool) + leastRadius(obstacle)),
       tool_(&tool),
       obstacle_(&obstacle),
       walk_(tool, obstacle),

@@ -20,7 +20,8 @@ struct Extent {
     Vec3 about = Vec3::Zero();  ///< greatest distance from each axis of the tool's frame through `center`, mm
 
     explicit Extent(const Vec3& center_) : center(center_) {}
-    explicit Extent(const SphereTree& tool);
+    Extent(const SphereTree& tool, const Vec3& center);
+    explicit Extent(const SphereTree& tool) : Extent(tool, tool.center()) {}
     void add(const Vec3& point);
     /// Upper bound on the travel of any point for a rotation about the center, mm. `turn` is on the obstacle's axes;
     /// q_OT is the tool's orientation in its frame.
@@ -96,7 +97,10 @@ class PairFinder {
 /// Finds the entries of two sphere trees.
 class LeafPairFinder final : public PairFinder {
   public:
-    LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle);
+    /// `center`: the point about which the tool turns, in its own frame, mm.
+    LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle, const Vec3& center);
+    LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle)
+        : LeafPairFinder(tool, obstacle, tool.center()) {}
 
     PairEntries entries() const override { return {*tool_, *obstacle_}; }
     float guard(const Pose& X_OT) const override { return floatGuard(*tool_, *obstacle_, X_OT); }

@@ -61,6 +61,7 @@ class DefaultTick {
         : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {
         for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
         if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
+        linearizations_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
     }
 
     bool run(Wrench& wrench);
@@ -123,6 +124,7 @@ class DefaultTick {
     double trust_ = settings_.trust, margin_ = settings_.margin;
     double travelBudget_ = INFINITY;  ///< travel that this tick may still make, mm
     double shiftBudget_ = INFINITY;   ///< translation of C that this tick may still make, mm
+    int linearizations_ = 0;          ///< maximum number in a tick that begins with force
     int linearization_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
@@ -162,7 +164,7 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
 
 /// Whether the capped steps that this tick has left can reach the end of x.
 bool DefaultTick::fitsCappedSteps(const Vec6& x) const {
-    return state_.lengthOf(x) <= std::min(kCappedSteps, settings_.linearisations - linearization_) * trust_;
+    return state_.lengthOf(x) <= std::min(kCappedSteps, linearizations_ - linearization_) * trust_;
 }
 
 bool DefaultTick::isNear(double margin) const {
@@ -495,14 +497,14 @@ bool DefaultTick::run(Wrench& wrench) {
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
         const Vec6 deviceStep = incrementBetween(state_.device, device_);
-        leap = deviceStep.head<3>().norm() > kLeap * settings_.linearisations * trust_;
+        leap = deviceStep.head<3>().norm() > kLeap * linearizations_ * trust_;
         const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
         travelBudget_ = state_.lengthOf(deviceStep) + allowance;
         // The force is the stiffness times the distance between the two C, so a device that only spins must not let
         // the tool's C leap.
         shiftBudget_ = deviceStep.head<3>().norm() + allowance;
     }
-    const int limit = state_.loaded ? settings_.linearisations : kFreeSteps;
+    const int limit = state_.loaded ? linearizations_ : kFreeSteps;
     bool arrived = false, stuck = false, shortened = false;
     for (; !arrived && !stuck && linearization_ < (shortened && leap ? kLeapSteps : limit); ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
@@ -515,7 +517,7 @@ bool DefaultTick::run(Wrench& wrench) {
         const double moved = move(step, wanted, found == Found::Contact);
         if (blocked_) return false;
         // In a tick of many steps, the last step predicts the next one better than the last tick does.
-        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= settings_.linearisations; ++k) {
+        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= linearizations_; ++k) {
             const Course lastStep =
                 Course::between(state_.inObstacle(k, before), state_.inObstacle(k, state_.graphic), state_.p_TC);
             state_.lists[k]->expect(lastStep.shift, lastStep.turn);

@@ -36,6 +36,7 @@ constexpr double kPollTicks = 0.8, kMinPollMs = 0.1;
 }  // namespace
 
 PairEntries NeighborListWorker::Part::memory() const {
+    if (!leaves) return features->entries();
     PairEntries ofLeaves = leaves->entries();
     if (!features) return ofLeaves;
     PairEntries ofFeatures = features->entries();
@@ -46,7 +47,9 @@ NeighborListWorker::NeighborListWorker(const World& world)
     : X_OT_(world.obstacles.size()), messages_({.request = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
     for (const Obstacle& obstacle : world.obstacles) {
         parts_.push_back(std::make_unique<Part>(
-            std::make_unique<LeafPairFinder>(*world.tool, *obstacle.tree),
+            world.hasSpheres(parts_.size())
+                ? std::make_unique<LeafPairFinder>(*world.tool, *obstacle.tree, world.p_TC())
+                : nullptr,
             world.hasMeshes(parts_.size()) ? std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface)
                                            : nullptr));
         newest_.push_back(&parts_.back()->entries.get());
@@ -93,7 +96,8 @@ void NeighborListWorker::serve(const Message& message) {
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
         const Pose& X_OT = message.X_OT[k];
-        PairFinder& finder = r.geometry == Geometry::Mesh && part->features ? *part->features : *part->leaves;
+        const bool meshes = part->features && (r.geometry == Geometry::Mesh || !part->leaves);
+        PairFinder& finder = meshes ? *part->features : *part->leaves;
         const Extent& extent = finder.extent();
         const Vec3& center = extent.center;
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);

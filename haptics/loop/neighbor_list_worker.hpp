@@ -43,7 +43,7 @@ class NeighborListWorker {
             : leaves(std::move(leaves_)), features(std::move(features_)), entries(memory()) {}
         PairEntries memory() const;
 
-        std::unique_ptr<PairFinder> leaves, features;  // used by the worker's thread; no features: null
+        std::unique_ptr<PairFinder> leaves, features;  // used by the worker's thread; null: the parts have none
         TripleBuffer<PairEntries> entries;             // from that thread to the tick
         Coverage published;                            // of the newest entries
         PairFinder* publisher = nullptr;               // their finder

@@ -75,10 +75,12 @@ constexpr Row kRows[] = {
       1e-4, 0.1, SettingGroup::More, "Contact distance", 0.0005, 0.02},
      &Settings::contactDistance},
     {{"margin", "mm",
-      "pairs within this distance become rows; a larger value costs time, a smaller one slows the tool near contact",
+      "pairs of leaves within this distance become rows; a larger value costs time, a smaller one slows the tool near "
+      "contact; between meshes it has no effect",
       0.01, 20, SettingGroup::Contact, "Margin", 0.02, 2},
      &Settings::margin},
-    {{"trust", "mm", "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed",
+    {{"trust", "mm", "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed; between meshes "
+     "0.25 mm, whatever this is",
       0.01, 20, SettingGroup::Contact, "Trust radius", 0.02, 2},
      &Settings::trust},
     {{"slack", "mm",
@@ -90,8 +92,9 @@ constexpr Row kRows[] = {
       SettingGroup::Contact, "Travel budget", 0, 5},
      &Settings::travelBudget},
     {{"linearisations", "",
-      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time",
-      1, 64, SettingGroup::Contact, "Linearizations", 1, 8},
+      "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
+      "0: 8 between meshes, 2 between spheres",
+      0, 64, SettingGroup::Contact, "Linearizations", 0, 16},
      &Settings::linearisations},
     {{"adaptive_margin", "",
       "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "

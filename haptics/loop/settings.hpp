@@ -31,7 +31,7 @@ std::span<const std::string_view> geometryNames();
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
-    Geometry geometry = Geometry::Spheres;
+    Geometry geometry = Geometry::Mesh;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     int solver = kExactSolver;       ///< index into solverTable()
     int shadow = 1;                  ///< likewise; -1 for none
@@ -51,8 +51,9 @@ struct Settings {
     /// v, mm/ms: travel of the tool beyond the device's own while in contact. It bounds the force of a slip-off: a drop
     /// into a keyway had 7.2 N in one ms without the budget and 0.54 N with 0.5 mm/ms.
     double travelBudget = 0.5;
-    // Spelled as the key in scene files and recordings.
-    int linearisations = 2;      ///< maximum number of linearizations in a tick that begins with force
+    /// Maximum number of linearizations in a tick that begins with force; 0: linearizationsOf(). Spelled as the key in
+    /// scene files and recordings.
+    int linearisations = 0;
     bool adaptiveMargin = true;  ///< solve only with the rows that the step would cross
     /// w of ½ w s² when rows contradict each other, for rows of unit length in the metric of G. Chosen by measurement.
     double elasticWeight = 1000;
@@ -74,6 +75,12 @@ struct Settings {
 /// By what the tool touches in the mode of these settings: only default mode touches meshes.
 inline Geometry geometryOf(const Settings& settings) {
     return settings.mode == Mode::Default ? settings.geometry : Geometry::Spheres;
+}
+
+/// The maximum number of linearizations in a tick that begins with force. Between meshes the nearest pose is found by
+/// more steps, and each costs less: of 7,670 ticks of two bunnies, 13 % did not arrive with four and 0.6 % with eight.
+inline int linearizationsOf(const Settings& settings, Geometry geometry) {
+    return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? 8 : 2;
 }
 
 /// Settings of the solver that moves the tool, in the mode of these settings.

@@ -24,17 +24,17 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
 
 }  // namespace
 
-StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reachOfTree(w.reach()) {
-    // Vertices of the mesh lie farther out than the centers of leaves.
-    reachOfMesh = std::max(reachOfTree, w.toolSurface ? w.toolSurface->extent.reach : 0);
+StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
-        obstacleReaches.push_back(obstacle.tree->reach());
-        leafLists.push_back(std::make_unique<NeighborList>(*w.tool, *obstacle.tree, index));
+        obstacleReaches.push_back(obstacle.reach());
+        leafLists.push_back(w.hasSpheres(index)
+                                ? std::make_unique<NeighborList>(*w.tool, *obstacle.tree, index, p_TC)
+                                : nullptr);
         featureLists.push_back(
             w.hasMeshes(index) ? std::make_unique<FeatureList>(*w.toolSurface, *obstacle.surface, index) : nullptr);
+        if (w.hasSpheres()) walks.emplace_back(*w.tool, *obstacle.tree);
         ++index;
-        walks.emplace_back(*w.tool, *obstacle.tree);
     }
     lists.resize(leafLists.size());
     use(Geometry::Spheres, 0);
@@ -110,9 +110,8 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
 }
 
 void StepState::Impl::use(Geometry geometry, double contactDistance) {
-    reach = geometry == Geometry::Mesh ? reachOfMesh : reachOfTree;
     for (std::size_t k = 0; k < lists.size(); ++k) {
-        const bool mesh = geometry == Geometry::Mesh && featureLists[k];
+        const bool mesh = world->byMeshes(k, geometry);
         checked = checked && lists[k] && lists[k]->ofFeatures() == mesh;
         lists[k] = (mesh ? featureLists : leafLists)[k].get();
         lists[k]->keepApart(mesh ? contactDistance : 0);
@@ -147,7 +146,7 @@ int StepState::Impl::nextToMove(std::span<const Pose> targets) const {
 }
 
 void StepState::Impl::moveObstacle(int k, const Pose& target, double maxTravel) {
-    const Vec3 center = world->obstacles[k].tree->center();
+    const Vec3 center = world->obstacles[k].center();
     const Pose from{X_WO[k] * center, X_WO[k].q}, to{target * center, target.q};
     const double distance = travel(X_WO[k], target, center, obstacleReaches[k]);
     obstacleTravel = std::min(distance, maxTravel);
@@ -297,10 +296,10 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
 
 }  // namespace
 
-TickRecord step([[maybe_unused]] const World& world, const Settings& settings, const StepInput& input,
+TickRecord step(const World& world, const Settings& settings, const StepInput& input,
                 StepState& stepState, const StageClock& clock, bool audit) noexcept {
     StepState::Impl& state = *stepState.impl;
-    assert(world.tool == state.world->tool);
+    assert(world.tool == state.world->tool && world.toolSurface == state.world->toolSurface);
     TickRecord record;
     record.tick = state.tick++;
     state.asked = {};
@@ -315,7 +314,8 @@ TickRecord step([[maybe_unused]] const World& world, const Settings& settings, c
     Pose device = state.device;
     bool hold = true;
     const int invalidTarget = state.findInvalidTarget(input.X_WO);
-    if (!state.hasValidStart || !input.X_WT_device.isValid() || invalidTarget >= 0) {
+    const bool lacksSpheres = settings.mode != Mode::Default && !world.hasSpheres();
+    if (!state.hasValidStart || !input.X_WT_device.isValid() || invalidTarget >= 0 || lacksSpheres) {
         record.flags |= kBadInput;
         if (invalidTarget >= 0) {  // a replay needs the invalid target to repeat this tick
             state.given.obstacle = invalidTarget;
@@ -356,6 +356,7 @@ double trueClearance(const World& world, const Pose& X_WT, double atMost, std::s
 }
 
 PenetrationMeter::PenetrationMeter(const World& world) : world_(&world) {
+    if (!world.hasSpheres()) return;
     for (const Obstacle& obstacle : world.obstacles) walks_.emplace_back(*world.tool, *obstacle.tree);
 }
 
@@ -365,14 +366,14 @@ double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO, Geo
     constexpr double kDeep = 0.1;
     const bool deep = depth_ > kDeep;
     depth_ = 0;
-    for (std::size_t k = 0; k < walks_.size(); ++k) {
-        const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
+    for (std::size_t k = 0; k < world_->obstacles.size(); ++k) {
         const Pose X_OT = placeOf(*world_, X_WO, k).inverse() * X_WT;
-        if (geometry == Geometry::Mesh && world_->hasMeshes(k)) {
+        if (world_->byMeshes(k, geometry)) {
             const Surface &ours = *world_->toolSurface, &other = *world_->obstacles[k].surface;
             if (overlap(ours, other, X_OT)) depth_ = std::max(depth_, overlapDepth(ours, other, X_OT));
             continue;
         }
+        const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
         depth_ =
             std::max(depth_, -(deep ? leastGap(tool, obstacle, X_OT, 0) : deepestGap(tool, obstacle, walks_[k], X_OT)));
     }

@@ -32,10 +32,8 @@ struct StepState::Impl {
     // Constant for the world.
     const World* world;
     Vec3 p_TC;
-    double reachOfTree, reachOfMesh = 0;  ///< ρ, mm: greatest distance from C of what touches
+    double reach;                         ///< ρ, mm
     std::vector<double> obstacleReaches;  ///< of the obstacles, as World::reach() of the tool
-
-    double reach = 0;  ///< ρ in the geometry in use, mm
 
     // Where the obstacles are.
     std::vector<Pose> X_WO, X_OW;
@@ -51,9 +49,9 @@ struct StepState::Impl {
     bool checked = false;             ///< it is known which obstacles the tool overlaps, see checkOverlaps()
 
     // Working memory. Every buffer has one use.
-    std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no meshes
+    std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no spheres, no meshes
     std::vector<ContactList*> lists;                                    ///< those that the tick uses
-    std::vector<TreeWalk> walks;                                        ///< for the modes that keep no list
+    std::vector<TreeWalk> walks;  ///< for the modes that keep no list; empty if a part has no spheres
     RowSet rows{kRowCapacity};                                          ///< of the present linearization
     RowSet crossedRows{kRowCapacity};                ///< rows that an answer crosses, before they join `rows`
     RowSet notDeeperRows{kRowCapacity};              ///< `rows` with every negative gap set to zero

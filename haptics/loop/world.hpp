@@ -15,13 +15,18 @@ inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps
 
 struct Obstacle {
     std::string name;
-    std::shared_ptr<const SphereTree> tree;
+    std::shared_ptr<const SphereTree> tree;            ///< null: it is touched by its mesh alone
     Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
     std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
+
+    /// The point about which its travel is measured, in its own frame, and the greatest distance from there, mm.
+    Vec3 center() const { return surface ? surface->extent.center : tree->center(); }
+    double reach() const { return surface ? surface->extent.reach : tree->reach(); }
 };
 
-/// The tool's tree is given in the tool node's frame, whose origin is o. Increments and torques of the tick refer to C,
-/// the tree's center.
+/// Tree and surface of the tool are given in the tool node's frame, whose origin is o. Increments and torques of the
+/// tick refer to C, the center of the mesh, whichever geometry the tick uses, so that results can be compared. A part
+/// has a tree or a surface or both.
 struct World {
     std::shared_ptr<const SphereTree> tool;
     std::vector<Obstacle> obstacles;
@@ -30,14 +35,23 @@ struct World {
 
     /// Whether tool and obstacle can touch by their meshes.
     bool hasMeshes(std::size_t obstacle) const { return toolSurface && obstacles[obstacle].surface; }
+    /// Whether they can touch by their spheres.
+    bool hasSpheres(std::size_t obstacle) const { return tool && obstacles[obstacle].tree; }
+    bool hasSpheres() const;  ///< likewise of all obstacles
 
-    /// Whether tool and obstacle touch by their meshes in this geometry of the tick.
+    /// Whether they touch by their meshes in this geometry of the tick.
     bool byMeshes(std::size_t obstacle, Geometry geometry) const {
-        return geometry == Geometry::Mesh && hasMeshes(obstacle);
+        return hasMeshes(obstacle) && (geometry == Geometry::Mesh || !hasSpheres(obstacle));
     }
 
-    Vec3 p_TC() const { return tool->center(); }
-    double reach() const { return tool->reach(); }  ///< ρ, mm
+    Vec3 p_TC() const { return toolSurface ? toolSurface->extent.center : tool->center(); }
+    double reach() const { return toolSurface ? toolSurface->extent.reach : tool->reach(); }  ///< ρ, mm
 };
+
+inline bool World::hasSpheres() const {
+    for (std::size_t k = 0; k < obstacles.size(); ++k)
+        if (!hasSpheres(k)) return false;
+    return true;
+}
 
 }  // namespace touchstone

@@ -64,6 +64,13 @@ void boundNormals(const std::vector<Vec3>& spokes, FeatureShape& bounds) {
     bounds.angle = float(std::acos(std::min(1.0, least))) + 1e-3f;
 }
 
+/// The center of the bounding box.
+Vec3 centerOf(const std::vector<Vec3>& points) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : points) box.extend(p);
+    return box.center();
+}
+
 /// One point of each group of faces that are connected by points.
 std::vector<int> findShells(const SurfaceFeatures& features) {
     std::vector<int> parent(features.points.size());
@@ -83,13 +90,13 @@ std::vector<int> findShells(const SurfaceFeatures& features) {
 
 }  // namespace
 
-Surface::Surface(SurfaceFeatures from, const Vec3& center) : features(std::move(from)), extent(center) {
+Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(centerOf(features.points)) {
     for (const std::size_t n : {features.vertices.size(), features.edges.size(), features.faces.size()})
         if (n > kMaxFeatures)
             throw std::invalid_argument("the part has more than 67 million triangles: reduce its mesh");
     for (const Vec3& p : features.points) {
         extent.add(p);
-        points.push_back((p - center).cast<float>());
+        points.push_back((p - extent.center).cast<float>());
     }
     const float guard = kBoxGuard * float(extent.reach);
     const auto shapeOf = [&](int a, int b, int c) { return FeatureShape{{points[a], points[b], points[c]}, {}, 0}; };

@@ -22,9 +22,9 @@ struct Surface {
     /// Features of one part: what a contact's identity can number.
     static constexpr int kMaxFeatures = 1 << 26;
 
-    /// Sorts the features into trees. `center`: the point about which the part turns, in its own frame, mm. Throws
-    /// std::invalid_argument with one sentence if there are more features of a kind than kMaxFeatures.
-    Surface(SurfaceFeatures from, const Vec3& center);
+    /// Sorts the features into trees. The part turns about the center of its bounding box. Throws std::invalid_argument
+    /// with one sentence if there are more features of a kind than kMaxFeatures.
+    explicit Surface(SurfaceFeatures from);
 };
 
 /// Where the boxes of the tool's trees lie with its node at X_OT in the obstacle's frame.

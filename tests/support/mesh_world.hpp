@@ -5,8 +5,8 @@
 
 namespace touchstone::test {
 
-inline Surface surfaceOf(const TriangleMesh& mesh, const Vec3& center = Vec3::Zero()) {
-    return {surfaceFeatures(repairMesh(mesh)), center};
+inline Surface surfaceOf(const TriangleMesh& mesh) {
+    return Surface(surfaceFeatures(repairMesh(mesh)));
 }
 
 /// A world of meshes. The sphere trees are single leaves, which no tick between meshes may look at.

@@ -88,6 +88,7 @@ int bench(const BenchCommand& command) {
         const BenchCase& one = plan.cases[first];
         sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         options.leaves = one.leaves;
+        options.allTrees = true;
         const sandbox::HapticScene scene = sandbox::openScene(findScene(one.scene), options);
         const std::span<const BenchCase> cases(&plan.cases[first], end - first);
         for (BenchRow& row : measureCases(scene, cases, command.quick ? kQuick : kFull))

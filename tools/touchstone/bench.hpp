@@ -27,7 +27,7 @@ struct BenchCommand {
 /// One motion of a scene with one choice of settings.
 struct BenchCase {
     std::string scene, motion;
-    std::string mode = "default", solver{solverTable()[kExactSolver].name};
+    std::string mode = "default", geometry = "spheres", solver{solverTable()[kExactSolver].name};
     double tolerance = 0;    ///< as of --tolerance; 0: the solver is exact and has none
     int leaves = 0;          ///< of every part; 0: as the scene says
     int linearisations = 0;  ///< 0: as the scene says; paper mode has none

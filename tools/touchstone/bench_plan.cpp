@@ -26,7 +26,7 @@ std::string number(double value) {
 /// The motions to measure: those whose name begins with "hard-", or the first one if there is none.
 std::vector<std::string> motionsOf(const std::string& name) {
     sandbox::SceneOptions options;
-    options.buildTrees = false;
+    options.buildWorld = false;
     const sandbox::HapticScene scene = sandbox::openScene(findScene(name), options);
     if (!scene.missing.empty()) throw std::runtime_error(name + ": " + scene.missing);
     if (scene.motions.empty())
@@ -82,6 +82,12 @@ class Planner {
             add(wanted);
         }
         wanted = motion;
+        wanted.geometry = "mesh";
+        for (const int lin : {0, 1, 2, 4, 16}) {
+            wanted.linearisations = lin;
+            add(wanted);
+        }
+        wanted = motion;
         wanted.fixedMargin = true;
         add(wanted);
         for (const SolverInfo& solver : solverTable())
@@ -114,7 +120,7 @@ class Planner {
 
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
-    return scene + "/" + motion + "/" + mode + "/" + solver + part("/tolerance=", tolerance) +
+    return scene + "/" + motion + "/" + mode + "/" + (geometry == "mesh" ? "mesh/" : "") + solver + part("/tolerance=", tolerance) +
            part("/leaves=", leaves) + part("/linearisations=", linearisations) + (helper ? "/helper" : "") +
            (fixedMargin ? "/fixed-margin" : "") + (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
@@ -125,6 +131,7 @@ Settings BenchCase::settings(const Settings& sceneSettings) const {
         if (const std::string wrong = setSetting(chosen, name, value); !wrong.empty()) throw UsageError(wrong);
     };
     set("mode", mode);
+    set("geometry", geometry);
     set("solver", solver);
     set("shadow", "none");
     set("screening", screening);
@@ -165,14 +172,22 @@ BenchPlan planBench(const BenchCommand& command) {
             const bool first = motion == motions.front();
             if (hard) {
                 planner.addSolvers(wanted, {&kUsualTolerance, 1});
+                wanted.geometry = "mesh";
+                planner.addSolvers(wanted, {&kUsualTolerance, 1});
+                wanted.geometry = "spheres";
                 wanted.mode = "paper";
                 planner.addSolvers(wanted, {&kUsualTolerance, 1});
             } else if (first && scene == scenes.front()) {
                 planner.addTrade(wanted);
             } else if (first || !command.quick || motion.find("-deep") != std::string::npos) {
-                planner.add(wanted);
-                wanted.helper = std::find(std::begin(kFits), std::end(kFits), scene) != std::end(kFits);
-                planner.add(wanted);
+                const bool fit = std::find(std::begin(kFits), std::end(kFits), scene) != std::end(kFits);
+                for (const char* geometry : {"spheres", "mesh"}) {
+                    wanted.geometry = geometry;
+                    wanted.helper = false;
+                    planner.add(wanted);
+                    wanted.helper = fit;
+                    planner.add(wanted);
+                }
             }
         }
     }

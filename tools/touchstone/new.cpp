@@ -90,7 +90,7 @@ int makeScene(const NewOptions& options) {
     print("tool", options.tool, toolBox);
     print("obstacle", options.obstacle, obstacleBox);
     sandbox::SceneOptions withoutTrees;
-    withoutTrees.buildTrees = false;
+    withoutTrees.buildWorld = false;
     for (const auto& warnings : {tool.notes, obstacle.notes, sandbox::openScene(options.output, withoutTrees).warnings})
         for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
     std::printf("try it: touchstone run %s\n", options.output.string().c_str());

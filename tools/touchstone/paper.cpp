@@ -265,6 +265,7 @@ class Experiment {
   public:
     Experiment(const char* scene, const PaperCommand& command) : command_(command), name_(scene) {
         sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
+        options.allTrees = true;
         if (command.quick) options.leaves = 256;
         scene_ = sandbox::openScene(findScene(scene), options);
     }

@@ -110,7 +110,7 @@ void checkOutputs(const RunOptions& options, const std::filesystem::path& scene)
 sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOptions& options,
                                   const std::string& device, std::shared_ptr<MouseTarget> mouse) {
     sandbox::SceneOptions sceneOptions;
-    sceneOptions.buildTrees = false;
+    sceneOptions.buildWorld = false;
     sandbox::HapticScene scene = sandbox::openScene(file, sceneOptions);
     checkedWithCommandLine(scene.settings, options.settings);
     if (const auto recording = sandbox::recordingOf(device))
@@ -131,8 +131,15 @@ sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOpti
           std::pair{options.dumpQp, "the problems"}, std::pair{options.sweep, "the sweep"}})
         if (!path.empty()) requireWritable(path, what);
 
-    scene = sandbox::openScene(std::move(scene.scene),
-                               {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
+    sandbox::SceneOptions sceneOptions{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
+    const auto recording = sandbox::recordingOf(device);
+    std::optional<sandbox::Recording> replayed;
+    if (recording) replayed.emplace(*recording);
+    sceneOptions.allTrees = (replayed && hadSpheres(replayed->scene())) || chosenDisplay(options).trees();
+    sceneOptions.adjust = [&](const Settings& ofScene) {
+        return checkedWithCommandLine(replayed ? replayed->settings() : ofScene, options.settings);
+    };
+    scene = sandbox::openScene(std::move(scene.scene), sceneOptions);
     for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
     return scene;
 }

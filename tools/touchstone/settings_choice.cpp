@@ -15,14 +15,10 @@ Settings withCommandLine(Settings settings, const SettingsChoice& choice) {
         setFromOption(chosen, "mode", *choice.mode, "--mode");
         settings = sandbox::withMode(settings, chosen.mode);
     }
-    if (choice.geometry) {
-        Settings chosen = settings;
-        setFromOption(chosen, "geometry", *choice.geometry, "--geometry");
-        settings = sandbox::withGeometry(settings, chosen.geometry);
-    }
     const auto apply = [&](const char* key, const std::optional<std::string>& value) {
         if (value) setFromOption(settings, key, *value, std::string("--") + key);
     };
+    apply("geometry", choice.geometry);
     apply("solver", choice.solver);
     apply("shadow", choice.shadow);
     apply("tolerance", choice.tolerance);

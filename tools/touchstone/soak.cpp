@@ -268,7 +268,7 @@ class Soak {
 
     bool replayLast(const fs::path& scene) {
         const sandbox::HapticScene opened =
-            sandbox::openScene(scene, {.treeCache = sandbox::treeCacheFolder(), .progress = {}});
+            sandbox::openScene(scene, {.treeCache = sandbox::treeCacheFolder(), .progress = {}, .allTrees = true});
         sandbox::HeadlessOptions options;
         options.device = "replay:" + recording().string();
         options.timing = false;

@@ -41,14 +41,17 @@ struct TrialsSummaryCommand {
     fs::path out;
 };
 
-/// Scenes by their names in the protocol, each opened once.
+/// Scenes by their names in the protocol, each opened once, and again when a condition needs sphere trees.
 class Scenes {
   public:
     const sandbox::HapticScene& open(const Condition& condition) {
         auto& scene = scenes_[condition.scene];
-        if (!scene)
+        const auto adjust = [&](const Settings& ofScene) { return condition.settings(ofScene); };
+        if (!scene ||
+            (geometryOf(adjust(scene->settings)) == Geometry::Spheres && !scene->world->hasSpheres()))
             scene = std::make_unique<sandbox::HapticScene>(sandbox::openScene(
-                findScene(condition.scene), {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()}));
+                findScene(condition.scene),
+                {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .adjust = adjust}));
         return *scene;
     }
 
@@ -59,7 +62,7 @@ class Scenes {
 /// Finds the errors in a condition before the first trial, without building sphere trees.
 void checkCondition(const Condition& condition, bool headless) {
     sandbox::SceneOptions options;
-    options.buildTrees = false;
+    options.buildWorld = false;
     const sandbox::HapticScene scene = sandbox::openScene(findScene(condition.scene), options);
     const auto fail = [&](const std::string& what) {
         throw std::runtime_error("condition '" + condition.name + "': " + what);

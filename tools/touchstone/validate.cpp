@@ -17,14 +17,24 @@ int validate(const std::string& pathOrName) {
     std::printf("%s\n", engine::escaped(file.string()).c_str());
     for (const std::string& sentence : scene.roles.interpreted) std::printf("  %s\n", sentence.c_str());
     if (scene.world) {
-        const auto describe = [](const std::string& name, const SphereTree& tree) {
-            std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree.certificate.diagonal,
-                        sandbox::words(tree).c_str());
+        const World& world = *scene.world;
+        const auto describe = [](const std::string& name, const Surface* surface, const SphereTree* tree) {
+            if (surface) {
+                Eigen::AlignedBox3d box;
+                for (const Vec3& point : surface->features.points) box.extend(point);
+                std::printf("  %s: %.1f mm across, a closed mesh of %zu triangles\n", name.c_str(),
+                            box.diagonal().norm(), surface->features.faces.size());
+            }
+            if (tree)
+                std::printf("  %s: %.1f mm across, %s\n", name.c_str(), tree->certificate.diagonal,
+                            sandbox::words(*tree).c_str());
         };
-        describe("tool", *scene.world->tool);
-        for (const Obstacle& obstacle : scene.world->obstacles) describe(obstacle.name, *obstacle.tree);
-        if (const double clearance = trueClearance(*scene.world, scene.world->X_WT_start); clearance < 0)
-            std::printf("  warning: tool and obstacles overlap by %.3f mm at the start: move them apart\n", -clearance);
+        describe("tool", world.toolSurface.get(), world.tool.get());
+        for (const Obstacle& obstacle : world.obstacles)
+            describe(obstacle.name, obstacle.surface.get(), obstacle.tree.get());
+        if (const double depth = PenetrationMeter(world).depth(world.X_WT_start, {}, geometryOf(scene.settings));
+            depth > 0)
+            std::printf("  warning: tool and obstacles overlap by %.3f mm at the start: move them apart\n", depth);
     }
     if (scene.demonstration)
         std::printf("  demonstration: %.2f s\n", scene.demonstration->duration() / 1000);
@@ -37,6 +47,8 @@ int validate(const std::string& pathOrName) {
             std::printf("  setting %s = %s %s\n", std::string(info.key).c_str(), value.c_str(),
                         std::string(info.unit).c_str());
     for (const std::string& warning : scene.warnings) std::printf("  warning: %s\n", warning.c_str());
+    for (const std::string& sentence : sandbox::touchedBySpheres(scene, scene.settings))
+        std::printf("  warning: %s\n", sentence.c_str());
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     std::printf("valid%s\n", scene.warnings.empty() ? "" : ", with warnings");
     return kOk;

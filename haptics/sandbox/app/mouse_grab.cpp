@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -47,6 +48,13 @@ struct RayWalk {
 
 Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 
+std::optional<Vec3> pick(const GrabTool& tool, const engine::Ray& ray) {
+    if (!tool.surface) return pickTree(*tool.tree, tool.X_WT, ray);
+    const Pose X_TW = tool.X_WT.inverse();
+    const auto hit = firstHit(*tool.surface, X_TW * toMm(ray.origin), X_TW.q * direction(ray.direction));
+    return hit ? std::optional(tool.X_WT * *hit) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray) {
@@ -67,7 +75,7 @@ void MouseGrab::begin(const engine::MouseFrame& mouse, const engine::OrbitCamera
     hovering_ = false;
     if (mouse.elsewhere) return;
     std::optional<Vec3> hit;
-    if (tool) hit = pickTree(*tool->tree, tool->X_WT, camera.ray(mouse.cursor, mouse.viewport));
+    if (tool) hit = pick(*tool, camera.ray(mouse.cursor, mouse.viewport));
     hovering_ = hit.has_value();
 
     if (!buttonsUp_ || !(mouse.left || mouse.middle || mouse.right)) return;
@@ -117,12 +125,12 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
     switch (drag_) {
         case Drag::Move:
             move(mouse, camera);
-            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->tree->center());
+            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->p_TC);
             break;
         case Drag::Turn:
             turn(direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
                            kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
-                 tool->tree->center());
+                 tool->p_TC);
             // The held point turns with the tool away from the cursor, so a following drag continues from the cursor.
             anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMeters(anchor_)));
             break;

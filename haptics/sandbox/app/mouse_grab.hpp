@@ -7,17 +7,20 @@
 #include "engine/view/mouse_frame.hpp"
 #include "haptics/collision/sphere_tree.hpp"
 #include "haptics/math/rigid.hpp"
+#include "haptics/surface/surface.hpp"
 
 namespace touchstone::sandbox {
 
 /// First intersection of a ray (meters) with the leaves of the tree at X_WT, scene frame, mm; nothing if it misses.
 std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray);
 
-/// The tool as currently shown.
+/// The tool as currently shown. It is picked by its mesh; without one, by the leaves of its tree.
 struct GrabTool {
     const SphereTree* tree = nullptr;
-    Pose X_WT;         ///< tool pose: what is drawn and picked
-    Pose X_WT_device;  ///< device pose: where the first grab starts
+    const Surface* surface = nullptr;
+    Vec3 p_TC = Vec3::Zero();  ///< its reference point, as World::p_TC()
+    Pose X_WT = {};         ///< tool pose: what is drawn and picked
+    Pose X_WT_device = {};  ///< device pose: where the first grab starts
 };
 
 /// State machine of dragging, updated once a frame. On the tool, left drag translates in the view plane, and the wheel

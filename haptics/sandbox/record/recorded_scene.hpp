@@ -13,8 +13,9 @@ namespace touchstone::sandbox {
 struct RecordedScene {
     struct Body {
         std::string name;
-        std::string tree;  ///< hash of its leaf spheres
-        Pose X_WB;         ///< at the start
+        std::string tree;     ///< hash of its leaf spheres; empty if it had none
+        std::string surface;  ///< hash of its repaired mesh; empty if it had none, or in an old recording
+        Pose X_WB;            ///< at the start
     };
     std::filesystem::path file;  ///< absolute
     std::string hash;            ///< of the file's bytes; empty if the file could not be read
@@ -26,8 +27,11 @@ RecordedScene recordedScene(const std::filesystem::path& file, const World& worl
 /// Hash of the file's bytes; empty if the file cannot be read.
 std::string hashOf(const std::filesystem::path& file);
 
-/// The world as it was recorded: the trees of `now`, if their hashes are the recorded ones, with the obstacles at their
-/// recorded poses. Null if a tree differs; `why` then says which one.
+/// Whether the recorded parts had spheres, so that a replay needs them.
+inline bool hadSpheres(const RecordedScene& scene) { return !scene.tool.tree.empty(); }
+
+/// The world as it was recorded: the parts of `now`, if their hashes are the recorded ones, with the obstacles at their
+/// recorded poses. Null if a part differs; `why` then says which one.
 std::shared_ptr<const World> recordedWorld(const RecordedScene& scene, const std::shared_ptr<const World>& now,
                                            std::string& why);
 

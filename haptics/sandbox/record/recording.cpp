@@ -52,6 +52,7 @@ Recording::Recording(fs::path folder)
                                         ": use the program that wrote it");
         scene_ = toRecordedScene(fieldOf(header(), "scene"));
         device_ = textOf(header(), "device");
+        settings_.geometry = Geometry::Spheres;  // of recordings that do not name it
         applySettings(settings_, fieldOf(header(), "settings"));
         begin(fieldOf(header(), "start"));
         if (!fieldOf(header(), "changes").is_array()) throw std::invalid_argument("changes must be a list");

@@ -30,11 +30,12 @@ Pose readPose(const json& values, const char* key) {
 Pose poseOf(const json& object, const char* key) { return readPose(fieldOf(object, key), key); }
 
 ordered_json toJson(const RecordedScene::Body& body) {
-    return {{"name", body.name}, {"tree", body.tree}, {"pose", toJson(body.X_WB)}};
+    return {{"name", body.name}, {"tree", body.tree}, {"surface", body.surface}, {"pose", toJson(body.X_WB)}};
 }
 
 RecordedScene::Body bodyOf(const json& object) {
-    return {textOf(object, "name"), textOf(object, "tree"), poseOf(object, "pose")};
+    return {textOf(object, "name"), textOf(object, "tree"),
+            object.contains("surface") ? textOf(object, "surface") : std::string(), poseOf(object, "pose")};
 }
 
 /// Every row has them as columns.

@@ -59,48 +59,70 @@ std::string defectWords(const MeshDefects& defects) {
     return words.empty() ? "faces that bound no volume" : words;
 }
 
-/// Builds trees one after the other; bodies of the same shape share one tree.
-class TreeBuilderCache {
+/// Makes the parts of a world, one after the other; bodies of the same shape share surface and tree.
+class PartMaker {
   public:
-    TreeBuilderCache(const Scene& scene, const SceneOptions& options, std::size_t parts,
-                     std::vector<std::string>& warnings)
-        : scene_(scene), options_(options), parts_(parts), warnings_(warnings) {}
+    PartMaker(const Scene& scene, const SceneOptions& options, std::vector<std::string>& warnings)
+        : scene_(scene), options_(options), warnings_(warnings) {}
 
-    struct Part {
-        std::shared_ptr<const SphereTree> tree;  ///< null if trees were not requested
-        std::shared_ptr<const Surface> surface;  ///< null likewise, and if the part is not closed
+    struct Mesh {
+        std::shared_ptr<const Surface> surface;  ///< null if the mesh is not closed
         std::string defects;                     ///< as in HapticScene
     };
-    Part make(Entity node) {
-        const TriangleMesh surface = bakedTriangles(scene_, node);
-        const std::string label = nodeLabel(scene_, node);
-        if (surface.triangles.empty())
-            engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
-        checkSize(label, surface);
-        if (!options_.buildTrees) return {};
+    const Mesh& mesh(Entity node) {
+        const TriangleMesh mesh = meshOf(node);
+        const auto [made, isNew] = meshes_.try_emplace(treeKey(mesh, {}));
+        if (!isNew) return made->second;
+        const RepairedMesh body = repairMesh(mesh);
+        if (!body.closed()) {
+            made->second.defects = defectWords(defectsOf(body));
+            return made->second;
+        }
+        try {
+            made->second.surface = std::make_shared<const Surface>(surfaceFeatures(body));
+        } catch (const std::invalid_argument& error) {
+            engine::failIn(scene_.file, nodeLabel(scene_, node), error.what());
+        }
+        return made->second;
+    }
+
+    /// Pre: `parts` calls are made.
+    std::shared_ptr<const SphereTree> tree(Entity node, std::size_t parts) {
+        const TriangleMesh mesh = bakedTriangles(scene_, node);
         TreeOptions treeOptions = scene_.registry.get<BodyMarking>(node).tree;
         if (options_.leaves > 0) {
             treeOptions.leaves = options_.leaves;
             treeOptions.maxError = 0;
         }
-        auto& tree = trees_[treeKey(surface, treeOptions)];
-        if (!tree) tree = build(surface, treeOptions, node);
+        auto& tree = trees_[treeKey(mesh, treeOptions)];
+        if (!tree) tree = build(mesh, treeOptions, node, parts);
         ++done_;
-        if (!tree->certificate.note.empty()) warnings_.push_back(label + ": " + tree->certificate.note);
-        const RepairedMesh body = repairMesh(surface);
-        if (!body.closed()) return {tree, nullptr, defectWords(defectsOf(body))};
-        return {tree, std::make_shared<const Surface>(surfaceFeatures(body), tree->center()), {}};
+        if (!tree->certificate.note.empty())
+            warnings_.push_back(nodeLabel(scene_, node) + ": " + tree->certificate.note);
+        return tree;
     }
 
+    void check(Entity node) { meshOf(node); }
+
   private:
-    std::shared_ptr<const SphereTree> build(const TriangleMesh& surface, const TreeOptions& treeOptions, Entity node) {
+    TriangleMesh meshOf(Entity node) {
+        TriangleMesh mesh = bakedTriangles(scene_, node);
+        const std::string label = nodeLabel(scene_, node);
+        if (mesh.triangles.empty())
+            engine::failIn(scene_.file, label, "it has a role but no triangles: give it or a node below it a mesh");
+        checkSize(label, mesh);
+        return mesh;
+    }
+
+    std::shared_ptr<const SphereTree> build(const TriangleMesh& surface, const TreeOptions& treeOptions, Entity node,
+                                            std::size_t parts) {
         const std::string part = nameOf(scene_, node);
         const BuildProgress progress = [&](const BuildStatus& status) {
             return !options_.progress ||
                    options_.progress({.part = part,
                                       .number = done_ + 1,
-                                      .of = parts_,
-                                      .fraction = (double(done_) + status.fraction) / double(parts_),
+                                      .of = parts,
+                                      .fraction = (double(done_) + status.fraction) / double(parts),
                                       .secondsLeft = status.secondsLeft});
         };
         try {
@@ -135,8 +157,9 @@ class TreeBuilderCache {
 
     const Scene& scene_;
     const SceneOptions& options_;
-    std::size_t parts_, done_ = 0;
+    std::size_t done_ = 0;
     std::vector<std::string>& warnings_;
+    std::map<std::uint64_t, Mesh> meshes_;
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
 
@@ -144,7 +167,8 @@ class TreeBuilderCache {
 
 std::filesystem::path treeCacheFolder() { return engine::userFolder("TOUCHSTONE_CACHE", "XDG_CACHE_HOME", ".cache"); }
 
-SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOptions& options) {
+SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Settings& settings,
+                      const SceneOptions& options) {
     if (const std::string missing = missingRoles(roles); !missing.empty()) engine::failIn(scene.file, "", missing);
     if (roles.obstacles.size() > kMaxObstacles)
         engine::failIn(scene.file, "",
@@ -153,23 +177,36 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const SceneOp
     SceneWorld made;
     made.motions = findMotions(scene, roles.tool, roles.obstacles, made.warnings);
     auto world = std::make_shared<World>();
-    TreeBuilderCache trees(scene, options, 1 + roles.obstacles.size(), made.warnings);
-    TreeBuilderCache::Part tool = trees.make(roles.tool);
-    world->tool = std::move(tool.tree);
-    world->toolSurface = std::move(tool.surface);
-    made.defects.push_back(std::move(tool.defects));
+    PartMaker parts(scene, options, made.warnings);
+    const auto surfaceOf = [&](Entity node) {
+        if (!options.buildWorld) {
+            parts.check(node);
+            return std::shared_ptr<const Surface>();
+        }
+        const PartMaker::Mesh& mesh = parts.mesh(node);
+        made.defects.push_back(mesh.defects);
+        return mesh.surface;
+    };
+    world->toolSurface = surfaceOf(roles.tool);
     for (const Entity obstacle : roles.obstacles) {
-        TreeBuilderCache::Part part = trees.make(obstacle);
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
-                                    .tree = std::move(part.tree),
+                                    .tree = nullptr,
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
-                                    .surface = std::move(part.surface)});
-        made.defects.push_back(std::move(part.defects));
+                                    .surface = surfaceOf(obstacle)});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     requireValid(scene, roles.tool, world->X_WT_start, "it starts");
-    if (options.buildTrees) made.world = std::move(world);
+    if (!options.buildWorld) return made;
+
+    const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;
+    std::vector<std::size_t> bySpheres;
+    for (std::size_t k = 0; k < world->obstacles.size(); ++k)
+        if (all || !world->hasMeshes(k)) bySpheres.push_back(k);
+    if (!bySpheres.empty()) world->tool = parts.tree(roles.tool, 1 + bySpheres.size());
+    for (const std::size_t k : bySpheres)
+        world->obstacles[k].tree = parts.tree(roles.obstacles[k], 1 + bySpheres.size());
+    made.world = std::move(world);
     return made;
 }
 
@@ -279,7 +316,8 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     opened.missing = missingRoles(opened.roles);
     if (!opened.missing.empty()) return opened;
 
-    SceneWorld built = buildWorld(opened.scene, opened.roles, options);
+    const Settings settings = options.adjust ? options.adjust(opened.settings) : opened.settings;
+    SceneWorld built = buildWorld(opened.scene, opened.roles, settings, options);
     opened.world = std::move(built.world);
     opened.motions = std::move(built.motions);
     opened.defects = std::move(built.defects);

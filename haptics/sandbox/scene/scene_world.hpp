@@ -31,7 +31,12 @@ struct SceneOptions {
     std::filesystem::path treeCache;  ///< folder that keeps sphere trees; empty: no cache
     SceneProgress progress;
     int leaves = 0;          ///< maximum leaf count of every part, in place of the scene's; 0: the scene's
-    bool buildTrees = true;  ///< false: everything except the trees; the world stays null
+    bool buildWorld = true;  ///< false: everything except the world, which stays null
+    /// Trees of all parts. Otherwise only of those that can touch by spheres alone: all with a Geometry::Spheres, or
+    /// those of an open mesh.
+    bool allTrees = false;
+    /// From the scene's settings to those of the run, if they differ.
+    std::function<Settings(const Settings&)> adjust = {};
 };
 
 /// $TOUCHSTONE_CACHE, else $XDG_CACHE_HOME/touchstone, else ~/.cache/touchstone; empty when none of them is set.
@@ -44,10 +49,11 @@ struct SceneWorld {
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
-/// Builds the trees, or reads them from the cache, and finds the motions. The tool starts at the first pose of the
+/// Makes surfaces, builds trees or reads them from the cache, and finds the motions. The tool starts at the first pose of the
 /// demonstration; without one, at its node. world->obstacles has the order of roles.obstacles. Throws
 /// engine::SceneError with one sentence if there is no tool, no obstacle, or a part without triangles.
-SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const SceneOptions& options = {});
+SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const Settings& settings,
+                      const SceneOptions& options = {});
 
 /// A scene that is ready to be drawn and, if it has a world, to be run.
 struct HapticScene {

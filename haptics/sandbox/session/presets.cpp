@@ -15,15 +15,6 @@ Settings withMode(Settings settings, Mode mode) {
     return settings;
 }
 
-Settings withGeometry(Settings settings, Geometry geometry) {
-    // The nearest pose between meshes is found by more steps than between spheres, and each costs less.
-    constexpr int kLinearizations = 4;
-    if (settings.geometry != geometry)
-        settings.linearisations = geometry == Geometry::Mesh ? kLinearizations : Settings().linearisations;
-    settings.geometry = geometry;
-    return settings;
-}
-
 Settings withSolversSwapped(Settings settings) {
     if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
     return settings;
@@ -46,8 +37,12 @@ std::span<const Preset> presetTable() {
              settings.shadow = -1;
              return settings;
          }},
-        {"meshes", "The default, but parts touch by their triangles where both are closed, not by their sphere trees.",
-         [](const Settings& scene) { return withGeometry(withMode(scene, Mode::Default), Geometry::Mesh); }},
+        {"spheres", "The default, but parts touch by their sphere trees, as in the paper, and not by their triangles.",
+         [](const Settings& scene) {
+             Settings settings = withMode(scene, Mode::Default);
+             settings.geometry = Geometry::Spheres;
+             return settings;
+         }},
     };
     return kTable;
 }

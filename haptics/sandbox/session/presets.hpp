@@ -12,8 +12,6 @@ namespace touchstone::sandbox {
 /// Settings for a mode: paper renders with pqp at tolerance 0.01 without shadow, as published; default with the exact
 /// solver and pqp as its shadow; penalty without a solver. Other settings do not change.
 Settings withMode(Settings settings, Mode mode);
-/// Settings for a geometry, with as many linearizations a tick as it needs. Other settings do not change.
-Settings withGeometry(Settings settings, Geometry geometry);
 /// Exchanges rendering and shadow solver; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);
 

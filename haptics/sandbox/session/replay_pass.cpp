@@ -33,7 +33,8 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
     if (recorded_.session != session_) {
         session_ = recorded_.session;
         const std::filesystem::path file = recording_.scene().file;
-        const HapticScene opened = openScene(file, {.treeCache = treeCacheFolder(), .progress = {}});
+        const HapticScene opened = openScene(
+            file, {.treeCache = treeCacheFolder(), .progress = {}, .allTrees = hadSpheres(recording_.scene())});
         if (!opened.world) throw std::runtime_error(file.string() + ": " + opened.missing);
         enterScene(file, opened.world);
     }

@@ -7,10 +7,13 @@
 
 namespace touchstone::sandbox {
 
-SceneOpening::SceneOpening(SceneRequest request_, const std::filesystem::path& treeCache)
+SceneOpening::SceneOpening(SceneRequest request_, const std::filesystem::path& treeCache,
+                           std::function<Settings(const Settings&)> adjust)
     : request(std::move(request_)),
       progress_{.file = request.file.filename().string(), .part = {}},
-      thread_([this, treeCache](const std::stop_token& stop) { run(stop, treeCache); }) {}
+      thread_([this, treeCache, adjust = std::move(adjust)](const std::stop_token& stop) {
+          run(stop, treeCache, adjust);
+      }) {}
 
 bool SceneOpening::done() const {
     const std::lock_guard lock(mutex_);
@@ -22,14 +25,17 @@ OpeningProgress SceneOpening::progress() const {
     return progress_;
 }
 
-void SceneOpening::run(const std::stop_token& stop, const std::filesystem::path& treeCache) {
-    const SceneOptions options{.treeCache = treeCache, .progress = [&](const SceneStatus& status) {
-                                   const std::lock_guard lock(mutex_);
-                                   progress_.part = status.part;
-                                   progress_.fraction = status.fraction;
-                                   progress_.secondsLeft = status.secondsLeft;
-                                   return !stop.stop_requested();
-                               }};
+void SceneOpening::run(const std::stop_token& stop, const std::filesystem::path& treeCache,
+                       const std::function<Settings(const Settings&)>& adjust) {
+    SceneOptions options{.treeCache = treeCache, .progress = {}, .allTrees = request.allTrees, .adjust = adjust};
+    options.progress = [&](const SceneStatus& status) {
+        const std::lock_guard lock(mutex_);
+        progress_.part = status.part;
+        progress_.fraction = status.fraction;
+        progress_.secondsLeft = status.secondsLeft;
+        return !stop.stop_requested();
+    };
+    if (request.settings) options.adjust = [this](const Settings&) { return *request.settings; };
     try {
         engine::Scene read = engine::readGltf(request.file);
         engine::applyEdits(read, request.edits);

@@ -18,6 +18,7 @@ struct SceneRequest {
     std::filesystem::path file;
     std::vector<engine::SceneEdit> edits = {};
     std::optional<Settings> settings = {};
+    bool allTrees = false;  ///< see SceneOptions
 };
 
 /// Progress of opening a scene, until it is shown.
@@ -31,7 +32,9 @@ struct OpeningProgress {
 /// Begins in its constructor; its destructor cancels it and waits for the thread.
 class SceneOpening {
   public:
-    SceneOpening(SceneRequest request, const std::filesystem::path& treeCache);
+    /// `adjust`: from the scene's settings to those of the run, if the request names none.
+    SceneOpening(SceneRequest request, const std::filesystem::path& treeCache,
+                 std::function<Settings(const Settings&)> adjust);
 
     void cancel() { thread_.request_stop(); }
     bool cancelled() const { return thread_.get_stop_token().stop_requested(); }
@@ -44,7 +47,8 @@ class SceneOpening {
     std::string error;
 
   private:
-    void run(const std::stop_token& stop, const std::filesystem::path& treeCache);
+    void run(const std::stop_token& stop, const std::filesystem::path& treeCache,
+             const std::function<Settings(const Settings&)>& adjust);
 
     mutable std::mutex mutex_;
     OpeningProgress progress_;

@@ -83,6 +83,7 @@ class LiveSession {
 
     /// The settings requested last; those in effect are snapshot()->settings.
     const Settings& settings() const { return settings_; }
+    /// If they touch spheres that the scene was opened without, opens it again, with trees and these settings.
     void setSettings(const Settings& settings);
     /// Resets device and tool to the start of the scene.
     void restart();
@@ -130,6 +131,7 @@ class LiveSession {
     void sayDevice();
     /// Reports the parts that are touched by their spheres although the settings ask for meshes.
     void saySpheres(const HapticScene* scene);
+    bool lacksSpheres(const Settings& settings) const;
     /// Lowers settings to the device's limits and reports each as a message.
     Settings capped(Settings settings);
 

@@ -49,6 +49,13 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     } else {
         device = startDevice(*next.scene, choice, nullptr, X_WT_start);
     }
+    if (geometryOf(begin) == Geometry::Spheres && !next.world->hasSpheres()) {
+        SceneRequest request = next.request;
+        request.settings = begin;
+        open(std::move(request));
+        log_.say(Message::Kind::Note, "Sphere trees are built for these settings; then the scene starts again");
+        return;
+    }
     const bool first = !loop_;
     const std::uint64_t number = first ? 0 : loopSession_ + 1;
     recording_.announce(number, recordedScene(next.request.file, *next.world), choice);
@@ -154,6 +161,13 @@ void LiveSession::setSettings(const Settings& settings) {
         log_.say(Message::Kind::Error, wrong);
         return;
     }
+    if (lacksSpheres(settings)) {
+        log_.say(Message::Kind::Note, "Sphere trees are built for these settings; then the scene starts again");
+        SceneRequest request = newest();
+        request.settings = settings;
+        open(std::move(request));
+        return;
+    }
     const Geometry before = geometryOf(settings_);
     settings_ = capped(settings);
     if (geometryOf(settings_) != before) saySpheres(shown_.scene.get());
@@ -163,6 +177,12 @@ void LiveSession::setSettings(const Settings& settings) {
 void LiveSession::saySpheres(const HapticScene* scene) {
     if (!scene) return;
     for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);
+}
+
+/// Whether these settings touch spheres that the world lacks: it was opened for meshes.
+bool LiveSession::lacksSpheres(const Settings& settings) const {
+    const World* world = next_ ? next_->world.get() : shown_.world.get();
+    return world && geometryOf(settings) == Geometry::Spheres && !world->hasSpheres();
 }
 
 void LiveSession::restart() {

@@ -7,7 +7,7 @@ namespace touchstone::sandbox {
 
 void LiveSession::open(SceneRequest request) {
     cancelOpening();
-    openings_.push_back(std::make_unique<SceneOpening>(std::move(request), options_.treeCache));
+    openings_.push_back(std::make_unique<SceneOpening>(std::move(request), options_.treeCache, options_.adjust));
 }
 
 void LiveSession::cancelOpening() {

@@ -492,7 +492,7 @@ TEST_CASE("free share: ends at the first contact of brute force", "[collision]")
                                                 std::min(0.0, pairGap(tool, obstacle, way.X_OT, i, j)));
             return least;
         };
-        const double share = freeShare(tool, obstacle, way, reach);
+        const double share = freeShare(tool, obstacle, way, tool.center(), reach);
         CAPTURE(pose, share);
         for (int k = 1; k <= 8; ++k) REQUIRE(deepest(share * k / 8) > -1e-8);
         met += share > 1e-6 && share < 1;
@@ -501,7 +501,7 @@ TEST_CASE("free share: ends at the first contact of brute force", "[collision]")
         // It ends no earlier: the pair that stops it is no further away than the curvature of an arc to either side.
         const double bend = share * reach * way.turn.squaredNorm() / 2;
         if (share < 1) REQUIRE(deepest(share) < 2 * bend + 1e-8);
-        REQUIRE(freeShare(tool, obstacle, way, reach, share / 2) == share / 2);
+        REQUIRE(freeShare(tool, obstacle, way, tool.center(), reach, share / 2) == share / 2);
     }
     CAPTURE(met, inside, missed);
     REQUIRE((met >= 5 && inside >= 5 && missed >= 5));
@@ -511,13 +511,13 @@ TEST_CASE("free share: touching bodies may slide and separate, but not penetrate
     const SphereTree ball = makeSphereTree({{0, 0, 0, 1}});
     const Pose touching{Vec3(2, 0, 0), Quat::Identity()}, inside{Vec3(1.5, 0, 0), Quat::Identity()};
     for (const Pose& X : {touching, inside}) {
-        REQUIRE(freeShare(ball, ball, {X, Vec3(0, 3, 0), Vec3::Zero()}, 0) == 1);
-        REQUIRE(freeShare(ball, ball, {X, Vec3(3, 0, 0), Vec3::Zero()}, 0) == 1);
-        REQUIRE(freeShare(ball, ball, {X, Vec3(-3, 0, 0), Vec3::Zero()}, 0) < 1e-8);
-        REQUIRE(freeShare(ball, ball, {X, Vec3::Zero(), Vec3::Zero()}, 0) == 1);
+        REQUIRE(freeShare(ball, ball, {X, Vec3(0, 3, 0), Vec3::Zero()}, ball.center(), 0) == 1);
+        REQUIRE(freeShare(ball, ball, {X, Vec3(3, 0, 0), Vec3::Zero()}, ball.center(), 0) == 1);
+        REQUIRE(freeShare(ball, ball, {X, Vec3(-3, 0, 0), Vec3::Zero()}, ball.center(), 0) < 1e-8);
+        REQUIRE(freeShare(ball, ball, {X, Vec3::Zero(), Vec3::Zero()}, ball.center(), 0) == 1);
     }
     // Straight ahead, 10 mm of 40 are free; a fast body does not jump over the obstacle.
-    REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, 0) ==
+    REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, ball.center(), 0) ==
             Approx(0.25));
 }
 

@@ -84,7 +84,7 @@ TEST_CASE("far poses: nothing is near a tool that is far away", "[collision][far
             CHECK(deepestGap(bodies.tool, bodies.obstacle, walk, X) == 0);
             CHECK(leastGap(bodies.tool, bodies.obstacle, X, 0) == 0);
             CHECK_FALSE(anyWithin(bodies.tool, bodies.obstacle, X, 0.5));
-            CHECK(freeShare(bodies.tool, bodies.obstacle, {X, Vec3(1, 2, 3), Vec3(0.1, 0, 0)}, bodies.tool.reach()) ==
+            CHECK(freeShare(bodies.tool, bodies.obstacle, {X, Vec3(1, 2, 3), Vec3(0.1, 0, 0)}, bodies.tool.center(), bodies.tool.reach()) ==
                   1);
             REQUIRE(finder.find({X, 0.5}, entries));
             CHECK(entries.count == 0);
@@ -108,7 +108,7 @@ TEST_CASE("far poses: the least gap is right as far as floats hold its square", 
         CHECK(leafGap(bodies.tool.leaf(pair.toolLeaf), bodies.obstacle.leaf(pair.obstacleLeaf), X) == least);
         // A path that ends before the other body meets nothing.
         const double reach = bodies.tool.reach();
-        CHECK(freeShare(bodies.tool, bodies.obstacle, {X, -0.5 * X.p, Vec3::Zero()}, reach) == 1);
+        CHECK(freeShare(bodies.tool, bodies.obstacle, {X, -0.5 * X.p, Vec3::Zero()}, bodies.tool.center(), reach) == 1);
     }
 }
 
@@ -135,7 +135,7 @@ TEST_CASE("far poses: clearance and free share end with a number up to their lim
         REQUIRE(deepest <= 0);
         REQUIRE(std::isfinite(deepest));
         const Course way{X, any.vector(), any.vector()};
-        const double share = freeShare(bodies.tool, bodies.obstacle, way, reach, 1);
+        const double share = freeShare(bodies.tool, bodies.obstacle, way, bodies.tool.center(), reach, 1);
         REQUIRE(share >= 0);
         REQUIRE(share <= 1);
     }

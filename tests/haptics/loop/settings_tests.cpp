@@ -95,7 +95,7 @@ TEST_CASE("settings: error messages say what is accepted", "[loop]") {
     Settings settings;
     CHECK(setSetting(settings, "rate", "100") == "rate must be a number from 250 to 10000 Hz, not '100'");
     CHECK(setSetting(settings, "linearisations", "1.5") ==
-          "linearisations must be a whole number from 1 to 64, not '1.5'");
+          "linearisations must be a whole number from 0 to 64, not '1.5'");
     CHECK(setSetting(settings, "paper_work", "1e8") == "");
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");

@@ -188,15 +188,15 @@ TEST_CASE("step: a device that jumps out of contact takes the tool along, and no
     SECTION("the obstacle blocks the path") {
         const Pose before = r.X_WT;
         r = step(world, settings, {at(0, -60, 0)}, state);
-        REQUIRE((r.X_WT.p - before.p).norm() <= settings.linearisations * settings.trust + 1e-9);
-        REQUIRE(r.linearisations == settings.linearisations);
+        REQUIRE((r.X_WT.p - before.p).norm() <= 2 * settings.trust + 1e-9);
+        REQUIRE(r.linearisations == 2);
         REQUIRE(trueClearance(world, r.X_WT) >= -1e-3);
         REQUIRE(r.wrench_C.force.norm() > 80);
     }
     SECTION("it moves out slowly, without a jump") {
         for (int tick = 0; tick < 100; ++tick) {
             r = step(world, settings, {at(0, 28 + 0.5 * tick, 0)}, state);
-            REQUIRE(r.linearisations <= (r.wrench_C.force.isZero(0) ? 64 : settings.linearisations));
+            REQUIRE(r.linearisations <= (r.wrench_C.force.isZero(0) ? 64 : 2));
         }
         REQUIRE(r.wrench_C.force.isZero(0));
     }

@@ -57,7 +57,7 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
     const auto seed = unsigned(GENERATE(range(1, 7)));
     CAPTURE(seed);
     Random random(seed);
-    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7), {0.3, 0, 0.1}),
+    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7)),
                   obstacle = surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
     FeaturePairFinder finder(tool, obstacle);
     PairEntries entries = finder.entries(), narrowed = finder.entries();
@@ -149,8 +149,8 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         CHECK(rowsOf(aged) == expected);
         crossedSteps += !expected.empty();
         // What crosses nothing leaves the parts apart.
-        if (expected.empty() && step.turn.norm() < 0.01) CHECK(!overlap(tool, obstacle, step.end(Vec3::Zero())));
-        if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(Vec3::Zero()), 0).deeper());
+        if (expected.empty() && step.turn.norm() < 0.01) CHECK(!overlap(tool, obstacle, step.end(tool.extent.center)));
+        if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(tool.extent.center), 0).deeper());
     }
     CHECK(crossedSteps > 20);
 }

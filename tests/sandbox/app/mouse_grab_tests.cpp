@@ -3,7 +3,7 @@
 
 #include "haptics/sandbox/app/mouse_grab.hpp"
 #include "haptics/sandbox/scene/units.hpp"
-#include "tests/support/sphere_models.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::mouse_grab_tests {
 
@@ -29,7 +29,7 @@ struct Mouse {
     GrabTool tool;
 
     void step() {
-        grab.update(frame, camera, tool.tree ? &tool : nullptr);
+        grab.update(frame, camera, tool.tree || tool.surface ? &tool : nullptr);
         frame.wheel = 0;
     }
 };
@@ -69,7 +69,7 @@ TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mou
 TEST_CASE("mouse: the held point of the tool follows the cursor in the view plane", "[mouse]") {
     const auto tree = ball(20);
     Mouse mouse;
-    mouse.tool = {tree.get(), {}, {}};
+    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
     mouse.step();
     CHECK(mouse.grab.hovering());
     mouse.frame.left = true;
@@ -94,7 +94,7 @@ TEST_CASE("mouse: the held point of the tool follows the cursor in the view plan
 TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mouse]") {
     const auto tree = ball(20);
     Mouse mouse;
-    mouse.tool = {tree.get(), {}, {}};
+    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
     mouse.frame.left = true;
     mouse.step();
     mouse.frame.wheel = 2;
@@ -107,7 +107,7 @@ TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mo
 TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
     const auto tree = treeOf({{5, 0, 0, 15}, {25, 0, 0, 15}});
     Mouse mouse;
-    mouse.tool = {tree.get(), {}, {}};
+    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
     const Vec3 C = tree->center();
     mouse.frame.right = true;
     mouse.step();
@@ -124,7 +124,7 @@ TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
 TEST_CASE("mouse: beside the tool it moves the camera", "[mouse]") {
     const auto tree = ball(5);
     Mouse mouse;
-    mouse.tool = {tree.get(), {}, {}};
+    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
     mouse.frame.cursor = {20, 20};
     mouse.frame.left = true;
     mouse.step();
@@ -151,7 +151,7 @@ TEST_CASE("mouse: moves nothing over a panel, or after it enters the picture fro
 TEST_CASE("mouse: keys move a held tool in depth and turn it about the view's axes", "[mouse]") {
     const auto tree = ball(20);
     Mouse mouse;
-    mouse.tool = {tree.get(), {}, {}};
+    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
     mouse.frame.depthKeys = 3;
     mouse.frame.turnKeys = {0, 0.2f, 0};
     mouse.step();
@@ -182,6 +182,25 @@ TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
     mouse.frame.left = false;
     mouse.step();
     CHECK_FALSE(mouse.grab.clicked());  // it was a drag, although the cursor returned
+}
+
+TEST_CASE("picking: a tool with a mesh is grabbed where the ray meets the mesh, whatever its tree", "[mouse]") {
+    const auto surface = std::make_shared<const Surface>(surfaceOf(boxMesh({20, 20, 20}, {-10, -10, -10})));
+    const auto tree = GENERATE(std::shared_ptr<const SphereTree>(), ball(1));
+    Mouse mouse;
+    mouse.tool = {.tree = tree.get(), .surface = surface.get(), .p_TC = surface->extent.center};
+    mouse.frame.cursor.x += 15;  // a few mm off the ball, well within the box
+    mouse.step();
+    CHECK(mouse.grab.hovering());
+    mouse.frame.left = true;
+    mouse.step();
+    REQUIRE(mouse.grab.holding());
+    CHECK(mouse.grab.anchor().z() == Approx(10).margin(1e-4));
+    mouse.frame.left = false;
+    mouse.step();
+    mouse.frame.cursor = {5, 5};
+    mouse.step();
+    CHECK_FALSE(mouse.grab.hovering());
 }
 
 }  // namespace touchstone::mouse_grab_tests

@@ -201,7 +201,9 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
         mesh->indices.resize(mesh->indices.size() - 6);
         instance.primitives[0].mesh = mesh;
     }
-    HapticScene scene = openScene(std::move(made));
+    SceneOptions options;
+    options.allTrees = true;
+    HapticScene scene = openScene(std::move(made), options);
     ScenePanelState panel;
     InspectorState state;
     PanelRequests requests;
@@ -245,7 +247,7 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
 
 TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };
@@ -269,7 +271,7 @@ TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[
 
 TEST_CASE("inspector: renames and paints a node", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildTrees = false});
+    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
     const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };

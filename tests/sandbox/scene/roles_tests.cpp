@@ -272,7 +272,7 @@ TEST_CASE("roles: a scene without tool or obstacle opens, names what is missing 
     sandbox::applyMarking(opened.scene, sandbox::GiveRole{nodeIndex(opened.scene, box), Role::Tool});
     opened = sandbox::openScene(std::move(opened.scene));
     CHECK_THAT(opened.missing, Contains("obstacle"));
-    CHECK_THROWS_AS(sandbox::buildWorld(opened.scene, opened.roles), engine::SceneError);
+    CHECK_THROWS_AS(sandbox::buildWorld(opened.scene, opened.roles, opened.settings), engine::SceneError);
 }
 
 }  // namespace touchstone::roles_tests

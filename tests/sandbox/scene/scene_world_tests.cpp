@@ -231,7 +231,7 @@ TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[sandbox]
     addBox(scene, "giant", glm::vec3(20), {{"role", "tool"}, {"leaves", 64}});
     addBox(scene, "dwarf", glm::vec3(1e-4f), {{"role", "obstacle"}, {"leaves", 64}});
     sandbox::SceneOptions options;
-    options.buildTrees = false;
+    options.buildWorld = false;
     const sandbox::HapticScene opened = sandbox::openScene(std::move(scene), options);
     CHECK(opened.world == nullptr);
     CHECK(opened.missing.empty());

@@ -168,7 +168,7 @@ TEST_CASE("invalid poses: a recording that begins with them is refused in one se
 
 TEST_CASE("invalid poses: a scene beyond a kilometer is refused in a sentence that names the node", "[sandbox]") {
     sandbox::SceneOptions options;
-    options.buildTrees = false;
+    options.buildWorld = false;
     const auto placed = [&](glm::dvec3 tool, glm::dvec3 obstacle, glm::vec3 size) {
         engine::Scene scene;
         addBox(scene, "cube", size, {{"role", "tool"}, {"leaves", 64}}, {.translation = tool});

@@ -22,7 +22,7 @@ using namespace touchstone::test;
 
 namespace {
 
-const SceneOptions kNoTrees{.treeCache = {}, .progress = {}, .buildTrees = false};
+const SceneOptions kNoTrees{.treeCache = {}, .progress = {}, .buildWorld = false};
 
 engine::LocalTransform at(double x, double y, double z) {
     engine::LocalTransform local;
