@@ -1,30 +1,17 @@
 // Runs every scene of the build unchanged.
 #include <catch2/catch.hpp>
 
-#include <algorithm>
-#include <filesystem>
-
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
+#include "tests/scenes/scene_files.hpp"
+#include "tests/support/scene_judge.hpp"
 
 namespace touchstone::scenes_tests {
 
-namespace {
-
+using namespace touchstone::test;
 namespace fs = std::filesystem;
 
-std::vector<fs::path> sceneFiles() {
-    std::vector<fs::path> files;
-    std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(TOUCHSTONE_BINARY_DIR "/scenes", error))
-        if (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf") files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    return files;
-}
-
-sandbox::HapticScene open(const fs::path& file) {
-    return sandbox::openScene(file, {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
-}
+namespace {
 
 sandbox::HeadlessOptions untimed() {
     sandbox::HeadlessOptions options;
@@ -48,7 +35,7 @@ TEST_CASE("scenes: each opens without a warning, starts without contact, and has
           "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = open(file);
+        const sandbox::HapticScene scene = openBundled(file);
         for (const std::string& warning : scene.warnings) CHECK(warning == "");
         REQUIRE(scene.world);
         CHECK(scene.demonstration);
@@ -60,7 +47,7 @@ TEST_CASE("scenes: each opens without a warning, starts without contact, and has
 TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][slow]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = open(file);
+        const sandbox::HapticScene scene = openBundled(file);
         sandbox::HeadlessOptions options = untimed();
         bool finite = true;
         options.onTick = [&](const TickRecord& record, double) {
@@ -80,10 +67,15 @@ TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][s
 TEST_CASE("scenes: between meshes, each demonstration runs without any overlap of triangles", "[scenes][slow][long]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = open(file);
+        const sandbox::HapticScene scene = openBundled(file);
         REQUIRE(scene.world->hasMeshes(0));
         const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
-        const sandbox::Report report = sandbox::runHeadless(scene, settings, untimed()).report;
+        const SceneJudge judge(scene);
+        int overlaps = 0;
+        sandbox::HeadlessOptions options = untimed();
+        options.onTick = [&](const TickRecord& record, double) { overlaps += judge.overlap(record.X_WT); };
+        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
+        CHECK(overlaps == 0);
         for (const sandbox::OutcomeCheck& check : report.checks) {
             INFO(check.name << ": limit " << check.limit << ", was " << check.value);
             // The probe in the inflamed pocket touches for 0.485 of the time; its spheres touch for more than 0.5.
@@ -95,10 +87,26 @@ TEST_CASE("scenes: between meshes, each demonstration runs without any overlap o
     }
 }
 
+TEST_CASE("scenes: between meshes, a clock and the list thread change no bit of a run", "[scenes][slow][long]") {
+    for (const char* name : {"bunnies", "spline", "gears"}) {
+        INFO(name);
+        const sandbox::HapticScene scene = openBundled(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb");
+        const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
+        sandbox::HeadlessOptions options = untimed();
+        options.seconds = 3;
+        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
+        CHECK(report.force > 0.5);
+        options.paced = true;
+        const sandbox::TimedRun paced = sandbox::timeHeadless(scene, settings, options);
+        CHECK(paced.hash == report.hash);
+        CHECK(std::any_of(paced.ticks.begin(), paced.ticks.end(), [](const auto& tick) { return tick.helper > 0; }));
+    }
+}
+
 TEST_CASE("scenes: paper mode runs each within its row limit", "[scenes][slow][long]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = open(file);
+        const sandbox::HapticScene scene = openBundled(file);
         sandbox::HeadlessOptions options = untimed();
         options.seconds = 1.2;  // into contact, in 300 ticks
         bool finite = true;

@@ -62,17 +62,10 @@ void App::handleMouse(const engine::Area& picture) {
     const TickRecord* record = session_.record();
     const ToolPoses poses = toolPoses();
     GrabTool tool;
-    if (record) {
-        const World& world = *viewed_->world;
-        tool = {.tree = world.tool.get(),
-                .surface = world.toolSurface.get(),
-                .p_TC = world.p_TC(),
-                .X_WT = poses.X_WT,
-                .X_WT_device = poses.X_WT_device};
-    }
+    if (record) tool = {.world = viewed_->world.get(), .X_WT = poses.X_WT, .X_WT_device = poses.X_WT_device};
     toolOnScreen_.reset();
     if (record)
-        if (const auto at = camera_.project(glm::vec3(toMeters(record->X_WT * tool.p_TC)), mouse.viewport))
+        if (const auto at = camera_.project(glm::vec3(toMeters(record->X_WT * tool.world->p_TC())), mouse.viewport))
             toolOnScreen_ = *at + glm::vec2(picture.position.x, picture.position.y);
 
     std::optional<Pose> wanted;  // target pose of the hand

@@ -48,20 +48,17 @@ struct RayWalk {
 
 Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 
-std::optional<Vec3> pick(const GrabTool& tool, const engine::Ray& ray) {
-    if (!tool.surface) return pickTree(*tool.tree, tool.X_WT, ray);
-    const Pose X_TW = tool.X_WT.inverse();
-    const auto hit = firstHit(*tool.surface, X_TW * toMm(ray.origin), X_TW.q * direction(ray.direction));
-    return hit ? std::optional(tool.X_WT * *hit) : std::nullopt;
-}
-
 }  // namespace
 
-std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray) {
+std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray) {
     const Pose X_TW = X_WT.inverse();
-    const Vec3 d_W = direction(ray.direction).normalized();
-    RayWalk walk{tree, X_TW * toMm(ray.origin), X_TW.q * d_W};
-    walk.descend(tree.levels.size() - 1, 0);
+    const Vec3 d_W = direction(ray.direction).normalized(), p = X_TW * toMm(ray.origin), d = X_TW.q * d_W;
+    if (world.toolSurface) {
+        const auto hit = firstHit(*world.toolSurface, p, d);
+        return hit ? std::optional<Vec3>(X_WT * *hit) : std::nullopt;
+    }
+    RayWalk walk{*world.tool, p, d};
+    walk.descend(world.tool->levels.size() - 1, 0);
     if (!std::isfinite(walk.nearest)) return std::nullopt;
     return toMm(ray.origin) + walk.nearest * d_W;
 }
@@ -75,7 +72,7 @@ void MouseGrab::begin(const engine::MouseFrame& mouse, const engine::OrbitCamera
     hovering_ = false;
     if (mouse.elsewhere) return;
     std::optional<Vec3> hit;
-    if (tool) hit = pick(*tool, camera.ray(mouse.cursor, mouse.viewport));
+    if (tool) hit = pickTool(*tool->world, tool->X_WT, camera.ray(mouse.cursor, mouse.viewport));
     hovering_ = hit.has_value();
 
     if (!buttonsUp_ || !(mouse.left || mouse.middle || mouse.right)) return;
@@ -125,12 +122,12 @@ void MouseGrab::update(const engine::MouseFrame& mouse, engine::OrbitCamera& cam
     switch (drag_) {
         case Drag::Move:
             move(mouse, camera);
-            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->p_TC);
+            if (mouse.turnKeys != glm::vec3(0)) turn(direction(byKeys), tool->world->p_TC());
             break;
         case Drag::Turn:
             turn(direction(kTurnPerPixel * (pixels.x * camera.up() + pixels.y * camera.right()) +
                            kTurnPerWheelStep * mouse.wheel * camera.forward() + byKeys),
-                 tool->p_TC);
+                 tool->world->p_TC());
             // The held point turns with the tool away from the cursor, so a following drag continues from the cursor.
             anchor_ = toMm(camera.onViewPlane(mouse.cursor, mouse.viewport, toMeters(anchor_)));
             break;

@@ -5,22 +5,20 @@
 
 #include "engine/view/camera.hpp"
 #include "engine/view/mouse_frame.hpp"
-#include "haptics/collision/sphere_tree.hpp"
+#include "haptics/loop/world.hpp"
 #include "haptics/math/rigid.hpp"
-#include "haptics/surface/surface.hpp"
 
 namespace touchstone::sandbox {
 
-/// First intersection of a ray (meters) with the leaves of the tree at X_WT, scene frame, mm; nothing if it misses.
-std::optional<Vec3> pickTree(const SphereTree& tree, const Pose& X_WT, const engine::Ray& ray);
+/// First intersection of a ray (meters) with the tool at X_WT, scene frame, mm; nothing if it misses: of a closed mesh,
+/// else of the leaves of the sphere tree.
+std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray);
 
-/// The tool as currently shown. It is picked by its mesh; without one, by the leaves of its tree.
+/// The tool as currently shown.
 struct GrabTool {
-    const SphereTree* tree = nullptr;
-    const Surface* surface = nullptr;
-    Vec3 p_TC = Vec3::Zero();  ///< its reference point, as World::p_TC()
-    Pose X_WT = {};         ///< tool pose: what is drawn and picked
-    Pose X_WT_device = {};  ///< device pose: where the first grab starts
+    const World* world = nullptr;
+    Pose X_WT;         ///< tool pose: what is drawn and picked
+    Pose X_WT_device;  ///< device pose: where the first grab starts
 };
 
 /// State machine of dragging, updated once a frame. On the tool, left drag translates in the view plane, and the wheel

@@ -65,19 +65,17 @@ class PartMaker {
     PartMaker(const Scene& scene, const SceneOptions& options, std::vector<std::string>& warnings)
         : scene_(scene), options_(options), warnings_(warnings) {}
 
-    struct Mesh {
+    struct Shape {
         std::shared_ptr<const Surface> surface;  ///< null if the mesh is not closed
         std::string defects;                     ///< as in HapticScene
     };
-    const Mesh& mesh(Entity node) {
+    Shape shape(Entity node) {
         const TriangleMesh mesh = meshOf(node);
-        const auto [made, isNew] = meshes_.try_emplace(treeKey(mesh, {}));
+        if (!options_.buildWorld) return {};
+        const auto [made, isNew] = shapes_.try_emplace(treeKey(mesh, {}));
         if (!isNew) return made->second;
         const RepairedMesh body = repairMesh(mesh);
-        if (!body.closed()) {
-            made->second.defects = defectWords(defectsOf(body));
-            return made->second;
-        }
+        if (!body.closed()) return made->second = {nullptr, defectWords(defectsOf(body))};
         try {
             made->second.surface = std::make_shared<const Surface>(surfaceFeatures(body));
         } catch (const std::invalid_argument& error) {
@@ -101,8 +99,6 @@ class PartMaker {
             warnings_.push_back(nodeLabel(scene_, node) + ": " + tree->certificate.note);
         return tree;
     }
-
-    void check(Entity node) { meshOf(node); }
 
   private:
     TriangleMesh meshOf(Entity node) {
@@ -159,7 +155,7 @@ class PartMaker {
     const SceneOptions& options_;
     std::size_t done_ = 0;
     std::vector<std::string>& warnings_;
-    std::map<std::uint64_t, Mesh> meshes_;
+    std::map<std::uint64_t, Shape> shapes_;
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
 
@@ -179,13 +175,9 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     auto world = std::make_shared<World>();
     PartMaker parts(scene, options, made.warnings);
     const auto surfaceOf = [&](Entity node) {
-        if (!options.buildWorld) {
-            parts.check(node);
-            return std::shared_ptr<const Surface>();
-        }
-        const PartMaker::Mesh& mesh = parts.mesh(node);
-        made.defects.push_back(mesh.defects);
-        return mesh.surface;
+        PartMaker::Shape shape = parts.shape(node);
+        made.defects.push_back(std::move(shape.defects));
+        return std::move(shape.surface);
     };
     world->toolSurface = surfaceOf(roles.tool);
     for (const Entity obstacle : roles.obstacles) {

@@ -15,6 +15,11 @@ Settings withMode(Settings settings, Mode mode) {
     return settings;
 }
 
+Settings withGeometry(Settings settings, Geometry geometry) {
+    settings.geometry = geometry;
+    return settings;
+}
+
 Settings withSolversSwapped(Settings settings) {
     if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
     return settings;
@@ -38,11 +43,7 @@ std::span<const Preset> presetTable() {
              return settings;
          }},
         {"spheres", "The default, but parts touch by their sphere trees, as in the paper, and not by their triangles.",
-         [](const Settings& scene) {
-             Settings settings = withMode(scene, Mode::Default);
-             settings.geometry = Geometry::Spheres;
-             return settings;
-         }},
+         [](const Settings& scene) { return withGeometry(withMode(scene, Mode::Default), Geometry::Spheres); }},
     };
     return kTable;
 }

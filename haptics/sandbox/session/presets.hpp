@@ -12,6 +12,8 @@ namespace touchstone::sandbox {
 /// Settings for a mode: paper renders with pqp at tolerance 0.01 without shadow, as published; default with the exact
 /// solver and pqp as its shadow; penalty without a solver. Other settings do not change.
 Settings withMode(Settings settings, Mode mode);
+/// The settings in another geometry.
+Settings withGeometry(Settings settings, Geometry geometry);
 /// Exchanges rendering and shadow solver; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);
 

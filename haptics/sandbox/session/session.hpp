@@ -129,9 +129,9 @@ class LiveSession {
     void take(const RecordedTick& tick);
     void followRecordedSettings();
     void sayDevice();
+    bool lacksSpheres(const Settings& settings) const;
     /// Reports the parts that are touched by their spheres although the settings ask for meshes.
     void saySpheres(const HapticScene* scene);
-    bool lacksSpheres(const Settings& settings) const;
     /// Lowers settings to the device's limits and reports each as a message.
     Settings capped(Settings settings);
 

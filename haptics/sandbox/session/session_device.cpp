@@ -174,15 +174,15 @@ void LiveSession::setSettings(const Settings& settings) {
     if (loop_ && (next_ || running())) loop_->setSettings(inScene(settings_, device_.facts.scale));
 }
 
-void LiveSession::saySpheres(const HapticScene* scene) {
-    if (!scene) return;
-    for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);
-}
-
 /// Whether these settings touch spheres that the world lacks: it was opened for meshes.
 bool LiveSession::lacksSpheres(const Settings& settings) const {
     const World* world = next_ ? next_->world.get() : shown_.world.get();
     return world && geometryOf(settings) == Geometry::Spheres && !world->hasSpheres();
+}
+
+void LiveSession::saySpheres(const HapticScene* scene) {
+    if (!scene) return;
+    for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);
 }
 
 void LiveSession::restart() {

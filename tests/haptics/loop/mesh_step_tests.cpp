@@ -1,14 +1,13 @@
 // The tick between meshes, judged by answers that follow from the geometry and by the reference.
 #include <catch2/catch.hpp>
-#include <random>
 
 #include "haptics/loop/neighbor_list_worker.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"
-#include "haptics/surface/surface_overlap.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/mesh_world.hpp"
+#include "tests/support/wandering_hand.hpp"
 
 namespace touchstone::mesh_step_tests {
 
@@ -18,46 +17,7 @@ namespace {
 
 constexpr double kDistance = 0.002;
 
-TriangleMesh centeredBox(double x, double y, double z) { return boxMesh({x, y, z}, {-x / 2, -y / 2, -z / 2}); }
-
-Settings meshes() {
-    Settings settings;
-    settings.geometry = Geometry::Mesh;
-    settings.shadow = -1;
-    settings.linearisations = 4;
-    return settings;
-}
-
-bool overlapNow(const World& world, const StepState& state, const Pose& X_WT) {
-    return overlap(*world.toolSurface, *world.obstacles[0].surface, state.obstacles()[0].inverse() * X_WT);
-}
-
-struct Random {
-    explicit Random(unsigned seed) : engine(seed) {}
-    std::mt19937 engine;
-    std::normal_distribution<double> normal;
-    Vec3 vector() { return {normal(engine), normal(engine), normal(engine)}; }
-};
-
-/// A hand that wanders at up to 1 m/s around the origin and leaps now and then.
-class WanderingHand {
-  public:
-    WanderingHand(unsigned seed, double size) : random_(seed), size_(size) {}
-    Pose next(int tick) {
-        if (tick % 150 == 0) pose_.p += size_ * random_.vector() - pose_.p;
-        shift_ = 0.95 * shift_ + 0.05 * random_.vector() - 0.002 * pose_.p;
-        turn_ = 0.95 * turn_ + 0.003 * random_.vector();
-        pose_.p += shift_;
-        pose_.q = (expRotation(turn_) * pose_.q).normalized();
-        return pose_;
-    }
-
-  private:
-    Random random_;
-    double size_;
-    Pose pose_;
-    Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();
-};
+Settings meshes() { return settingsFor(Geometry::Mesh); }
 
 }  // namespace
 
@@ -103,19 +63,17 @@ TEST_CASE("mesh step: nothing tunnels and nothing overlaps, whatever the hand do
     const Case& c = cases[which];
     CAPTURE(c.name);
     const World world = meshWorld(c.tool, c.obstacle, at(0, 0, 30));
-    const MeshReference judge(c.tool, Vec3::Zero(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
+    const MeshReference judge(c.tool, world.p_TC(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
     StepState state(world);
     WanderingHand hand(unsigned(40 + which), c.size);
     const Settings settings = meshes();
     Pose device;
     int loaded = 0, compared = 0, agreed = 0;
     for (int tick = 0; tick < 3000; ++tick) {
-        // The hand pauses now and then, so that the tool comes to rest.
-        const bool pauses = tick % 100 >= 70;
-        if (!pauses) device = hand.next(tick);
+        device = hand.next();
         const TickRecord record = step(world, settings, {device}, state);
         REQUIRE((record.flags & (kInfeasible | kNonFinite | kListOverflow | kOverlapping)) == 0);
-        REQUIRE(!overlapNow(world, state, record.X_WT));
+        REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
         loaded += !record.wrench_C.isZero();
         if (tick % 100 != 99 || record.wrench_C.isZero() || (record.flags & kUnfinished)) continue;
         const MeshReferenceAnswer answer = judge.solve({device, record.X_WT, settings.stiffness, settings.torsion});
@@ -140,7 +98,7 @@ TEST_CASE("mesh step: entries from another thread and the reserve of the lists c
     Random random(8);
     int complete = 0, allocated = 0;
     for (int tick = 0; tick < 1200; ++tick) {
-        const Pose device = hand.next(tick);
+        const Pose device = hand.next();
         const AllocationCounter counter;
         const TickRecord expected = step(world, settings, {device}, plain);
         allocated += int(counter.count());
@@ -188,7 +146,7 @@ TEST_CASE("mesh step: a moving obstacle pushes the tool and never enters it", "[
         if (tick % 120 == 0) target = {1.5 * random.vector() + Vec3(0, 0, 3), expRotation(0.4 * random.vector())};
         const StepInput input{.X_WT_device = at(0, 0, 4), .X_WO = {&target, 1}};
         const TickRecord record = step(world, meshes(), input, state);
-        REQUIRE(!overlapNow(world, state, record.X_WT));
+        REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
         pushed += !record.wrench_C.isZero();
         moved += !(state.obstacles()[0] == before);
         before = state.obstacles()[0];

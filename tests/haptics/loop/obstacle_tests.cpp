@@ -7,7 +7,7 @@
 #include "haptics/loop/neighbor_list_worker.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/alloc_count.hpp"
-#include "tests/support/sphere_models.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::obstacle_tests {
 
@@ -46,6 +46,12 @@ double farthestLeaf(const SphereTree& tree, const Pose& from, const Pose& to) {
     for (int i = 0; i < tree.leafCount(); ++i)
         most = std::max(most, (to * tree.leaf(i).center() - from * tree.leaf(i).center()).norm());
     return most;
+}
+
+/// Two bodies of about 20 mm radius that have leaves as well as meshes.
+World bodies() {
+    return withMeshes(worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0)), blobMesh(15, 24, 13),
+                      blobMesh(20, 22, 11));
 }
 
 }  // namespace
@@ -102,15 +108,21 @@ TEST_CASE("obstacles: a turning obstacle from any side pushes the tool in free s
 
 TEST_CASE("obstacles: a press stops at a tool that lies on another obstacle, and continues when it can",
           "[step][obstacle]") {
+    const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
+    CAPTURE(getSetting(settings, "geometry"));
     const auto wall = slab(13, 2, 2);
     World world{ball(10), {{"below", wall, at(0, -12, 0)}, {"above", wall, at(0, 14, 0)}}, at(0, 0.1, 0)};
+    world.toolSurface = std::make_shared<const Surface>(surfaceOf(centeredBox(12, 20, 12)));
+    for (Obstacle& obstacle : world.obstacles)
+        obstacle.surface = std::make_shared<const Surface>(surfaceOf(centeredBox(28, 4, 28)));
     const std::vector<Pose> closing{at(0, -12, 0), at(0, 8, 0)}, open{at(0, -20, 0), at(0, 8, 0)};
     StepState state(world);
     const auto run = [&](int ticks, const std::vector<Pose>& targets) {
         int held = 0;
         for (int tick = 0; tick < ticks; ++tick) {
-            const TickRecord r = step(world, exactAlone(), {at(0, 0, 0), {}, targets}, state, {}, true);
-            REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
+            const TickRecord r = step(world, settings, {at(0, 0, 0), {}, targets}, state, {}, true);
+            if (settings.geometry == Geometry::Mesh) REQUIRE_FALSE(meshesOverlap(world, r.X_WT, state.obstacles()));
+            if (settings.geometry == Geometry::Spheres) REQUIRE(overlap(world, r, state.obstacles()) <= kMaxOverlap);
             held += (r.flags & kObstacleHeld) != 0;
         }
         return held;
@@ -139,7 +151,8 @@ TEST_CASE("obstacles: a held obstacle does not stop another", "[step][obstacle]"
 }
 
 TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[step][obstacle]") {
-    const World world = worldOf(blob(300, 20, 4), blob(300, 20, 5), at(0, 45, 0));
+    const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
+    const World world = bodies();
     const auto hash = [&](bool targetsGiven) {
         StepState state(world);
         std::vector<Pose> targets;
@@ -147,15 +160,16 @@ TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[ste
         if (!targetsGiven) targets.clear();
         std::uint64_t sum = 0;
         for (int tick = 0; tick < 300; ++tick)
-            sum = hashTick(step(world, {}, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state),
-                           sum);
+            sum = hashTick(
+                step(world, settings, {at(0, std::max(33.0, 45 - 0.06 * tick), 0.01 * tick), {}, targets}, state), sum);
         return sum;
     };
     CHECK(hash(true) == hash(false));
 }
 
 TEST_CASE("obstacles: lists found by another thread, and an audit, change no result", "[step][obstacle]") {
-    const World world = worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0));
+    const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
+    const World world = bodies();
     const auto drive = [&](bool helped, bool audit) {
         StepState state(world);
         std::unique_ptr<NeighborListWorker> worker;
@@ -165,10 +179,15 @@ TEST_CASE("obstacles: lists found by another thread, and an audit, change no res
             const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
             StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
             if (worker) input.entries = worker->newest();
-            const TickRecord r = step(world, {}, input, state, {}, audit);
+            const TickRecord r = step(world, settings, input, state, {}, audit);
             sum = hashTick(r, sum);
             if (!worker) continue;
-            worker->request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.75}, r.X_WT, state.obstacles());
+            worker->request({.tickMs = 1,
+                             .within = state.asked(),
+                             .trust = settings.trust,
+                             .slack = settings.slack,
+                             .geometry = settings.geometry},
+                            r.X_WT, state.obstacles());
             std::this_thread::sleep_for(std::chrono::microseconds(300));
         }
         return sum;

@@ -8,8 +8,8 @@
 
 #include "haptics/loop/neighbor_list_worker.hpp"
 #include "tests/support/alloc_count.hpp"
+#include "tests/support/mesh_world.hpp"
 #include "tests/support/solvers.hpp"
-#include "tests/support/sphere_models.hpp"
 
 namespace touchstone::step_tests {
 
@@ -21,6 +21,12 @@ Settings exactAlone() {
     Settings settings;
     settings.shadow = -1;
     return settings;
+}
+
+/// Two bodies of about 20 mm radius that have leaves as well as meshes.
+World bodies() {
+    return withMeshes(worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0)), blobMesh(20, 24, 13),
+                      blobMesh(20, 22, 11));
 }
 
 /// Steps along a motion, given as one pose for each tick, and calls check(record) after each tick.
@@ -53,10 +59,13 @@ TEST_CASE("step: a ball pressed into a ball stops at the surface and pushes back
 }
 
 TEST_CASE("step: in free motion the force is exactly zero and the tool is exactly at the device pose", "[step]") {
-    const World world = worldOf(blob(200, 20, 1), blob(200, 20, 2), at(0, 100, 0));
+    const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    World world = bodies();
+    world.X_WT_start = at(0, 100, 0);
     // 5 m/s past the obstacle at a distance, turning.
     drive(
-        world, exactAlone(), 100, [](int tick) { return at(5.0 * tick - 250, 60, 0, Vec3(0, 0.05 * tick, 0)); },
+        world, settingsFor(geometry), 100,
+        [](int tick) { return at(5.0 * tick - 250, 60, 0, Vec3(0, 0.05 * tick, 0)); },
         [](const TickRecord& r) {
             REQUIRE(r.wrench_C.force.isZero(0));
             REQUIRE(r.wrench_C.torque.isZero(0));
@@ -270,7 +279,9 @@ TEST_CASE("step: the adaptive margin changes the number of rows, but no answer w
 }
 
 TEST_CASE("step: results do not depend on the shadow, the timer, the audit or the age of the lists", "[step]") {
-    const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
+    const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    CAPTURE(geometryNames()[std::size_t(geometry)]);
+    const World world = bodies();
     const auto device = [](int tick) {
         return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
                   Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
@@ -278,13 +289,15 @@ TEST_CASE("step: results do not depend on the shadow, the timer, the audit or th
     const auto hashOf = [&](const Settings& settings, const StageClock& clock, bool audit) {
         StepState state(world);
         std::uint64_t hash = hashTick({});
+        TickRecord record;
         for (int tick = 0; tick < 500; ++tick)
-            hash = hashTick(step(world, settings, {device(tick)}, state, clock, audit), hash);
+            hash = hashTick(record = step(world, settings, {device(tick)}, state, clock, audit), hash);
+        REQUIRE(record.wrench_C.force.norm() > 5);
         return hash;
     };
     static std::uint64_t counter = 0;
     const StageClock clock{[] { return counter += 7; }, 1e-3};
-    const Settings plain = exactAlone();
+    const Settings plain = settingsFor(geometry);
     Settings shadowed = plain, fresh = plain;
     shadowed.shadow = findSolver("pqp");
     fresh.slack = 0.0;  // a new list for every linearisation
@@ -361,35 +374,41 @@ TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a t
 }
 
 TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[step]") {
-    const World world = worldOf(blob(300, 20, 9), blob(300, 20, 10), at(0, 45, 0));
-    for (const Mode mode : {Mode::Default, Mode::Paper, Mode::Penalty})
-        for (int solver = 0; solver < int(solverTable().size()); ++solver) {
-            CAPTURE(int(mode), solver);
-            StepState state(world);
-            Settings settings;
-            settings.mode = mode;
-            settings.solver = solver;
-            settings.shadow = solver == kExactSolver ? Settings().shadow : kExactSolver;
-            AllocationCounter counter;
-            for (int tick = 0; tick < 400; ++tick)
-                step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
-            REQUIRE(counter.count() == 0);
-        }
+    const World world = bodies();
+    const auto [mode, geometry] = GENERATE(table<Mode, Geometry>({{Mode::Default, Geometry::Mesh},
+                                                                  {Mode::Default, Geometry::Spheres},
+                                                                  {Mode::Paper, Geometry::Spheres},
+                                                                  {Mode::Penalty, Geometry::Spheres}}));
+    for (int solver = 0; solver < int(solverTable().size()); ++solver) {
+        CAPTURE(int(mode), int(geometry), solver);
+        StepState state(world);
+        Settings settings = settingsFor(geometry);
+        settings.mode = mode;
+        settings.solver = solver;
+        settings.shadow = solver == kExactSolver ? Settings().shadow : kExactSolver;
+        AllocationCounter counter;
+        for (int tick = 0; tick < 400; ++tick)
+            step(world, settings, {at(0, std::max(30.0, 45 - 0.06 * tick), 0)}, state, {}, true);
+        REQUIRE(counter.count() == 0);
+    }
 }
 
 TEST_CASE("step: a state resumed from a record gives the answers of the uninterrupted one", "[step]") {
-    const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 45, 0));
+    const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
+    CAPTURE(getSetting(settings, "geometry"));
+    const World world = bodies();
     const auto device = [](int tick) {
         return at(3 * std::sin(0.02 * tick), std::max(28.0, 45 - 0.06 * tick), 0,
                   Vec3(0.1 * std::sin(0.01 * tick), 0, 0));
     };
     StepState going(world), resumed(world);
-    TickRecord last = step(world, exactAlone(), {device(0)}, going);
+    TickRecord last = step(world, settings, {device(0)}, going);
     int loaded = 0;
     for (int tick = 1; tick < 500; ++tick) {
         resumed.resume(last);
-        const TickRecord r = step(world, exactAlone(), {device(tick)}, resumed);
-        last = step(world, exactAlone(), {device(tick)}, going);
+        const TickRecord r = step(world, settings, {device(tick)}, resumed);
+        last = step(world, settings, {device(tick)}, going);
+        CAPTURE(tick, r.flags, last.flags);
         REQUIRE(r.tick == last.tick);
         // Both are exact to 1e-9 of a step below a millimeter, in up to 64 linearizations.
         REQUIRE((r.X_WT.p - last.X_WT.p).norm() < 1e-7);
@@ -431,14 +450,19 @@ TEST_CASE("step: no solver's answer lets the tool penetrate, at any tolerance", 
     const double tolerance = GENERATE(1.0, 0.1, 1e-3);
     const int solver = GENERATE(from_range(allSolvers()));
     CAPTURE(tolerance, solverTable()[solver].name);
-    const World world = worldOf(blob(300, 20, 11), blob(300, 20, 12), at(0, 45, 0));
-    Settings settings = exactAlone();
+    const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    const World world = bodies();
+    Settings settings = settingsFor(geometry);
     settings.solver = solver;
     settings.tolerance = tolerance;
+    const Pose X_WO = world.obstacles[0].X_WO;
     drive(
         world, settings, 500,
         [](int tick) { return at(3 * std::sin(0.02 * tick), std::max(30.0, 45 - 0.06 * tick), 0); },
-        [&](const TickRecord& r) { REQUIRE(trueClearance(world, r.X_WT) >= -1e-3); });
+        [&](const TickRecord& r) {
+            if (geometry == Geometry::Mesh) REQUIRE_FALSE(meshesOverlap(world, r.X_WT, {&X_WO, 1}));
+            if (geometry == Geometry::Spheres) REQUIRE(trueClearance(world, r.X_WT) >= -1e-3);
+        });
 }
 
 TEST_CASE("step: an approximate solver gets only the rows that screening keeps, and the tool does not penetrate",

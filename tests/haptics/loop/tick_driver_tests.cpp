@@ -6,13 +6,18 @@
 #include <vector>
 
 #include "tests/support/ground_world.hpp"
+#include "tests/support/mesh_world.hpp"
 
 namespace touchstone::tick_driver_tests {
 
 namespace {
 
-/// The tool touches when its node is at z = 5 mm.
-std::shared_ptr<const World> groundWorld() { return test::groundBelow(Vec3::UnitZ(), 20); }
+/// The tool touches when its node is at z = 5 mm, and 0.01 mm lower with its mesh, which the leaves cover.
+std::shared_ptr<const World> groundWorld() {
+    return std::make_shared<const World>(
+        test::withMeshes(*test::groundBelow(Vec3::UnitZ(), 20), test::centeredBox(15, 9, 9.99),
+                         test::moved(test::centeredBox(100, 100, 100), 1, {0, 0, 950})));
+}
 
 /// Everything that passed between driver and device.
 struct Log {
@@ -149,22 +154,27 @@ TEST_CASE("tick driver: stiffness ramps over 200 ms and arrives exactly", "[loop
     CHECK(f.run(100).wrench_o.force.z() == Approx(2.5 * before).epsilon(kStill));
 }
 
-TEST_CASE("tick driver: the solver changes at zero force, 50 ms out and 100 ms in", "[loop]") {
+TEST_CASE("tick driver: solver and geometry change at zero force, 50 ms out and 100 ms in", "[loop]") {
     Fixture f;
     f.run(200);
-    Settings settings;
-    settings.solver = findSolver("active-set");
+    const Settings before = f.driver->settings();
+    Settings settings = before;
+    if (GENERATE(true, false))
+        settings.solver = findSolver("active-set");
+    else
+        settings.geometry = before.geometry == Geometry::Mesh ? Geometry::Spheres : Geometry::Mesh;
     settings.stiffness = 3;
     f.driver->request(settings);
     for (int tick = 1; tick <= 50; ++tick) {
         const TickRecord record = f.run(1);
         REQUIRE(share(record) == Approx(1 - tick / 50.0).margin(1e-12));
-        REQUIRE(f.driver->settings().solver == kExactSolver);
+        REQUIRE(f.driver->settings() == before);
         REQUIRE(record.wrench_o.force.z() == Approx(5).epsilon(0.01));  // with the old stiffness too
     }
     for (int tick = 1; tick <= 120; ++tick) {
-        f.run(1);
-        REQUIRE(f.driver->settings().solver == settings.solver);
+        const TickRecord record = f.run(1);
+        REQUIRE(f.driver->settings() == settings);
+        REQUIRE(record.X_WT.p.z() == Approx(5).margin(0.01));  // it stays where it was, up to the kept distance
         REQUIRE(f.driver->fade() == Approx(std::min(1.0, tick / 100.0)).epsilon(1e-12));
     }
 }

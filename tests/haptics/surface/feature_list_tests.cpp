@@ -3,28 +3,19 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
-#include <random>
 #include <set>
 
 #include "haptics/reference/mesh_reference.hpp"
-#include "haptics/surface/surface_overlap.hpp"
 #include "tests/support/mesh_world.hpp"
+#include "tests/support/random.hpp"
 
 namespace touchstone::feature_list_tests {
 
-using test::surfaceOf;
+using namespace touchstone::test;
 
 namespace {
 
 constexpr double kDistance = 2e-3;
-
-struct Random {
-    explicit Random(unsigned seed) : engine(seed) {}
-    std::mt19937 engine;
-    std::normal_distribution<double> normal;
-    Vec3 vector() { return {normal(engine), normal(engine), normal(engine)}; }
-    Pose pose(double far, double turned) { return {far * vector(), expRotation(turned * vector())}; }
-};
 
 /// Whether two features can touch as they are turned.
 bool canTouch(const Surface& tool, const Surface& obstacle, const Pose& X_OT, const PairEntry& pair) {
@@ -153,41 +144,6 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(tool.extent.center), 0).deeper());
     }
     CHECK(crossedSteps > 20);
-}
-
-TEST_CASE("surface overlap: agrees with the reference's clearance and knows inside from outside") {
-    Random random(5);
-    const TriangleMesh ring = test::torusMesh(6, 2, 24, 12), blob = test::blobMesh(2, 14, 7);
-    const Surface tool = surfaceOf(blob), obstacle = surfaceOf(ring);
-    const MeshReference judge(blob, Vec3::Zero(), {{ring, Pose{}}});
-    int overlapping = 0, apart = 0;
-    for (int n = 0; n < 200; ++n) {
-        const Pose X = random.pose(4, 1);
-        const double clearance = judge.clearance(X, 1);
-        const bool inside =
-            clearance > 0 && isInside(obstacle, X * Vec3::Zero()) && isInside(obstacle, X * Vec3(0, 0, 2));
-        const bool both = overlap(tool, obstacle, X);
-        CHECK(both == (clearance == 0 || inside));
-        if (!both) CHECK(overlapDepth(tool, obstacle, X) == 0);
-        ++(both ? overlapping : apart);
-    }
-    CHECK(overlapping > 30);
-    CHECK(apart > 30);
-
-    // A small box wholly inside a large one, and in a cavity of it.
-    const Surface small = surfaceOf(test::boxMesh({1, 1, 1}, Vec3::Constant(-0.5)));
-    const TriangleMesh shell = test::joined(test::boxMesh({10, 10, 10}, Vec3::Constant(-5)),
-                                            test::flipped(test::boxMesh({4, 4, 4}, Vec3::Constant(-2))));
-    const Surface solid = surfaceOf(test::boxMesh({10, 10, 10}, Vec3::Constant(-5))), hollow = surfaceOf(shell);
-    CHECK(overlap(small, solid, Pose{}));
-    CHECK(overlap(solid, small, Pose{}));
-    CHECK(overlapDepth(small, solid, Pose{}) == Approx(5.5).margin(1.1));
-    CHECK(!overlap(small, hollow, Pose{}));
-    CHECK(overlap(small, hollow, {Vec3(3, 0, 0), Quat::Identity()}));
-    CHECK(overlap(small, hollow, {Vec3(2, 0, 0), Quat::Identity()}));
-    CHECK(!overlap(small, hollow, {Vec3(8, 0, 0), Quat::Identity()}));
-    CHECK(isInside(hollow, {3, 1, 1}));
-    CHECK(!isInside(hollow, {1, 1, 1}));
 }
 
 }  // namespace touchstone::feature_list_tests

@@ -29,7 +29,7 @@ struct Mouse {
     GrabTool tool;
 
     void step() {
-        grab.update(frame, camera, tool.tree || tool.surface ? &tool : nullptr);
+        grab.update(frame, camera, tool.world ? &tool : nullptr);
         frame.wheel = 0;
     }
 };
@@ -38,6 +38,7 @@ struct Mouse {
 
 TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mouse]") {
     const auto tree = blob(700, 40, 3);
+    const World world = worldOf(tree, tree, {});
     const Pose X_WT = at(12, -7, 30, {0.3, -0.8, 0.4});
     const unsigned seed = 20240607;
     CAPTURE(seed);
@@ -56,7 +57,7 @@ TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mou
             if (half2 >= 0 && along + std::sqrt(half2) >= 0) nearest = std::min(nearest, along - std::sqrt(half2));
         }
         const engine::Ray ray{glm::vec3(toMeters(origin)), glm::vec3(toGlm(d))};
-        const auto hit = pickTree(*tree, X_WT, ray);
+        const auto hit = pickTool(world, X_WT, ray);
         // The ray is rounded to float, so either answer is right within a micron of a sphere's edge.
         if (hit.has_value() != (nearest < 1e29)) continue;
         if (!hit) continue;
@@ -66,10 +67,26 @@ TEST_CASE("picking: a ray finds the same point as a search of all leaves", "[mou
     CHECK(hits > 200);
 }
 
+TEST_CASE("picking: a ray meets the mesh of a closed tool, turned or not, and misses beside it", "[mouse]") {
+    const World world = meshWorld(test::boxMesh({20, 30, 40}, {-10, -15, 0}), test::boxMesh({1, 1, 1}), {});
+    const Pose X_WT = at(5, 0, 10);
+    const auto from = [](const Vec3& p, const Vec3& d) {
+        return engine::Ray{glm::vec3(toMeters(p)), glm::vec3(toGlm(d))};
+    };
+    const auto hit = pickTool(world, X_WT, from({0, 3, 200}, {0, 0, -1}));
+    REQUIRE(hit);
+    CHECK((*hit - Vec3(0, 3, 50)).norm() < 1e-3);
+    CHECK_FALSE(pickTool(world, X_WT, from({-6, 3, 200}, {0, 0, -1})));
+    CHECK_FALSE(pickTool(world, X_WT, from({0, 3, 200}, {0, 0, 1})));
+    const auto turned = pickTool(world, at(5, 0, 10, {0, 0, M_PI / 2}), from({200, 0, 20}, {-1, 0, 0}));
+    REQUIRE(turned);
+    CHECK((*turned - Vec3(20, 0, 20)).norm() < 1e-3);
+}
+
 TEST_CASE("mouse: the held point of the tool follows the cursor in the view plane", "[mouse]") {
-    const auto tree = ball(20);
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
+    mouse.tool = {&world, {}, {}};
     mouse.step();
     CHECK(mouse.grab.hovering());
     mouse.frame.left = true;
@@ -92,9 +109,9 @@ TEST_CASE("mouse: the held point of the tool follows the cursor in the view plan
 }
 
 TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mouse]") {
-    const auto tree = ball(20);
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
+    mouse.tool = {&world, {}, {}};
     mouse.frame.left = true;
     mouse.step();
     mouse.frame.wheel = 2;
@@ -106,8 +123,9 @@ TEST_CASE("mouse: the wheel moves a held tool away along the cursor's ray", "[mo
 
 TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
     const auto tree = treeOf({{5, 0, 0, 15}, {25, 0, 0, 15}});
+    const World world = worldOf(tree, tree, {});
     Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
+    mouse.tool = {&world, {}, {}};
     const Vec3 C = tree->center();
     mouse.frame.right = true;
     mouse.step();
@@ -122,9 +140,9 @@ TEST_CASE("mouse: turning keeps the center of the tree in place", "[mouse]") {
 }
 
 TEST_CASE("mouse: beside the tool it moves the camera", "[mouse]") {
-    const auto tree = ball(5);
+    const World world = worldOf(ball(5), ball(5), {});
     Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
+    mouse.tool = {&world, {}, {}};
     mouse.frame.cursor = {20, 20};
     mouse.frame.left = true;
     mouse.step();
@@ -149,9 +167,9 @@ TEST_CASE("mouse: moves nothing over a panel, or after it enters the picture fro
 }
 
 TEST_CASE("mouse: keys move a held tool in depth and turn it about the view's axes", "[mouse]") {
-    const auto tree = ball(20);
+    const World world = worldOf(ball(20), ball(20), {});
     Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .p_TC = tree->center()};
+    mouse.tool = {&world, {}, {}};
     mouse.frame.depthKeys = 3;
     mouse.frame.turnKeys = {0, 0.2f, 0};
     mouse.step();
@@ -182,25 +200,6 @@ TEST_CASE("mouse: a press that does not move is a click", "[mouse]") {
     mouse.frame.left = false;
     mouse.step();
     CHECK_FALSE(mouse.grab.clicked());  // it was a drag, although the cursor returned
-}
-
-TEST_CASE("picking: a tool with a mesh is grabbed where the ray meets the mesh, whatever its tree", "[mouse]") {
-    const auto surface = std::make_shared<const Surface>(surfaceOf(boxMesh({20, 20, 20}, {-10, -10, -10})));
-    const auto tree = GENERATE(std::shared_ptr<const SphereTree>(), ball(1));
-    Mouse mouse;
-    mouse.tool = {.tree = tree.get(), .surface = surface.get(), .p_TC = surface->extent.center};
-    mouse.frame.cursor.x += 15;  // a few mm off the ball, well within the box
-    mouse.step();
-    CHECK(mouse.grab.hovering());
-    mouse.frame.left = true;
-    mouse.step();
-    REQUIRE(mouse.grab.holding());
-    CHECK(mouse.grab.anchor().z() == Approx(10).margin(1e-4));
-    mouse.frame.left = false;
-    mouse.step();
-    mouse.frame.cursor = {5, 5};
-    mouse.step();
-    CHECK_FALSE(mouse.grab.hovering());
 }
 
 }  // namespace touchstone::mouse_grab_tests

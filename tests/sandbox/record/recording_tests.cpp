@@ -13,6 +13,7 @@
 #include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/scene_maker.hpp"
 
@@ -59,8 +60,9 @@ std::unique_ptr<Session> session(std::shared_ptr<const World> world, const Setti
 }
 
 /// A run with every kind of change, recorded from its middle on, with the tool in contact.
-std::uint64_t recordEverything(const fs::path& folder) {
-    Settings settings = press().scene.settings;
+std::uint64_t recordEverything(const fs::path& folder, Geometry geometry) {
+    const Settings given = sandbox::withGeometry(press().scene.settings, geometry);
+    Settings settings = given;
     TickDriver driver(session(press().scene.world, settings, 0));
     sandbox::Recorder recorder(folder);
     recorder.announce(0, sandbox::recordedScene(press().file, *press().scene.world), "unsteady");
@@ -96,6 +98,9 @@ std::uint64_t recordEverything(const fs::path& folder) {
     run(10);
     lift(0.8);
     run(80);
+    change("geometry", geometry == Geometry::Mesh ? "spheres" : "mesh");  // fades
+    run(200);
+    CHECK(last.wrench_C.force.norm() > 0.5);
     change("solver", "pqp");  // fades
     run(150);
     change("linearisations", "3");
@@ -114,7 +119,7 @@ std::uint64_t recordEverything(const fs::path& folder) {
     moved.obstacles[0].X_WO.p.y() += 0.5;
     const auto other = std::make_shared<const World>(moved);
     recorder.announce(1, sandbox::recordedScene(press().file, *other), "unsteady");
-    settings = press().scene.settings;
+    settings = given;
     driver.open(session(other, settings, 1));
     run(600);
     recorder.flush();
@@ -153,8 +158,8 @@ std::uint64_t rowsIn(const fs::path& folder) { return sandbox::TickFileReader(fo
 TEST_CASE("recording: a run with changes, restarts, pauses, bad input and another world is bit-reproducible",
           "[sandbox][recording]") {
     const TempFolder folder;
-    const std::uint64_t rows = recordEverything(folder.path() / "run");
-    CHECK(rows == 20 + 90 + 150 + 400 + 300 + 150 + 300 + 600);
+    const std::uint64_t rows = recordEverything(folder.path() / "run", GENERATE(Geometry::Spheres, Geometry::Mesh));
+    CHECK(rows == 20 + 90 + 200 + 150 + 400 + 300 + 150 + 300 + 600);
 
     sandbox::HeadlessOptions again;
     again.record = folder.path() / "again";
@@ -484,7 +489,7 @@ TEST_CASE("recording: a broken file is refused in one sentence that names it", "
 
 TEST_CASE("recording: a live loop follows a recording from its start pose, with its settings", "[sandbox][recording]") {
     const TempFolder folder;
-    recordEverything(folder.path() / "run");
+    recordEverything(folder.path() / "run", Geometry::Mesh);
     const sandbox::RecordedHand hand = sandbox::recordedHand(folder.path() / "run");
     sandbox::Recording source(folder.path() / "run");
     RecordedTick first;

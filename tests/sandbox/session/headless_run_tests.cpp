@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 #include "tests/support/scene_maker.hpp"
 
 namespace touchstone::headless_run_tests {
@@ -53,7 +54,7 @@ TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at 
         options.timing = timing;
         return sandbox::runHeadless(pressed(), settings, options).report.hash;
     };
-    Settings settings = pressed().settings;
+    Settings settings = sandbox::withGeometry(pressed().settings, GENERATE(Geometry::Spheres, Geometry::Mesh));
     const std::uint64_t hash = hashOf(settings, true);
     CHECK(hashOf(settings, true) == hash);
     CHECK(hashOf(settings, false) == hash);

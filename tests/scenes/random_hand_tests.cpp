@@ -1,0 +1,88 @@
+// Every scene in the hands of somebody without a plan: between meshes nothing overlaps, whatever the hand does.
+#include <catch2/catch.hpp>
+
+#include "haptics/loop/step.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "tests/scenes/scene_files.hpp"
+#include "tests/support/mesh_world.hpp"
+#include "tests/support/scene_judge.hpp"
+#include "tests/support/wandering_hand.hpp"
+
+namespace touchstone::random_hand_tests {
+
+using namespace touchstone::test;
+
+namespace {
+
+struct Plan {
+    int ticks = 0;
+    unsigned seed = 0;
+    bool moving = false;    ///< the obstacles move too
+    int judged = 25;        ///< the exact judge looks at each tick of this number
+    bool swapping = false;  ///< the geometry changes to spheres now and then
+};
+
+/// Share of the ticks with force on the hand.
+double play(const sandbox::HapticScene& scene, const Plan& plan) {
+    const World& world = *scene.world;
+    const SceneJudge judge(scene);
+    const double duration = scene.demonstration->duration();
+    WanderingHand hand(plan.seed, world.reach() / 2, [&](std::mt19937& engine) {
+        return scene.demonstration->at(std::uniform_real_distribution<double>(0, duration)(engine));
+    });
+    Random random(plan.seed + 1000);
+    StepState state(world);
+    std::vector<Pose> targets;
+    if (plan.moving)
+        for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
+    int loaded = 0, moved = 0;
+    for (int tick = 0; tick < plan.ticks; ++tick) {
+        if (plan.moving && tick % 100 == 0)
+            for (std::size_t k = 0; k < targets.size(); ++k)
+                targets[k] = Pose{0.8 * random.vector(), expRotation(0.03 * random.vector())} * world.obstacles[k].X_WO;
+        const bool bySpheres = plan.swapping && tick % 230 >= 180;
+        Settings settings = sandbox::withGeometry(scene.settings, bySpheres ? Geometry::Spheres : Geometry::Mesh);
+        settings.shadow = -1;
+        const Pose before = state.obstacles()[0];
+        const TickRecord record = step(world, settings, {.X_WT_device = hand.next(), .X_WO = targets}, state);
+        CAPTURE(plan.seed, plan.moving, bySpheres, tick, record.flags, record.linearisations);
+        REQUIRE((record.flags & (kNonFinite | kListOverflow | kOverlapping | kBadInput)) == 0);
+        REQUIRE((record.X_WT.isFinite() && record.wrench_C.isFinite()));
+        if (!bySpheres) REQUIRE_FALSE(meshesOverlap(world, record.X_WT, state.obstacles()));
+        if (!bySpheres && tick % plan.judged == 0) REQUIRE_FALSE(judge.overlap(record.X_WT, state.obstacles()));
+        loaded += !record.wrench_C.isZero();
+        moved += !(state.obstacles()[0] == before);
+    }
+    if (plan.moving) CHECK(moved > plan.ticks / 100);
+    return double(loaded) / plan.ticks;
+}
+
+}  // namespace
+
+TEST_CASE("random hands: between meshes nothing overlaps in any scene, with obstacles at rest and moving",
+          "[scenes][slow][long]") {
+    const bool moving = GENERATE(false, true);
+    for (const std::filesystem::path& file : sceneFiles()) {
+        INFO(file.stem());
+        const double touched = play(openBundled(file), {.ticks = 3000, .seed = 1, .moving = moving});
+        CHECK(touched > 0.2);
+    }
+}
+
+TEST_CASE("random hands: the geometry can change while the tool is in contact, in any scene", "[scenes][slow][long]") {
+    for (const std::filesystem::path& file : sceneFiles()) {
+        INFO(file.stem());
+        play(openBundled(file), {.ticks = 2000, .seed = 2, .swapping = true});
+    }
+}
+
+TEST_CASE("random hands: between meshes nothing overlaps in some scenes, for a moment", "[scenes][slow]") {
+    for (const char* name : {"bunnies", "dental", "plate"}) {
+        INFO(name);
+        const sandbox::HapticScene scene = openBundled(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb");
+        play(scene, {.ticks = 450, .seed = 3});
+        play(scene, {.ticks = 450, .seed = 4, .moving = true});
+    }
+}
+
+}  // namespace touchstone::random_hand_tests
