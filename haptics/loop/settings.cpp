@@ -79,8 +79,9 @@ constexpr Row kRows[] = {
       "contact; between meshes it has no effect",
       0.01, 20, SettingGroup::Contact, "Margin", 0.02, 2},
      &Settings::margin},
-    {{"trust", "mm", "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed; between meshes "
-     "0.25 mm, whatever this is",
+    {{"trust", "mm",
+      "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed; between meshes "
+      "0.25 mm, whatever this is",
       0.01, 20, SettingGroup::Contact, "Trust radius", 0.02, 2},
      &Settings::trust},
     {{"slack", "mm",

@@ -15,7 +15,7 @@ struct AnswerError {
 
 /// The error of a tick and its shares. As vectors the shares add up to the total; their lengths need not.
 struct ErrorSplit {
-    AnswerError total;          ///< the tick against the meshes
+    AnswerError total;  ///< the tick against the meshes
     /// The geometry of the tick, solved to convergence, against the meshes: the protrusion of sphere trees; between
     /// meshes the contact distance δ, less the distance that the reference keeps (MeshReferenceOptions::shell).
     AnswerError geometry;
