@@ -75,10 +75,13 @@ constexpr Row kRows[] = {
       1e-4, 0.1, SettingGroup::More, "Contact distance", 0.0005, 0.02},
      &Settings::contactDistance},
     {{"margin", "mm",
-      "pairs within this distance become rows; a larger value costs time, a smaller one slows the tool near contact",
+      "pairs of leaves within this distance become rows; a larger value costs time, a smaller one slows the tool near "
+      "contact; between meshes it has no effect",
       0.01, 20, SettingGroup::Contact, "Margin", 0.02, 2},
      &Settings::margin},
-    {{"trust", "mm", "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed",
+    {{"trust", "mm",
+      "maximum travel of the tool in a linearization; must not exceed the margin, or pairs are missed; between meshes "
+      "0.25 mm, whatever this is",
       0.01, 20, SettingGroup::Contact, "Trust radius", 0.02, 2},
      &Settings::trust},
     {{"slack", "mm",

@@ -146,6 +146,55 @@ struct PointSearch {
     }
 };
 
+/// Descends into the boxes on a segment, those that it enters first first.
+class RaySearch {
+  public:
+    RaySearch(const Surface& surface, const Vec3& from, const Vec3& to)
+        : surface_(surface),
+          from_(from),
+          to_(to),
+          p_((from - surface.extent.center).cast<float>()),
+          guard_(float(16 * 0x1p-24 * ((from - surface.extent.center).norm() + surface.extent.reach))) {
+        for (int k = 0; k < 3; ++k) {
+            const double way = to[k] - from[k];
+            inverse_[k] = float(1 / (std::abs(way) > 1e-12 ? way : 1e-12));
+        }
+    }
+
+    void descend(int i) {
+        const FeatureTree::Node& node = surface_.faces.nodes()[std::size_t(i)];
+        Float8 enter = splat(0.0f), leave = splat(1.0f);
+        for (int k = 0; k < 3; ++k) {
+            const Float8 a = (node.lo[k] - guard_ - p_[k]) * inverse_[k],
+                         b = (node.hi[k] + guard_ - p_[k]) * inverse_[k], first = a < b ? a : b, last = a < b ? b : a;
+            enter = max(enter, first);
+            leave = leave < last ? leave : last;
+        }
+        const Nearer order(enter <= leave + 1e-6f ? enter : splat(HUGE_VALF), node.count, float(best_));
+        for (int n = 0; n < order.count; ++n) {
+            const int lane = order.lanes[std::size_t(n)], child = node.first + lane;
+            if (enter[lane] > float(best_) + 1e-6f) return;
+            if (!node.isLeaf) {
+                descend(child);
+            } else if (const auto at = piercing(from_, to_, surface_.features.triangle(child))) {
+                const double share = (*at - from_).norm() / (to_ - from_).norm();
+                if (share < best_) best_ = share, hit_ = at;
+            }
+        }
+    }
+
+    const std::optional<Vec3>& hit() const { return hit_; }
+
+  private:
+    const Surface& surface_;
+    const Vec3 from_, to_;
+    const Eigen::Vector3f p_;
+    const float guard_;
+    float inverse_[3];
+    double best_ = 1;  ///< fraction of the segment up to the hit
+    std::optional<Vec3> hit_;
+};
+
 }  // namespace
 
 std::optional<NearestPoints> nearestPoints(const Surface& tool, const Surface& obstacle, const Pose& X_OT,
@@ -166,10 +215,12 @@ double distanceTo(const Surface& surface, const Vec3& point, double atMost) {
     return search.best;
 }
 
-double clearance(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double atMost) {
-    if (overlap(tool, obstacle, X_OT)) return std::min(atMost, -overlapDepth(tool, obstacle, X_OT));
-    const auto found = nearestPoints(tool, obstacle, X_OT, atMost);
-    return found ? found->distance() : atMost;
+std::optional<Vec3> firstHit(const Surface& surface, const Vec3& from, const Vec3& direction) {
+    if (surface.faces.count() == 0) return std::nullopt;
+    const double length = 2 * (surface.extent.reach + (from - surface.extent.center).norm()) + 1;
+    RaySearch search(surface, from, from + length * direction.normalized());
+    search.descend(0);
+    return search.hit();
 }
 
 }  // namespace touchstone

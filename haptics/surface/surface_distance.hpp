@@ -46,8 +46,7 @@ std::optional<NearestPoints> nearestPoints(const Surface& tool, const Surface& o
 /// Distance of a point, in the part's frame, from the surface; `atMost` if it is not smaller.
 double distanceTo(const Surface& surface, const Vec3& point, double atMost = 1e30);
 
-/// As trueClearance() of step.hpp for one pair of parts: the distance of the surfaces, at most `atMost`, or minus the
-/// greatest depth of a vertex if the solids overlap.
-double clearance(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double atMost = 1e30);
+/// The first point of the surface on a ray, in the part's frame; nothing if the ray misses it.
+std::optional<Vec3> firstHit(const Surface& surface, const Vec3& from, const Vec3& direction);
 
 }  // namespace touchstone

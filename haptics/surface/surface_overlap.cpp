@@ -23,15 +23,6 @@ const std::array<Vec3, 3> kRays{Vec3(0.5411, 0.2743, 0.7949), Vec3(-0.3127, 0.88
 
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (b - a).cross(c - a).dot(d - a); }
 
-/// Where a segment pierces a triangle.
-std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& t) {
-    const double from = volume(t[0], t[1], t[2], a), to = volume(t[0], t[1], t[2], b);
-    if ((from > 0) == (to > 0)) return std::nullopt;
-    const bool first = volume(a, b, t[0], t[1]) > 0;
-    if ((volume(a, b, t[1], t[2]) > 0) != first || (volume(a, b, t[2], t[0]) > 0) != first) return std::nullopt;
-    return a + from / (from - to) * (b - a);
-}
-
 bool facesIntersect(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
     if (tool.faces.count() == 0 || obstacle.faces.count() == 0) return false;
     const auto &ours = tool.faces.nodes(), &others = obstacle.faces.nodes();
@@ -117,6 +108,14 @@ int crossings(const Surface& surface, const Vec3& from, const Vec3& direction) {
 }
 
 }  // namespace
+
+std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& t) {
+    const double from = volume(t[0], t[1], t[2], a), to = volume(t[0], t[1], t[2], b);
+    if ((from > 0) == (to > 0)) return std::nullopt;
+    const bool first = volume(a, b, t[0], t[1]) > 0;
+    if ((volume(a, b, t[1], t[2]) > 0) != first || (volume(a, b, t[2], t[0]) > 0) != first) return std::nullopt;
+    return a + from / (from - to) * (b - a);
+}
 
 std::optional<Vec3> commonPoint(const Triangle& a, const Triangle& b) {
     for (int k = 0; k < 3; ++k) {

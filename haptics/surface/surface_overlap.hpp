@@ -15,6 +15,9 @@ bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 /// large meshes, and allocates.
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 
+/// Where a segment pierces a triangle; rounding decides at its border.
+std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& triangle);
+
 /// A point of two triangles that intersect; rounding decides where they only touch.
 std::optional<Vec3> commonPoint(const Triangle& a, const Triangle& b);
 

@@ -11,7 +11,7 @@ namespace {
 
 sandbox::HapticScene openBunnies() {
     return sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/bunnies.glb",
-                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}, .allTrees = true});
 }
 
 /// A tick of case 1, and the one before it.
@@ -36,6 +36,7 @@ TEST_CASE("error split: the error of sliding bunnies comes from the protrusion o
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings settings = scene.settings;
+    settings.geometry = Geometry::Spheres;
     settings.shadow = -1;
     const double seconds = GENERATE(0.3, 0.5, 0.9);
     INFO("at " << seconds << " s");
@@ -63,6 +64,7 @@ TEST_CASE("error split: the error of a coarse solver is its own share", "[refere
     const sandbox::HapticScene scene = openBunnies();
     const MeshReference reference = sandbox::meshReferenceOf(scene);
     Settings coarse = scene.settings;
+    coarse.geometry = Geometry::Spheres;
     coarse.shadow = -1;
     coarse.solver = findSolver("pqp");
     coarse.tolerance = 1;
@@ -72,6 +74,34 @@ TEST_CASE("error split: the error of a coarse solver is its own share", "[refere
     CHECK(split.converged);
     CHECK(split.solver.force > 1e-4);
     CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
+}
+
+TEST_CASE("error split: between meshes the geometry's share is the contact distance", "[reference]") {
+    const sandbox::HapticScene scene = openBunnies();
+    MeshReferenceOptions options;
+    options.shell = 1e-4;
+    const MeshReference reference = sandbox::meshReferenceOf(scene, options);
+    Settings settings = scene.settings;
+    settings.geometry = Geometry::Mesh;
+    settings.shadow = -1;
+    // The tool is held off by δ less the shell along the normals of its contacts, so that the error is proportional.
+    const double seconds = GENERATE(0.3, 0.5, 0.9);
+    std::vector<double> forces;
+    for (const double distance : {0.002, 0.02}) {
+        settings.contactDistance = distance;
+        const auto [before, now] = slideTo(scene, settings, seconds);
+        REQUIRE(now.wrench_C.force.norm() > 0.1);
+        const sandbox::ErrorSplit split = sandbox::splitError(*scene.world, settings, reference, before, now);
+        INFO("at " << seconds << " s, distance " << distance << ": geometry " << split.geometry.force << " N of "
+                   << split.total.force << " N, linearization " << split.linearisation.force << " N, solver "
+                   << split.solver.force << " N");
+        CHECK(split.converged);
+        CHECK(split.solver.force < 1e-9);
+        CHECK(split.total.force <= split.geometry.force + split.linearisation.force + split.solver.force + 1e-9);
+        forces.push_back(split.geometry.force);
+        CHECK(split.geometry.force < 3 * settings.stiffness * distance);
+    }
+    CHECK(forces[1] / forces[0] == Approx((0.02 - options.shell) / (0.002 - options.shell)).epsilon(0.2));
 }
 
 }  // namespace touchstone::error_split_tests

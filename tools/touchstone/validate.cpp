@@ -47,6 +47,8 @@ int validate(const std::string& pathOrName) {
             std::printf("  setting %s = %s %s\n", std::string(info.key).c_str(), value.c_str(),
                         std::string(info.unit).c_str());
     for (const std::string& warning : scene.warnings) std::printf("  warning: %s\n", warning.c_str());
+    for (const std::string& sentence : sandbox::touchedBySpheres(scene, scene.settings))
+        std::printf("  warning: %s\n", sentence.c_str());
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     std::printf("valid%s\n", scene.warnings.empty() ? "" : ", with warnings");
     return kOk;

@@ -85,6 +85,7 @@ class App {
     bool holding_ = false, everHeld_ = false, focused_ = false;
 
     DisplayOptions display_;
+    std::uint64_t treesFor_ = 0;  ///< number of the scene for which trees were last requested
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
     InspectorState inspector_;

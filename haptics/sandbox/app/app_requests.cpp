@@ -101,6 +101,8 @@ void App::carryOut() {
     }
     if (requests.reconnect) session_.reconnectDevice();
     if (requests.restart) session_.restart();
+    if (display_.trees() && std::exchange(treesFor_, session_.sceneNumber()) != session_.sceneNumber())
+        session_.buildTrees();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
     if (requests.device || requests.restart) grab_.reset();
     if (requests.quit) window_.close();

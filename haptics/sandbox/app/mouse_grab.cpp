@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -45,24 +46,6 @@ struct RayWalk {
     }
 };
 
-/// Distance along the ray p + s d (|d| = 1) to the nearest face; infinity if it misses all.
-double meet(const Surface& surface, const Vec3& p, const Vec3& d) {
-    double nearest = std::numeric_limits<double>::infinity();
-    if ((surface.extent.center - p).cross(d).norm() > surface.extent.reach) return nearest;
-    for (const SurfaceFeatures::Face& face : surface.features.faces) {
-        const double along = d.dot(face.normal);
-        if (along == 0) continue;
-        const auto corner = [&](int k) -> const Vec3& { return surface.features.points[face.points[k % 3]]; };
-        const double s = face.normal.dot(corner(0) - p) / along;
-        if (s < 0 || s >= nearest) continue;
-        bool inside = true;
-        for (int k = 0; k < 3 && inside; ++k)
-            inside = face.normal.dot((corner(k + 1) - corner(k)).cross(p + s * d - corner(k))) >= 0;
-        if (inside) nearest = s;
-    }
-    return nearest;
-}
-
 Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
@@ -70,16 +53,14 @@ Vec3 direction(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray) {
     const Pose X_TW = X_WT.inverse();
     const Vec3 d_W = direction(ray.direction).normalized(), p = X_TW * toMm(ray.origin), d = X_TW.q * d_W;
-    double nearest = INFINITY;
     if (world.toolSurface) {
-        nearest = meet(*world.toolSurface, p, d);
-    } else {
-        RayWalk walk{*world.tool, p, d};
-        walk.descend(world.tool->levels.size() - 1, 0);
-        nearest = walk.nearest;
+        const auto hit = firstHit(*world.toolSurface, p, d);
+        return hit ? std::optional<Vec3>(X_WT * *hit) : std::nullopt;
     }
-    if (!std::isfinite(nearest)) return std::nullopt;
-    return toMm(ray.origin) + nearest * d_W;
+    RayWalk walk{*world.tool, p, d};
+    walk.descend(world.tool->levels.size() - 1, 0);
+    if (!std::isfinite(walk.nearest)) return std::nullopt;
+    return toMm(ray.origin) + walk.nearest * d_W;
 }
 
 void MouseGrab::reset() {

@@ -10,8 +10,8 @@
 
 namespace touchstone::sandbox {
 
-/// First intersection of a ray (meters) with the tool at X_WT, scene frame, mm; nothing if it misses. Tests every
-/// triangle of a closed mesh (5 ns each) if the ray comes near it, else the leaves of the sphere tree.
+/// First intersection of a ray (meters) with the tool at X_WT, scene frame, mm; nothing if it misses: of a closed mesh,
+/// else of the leaves of the sphere tree.
 std::optional<Vec3> pickTool(const World& world, const Pose& X_WT, const engine::Ray& ray);
 
 /// The tool as currently shown.

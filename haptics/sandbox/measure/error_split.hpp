@@ -15,12 +15,14 @@ struct AnswerError {
 
 /// The error of a tick and its shares. As vectors the shares add up to the total; their lengths need not.
 struct ErrorSplit {
-    AnswerError total;          ///< the tick against the meshes
-    AnswerError geometry;       ///< sphere trees, solved to convergence, against the meshes
+    AnswerError total;  ///< the tick against the meshes
+    /// The geometry of the tick, solved to convergence, against the meshes: the protrusion of sphere trees; between
+    /// meshes the contact distance δ, less the distance that the reference keeps (MeshReferenceOptions::shell).
+    AnswerError geometry;
     AnswerError linearisation;  ///< one tick with the exact solver against that converged solution
     AnswerError solver;         ///< the tick against one with the exact solver
     MeshReferenceAnswer truth;
-    Pose X_WT_converged;     ///< tool pose where sphere trees and exact solver come to rest
+    Pose X_WT_converged;     ///< tool pose where this geometry and the exact solver come to rest
     bool converged = false;  ///< both solutions converged; if not, the shares cannot be trusted
 };
 

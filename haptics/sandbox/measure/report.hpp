@@ -36,14 +36,14 @@ struct Report {
     Percentiles frameCpuMs, drawCalls;      ///< of the window's frames, on its thread; absent in headless runs
     std::uint64_t dropped = 0;
     std::uint64_t hash = 0;
-    std::string ended;                 ///< why a headless run ended, see RunEnd; empty for a window
-    double pastGoal = 0;               ///< mm by which the tool fell past its goal without contact; 0: it did not
-    std::uint64_t safetyTrips = 0;     ///< how often a safety guard began to act, all guards together
+    std::string ended;                   ///< why a headless run ended, see RunEnd; empty for a window
+    double pastGoal = 0;                 ///< mm by which the tool fell past its goal without contact; 0: it did not
+    std::uint64_t safetyTrips = 0;       ///< how often a safety guard began to act, all guards together
     std::vector<std::string> bySpheres;  ///< one sentence for each part that is touched by its spheres, not its mesh
-    std::string safetyFault;           ///< the guard that switched the force off for good; empty if none did
-    std::string gauge;                 ///< name of the scene's gauge; empty without one
-    GaugeReading depth;                ///< readings of the gauge
-    std::vector<OutcomeCheck> checks;  ///< of the expected outcome; without checks it is met
+    std::string safetyFault;             ///< the guard that switched the force off for good; empty if none did
+    std::string gauge;                   ///< name of the scene's gauge; empty without one
+    GaugeReading depth;                  ///< readings of the gauge
+    std::vector<OutcomeCheck> checks;    ///< of the expected outcome; without checks it is met
     std::vector<std::pair<std::string, std::string>> settings;  ///< every key of settingTable() and its value
 
     bool met() const;

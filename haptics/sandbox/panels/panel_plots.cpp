@@ -318,8 +318,8 @@ class Panel {
             ImGui::Checkbox("all rows", &state_.sweep.allRows);
             engine::noteItem(items_, "all rows");
             engine::tooltip(
-                "Uses the rows of all pairs within the margin instead of the few that the tick's adaptive margin "
-                "needed.");
+                "Uses the rows of all pairs of leaves within the margin instead of the few that the tick's adaptive "
+                "margin needed. Between meshes there are no other rows.");
             ImGui::SameLine();
             ImGui::Checkbox("warm start", &state_.sweep.warm);
             engine::noteItem(items_, "warm");

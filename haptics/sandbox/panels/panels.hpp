@@ -67,8 +67,8 @@ struct InspectorState {
 
 /// Draws the selected node: name, pose, role, materials, and by what it is touched in this geometry of the tick: its
 /// mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
-void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state, PanelRequests& requests,
-                   engine::ItemRects* items);
+void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state,
+                   PanelRequests& requests, engine::ItemRects* items);
 
 /// Draws a guide for assigning roles in a scene that lacks some. `selected` may be null.
 void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, engine::ItemRects* items);

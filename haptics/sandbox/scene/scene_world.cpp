@@ -49,11 +49,10 @@ void requireValid(const Scene& scene, Entity node, const Pose& X, const char* wh
 }
 
 std::string defectWords(const MeshDefects& defects) {
-    const auto counted = [](int n, const char* what) {
-        return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
-    };
+    const auto counted = [](int n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); };
     std::string words;
-    if (defects.holes > 0) words = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
+    if (defects.holes > 0)
+        words = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
     if (defects.crowdedEdges > 0)
         words += (words.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
     return words.empty() ? "faces that bound no volume" : words;

@@ -49,8 +49,8 @@ struct SceneWorld {
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
-/// Makes surfaces, builds trees or reads them from the cache, and finds the motions. The tool starts at the first pose of the
-/// demonstration; without one, at its node. world->obstacles has the order of roles.obstacles. Throws
+/// Makes surfaces, builds trees or reads them from the cache, and finds the motions. The tool starts at the first pose
+/// of the demonstration; without one, at its node. world->obstacles has the order of roles.obstacles. Throws
 /// engine::SceneError with one sentence if there is no tool, no obstacle, or a part without triangles.
 SceneWorld buildWorld(const engine::Scene& scene, const SceneRoles& roles, const Settings& settings,
                       const SceneOptions& options = {});

@@ -85,6 +85,8 @@ class LiveSession {
     const Settings& settings() const { return settings_; }
     /// If they touch spheres that the scene was opened without, opens it again, with trees and these settings.
     void setSettings(const Settings& settings);
+    /// Builds the sphere trees that the world lacks, to be shown; then the scene starts again.
+    void buildTrees();
     /// Resets device and tool to the start of the scene.
     void restart();
     void stop();    ///< holds the tool with zero force

@@ -180,6 +180,15 @@ bool LiveSession::lacksSpheres(const Settings& settings) const {
     return world && geometryOf(settings) == Geometry::Spheres && !world->hasSpheres();
 }
 
+void LiveSession::buildTrees() {
+    SceneRequest request = newest();
+    if (request.allTrees || !shown_.world || shown_.world->hasSpheres()) return;
+    log_.say(Message::Kind::Note, "Sphere trees are built to be shown; then the scene starts again");
+    request.allTrees = true;
+    request.settings = settings_;
+    open(std::move(request));
+}
+
 void LiveSession::saySpheres(const HapticScene* scene) {
     if (!scene) return;
     for (const std::string& sentence : touchedBySpheres(*scene, settings_)) log_.say(Message::Kind::Warning, sentence);

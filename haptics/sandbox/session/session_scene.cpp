@@ -52,7 +52,8 @@ const SceneRequest& LiveSession::newest() const {
 void LiveSession::setEdits(std::vector<engine::SceneEdit> edits) {
     if (!shown_.scene) return;
     const auto changes = opening() ? std::nullopt : engine::reversibleChange(newest().edits, edits);
-    SceneRequest request{.file = newest().file, .edits = std::move(edits), .settings = settings_};
+    SceneRequest request{
+        .file = newest().file, .edits = std::move(edits), .settings = settings_, .allTrees = newest().allTrees};
     const engine::Scene& scene = shown_.scene->scene;
     const auto keepsShapes = [&](const engine::SceneEdit& edit) {
         const auto* place = std::get_if<engine::PlaceNode>(&edit);

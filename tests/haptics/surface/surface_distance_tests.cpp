@@ -72,16 +72,24 @@ TEST_CASE("surface distance: that of a point is the smallest over all faces") {
     }
 }
 
-TEST_CASE("surface distance: the clearance of a cube is its distance, and its depth once it overlaps") {
-    const TriangleMesh cube = test::boxMesh({2, 2, 2}, {-1, -1, -1});
-    const Surface tool = surfaceOf(cube), obstacle = surfaceOf(test::boxMesh({20, 20, 20}, {-10, -10, -10}));
-    const auto at = [&](double x, double most) {
-        return clearance(tool, obstacle, {{x, 0.3, 0.1}, Quat::Identity()}, most);
-    };
-    CHECK(at(11.5, 1e30) == Approx(0.5));
-    CHECK(at(11.5, 0.2) == 0.2);
-    CHECK(at(10.8, 1e30) == Approx(-0.2));
-    CHECK(at(3, 1e30) == Approx(-8));  // wholly inside: the deepest corner is 8 mm below the nearest face
+TEST_CASE("surface distance: the first point on a ray is the nearest of all that it pierces") {
+    const Surface part = surfaceOf(star(6));
+    Random random(7);
+    int hits = 0;
+    for (int i = 0; i < 300; ++i) {
+        const Vec3 from = i % 3 ? Vec3(40 * random.vector().normalized()) : Vec3(3 * random.vector());
+        const Vec3 direction = i % 5 ? Vec3(6 * random.vector() - from) : Vec3(-from.x(), 0, 0);
+        double least = HUGE_VAL;
+        for (int f = 0; f < int(part.features.faces.size()); ++f)
+            if (const auto at = piercing(from, from + 200 * direction.normalized(), part.features.triangle(f)))
+                least = std::min(least, (*at - from).norm());
+        const auto hit = firstHit(part, from, direction);
+        CAPTURE(i, from.transpose(), direction.transpose(), least);
+        REQUIRE(hit.has_value() == std::isfinite(least));
+        if (hit) CHECK((*hit - from).norm() == Approx(least));
+        hits += hit.has_value();
+    }
+    CHECK(hits > 100);
 }
 
 }  // namespace touchstone::surface_distance_tests

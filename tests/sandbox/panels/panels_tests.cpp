@@ -82,6 +82,10 @@ class Bench {
     engine::ItemRects items;
 };
 
+HapticScene openWithTrees(engine::Scene scene) {
+    return openScene(std::move(scene), {.treeCache = {}, .progress = {}, .allTrees = true});
+}
+
 }  // namespace
 
 TEST_CASE("haptics panel: every setting has its own control", "[panels]") {
@@ -145,7 +149,7 @@ TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid on
 
 TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene());
+    HapticScene scene = openWithTrees(holdScene());
     DisplayOptions display;
     ScenePanelState state;
     const auto draw = [&] { drawScenePanel(scene, Geometry::Spheres, display, state, &bench.items); };
@@ -164,10 +168,12 @@ TEST_CASE("scene panel: hides nodes, chooses levels and selects", "[panels]") {
 
 TEST_CASE("inspector: requests a role and another tree", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene());
+    HapticScene scene = openWithTrees(holdScene());
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.roles.obstacles[0], state, requests, &bench.items); };
+    const auto draw = [&] {
+        drawInspector(scene, Geometry::Spheres, scene.roles.obstacles[0], state, requests, &bench.items);
+    };
     bench.click("role", draw);
     bench.click("role goal", draw);
     CHECK(requests.markings == std::vector<Marking>{GiveRole{1, Role::Goal}});
@@ -201,7 +207,7 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
         mesh->indices.resize(mesh->indices.size() - 6);
         instance.primitives[0].mesh = mesh;
     }
-    HapticScene scene = openScene(std::move(made));
+    HapticScene scene = openWithTrees(std::move(made));
     ScenePanelState panel;
     InspectorState state;
     PanelRequests requests;
@@ -248,7 +254,9 @@ TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };
+    const auto draw = [&] {
+        drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items);
+    };
     const auto type = [&](const std::string& item, float fraction, const std::string& text) {
         requests = {};
         bench.type(item, text, draw, fraction);
@@ -272,7 +280,9 @@ TEST_CASE("inspector: renames and paints a node", "[panels]") {
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
     InspectorState state;
     PanelRequests requests;
-    const auto draw = [&] { drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items); };
+    const auto draw = [&] {
+        drawInspector(scene, Geometry::Spheres, scene.scene.nodes[1], state, requests, &bench.items);
+    };
     bench.type("name", "table", draw, 0.9f);
     REQUIRE(requests.edits.size() == 1);
     const engine::RenameNode renamed = std::get<engine::RenameNode>(requests.edits[0]);
@@ -332,7 +342,7 @@ TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panel
 
 TEST_CASE("scene panel: shows the quality of a tree below its part, and the details on hover", "[panels]") {
     Bench bench;
-    HapticScene scene = openScene(holdScene());
+    HapticScene scene = openWithTrees(holdScene());
     SphereTree flawed = *scene.world->obstacles[0].tree;
     flawed.certificate.covered = false;
     flawed.certificate.note = "A note for the user.";
