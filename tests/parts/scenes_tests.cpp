@@ -1,8 +1,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "engine/scene/gltf_write.hpp"
+#include "tests/support/temp_folder.hpp"
 #include "tools/parts/scene_kit.hpp"
 #include "tools/parts/scenes.hpp"
 
@@ -86,6 +89,40 @@ TEST_CASE("scenes: spline has settings, goal and outcome that follow its dimensi
     CHECK(goal.translation.y == Approx((options.fit.length / 2 - options.fit.depth) / 1000));
     CHECK(toolAt(scene, 0).y == Approx(options.fit.length / 2 + 15));
     CHECK(toolAt(scene, 100).y == Approx(options.fit.length / 2 - options.fit.depth - 1));
+}
+
+TEST_CASE("scenes: fits closer than 0.1 mm touch by their meshes, and the goal asks for the true fit", "[parts]") {
+    const nlohmann::json meshes{{"geometry", "mesh"}, {"linearisations", 4}};
+    SceneOptions options;
+    options.fit.clearance = 0.02;
+    for (const char* name : {"spline", "peg", "nut"}) {
+        INFO(name);
+        const engine::Scene scene = sceneNamed(name).make(options);
+        CHECK(scene.extras->at("touchstone").at("settings") == meshes);
+        CHECK(marking(scene, 0).at("leaves") == 1024);
+        CHECK(marking(scene, 0).at("outcome").at("seated") == true);
+        const nlohmann::json goal = marking(scene, scene.nodes.size() - 1).at("goal");
+        const double clearance = name == std::string("spline") ? 0.02 : name == std::string("peg") ? 0.01 : 0.05;
+        CHECK(goal.at("tolerance_m").get<double>() <= 1.5 * clearance / 1000 + 1e-12);
+    }
+}
+
+TEST_CASE("scenes: a scene is written with the same bytes each time", "[parts]") {
+    const test::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "scene.glb";
+    for (const char* name : {"spline", "peg", "nut"}) {
+        INFO(name);
+        std::string bytes[2];
+        for (std::string& written : bytes) {
+            SceneOptions options;
+            options.fit.clearance = 0.02;
+            engine::writeGltf(sceneNamed(name).make(options), file);
+            std::ifstream in(file, std::ios::binary);
+            written.assign(std::istreambuf_iterator<char>(in), {});
+        }
+        CHECK(bytes[0].size() > 100'000);
+        CHECK(bytes[0] == bytes[1]);
+    }
 }
 
 TEST_CASE("scenes: a missing bunny is reported with the package that contains it", "[parts]") {

@@ -125,6 +125,17 @@ TEST_CASE("hard: the peg enters its hole, with 0.5 mm and with 0.2 mm of clearan
     meetsAll(open(name), geometry, "hard-12-peg");
 }
 
+TEST_CASE("hard: fits of hundredths of a millimeter, reversed, levered, askew and at random (cases 17 to 20)",
+          "[hard][long]") {
+    const char* name = GENERATE("spline-002", "spline-001", "peg-h7", "nut");
+    INFO(name);
+    const sandbox::HapticScene scene = open(name);
+    meetsAll(scene, "hard-17-reverse");
+    meetsAll(scene, "hard-18-cross", name == std::string("nut"));
+    meetsAll(scene, "hard-19-jam", name == std::string("peg-h7"));
+    meetsAll(scene, "hard-20-walk");
+}
+
 TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)",
           "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);

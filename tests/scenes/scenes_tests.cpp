@@ -24,8 +24,8 @@ sandbox::HeadlessOptions untimed() {
 TEST_CASE("scenes: the build contains all of them", "[scenes]") {
     std::vector<std::string> names;
     for (const fs::path& file : sceneFiles()) names.push_back(file.stem());
-    for (const char* name : {"bayonet", "bunnies", "dental", "dental-inflamed", "gears", "hello", "hook", "lock",
-                             "pinch", "plate", "spline", "spline-05", "wedge"}) {
+    for (const char* name : {"bayonet", "bunnies", "dental", "dental-inflamed", "gears", "hello", "hook", "lock", "nut",
+                             "peg-h7", "pinch", "plate", "spline", "spline-001", "spline-002", "spline-05", "wedge"}) {
         INFO(name);
         CHECK(std::find(names.begin(), names.end(), name) != names.end());
     }

@@ -15,17 +15,6 @@ using engine::Entity;
 using engine::Scene;
 using nlohmann::json;
 
-/// A pose on the y axis or `x` beside it, turned about it.
-ToolPose upright(double y, double angle, double x = 0) {
-    return {{x, y, 0}, glm::angleAxis(angle, glm::dvec3(0, 1, 0))};
-}
-
-/// Adds the goal pose, with its tolerances in mm and rad.
-void addGoal(Scene& scene, const ToolPose& pose, double room, double angle) {
-    addBody(scene, "seated", pose, nullptr, {},
-            {{"role", "goal"}, {"goal", {{"tolerance_m", room / 1000}, {"tolerance_rad", angle}, {"hold_s", 0.5}}}});
-}
-
 }  // namespace
 
 Scene makeBayonet(const SceneOptions& options) {

@@ -52,6 +52,23 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
         number("--ward-width", fit.wardWidth, "width of the ward along the axis, mm");
         number("--turn", fit.turn, "angle of the key to its stop, rad");
         number("--clearance", fit.clearance, "clearance of key and lock on each side, mm");
+    } else if (scene == "peg") {
+        app::PegFit& fit = options.peg;
+        number("--diameter", fit.diameter, "diameter of the peg, mm");
+        number("--clearance", fit.clearance, "least distance of the walls on each side, mm");
+        number("--depth", fit.depth, "depth of the hole, mm");
+        number("--chamfer", fit.chamfer, "chamfer of the peg's end and the hole's mouth, mm");
+        number("--segments", fit.segments, "sides of the peg's polygon");
+        number("--hole-segments", fit.holeSegments, "sides of the hole's polygon; 0: twelve more than the peg's");
+    } else if (scene == "nut") {
+        app::ThreadFit& fit = options.nut;
+        number("--diameter", fit.diameter, "major diameter of the thread, mm");
+        number("--pitch", fit.pitch, "pitch of the thread, mm");
+        number("--clearance", fit.clearance, "clearance of flanks, crests and roots, mm");
+        number("--height", fit.height, "height of the nut, mm");
+        number("--segments", fit.segments, "sections of the bolt around its axis");
+        number("--nut-segments", fit.nutSegments,
+               "sections of the nut around its axis; 0: twelve more than the bolt's");
     } else if (scene == "dental") {
         app::PocketFit& pocket = options.pocket;
         number("--depth", pocket.depth, "depth of the pocket, mm");

@@ -144,15 +144,18 @@ class Delaunay {
 
 }  // namespace
 
-Outline circle(double radius, double chordError, double spacing) {
-    const double half = std::min(std::acos(1 - chordError / radius), std::asin(std::min(spacing / (2 * radius), 1.0)));
-    const int segments = std::max(8, static_cast<int>(std::ceil(std::numbers::pi / half)));
+Outline polygon(double radius, int corners) {
     Outline outline;
-    for (int i = 0; i < segments; ++i) {
-        const double angle = 2 * std::numbers::pi * i / segments;
+    for (int i = 0; i < corners; ++i) {
+        const double angle = 2 * std::numbers::pi * i / corners;
         outline.push_back({radius * std::cos(angle), radius * std::sin(angle)});
     }
     return outline;
+}
+
+Outline circle(double radius, double chordError, double spacing) {
+    const double half = std::min(std::acos(1 - chordError / radius), std::asin(std::min(spacing / (2 * radius), 1.0)));
+    return polygon(radius, std::max(8, static_cast<int>(std::ceil(std::numbers::pi / half))));
 }
 
 void require(bool holds, const char* sentence) {

@@ -10,6 +10,9 @@ namespace touchstone::app {
 /// A simple closed polygon, counter-clockwise, without repeating the first point. Lengths in mm.
 using Outline = std::vector<glm::dvec2>;
 
+/// Regular polygon inscribed in the circle, the first corner at angle 0.
+Outline polygon(double radius, int corners);
+
 /// Regular polygon inscribed in the circle, its chords at most `chordError` inside it and at most `spacing` long.
 Outline circle(double radius, double chordError, double spacing);
 

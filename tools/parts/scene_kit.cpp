@@ -27,6 +27,13 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
     return node;
 }
 
+ToolPose upright(double y, double angle, double x) { return {{x, y, 0}, glm::angleAxis(angle, glm::dvec3(0, 1, 0))}; }
+
+void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle) {
+    addBody(scene, "seated", pose, nullptr, {},
+            {{"role", "goal"}, {"goal", {{"tolerance_m", room / 1000}, {"tolerance_rad", angle}, {"hold_s", 0.5}}}});
+}
+
 json toolMarking(int leaves, json outcome) {
     outcome["max_penetration_mm"] = 0.001;
     return {{"role", "tool"},
@@ -38,8 +45,16 @@ json toolMarking(int leaves, json outcome) {
 
 json obstacleMarking(int leaves) { return {{"role", "obstacle"}, {"leaves", leaves}}; }
 
+bool closerThanSpheres(double clearance) {
+    return clearance < 0.1;  // for which the splined fit has 67,000 leaves, and takes a minute to make them
+}
+
 json closeFit(json marking, int leaves, double clearance) {
     if (leaves) return marking;
+    if (closerThanSpheres(clearance)) {
+        marking["leaves"] = 1024;
+        return marking;
+    }
     marking.erase("leaves");
     marking["max_error_mm"] = 0.45 * clearance;
     marking["quality"] = "best";
@@ -47,9 +62,10 @@ json closeFit(json marking, int leaves, double clearance) {
 }
 
 json closeFitExtras(double clearance) {
-    const double near = 0.4 * clearance;
-    return {
-        {"touchstone", {{"settings", {{"margin", near}, {"trust", near}, {"slack", std::min(0.1, 0.6 * clearance)}}}}}};
+    json settings{{"geometry", "mesh"}, {"linearisations", 4}};
+    if (!closerThanSpheres(clearance))
+        settings = {{"margin", 0.4 * clearance}, {"trust", 0.4 * clearance}, {"slack", std::min(0.1, 0.6 * clearance)}};
+    return {{"touchstone", {{"settings", settings}}}};
 }
 
 std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {

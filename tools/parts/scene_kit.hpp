@@ -20,13 +20,23 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
                        std::shared_ptr<const engine::MeshData> mesh, const engine::Material& material,
                        nlohmann::json marking);
 
+/// A pose on the y axis or `x` beside it, turned about it; mm and rad.
+ToolPose upright(double y, double angle, double x = 0);
+
+/// Adds the goal pose, with its tolerances in mm and rad.
+void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle);
+
 /// Markings as docs/scenes.md describes them. Every tool has the stiffness of the reference device, 1 N/mm and
 /// 1 N·m/rad, and every outcome a penetration of at most 1 µm.
 nlohmann::json toolMarking(int leaves, nlohmann::json outcome);
 nlohmann::json obstacleMarking(int leaves);
 
+/// Whether no sphere trees fit between parts with this clearance, mm: their meshes must touch.
+bool closerThanSpheres(double clearance);
+
 /// The settings of a fit with this clearance, mm: leaves whose protrusions on both bodies together are at most 0.9 of
-/// it (or `leaves`, if not 0), and a margin and trust of 0.4 of it.
+/// it (or `leaves`, if not 0), and a margin and trust of 0.4 of it. Of a closer fit the trees are coarse ones, for
+/// paper mode and for the view, and the meshes touch.
 nlohmann::json closeFit(nlohmann::json marking, int leaves, double clearance);
 nlohmann::json closeFitExtras(double clearance);
 

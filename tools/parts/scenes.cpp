@@ -1,11 +1,13 @@
 #include "tools/parts/scenes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "tools/parts/angles.hpp"
 #include "tools/parts/assembly.hpp"
+#include "tools/parts/close_fits.hpp"
 #include "tools/parts/hard_cases.hpp"
 #include "tools/parts/paper_motions.hpp"
 #include "tools/parts/scene_kit.hpp"
@@ -93,7 +95,7 @@ Scene makeSpline(const SceneOptions& options) {
             {{"role", "goal"},
              {"goal",
               {{"tolerance_m", fit.clearance / 1000},
-               {"tolerance_rad", 0.05},
+               {"tolerance_rad", std::min(0.05, 4 * fit.clearance / fit.diameter)},  // twice the play
                {"hold_s", 0.5},
                {"depth_m", fit.depth / 1000},
                {"fold", fit.keys}}}});
@@ -102,6 +104,7 @@ Scene makeSpline(const SceneOptions& options) {
     hard.update(outcome);
     scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
     addSplineFigure(scene, tool, fit);
+    if (closerThanSpheres(fit.clearance)) addSplineCases(scene, tool, fit);
     return scene;
 }
 
@@ -176,7 +179,10 @@ constexpr SceneVariant kSplineFiles[] = {
          options.fit.clearance = 0.5;
          options.leaves = 8192;
      }},
+    {"spline-002", [](SceneOptions& options) { options.fit.clearance = 0.02; }},
+    {"spline-001", [](SceneOptions& options) { options.fit.clearance = 0.01; }},
 };
+constexpr SceneVariant kPegFiles[] = {{"peg-h7", [](SceneOptions&) {}}};
 constexpr SceneVariant kDentalFiles[] = {
     {"dental", [](SceneOptions&) {}},
     {"dental-inflamed",
@@ -198,6 +204,8 @@ constexpr SceneInfo kScenes[] = {
     {"gears", "a gear slides down a post into mesh with a fixed gear", makeGears},
     {"hook", "a hook goes through an eye and carries load", makeHook},
     {"lock", "a key is inserted into its lock, turned and held", makeLock},
+    {"peg", "a round peg finds a hole that leaves it 0.01 mm on each side", makePeg, kPegFiles},
+    {"nut", "a nut is screwed onto its bolt until it sits on a plate", makeNut},
 };
 
 }  // namespace

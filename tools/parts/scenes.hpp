@@ -11,6 +11,8 @@
 #include "tools/parts/gears.hpp"
 #include "tools/parts/hook.hpp"
 #include "tools/parts/lock.hpp"
+#include "tools/parts/nut.hpp"
+#include "tools/parts/peg.hpp"
 #include "tools/parts/shapes.hpp"
 
 namespace touchstone::app {
@@ -22,6 +24,8 @@ struct SceneOptions {
     GearPair gears;
     HookAndEye hook;
     LockFit lock;
+    PegFit peg;
+    ThreadFit nut;
     int leaves = 0;  ///< of each body's sphere tree; 0: the default of the scene
     std::filesystem::path bunny = "/usr/share/glmark2/models/bunny.obj";  ///< of `bunnies` and `wedge`
     std::filesystem::path treeCache;                                      ///< folder for sphere trees; empty for none

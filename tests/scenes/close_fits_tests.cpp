@@ -1,0 +1,91 @@
+// What the close fits show of the method, beyond the outcomes of their scenes.
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "haptics/sandbox/session/headless_run.hpp"
+
+namespace touchstone::close_fits_tests {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// A tick of the nut while it turns: mm, rad counted over full turns, N and mN·m on the hand along the bolt.
+struct Turned {
+    double y, angle, force, torque;
+};
+
+std::vector<Turned> nutTicks(const char* motion) {
+    const sandbox::HapticScene scene = sandbox::openScene(
+        TOUCHSTONE_BINARY_DIR "/scenes/nut.glb", {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+    sandbox::HeadlessOptions options;
+    options.device = std::string("demo:") + motion;
+    options.timing = false;
+    std::vector<Turned> ticks;
+    options.onTick = [&](const TickRecord& record, double penetration) {
+        REQUIRE(penetration == 0);
+        const Quat& q = record.X_WT.q;
+        double angle = 2 * std::atan2(q.y(), q.w());
+        if (!ticks.empty()) angle += 2 * kPi * std::round((ticks.back().angle - angle) / (2 * kPi));
+        ticks.push_back({record.X_WT.p.y(), angle, record.wrench_C.force.y(), record.wrench_C.torque.y()});
+    };
+    Settings settings = scene.settings;
+    settings.shadow = -1;
+    sandbox::runHeadless(scene, settings, options);
+    return ticks;
+}
+
+/// Those between two heights on the way down or up.
+std::vector<Turned> between(const std::vector<Turned>& ticks, double low, double high, bool down) {
+    std::vector<Turned> part;
+    for (std::size_t i = 1; i < ticks.size(); ++i)
+        if (ticks[i].y > low && ticks[i].y < high && (down ? -1 : 1) * (ticks[i].angle - ticks[i - 1].angle) > 1e-4)
+            part.push_back(ticks[i]);
+    return part;
+}
+
+/// The advance in a full turn from each of these ticks on, mm: smallest and largest.
+std::pair<double, double> advance(const std::vector<Turned>& ticks) {
+    double least = 1e300, most = 0;
+    std::size_t k = 1;
+    for (const Turned& from : ticks) {
+        while (k < ticks.size() && std::abs(ticks[k].angle - from.angle) < 2 * kPi) ++k;
+        if (k == ticks.size()) break;
+        const Turned &a = ticks[k - 1], &b = ticks[k];
+        const double share = (2 * kPi - std::abs(a.angle - from.angle)) / std::abs(b.angle - a.angle);
+        const double way = std::abs(std::lerp(a.y, b.y, share) - from.y);
+        least = std::min(least, way), most = std::max(most, way);
+    }
+    return {least, most};
+}
+
+/// The mean of torque over force, mm: by energy it is the pitch over 2 pi where nothing rubs.
+double lever(const std::vector<Turned>& ticks) {
+    double force = 0, torque = 0;
+    for (const Turned& tick : ticks) force += tick.force, torque += tick.torque;
+    return -torque / force;
+}
+
+}  // namespace
+
+TEST_CASE("close fits: a nut advances by its pitch with each turn, on and off, and turns as easily as energy allows",
+          "[scenes][long]") {
+    const std::vector<Turned> ticks = nutTicks("hard-17-reverse");
+    for (const bool down : {true, false}) {
+        INFO((down ? "on" : "off"));
+        // Above 9.5 mm the thread has only begun to catch; below 6 mm the nut is turned back.
+        const std::vector<Turned> part = between(ticks, 6, 9.5, down);
+        REQUIRE(part.size() > 400);
+        const auto [least, most] = advance(part);
+        CHECK(least == Approx(2).margin(1e-3));
+        CHECK(most == Approx(2).margin(1e-3));
+        CHECK(std::abs(part.front().force) == Approx(10).margin(0.5));
+        // Facets that pass each other make the torque ripple by a few percent about its mean.
+        CHECK(lever(part) == Approx(2 / (2 * kPi)).epsilon(0.005));
+    }
+}
+
+}  // namespace touchstone::close_fits_tests
