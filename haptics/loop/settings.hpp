@@ -31,7 +31,7 @@ std::span<const std::string_view> geometryNames();
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
-    Geometry geometry = Geometry::Mesh;
+    Geometry geometry = Geometry::Spheres;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     int solver = kExactSolver;       ///< index into solverTable()
     int shadow = 1;                  ///< likewise; -1 for none

@@ -62,7 +62,7 @@ json closeFit(json marking, int leaves, double clearance) {
 }
 
 json closeFitExtras(double clearance) {
-    json settings{{"geometry", "mesh"}, {"linearisations", 4}};
+    json settings{{"geometry", "mesh"}};
     if (!closerThanSpheres(clearance))
         settings = {{"margin", 0.4 * clearance}, {"trust", 0.4 * clearance}, {"slack", std::min(0.1, 0.6 * clearance)}};
     return {{"touchstone", {{"settings", settings}}}};
