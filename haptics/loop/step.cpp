@@ -355,8 +355,15 @@ double trueClearance(const World& world, const Pose& X_WT, double atMost, std::s
     for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
         const Pose X_OT = placeOf(world, X_WO, k).inverse() * X_WT;
         const Obstacle& obstacle = world.obstacles[k];
-        least = world.byMeshes(k, geometry) ? clearance(*world.toolSurface, *obstacle.surface, X_OT, least)
-                                            : leastGap(*world.tool, *obstacle.tree, X_OT, least);
+        if (!world.byMeshes(k, geometry)) {
+            least = leastGap(*world.tool, *obstacle.tree, X_OT, least);
+            continue;
+        }
+        const Surface &ours = *world.toolSurface, &other = *obstacle.surface;
+        if (overlap(ours, other, X_OT))
+            least = std::min(least, -overlapDepth(ours, other, X_OT));
+        else if (const auto nearest = nearestPoints(ours, other, X_OT, least))
+            least = std::min(least, nearest->distance());
     }
     return least;
 }

@@ -152,7 +152,8 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 
 /// The true smallest gap of tool and obstacles at X_WT, mm, negative if they overlap, but at most `atMost`. It is found
 /// by branch and bound over the trees and independently of the tick, so that reports and tests can judge the tick by
-/// it. X_WO: poses of the obstacles, if they differ from the world's.
+/// it. Of meshes that overlap: the depth of the deepest vertex. X_WO: poses of the obstacles, if they differ from the
+/// world's.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {},
                      Geometry geometry = Geometry::Spheres);
 

@@ -92,7 +92,7 @@ TEST_CASE("scenes: spline has settings, goal and outcome that follow its dimensi
 }
 
 TEST_CASE("scenes: fits closer than 0.1 mm touch by their meshes, and the goal asks for the true fit", "[parts]") {
-    const nlohmann::json meshes{{"geometry", "mesh"}, {"linearisations", 4}};
+    const nlohmann::json meshes{{"geometry", "mesh"}};
     SceneOptions options;
     options.fit.clearance = 0.02;
     for (const char* name : {"spline", "peg", "nut"}) {

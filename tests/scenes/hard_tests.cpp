@@ -130,10 +130,10 @@ TEST_CASE("hard: fits of hundredths of a millimeter, reversed, levered, askew an
     const char* name = GENERATE("spline-002", "spline-001", "peg-h7", "nut");
     INFO(name);
     const sandbox::HapticScene scene = open(name);
-    meetsAll(scene, "hard-17-reverse");
-    meetsAll(scene, "hard-18-cross", name == std::string("nut"));
-    meetsAll(scene, "hard-19-jam", name == std::string("peg-h7"));
-    meetsAll(scene, "hard-20-walk");
+    meetsAll(scene, Geometry::Mesh, "hard-17-reverse");
+    meetsAll(scene, Geometry::Mesh, "hard-18-cross", name == std::string("nut"));
+    meetsAll(scene, Geometry::Mesh, "hard-19-jam", name == std::string("peg-h7"));
+    meetsAll(scene, Geometry::Mesh, "hard-20-walk");
 }
 
 TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)",
