@@ -231,6 +231,7 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
 
     SolverSettings s = solverSettings(settings);
     s.workLimit = settings.shadowWork;
+    if (!s.paperForm) s.maxIterations = settings.iterationCap;
     const SolveResult shadow = state.shadows[settings.shadow]->solve(shared, s);
     record.shadowIterations = shadow.iterations;
     record.shadowStatus = shadow.status;

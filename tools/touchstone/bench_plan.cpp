@@ -171,10 +171,10 @@ BenchPlan planBench(const BenchCommand& command) {
             wanted.motion = motion;
             const bool first = motion == motions.front();
             if (hard) {
-                planner.addSolvers(wanted, {&kUsualTolerance, 1});
                 wanted.geometry = "mesh";
-                planner.addSolvers(wanted, {&kUsualTolerance, 1});
+                planner.add(wanted);
                 wanted.geometry = "spheres";
+                planner.addSolvers(wanted, {&kUsualTolerance, 1});
                 wanted.mode = "paper";
                 planner.addSolvers(wanted, {&kUsualTolerance, 1});
             } else if (first && scene == scenes.front()) {
