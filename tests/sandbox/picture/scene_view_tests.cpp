@@ -163,7 +163,7 @@ TEST_CASE("scene view: named views look along their axes, and the contact view i
 }
 
 TEST_CASE("scene view: tool and obstacle are drawn at their poses in their colors", "[gl]") {
-    const HapticScene scene = openScene(holdScene());
+    const HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .allTrees = true});
     REQUIRE(scene.world);
     const Pose X_WT = at(15, 10, 0);  // on the slab, off its center
     constexpr int kWidth = 320, kHeight = 200;
