@@ -88,7 +88,8 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     Scene scene = pressScene();
     scene.registry.get<engine::LocalTransform>(scene.nodes[0]).scale = {1, -1.5, 1};
     scene.registry.get<engine::LocalTransform>(scene.nodes[1]).scale = {-1, 1, 0.5};
-    const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
+    const sandbox::HapticScene opened =
+        sandbox::openScene(std::move(scene), {.treeCache = {}, .progress = {}, .allTrees = true});
     REQUIRE(opened.world);
     for (int body = 0; body < 2; ++body) {
         const SphereTree& tree = body == 0 ? *opened.world->tool : *opened.world->obstacles[0].tree;
