@@ -49,6 +49,12 @@ double depthIn(const SphereTree& tree, const Vec3& point) {
     return depth;
 }
 
+/// The scene with the sphere trees of all parts.
+sandbox::HapticScene withTrees(Scene scene, const std::filesystem::path& cache = {},
+                               const sandbox::SceneProgress& progress = {}) {
+    return sandbox::openScene(std::move(scene), {.treeCache = cache, .progress = progress, .allTrees = true});
+}
+
 }  // namespace
 
 TEST_CASE("scene world: all meshes below a role node are one body, in mm, with scale and mirroring baked in",
@@ -88,8 +94,7 @@ TEST_CASE("scene world: trees contain the baked vertices of mirrored and scaled 
     Scene scene = pressScene();
     scene.registry.get<engine::LocalTransform>(scene.nodes[0]).scale = {1, -1.5, 1};
     scene.registry.get<engine::LocalTransform>(scene.nodes[1]).scale = {-1, 1, 0.5};
-    const sandbox::HapticScene opened =
-        sandbox::openScene(std::move(scene), {.treeCache = {}, .progress = {}, .allTrees = true});
+    const sandbox::HapticScene opened = withTrees(std::move(scene));
     REQUIRE(opened.world);
     for (int body = 0; body < 2; ++body) {
         const SphereTree& tree = body == 0 ? *opened.world->tool : *opened.world->obstacles[0].tree;
@@ -130,7 +135,7 @@ TEST_CASE("scene world: a press scene becomes one tool, one obstacle and their p
         CHECK(status.of == 2);
         return true;
     };
-    const sandbox::HapticScene scene = sandbox::openScene(pressScene(), {.treeCache = {}, .progress = progress});
+    const sandbox::HapticScene scene = withTrees(pressScene(), {}, progress);
     REQUIRE(scene.world);
     CHECK(scene.missing.empty());
     CHECK(scene.world->tool->leafCount() <= 64);
@@ -159,7 +164,7 @@ TEST_CASE("scene world: bodies of one shape share one tree", "[sandbox]") {
     addBox(scene, "a", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}});
     addBox(scene, "b", glm::vec3(0.01f), {{"role", "obstacle"}, {"leaves", 64}}, {.translation = {0.1, 0, 0}});
     addBox(scene, "c", glm::vec3(0.01f), {{"role", "obstacle"}, {"leaves", 8}}, {.translation = {-0.1, 0, 0}});
-    const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
+    const sandbox::HapticScene opened = withTrees(std::move(scene));
     CHECK(opened.world->tool == opened.world->obstacles[0].tree);
     CHECK(opened.world->tool != opened.world->obstacles[1].tree);
     CHECK(opened.world->X_WT_start.p.norm() == 0);
@@ -169,29 +174,28 @@ TEST_CASE("scene world: bodies of one shape share one tree", "[sandbox]") {
 
 TEST_CASE("scene world: the second time trees come from the cache", "[sandbox]") {
     const TempFolder folder;
-    const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
+    const sandbox::HapticScene first = withTrees(pressScene(), folder.path());
     CHECK_FALSE(std::filesystem::is_empty(folder.path()));
     int calls = 0;
     const auto never = [&](const sandbox::SceneStatus&) { return ++calls, true; };
-    const sandbox::HapticScene second =
-        sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = never});
+    const sandbox::HapticScene second = withTrees(pressScene(), folder.path(), never);
     CHECK(first.world->tool->leafCount() == second.world->tool->leafCount());
     CHECK(calls <= 2);  // at most one final call for each part
 }
 
 TEST_CASE("scene world: a damaged cache entry is rebuilt, and a warning says so", "[sandbox]") {
     const TempFolder folder;
-    const sandbox::HapticScene first = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
+    const sandbox::HapticScene first = withTrees(pressScene(), folder.path());
     for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
         std::filesystem::resize_file(entry.path(), std::filesystem::file_size(entry.path()) - 1);
-    const sandbox::HapticScene second = sandbox::openScene(pressScene(), {.treeCache = folder.path(), .progress = {}});
+    const sandbox::HapticScene second = withTrees(pressScene(), folder.path());
     CHECK(second.world->tool->leafCount() == first.world->tool->leafCount());
     CHECK(anyContains(second.warnings, "node 0 \"cube\""));
     CHECK(anyContains(second.warnings, "built again"));
 }
 
 TEST_CASE("scene world: each node with a role finds its tree", "[sandbox]") {
-    sandbox::HapticScene scene = sandbox::openScene(pressScene());
+    sandbox::HapticScene scene = withTrees(pressScene());
     CHECK(sandbox::treeOf(scene, scene.roles.tool) == scene.world->tool.get());
     CHECK(sandbox::treeOf(scene, scene.roles.obstacles[0]) == scene.world->obstacles[0].tree.get());
     CHECK(sandbox::treeOf(scene, Entity{}) == nullptr);
@@ -216,7 +220,7 @@ TEST_CASE("scene world: a scene without roles is one mesh in its own frame", "[s
 TEST_CASE("scene world: a part is built with its own maximum error", "[sandbox]") {
     Scene scene = pressScene();
     setExtras(scene, scene.nodes[0], {{"touchstone", {{"role", "tool"}, {"max_error_mm", 0.5}}}});
-    const sandbox::HapticScene opened = sandbox::openScene(std::move(scene));
+    const sandbox::HapticScene opened = withTrees(std::move(scene));
     REQUIRE(opened.world);
     CHECK(opened.world->tool->certificate.protrusion <= 0.5);
     CHECK(opened.world->tool->leafCount() < 4096);  // as few as necessary, not the default count
@@ -224,7 +228,7 @@ TEST_CASE("scene world: a part is built with its own maximum error", "[sandbox]"
 
 TEST_CASE("scene world: cancelling stops the build", "[sandbox]") {
     const auto cancel = [](const sandbox::SceneStatus&) { return false; };
-    CHECK_THROWS_AS(sandbox::openScene(pressScene(), {.treeCache = {}, .progress = cancel}), BuildCancelled);
+    CHECK_THROWS_AS(withTrees(pressScene(), {}, cancel), BuildCancelled);
 }
 
 TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[sandbox]") {
