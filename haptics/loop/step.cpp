@@ -29,9 +29,8 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
     int index = 0;
     for (const Obstacle& obstacle : w.obstacles) {
         obstacleReaches.push_back(obstacle.reach());
-        leafLists.push_back(w.hasSpheres(index)
-                                ? std::make_unique<NeighborList>(*w.tool, *obstacle.tree, index, p_TC)
-                                : nullptr);
+        leafLists.push_back(w.hasSpheres(index) ? std::make_unique<NeighborList>(*w.tool, *obstacle.tree, index, p_TC)
+                                                : nullptr);
         featureLists.push_back(
             w.hasMeshes(index) ? std::make_unique<FeatureList>(*w.toolSurface, *obstacle.surface, index) : nullptr);
         if (w.hasSpheres()) walks.emplace_back(*w.tool, *obstacle.tree);
@@ -298,8 +297,8 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
 
 }  // namespace
 
-TickRecord step(const World& world, const Settings& settings, const StepInput& input,
-                StepState& stepState, const StageClock& clock, bool audit) noexcept {
+TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& stepState,
+                const StageClock& clock, bool audit) noexcept {
     StepState::Impl& state = *stepState.impl;
     assert(world.tool == state.world->tool && world.toolSurface == state.world->toolSurface);
     TickRecord record;

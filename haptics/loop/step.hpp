@@ -24,11 +24,12 @@ enum TickFlag : std::uint32_t {
     kCapped = 1 << 6,          ///< trust or the travel budget shortened a move
     kHalved = 1 << 7,          ///< a pair that got deeper shortened a move
     kUnfinished = 1 << 8,      ///< the tool did not reach its goal in this tick; the next tick continues
-    /// The tick was given an invalid pose (Pose::isValid), or a mode whose spheres the world lacks: tool held, no force.
+    /// The tick was given an invalid pose (Pose::isValid), or a mode whose spheres the world lacks: tool held, no
+    /// force.
     kBadInput = 1 << 9,
-    kProjected = 1 << 10,      ///< an approximate answer was projected onto the rows
-    kPaused = 1 << 11,         ///< the setting `pause` held the tool
-    kObstacleHeld = 1 << 12,   ///< a moving obstacle stayed where it was because the tool could not move out of its way
+    kProjected = 1 << 10,     ///< an approximate answer was projected onto the rows
+    kPaused = 1 << 11,        ///< the setting `pause` held the tool
+    kObstacleHeld = 1 << 12,  ///< a moving obstacle stayed where it was because the tool could not move out of its way
     kOverlapping = 1 << 13,  ///< meshes overlap, as at the start: the tool passes through that obstacle until it is out
 };
 

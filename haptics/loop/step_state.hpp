@@ -51,14 +51,14 @@ struct StepState::Impl {
     // Working memory. Every buffer has one use.
     std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no spheres, no meshes
     std::vector<ContactList*> lists;                                    ///< those that the tick uses
-    std::vector<TreeWalk> walks;  ///< for the modes that keep no list; empty if a part has no spheres
-    RowSet rows{kRowCapacity};                                          ///< of the present linearization
-    RowSet crossedRows{kRowCapacity};                ///< rows that an answer crosses, before they join `rows`
-    RowSet notDeeperRows{kRowCapacity};              ///< `rows` with every negative gap set to zero
-    RowSet shadowRows{kShadowRowCapacity};           ///< the rows with the smallest gaps, for the shadow
-    std::vector<int> shadowOrder;                    ///< indices that select them
-    RowScreen screen{kRowCapacity};                  ///< of the rendering solver
-    RowScreen shadowScreen{kRowCapacity};            ///< of the shadow
+    std::vector<TreeWalk> walks;            ///< for the modes that keep no list; empty if a part has no spheres
+    RowSet rows{kRowCapacity};              ///< of the present linearization
+    RowSet crossedRows{kRowCapacity};       ///< rows that an answer crosses, before they join `rows`
+    RowSet notDeeperRows{kRowCapacity};     ///< `rows` with every negative gap set to zero
+    RowSet shadowRows{kShadowRowCapacity};  ///< the rows with the smallest gaps, for the shadow
+    std::vector<int> shadowOrder;           ///< indices that select them
+    RowScreen screen{kRowCapacity};         ///< of the rendering solver
+    RowScreen shadowScreen{kRowCapacity};   ///< of the shadow
     std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()
     std::vector<std::unique_ptr<Solver>> shadows;    ///< likewise
     std::unique_ptr<Solver> projector;  ///< exact: projects approximate answers and solves the not-deeper rows

@@ -120,9 +120,10 @@ class Planner {
 
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
-    return scene + "/" + motion + "/" + mode + "/" + (geometry == "mesh" ? "mesh/" : "") + solver + part("/tolerance=", tolerance) +
-           part("/leaves=", leaves) + part("/linearisations=", linearisations) + (helper ? "/helper" : "") +
-           (fixedMargin ? "/fixed-margin" : "") + (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
+    return scene + "/" + motion + "/" + mode + "/" + (geometry == "mesh" ? "mesh/" : "") + solver +
+           part("/tolerance=", tolerance) + part("/leaves=", leaves) + part("/linearisations=", linearisations) +
+           (helper ? "/helper" : "") + (fixedMargin ? "/fixed-margin" : "") +
+           (screening == "none" ? "" : "/" + screening) + part("/rate=", rate);
 }
 
 Settings BenchCase::settings(const Settings& sceneSettings) const {

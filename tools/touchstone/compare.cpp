@@ -289,9 +289,8 @@ int compare(const CompareCommand& command) {
     if (recorded && !command.device.empty())
         throw UsageError("--device needs a scene: a recording contains its own motion");
     const fs::path file = recorded ? sandbox::Recording(command.motion).scene().file : findScene(command.motion);
-    const sandbox::HapticScene scene =
-        sandbox::openScene(
-            file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .allTrees = true});
+    const sandbox::HapticScene scene = sandbox::openScene(
+        file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .allTrees = true});
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     ComparedMotion motion{scene};
     if (recorded)

@@ -47,8 +47,7 @@ class Scenes {
     const sandbox::HapticScene& open(const Condition& condition) {
         auto& scene = scenes_[condition.scene];
         const auto adjust = [&](const Settings& ofScene) { return condition.settings(ofScene); };
-        if (!scene ||
-            (geometryOf(adjust(scene->settings)) == Geometry::Spheres && !scene->world->hasSpheres()))
+        if (!scene || (geometryOf(adjust(scene->settings)) == Geometry::Spheres && !scene->world->hasSpheres()))
             scene = std::make_unique<sandbox::HapticScene>(sandbox::openScene(
                 findScene(condition.scene),
                 {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .adjust = adjust}));

@@ -517,8 +517,8 @@ TEST_CASE("free share: touching bodies may slide and separate, but not penetrate
         REQUIRE(freeShare(ball, ball, {X, Vec3::Zero(), Vec3::Zero()}, ball.center(), 0) == 1);
     }
     // Straight ahead, 10 mm of 40 are free; a fast body does not jump over the obstacle.
-    REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()}, ball.center(), 0) ==
-            Approx(0.25));
+    REQUIRE(freeShare(ball, ball, {Pose{Vec3(12, 0, 0), Quat::Identity()}, Vec3(-40, 0, 0), Vec3::Zero()},
+                      ball.center(), 0) == Approx(0.25));
 }
 
 }  // namespace touchstone::collision_tests

@@ -84,8 +84,8 @@ TEST_CASE("far poses: nothing is near a tool that is far away", "[collision][far
             CHECK(deepestGap(bodies.tool, bodies.obstacle, walk, X) == 0);
             CHECK(leastGap(bodies.tool, bodies.obstacle, X, 0) == 0);
             CHECK_FALSE(anyWithin(bodies.tool, bodies.obstacle, X, 0.5));
-            CHECK(freeShare(bodies.tool, bodies.obstacle, {X, Vec3(1, 2, 3), Vec3(0.1, 0, 0)}, bodies.tool.center(), bodies.tool.reach()) ==
-                  1);
+            CHECK(freeShare(bodies.tool, bodies.obstacle, {X, Vec3(1, 2, 3), Vec3(0.1, 0, 0)}, bodies.tool.center(),
+                            bodies.tool.reach()) == 1);
             REQUIRE(finder.find({X, 0.5}, entries));
             CHECK(entries.count == 0);
         }
