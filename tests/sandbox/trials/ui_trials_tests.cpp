@@ -36,7 +36,7 @@ struct Study {
                           .sceneFile = [](const std::string& name) { return std::filesystem::path(name); },
                           .folder = [this](const Trial& trial) { return recording(trial.number); },
                           .done = [this](const Trial& trial, const ordered_json& row) { rows[trial.number] = row; }}) {
-        engine::writeGltf(downScene(), file);
+        engine::writeGltf(downScene(1.5), file);  // long enough to abort it on a busy machine
     }
     std::deque<Trial> queue() const {
         const std::vector<Trial> trials = protocol.trials();
