@@ -72,7 +72,7 @@ TEST_CASE("random hands: between meshes nothing overlaps in any scene, with obst
 TEST_CASE("random hands: the geometry can change while the tool is in contact, in any scene", "[scenes][slow][long]") {
     for (const std::filesystem::path& file : sceneFiles()) {
         INFO(file.stem());
-        play(openBundled(file), {.ticks = 2000, .seed = 2, .swapping = true});
+        play(openBundled(file, true), {.ticks = 2000, .seed = 2, .swapping = true});
     }
 }
 

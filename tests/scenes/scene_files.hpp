@@ -17,9 +17,10 @@ inline std::vector<std::filesystem::path> sceneFiles() {
     return files;
 }
 
-/// Opens one of them, with its trees from the build.
-inline sandbox::HapticScene openBundled(const std::filesystem::path& file) {
-    return sandbox::openScene(file, {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+/// Opens one of them, with its trees from the build: those that its settings touch, or all.
+inline sandbox::HapticScene openBundled(const std::filesystem::path& file, bool allTrees = false) {
+    return sandbox::openScene(file,
+                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}, .allTrees = allTrees});
 }
 
 }  // namespace touchstone::test

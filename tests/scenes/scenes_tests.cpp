@@ -115,7 +115,7 @@ TEST_CASE("scenes: between meshes, a clock and the list thread change no bit of 
 TEST_CASE("scenes: paper mode runs each within its row limit", "[scenes][slow][long]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = openBundled(file);
+        const sandbox::HapticScene scene = openBundled(file, true);
         sandbox::HeadlessOptions options = untimed();
         options.seconds = 1.2;  // into contact, in 300 ticks
         bool finite = true;

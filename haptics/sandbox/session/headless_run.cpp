@@ -39,6 +39,8 @@ class Pass {
             driver_.emplace(std::move(session));
             driver_->engage();  // a headless run has no user who engages the forces
         }
+        if (geometryOf(this->settings()) == Geometry::Spheres && !world()->hasSpheres())
+            throw std::invalid_argument("the scene was opened without the sphere trees that these settings touch");
         const double rate = this->settings().rate;
         if (options.paced) pacer_.emplace(rate, false);
         const bool endless = driver_ && driver_->session().device->duration().value_or(INFINITY) > kLongestMotionMs;

@@ -58,7 +58,8 @@ struct TimedRun {
 
 /// Runs the scene from its start. A recording is replayed from its own start and with its own settings instead of
 /// `settings`. Without `timing` the report has no times. What is recorded is never more than 0.25 s of wall time behind
-/// the run. Pre: the scene has a world, and checkSettings() accepts the settings. Throws std::runtime_error with one
+/// the run. Pre: the scene has a world, with the trees that the settings touch (else std::invalid_argument), and
+/// checkSettings() accepts them. Throws std::runtime_error with one
 /// sentence if the device cannot start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
