@@ -93,21 +93,14 @@ void addBunnyCases(engine::Scene& scene, engine::Entity tool, const SphereTree& 
         1, [&](double t) { return at(8, 0, about(kX, 0.3 * std::sin(2 * kTau * t)) * about(kZ, std::sin(kTau * t))); });
     add(rotate, "hard-06-rotate", with(snaps(), {{"min_peak_force_N", 3}}));
 
-    // The device turns about the tool's reference point, so that its own motion adds nothing to the force.
-    const Vec3 p_TC = tree.center();
-    const glm::dvec3 c(p_TC.x(), p_TC.y(), p_TC.z());
+    // The device turns about C, so that its own motion adds nothing to the force: the center of the bunny's bounding
+    // box is the node's origin.
     for (const double degrees : {1.0, 3.0, 10.0}) {
         const double turn = 0.36 / degrees;
         Demonstration spin = pressedBy(6);
         for (const glm::dvec3& axis : {kX, kZ}) {
             spin.follow(
-                turn,
-                [&](double t) {
-                    ToolPose pose = at(6, 0, degreesAbout(axis, 1000 * degrees * t));
-                    pose.position += c - pose.rotation * c;
-                    return pose;
-                },
-                0.001);
+                turn, [&](double t) { return at(6, 0, degreesAbout(axis, 1000 * degrees * t)); }, 0.001);
             spin.hold(0.1);
         }
         // The contacts that the solver sees lie within the margin of 0.5 mm; if a cap stops the tool before a contact,
