@@ -304,7 +304,7 @@ SolverSettings solverSettings(const Settings& settings) {
     SolverSettings s;
     s.paperForm = settings.mode == Mode::Paper;
     s.tolerance = settings.tolerance;
-    if (!s.paperForm && !solverTable()[settings.solver].exact) s.maxIterations = settings.iterationCap;
+    if (!s.paperForm && settings.solver != kExactSolver) s.maxIterations = settings.iterationCap;
     s.workLimit = s.paperForm ? settings.paperWork : settings.solverWork;
     s.elasticWeight = settings.elasticWeight;
     return s;
