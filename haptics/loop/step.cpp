@@ -387,8 +387,8 @@ double PenetrationMeter::depth(const Pose& X_WT, std::span<const Pose> X_WO, Geo
             continue;
         }
         const SphereTree &tool = *world_->tool, &obstacle = *world_->obstacles[k].tree;
-        depth_ =
-            std::max(depth_, -(deep ? leastGap(tool, obstacle, X_OT, 0) : deepestGap(tool, obstacle, walks_[k], X_OT)));
+        depth_ = std::max(depth_, -(deep || walks_.empty() ? leastGap(tool, obstacle, X_OT, 0)
+                                                           : deepestGap(tool, obstacle, walks_[k], X_OT)));
     }
     return depth_;
 }

@@ -372,7 +372,7 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--mode", settings.mode,
                     "default; paper: " + paperModeHelp() + "; or penalty: springs against overlaps, for comparison");
     run->add_option("--geometry", settings.geometry,
-                    "by what parts touch in default mode. mesh: their triangles, with four linearizations a tick; "
+                    "by what parts touch in default mode. mesh: their triangles; "
                     "spheres: their sphere trees (default)");
     run->add_option("--solver", settings.solver, "solver that moves the tool: " + namesOf(solverTable()));
     run->add_option("--shadow", settings.shadow, "second solver, measured on the same rows: one of these, or none");

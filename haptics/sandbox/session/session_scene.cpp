@@ -106,9 +106,12 @@ bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
 }
 
 void LiveSession::takeOpened() {
-    for (auto& opening : openings_) {
-        if (!opening->done()) continue;
-        const std::unique_ptr<SceneOpening> ready = std::move(opening);
+    // They are taken out first, since a start may open its scene again.
+    std::vector<std::unique_ptr<SceneOpening>> done;
+    for (auto& opening : openings_)
+        if (opening->done()) done.push_back(std::move(opening));
+    std::erase(openings_, nullptr);
+    for (const auto& ready : done) {
         if (ready->cancelled()) continue;
         if (!ready->scene) {
             log_.say(Message::Kind::Error, ready->error);
@@ -148,7 +151,6 @@ void LiveSession::takeOpened() {
             log_.say(Message::Kind::Error, next.request.file.filename().string() + ": " + e.what());
         }
     }
-    std::erase(openings_, nullptr);
 }
 
 LiveSession::Shown LiveSession::shownNow() const { return {shown_.request, shown_.scene, worldNow(*shown_.scene)}; }

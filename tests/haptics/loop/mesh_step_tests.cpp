@@ -170,4 +170,13 @@ TEST_CASE("mesh step: spheres and meshes can be exchanged while the loop runs", 
     CHECK(record.wrench_C.isZero());
 }
 
+TEST_CASE("penetration meter: an obstacle of spheres is measured beside one of meshes that has no tree", "[step]") {
+    World world = meshWorld(centeredBox(4, 4, 4), centeredBox(10, 10, 6), at(0, 0, 9));
+    world.obstacles[0].tree = nullptr;
+    world.obstacles.push_back({.name = "open", .tree = ball(1), .X_WO = at(0, 0, 20)});
+    PenetrationMeter meter(world);
+    CHECK(meter.depth(at(0, 0, 9), {}, Geometry::Mesh) == 0);
+    CHECK(meter.depth(at(0, 0, 18.5), {}, Geometry::Mesh) == Approx(0.5));  // of balls of 1 mm
+}
+
 }  // namespace touchstone::mesh_step_tests
