@@ -111,6 +111,13 @@ class DefaultTick {
     /// is kept from the straight way on which its feature is tested.
     double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
     double freeLengthOf(const Vec6& x) const;
+    /// Whether x takes back more than half of the last move. Each linearization overshoots where the rows bend more than
+    /// the springs resist, and then two of them lead to and fro for ever; half of the step leads between them.
+    bool takesBack(const Vec6& x) const {
+        const Vec6 metric = (Vec6() << Vec3::Ones(), Vec3::Constant(state_.reach * state_.reach)).finished();
+        return -lastMove_.dot(metric.cwiseProduct(x)) > lastMove_.dot(metric.cwiseProduct(lastMove_)) / 2 &&
+               !lastMove_.isZero(0);
+    }
     bool solve(const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
@@ -136,6 +143,7 @@ class DefaultTick {
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
+    Vec6 lastMove_ = Vec6::Zero();                ///< the last move of this tick
 };
 
 /// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
@@ -457,6 +465,10 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     Vec6 x = capped(step.x);
     if (contact) {
         if (state_.rows.size() == 0) state_.contacts.clear();
+        if (ofFeatures_ && takesBack(x)) {
+            x /= 2;
+            step.reachesDevice = false;
+        }
         // Between meshes, a step that is taken as it was tried crosses nothing.
         const bool tried = ofFeatures_ && !ofLeaves_ && x == clear_;
         Measured measured = tried ? Measured{} : remeasure(x);
@@ -481,6 +493,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         state_.contacts.clear();
         tick_.record.penetration = 0;
     }
+    lastMove_ = x;
     const double length = state_.lengthOf(x);
     travelBudget_ -= length;
     shiftBudget_ -= x.head<3>().norm();

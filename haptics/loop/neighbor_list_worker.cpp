@@ -44,7 +44,7 @@ PairEntries NeighborListWorker::Part::memory() const {
 }
 
 NeighborListWorker::NeighborListWorker(const World& world)
-    : X_OT_(world.obstacles.size()), messages_({.request = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
+    : world_(world), X_OT_(world.obstacles.size()), messages_({.request = {}, .X_OT = X_OT_, .X_OT_before = X_OT_}) {
     for (const Obstacle& obstacle : world.obstacles) {
         parts_.push_back(std::make_unique<Part>(
             world.hasSpheres(parts_.size())
@@ -96,8 +96,7 @@ void NeighborListWorker::serve(const Message& message) {
     for (std::size_t k = 0; k < parts_.size(); ++k) {
         Part* const part = parts_[k].get();
         const Pose& X_OT = message.X_OT[k];
-        const bool meshes = part->features && (r.geometry == Geometry::Mesh || !part->leaves);
-        PairFinder& finder = meshes ? *part->features : *part->leaves;
+        PairFinder& finder = world_.byMeshes(k, r.geometry) ? *part->features : *part->leaves;
         const Extent& extent = finder.extent();
         const Vec3& center = extent.center;
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);

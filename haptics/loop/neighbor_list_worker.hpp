@@ -59,6 +59,7 @@ class NeighborListWorker {
     void run(const std::stop_token& stop);
     void serve(const Message& message);
 
+    const World& world_;
     std::vector<std::unique_ptr<Part>> parts_;
     std::vector<const PairEntries*> newest_;
     std::vector<Pose> X_OT_;  // of the last request

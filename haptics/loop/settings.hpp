@@ -31,7 +31,7 @@ std::span<const std::string_view> geometryNames();
 /// says for each value what happens if it is larger or smaller.
 struct Settings {
     Mode mode = Mode::Default;
-    Geometry geometry = Geometry::Spheres;
+    Geometry geometry = Geometry::Mesh;
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     int solver = kExactSolver;       ///< index into solverTable()
     int shadow = 1;                  ///< likewise; -1 for none
@@ -42,7 +42,7 @@ struct Settings {
     /// Maximum iterations of an approximate solver in default mode. In a static hold of 3.235 N, pqp gave 3.049 N with
     /// 10 iterations, 3.132 N with chatter with 100, and the exact force with 1,000 and a tolerance of 1e-6.
     int iterationCap = 1000;
-    /// m, mm: pairs within it become rows. Measured on bodies of 100 mm; close fits use about 0.75 x clearance.
+    /// m, mm: pairs of spheres within it become rows. Measured on bodies of 100 mm; close fits use 0.4 x clearance.
     double margin = 0.5;
     /// t, mm: maximum travel of any leaf in a linearization; t <= m. It bounds the speed that the tool can follow in
     /// contact: linearisations x trust in a tick.

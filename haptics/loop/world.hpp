@@ -18,6 +18,7 @@ struct Obstacle {
     std::shared_ptr<const SphereTree> tree;            ///< null: it is touched by its mesh alone
     Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
     std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
+    bool asksForSpheres = false;                       ///< it is touched by its spheres in either geometry
 
     /// The point about which its travel is measured, in its own frame, and the greatest distance from there, mm.
     Vec3 center() const { return surface ? surface->extent.center : tree->center(); }
@@ -32,6 +33,7 @@ struct World {
     std::vector<Obstacle> obstacles;
     Pose X_WT_start;                                       ///< tool node at the first tick
     std::shared_ptr<const Surface> toolSurface = nullptr;  ///< null: as for an obstacle
+    bool toolAsksForSpheres = false;                       ///< likewise
 
     /// Whether tool and obstacle can touch by their meshes.
     bool hasMeshes(std::size_t obstacle) const { return toolSurface && obstacles[obstacle].surface; }
@@ -41,7 +43,9 @@ struct World {
 
     /// Whether they touch by their meshes in this geometry of the tick.
     bool byMeshes(std::size_t obstacle, Geometry geometry) const {
-        return hasMeshes(obstacle) && (geometry == Geometry::Mesh || !hasSpheres(obstacle));
+        const bool spheres =
+            geometry == Geometry::Spheres || toolAsksForSpheres || obstacles[obstacle].asksForSpheres;
+        return hasMeshes(obstacle) && !(spheres && hasSpheres(obstacle));
     }
 
     Vec3 p_TC() const { return toolSurface ? toolSurface->extent.center : tool->center(); }

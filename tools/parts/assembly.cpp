@@ -39,12 +39,11 @@ Scene makeBayonet(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "bayonet";
-    scene.extras = closeFitExtras(fit.clearance);
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 14}, {"min_peak_torque_mNm", 100}};
     const Entity tool = addBody(scene, "cap", upright(clear, misaligned, 1.5), shared(bayonetCap(fit)), gold(),
-                                marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "holder", {}, shared(bayonetHolder(fit)), silver(), marked(obstacleMarking(options.leaves)));
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "holder", {}, shared(bayonetHolder(fit)), silver(), obstacleMarking(options.leaves));
     addGoal(scene, upright(fit.locked(), -fit.turn), 1.5 * fit.clearance, 0.06);
     scene.animations.push_back(motion.animation(tool));
     scene.animations.push_back(notTurned.animation(
@@ -76,14 +75,13 @@ Scene makeGears(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "gears";
-    scene.extras = closeFitExtras(fit.clearance);
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 3}, {"min_peak_torque_mNm", 100}};
     const Entity tool = addBody(scene, "loose gear", at(clear, misaligned, 1.2), shared(looseGear(fit)), gold(),
-                                marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "fixed gear", {}, shared(fixedGear(fit)), silver(), marked(obstacleMarking(options.leaves)));
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "fixed gear", {}, shared(fixedGear(fit)), silver(), obstacleMarking(options.leaves));
     addBody(scene, "post", {{fit.distance(), 0, 0}}, shared(gearPost(fit)), silver(),
-            marked(obstacleMarking(options.leaves)));
+            obstacleMarking(options.leaves));
     // Two modules beyond the pitch circles all around, one beyond the tips.
     const double thick = 8, low = -fit.module * (fit.fixedTeeth + 4) / 2,
                  high = fit.distance() + fit.module * (fit.looseTeeth + 4) / 2,
@@ -159,12 +157,11 @@ Scene makeLock(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "lock";
-    scene.extras = closeFitExtras(fit.clearance);
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 14}, {"min_peak_torque_mNm", 100}};
     const Entity tool = addBody(scene, "key", upright(clear, misaligned, 1.2), shared(key(fit)), gold(),
-                                marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "lock", {}, shared(lock(fit)), silver(), marked(obstacleMarking(options.leaves)));
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "lock", {}, shared(lock(fit)), silver(), obstacleMarking(options.leaves));
     addGoal(scene, upright(home + fit.play(), -fit.turn), 1.5 * fit.clearance, 0.06);
     scene.animations.push_back(motion.animation(tool));
     // The key is held in place within the clearance: nearly all of the turn is lag, at 1 N·m/rad.

@@ -148,12 +148,11 @@ Scene makePeg(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "peg";
-    scene.extras = closeFitExtras(fit.clearance);
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 2.9}, {"max_infeasible_ticks", 0}};
     const Entity tool = addBody(scene, "peg", upright(clear, 0, aside), shared(peg(fit)), gold(),
-                                marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "hole", {}, shared(pegHole(fit)), silver(), marked(obstacleMarking(options.leaves)));
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "hole", {}, shared(pegHole(fit)), silver(), obstacleMarking(options.leaves));
     // The walls leave this much room, and the play tilts the peg by no more.
     addGoal(scene, upright(-fit.depth, 0), 1.5 * fit.clearance, 3 * fit.clearance / fit.depth);
     scene.animations.push_back(motion.animation(tool));
@@ -195,15 +194,14 @@ Scene makeNut(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "nut";
-    scene.extras = closeFitExtras(fit.clearance);
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_torque_mNm", 90}, {"max_infeasible_ticks", 0}};
     const Entity tool =
-        addBody(scene, "nut", start, shared(nut(fit)), gold(), marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "bolt", {}, shared(bolt(fit)), silver(), marked(obstacleMarking(options.leaves)));
+        addBody(scene, "nut", start, shared(nut(fit)), gold(), toolMarking(options.leaves, outcome));
+    addBody(scene, "bolt", {}, shared(bolt(fit)), silver(), obstacleMarking(options.leaves));
     TurnedSolid plate;
     plate.add({fit.diameter / 2 + 0.75, fit.acrossFlats, -fit.plate, 0});
-    addBody(scene, "plate", {}, shared(plate.mesh(2)), silver(), marked(obstacleMarking(options.leaves)));
+    addBody(scene, "plate", {}, shared(plate.mesh(2)), silver(), obstacleMarking(options.leaves));
     addGoal(scene, {}, 1.5 * fit.clearance, 1.2 * fit.playAngle());
     scene.animations.push_back(motion.animation(tool));
     addNutCases(scene, tool, way, press);

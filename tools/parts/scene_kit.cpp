@@ -36,37 +36,18 @@ void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double ang
 
 json toolMarking(int leaves, json outcome) {
     outcome["max_penetration_mm"] = 0.001;
-    return {{"role", "tool"},
-            {"leaves", leaves},
-            {"stiffness_N_per_m", 1000},
-            {"torsion_Nm_per_rad", 1},
-            {"outcome", std::move(outcome)}};
-}
-
-json obstacleMarking(int leaves) { return {{"role", "obstacle"}, {"leaves", leaves}}; }
-
-bool closerThanSpheres(double clearance) {
-    return clearance < 0.1;  // for which the splined fit has 67,000 leaves, and takes a minute to make them
-}
-
-json closeFit(json marking, int leaves, double clearance) {
-    if (leaves) return marking;
-    if (closerThanSpheres(clearance)) {
-        marking["leaves"] = 1024;
-        return marking;
-    }
-    marking.erase("leaves");
-    marking["max_error_mm"] = 0.45 * clearance;
-    marking["quality"] = "best";
+    json marking{{"role", "tool"}, {"stiffness_N_per_m", 1000}, {"torsion_Nm_per_rad", 1}, {"outcome", std::move(outcome)}};
+    if (leaves) marking["leaves"] = leaves;
     return marking;
 }
 
-json closeFitExtras(double clearance) {
-    json settings{{"geometry", "mesh"}};
-    if (!closerThanSpheres(clearance))
-        settings = {{"margin", 0.4 * clearance}, {"trust", 0.4 * clearance}, {"slack", std::min(0.1, 0.6 * clearance)}};
-    return {{"touchstone", {{"settings", settings}}}};
+json obstacleMarking(int leaves) {
+    json marking{{"role", "obstacle"}};
+    if (leaves) marking["leaves"] = leaves;
+    return marking;
 }
+
+json fitExtras(double clearance) { return {{"touchstone", {{"clearance_mm", clearance}}}}; }
 
 std::shared_ptr<const MeshData> stanfordBunny(const std::filesystem::path& file) {
     if (!std::filesystem::exists(file))

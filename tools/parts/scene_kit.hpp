@@ -27,18 +27,12 @@ ToolPose upright(double y, double angle, double x = 0);
 void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle);
 
 /// Markings as docs/scenes.md describes them. Every tool has the stiffness of the reference device, 1 N/mm and
-/// 1 N·m/rad, and every outcome a penetration of at most 1 µm.
+/// 1 N·m/rad, and every outcome a penetration of at most 1 µm. `leaves`: 0 leaves their number to the scene.
 nlohmann::json toolMarking(int leaves, nlohmann::json outcome);
 nlohmann::json obstacleMarking(int leaves);
 
-/// Whether no sphere trees fit between parts with this clearance, mm: their meshes must touch.
-bool closerThanSpheres(double clearance);
-
-/// The settings of a fit with this clearance, mm: leaves whose protrusions on both bodies together are at most 0.9 of
-/// it (or `leaves`, if not 0), and a margin and trust of 0.4 of it. Of a closer fit the trees are coarse ones, for
-/// paper mode and for the view, and the meshes touch.
-nlohmann::json closeFit(nlohmann::json marking, int leaves, double clearance);
-nlohmann::json closeFitExtras(double clearance);
+/// Extras of a scene whose parts fit with this clearance on each side, mm.
+nlohmann::json fitExtras(double clearance);
 
 /// The bunny about the center of its bounding box, scaled so that its largest side is 100 mm; up is +y, the face at -x.
 /// Throws engine::SceneError that names the package to install when the file is missing.

@@ -62,7 +62,6 @@ Scene makeBunnies(const SceneOptions& options) {
 /// A splined shaft finds its hole: press, turn until the keys drop in, insert, wiggle, rest.
 Scene makeSpline(const SceneOptions& options) {
     const SplineFit& fit = options.fit;
-    const auto marked = [&](json marking) { return closeFit(std::move(marking), options.leaves, fit.clearance); };
     const glm::dvec3 y(0, 1, 0);
     const double misaligned = std::numbers::pi / fit.keys;
     // The tool's origin is the middle of the shaft.
@@ -86,11 +85,11 @@ Scene makeSpline(const SceneOptions& options) {
 
     Scene scene;
     scene.name = "spline";
-    scene.extras = closeFitExtras(fit.clearance);
+    scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 5}};
     const Entity tool = addBody(scene, "shaft", at(-15, misaligned), shared(std::move(shaft)), gold(),
-                                marked(toolMarking(options.leaves, outcome)));
-    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), marked(obstacleMarking(options.leaves)));
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "hole", {}, shared(splinedHole(fit)), silver(), obstacleMarking(options.leaves));
     addBody(scene, "seated", at(fit.depth, 0), nullptr, {},
             {{"role", "goal"},
              {"goal",
@@ -104,7 +103,7 @@ Scene makeSpline(const SceneOptions& options) {
     hard.update(outcome);
     scene.animations.push_back(motion.animation(tool, "hard-12-peg", hard));
     addSplineFigure(scene, tool, fit);
-    if (closerThanSpheres(fit.clearance)) addSplineCases(scene, tool, fit);
+    if (fit.clearance < 0.1) addSplineCases(scene, tool, fit);
     return scene;
 }
 

@@ -1,6 +1,7 @@
 #include "haptics/sandbox/scene/roles.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -62,6 +63,7 @@ class RoleReader {
     SceneRoles read();
 
   private:
+    void readFit();
     void readNode(Entity node);
     void readMark(Entity node, engine::Fields& fields, std::optional<Role>& role);
     void chooseTool();
@@ -79,8 +81,29 @@ class RoleReader {
 
     Scene& scene_;
     SceneRoles found_;
+    TreeOptions tree_;  ///< of parts whose mark asks for no tree of its own
     std::vector<Candidate> candidates_;
 };
+
+/// Clearance below which no sphere tree follows a surface closely enough, mm: at 0.1 mm a splined hole needs 40,000
+/// leaves and a minute.
+constexpr double kClosestOfSpheres = 0.1;
+
+/// The clearance of the scene's fit, from which its sphere trees follow.
+void RoleReader::readFit() {
+    const json* mark = touchstoneOf(*scene_.extras);
+    if (!mark) return;
+    engine::Fields fields(scene_, engine::objectLabel("scene", static_cast<std::size_t>(scene_.index)),
+                          "extras.touchstone", *mark);
+    found_.clearance = fields.number("clearance_mm", 1e-4, 100);
+    if (!found_.clearance) return;
+    if (*found_.clearance < kClosestOfSpheres) {
+        tree_.leaves = 1024;  // for the view and for paper mode
+    } else {
+        tree_.maxError = 0.45 * *found_.clearance;
+        tree_.quality = TreeQuality::Best;
+    }
+}
 
 void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Role>& role) {
     if (const auto known = fields.choice("role", kRoleNames)) role = static_cast<Role>(*known);
@@ -88,8 +111,12 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
     const auto leaves = fields.whole("leaves", kMinLeaves, TreeOptions::kMaxLeaves);
     const auto error = fields.number("max_error_mm", kMinError, kMaxError);
     if (leaves && error) fields.fail("max_error_mm", "given without leaves, since their number follows from it");
+    body.tree = leaves || error ? TreeOptions{} : tree_;
     body.tree.leaves = leaves.value_or(body.tree.leaves);
     body.tree.maxError = error.value_or(body.tree.maxError);
+    const std::array geometries{geometryNames()[0].data(), geometryNames()[1].data()};
+    if (const auto known = fields.choice("geometry", geometries))
+        body.spheres = static_cast<Geometry>(*known) == Geometry::Spheres;
     if (const auto known = fields.choice("quality", kQualityNames))
         body.tree.quality = static_cast<TreeQuality>(*known);
     if (const auto known = fields.choice("interior", kInteriorNames))
@@ -105,7 +132,7 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
 
 void RoleReader::readNode(Entity node) {
     std::optional<Role> marked;
-    scene_.registry.add(node, BodyMarking{});
+    scene_.registry.add(node, BodyMarking{.tree = tree_});
     if (const json* mark = touchstoneOf(scene_, node)) {
         engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
         readMark(node, fields, marked);
@@ -236,6 +263,7 @@ void RoleReader::readScene() {
     if (const json* mark = touchstoneOf(*scene_.extras)) {
         engine::Fields fields(scene_, object, "extras.touchstone", *mark);
         fields.object("settings");
+        fields.find("clearance_mm");
         if (fields.object("outcome")) found_.outcome = mark->at("outcome");
         fields.warnUnknown(found_.warnings);
     }
@@ -249,13 +277,15 @@ void RoleReader::describeRoles() {
         std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
         if (candidate.role == Role::Goal || candidate.role == Role::Gauge) article = "a ";
         found_.interpreted.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
-                                     (body ? " (" + words(body->tree) + ")" : "") + ": " + candidate.why);
+                                     (body ? " (" + words(body->tree) + (body->spheres ? ", touched by it" : "") + ")" : "") + ": " +
+                                     candidate.why);
         if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
             warn(label(candidate.node), ": only the tool has a stiffness: that of an obstacle has no effect");
     }
 }
 
 SceneRoles RoleReader::read() {
+    readFit();
     for (const Entity node : scene_.nodes)
         if (node) readNode(node);
     chooseTool();
@@ -292,6 +322,10 @@ SceneRoles assignRoles(Scene& scene) {
 
 Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
     Settings settings;
+    if (roles.clearance && *roles.clearance >= kClosestOfSpheres) {
+        settings.margin = settings.trust = std::min(settings.margin, 0.4 * *roles.clearance);
+        settings.slack = std::min(0.1, 0.6 * *roles.clearance);
+    }
     if (roles.tool) {
         const BodyMarking& body = scene.registry.get<BodyMarking>(roles.tool);
         settings.stiffness = body.stiffness.value_or(settings.stiffness);

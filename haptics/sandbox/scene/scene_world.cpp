@@ -179,11 +179,13 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
         return std::move(shape.surface);
     };
     world->toolSurface = surfaceOf(roles.tool);
+    world->toolAsksForSpheres = scene.registry.get<BodyMarking>(roles.tool).spheres;
     for (const Entity obstacle : roles.obstacles) {
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
                                     .tree = nullptr,
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
-                                    .surface = surfaceOf(obstacle)});
+                                    .surface = surfaceOf(obstacle),
+                                    .asksForSpheres = scene.registry.get<BodyMarking>(obstacle).spheres});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
@@ -193,7 +195,8 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;
     std::vector<std::size_t> bySpheres;
     for (std::size_t k = 0; k < world->obstacles.size(); ++k)
-        if (all || !world->hasMeshes(k)) bySpheres.push_back(k);
+        if (all || !world->hasMeshes(k) || world->toolAsksForSpheres || world->obstacles[k].asksForSpheres)
+            bySpheres.push_back(k);
     if (!bySpheres.empty()) world->tool = parts.tree(roles.tool, 1 + bySpheres.size());
     for (const std::size_t k : bySpheres)
         world->obstacles[k].tree = parts.tree(roles.obstacles[k], 1 + bySpheres.size());

@@ -32,8 +32,8 @@ struct SceneOptions {
     SceneProgress progress;
     int leaves = 0;          ///< maximum leaf count of every part, in place of the scene's; 0: the scene's
     bool buildWorld = true;  ///< false: everything except the world, which stays null
-    /// Trees of all parts. Otherwise only of those that can touch by spheres alone: all with a Geometry::Spheres, or
-    /// those of an open mesh.
+    /// Trees of all parts. Otherwise only of those that touch by spheres: all with a Geometry::Spheres, or those of an
+    /// open mesh and those whose file asks for spheres.
     bool allTrees = false;
     /// From the scene's settings to those of the run, if they differ.
     std::function<Settings(const Settings&)> adjust = {};

@@ -42,8 +42,8 @@ std::span<const Preset> presetTable() {
              settings.shadow = -1;
              return settings;
          }},
-        {"meshes", "The default, but parts touch by their triangles where both are closed, not by their sphere trees.",
-         [](const Settings& scene) { return withGeometry(withMode(scene, Mode::Default), Geometry::Mesh); }},
+        {"spheres", "The default, but parts touch by their sphere trees, as in the paper, not by their triangles.",
+         [](const Settings& scene) { return withGeometry(withMode(scene, Mode::Default), Geometry::Spheres); }},
     };
     return kTable;
 }

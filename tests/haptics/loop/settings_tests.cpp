@@ -17,7 +17,7 @@ TEST_CASE("settings: the defaults are in range and consistent, and their text eq
     CHECK(getSetting(settings, "margin") == "0.5");
     CHECK(getSetting(settings, "torsion") == "1000");
     CHECK(getSetting(settings, "linearisations") == "0");
-    CHECK(getSetting(settings, "geometry") == "spheres");
+    CHECK(getSetting(settings, "geometry") == "mesh");
     CHECK(getSetting(settings, "paper_work") == "100000000");
     CHECK(getSetting(settings, "adaptive_margin") == "on");
     CHECK(getSetting(settings, "pause") == "off");

@@ -55,6 +55,47 @@ TEST_CASE("roles: extras define tool, obstacle, goal and visual with their data"
     CHECK_THAT(roles.interpreted[0], Contains("node 0 \"peg\" is the tool (100 leaves, fast, shell)"));
 }
 
+TEST_CASE("roles: trees and their settings follow from the clearance of the fit, where the file does not say otherwise",
+          "[sandbox]") {
+    Scene scene;
+    scene.file = "fit.glb";
+    const Entity peg = addBox(scene, "peg", kSize, {{"role", "tool"}});
+    const Entity hole = addBox(scene, "hole", kSize, {{"role", "obstacle"}, {"leaves", 500}});
+    const auto read = [&](json fit) {
+        *scene.extras = {{"touchstone", std::move(fit)}};
+        return sandbox::assignRoles(scene);
+    };
+    const auto tree = [&](Entity node) { return scene.registry.get<sandbox::BodyMarking>(node).tree; };
+    const sandbox::SceneRoles roles = read({{"clearance_mm", 0.2}, {"settings", {{"slack", 0.05}}}});
+    CHECK(roles.warnings.empty());
+    CHECK(tree(peg).maxError == 0.45 * 0.2);
+    CHECK(tree(peg).quality == TreeQuality::Best);
+    CHECK(tree(hole) == TreeOptions{.leaves = 500});
+    const Settings settings = sandbox::sceneSettings(scene, roles);
+    CHECK(settings.margin == 0.4 * 0.2);
+    CHECK(settings.trust == 0.4 * 0.2);
+    CHECK(settings.slack == 0.05);
+    CHECK(checkSettings(sandbox::sceneSettings(scene, read({{"clearance_mm", 5}}))).empty());
+
+    // No tree follows closer fits.
+    CHECK(sandbox::sceneSettings(scene, read({{"clearance_mm", 0.02}})) == Settings{});
+    CHECK(tree(peg) == TreeOptions{.leaves = 1024});
+    CHECK_THROWS_WITH(read({{"clearance_mm", 0}}), Contains("fit.glb") && Contains("clearance_mm"));
+}
+
+TEST_CASE("roles: a part may ask to be touched by its spheres", "[sandbox]") {
+    Scene scene;
+    scene.file = "soft.glb";
+    const Entity tool = addBox(scene, "ball", kSize, {{"role", "tool"}, {"geometry", "mesh"}});
+    const Entity wall = addBox(scene, "wall", kSize, {{"role", "obstacle"}, {"geometry", "spheres"}});
+    const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+    CHECK_FALSE(scene.registry.get<sandbox::BodyMarking>(tool).spheres);
+    CHECK(scene.registry.get<sandbox::BodyMarking>(wall).spheres);
+    CHECK_THAT(roles.interpreted[1], Contains("(4096 leaves, fast, shell, touched by it)"));
+    addBox(scene, "post", kSize, {{"role", "obstacle"}, {"geometry", "voxels"}});
+    CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains("soft.glb") && Contains("geometry") && Contains("spheres"));
+}
+
 TEST_CASE("roles: of two tools the first in the file is used, and a warning names the other", "[sandbox]") {
     Scene scene;
     addBox(scene, "wall", kSize, {{"role", "obstacle"}});

@@ -226,6 +226,25 @@ TEST_CASE("scene world: a part is built with its own maximum error", "[sandbox]"
     CHECK(opened.world->tool->leafCount() < 4096);  // as few as necessary, not the default count
 }
 
+TEST_CASE("scene world: a part that asks for spheres is touched by them, beside parts that are touched by their meshes",
+          "[sandbox]") {
+    const auto opened = [](const char* ofTool, const char* ofWall) {
+        Scene scene = pressScene();
+        addBox(scene, "wall", {0.01f, 0.06f, 0.06f}, {{"role", "obstacle"}, {"leaves", 64}, {"geometry", ofWall}},
+               {.translation = {0.03, 0.01, 0}});
+        (*scene.registry.get<engine::NodeMarking>(scene.nodes[0]).extras)["touchstone"]["geometry"] = ofTool;
+        return sandbox::openScene(std::move(scene));
+    };
+    const auto mixed = opened("mesh", "spheres");
+    REQUIRE(mixed.world->obstacles.size() == 2);
+    CHECK(mixed.world->byMeshes(0, Geometry::Mesh));
+    CHECK_FALSE(mixed.world->obstacles[0].tree);
+    CHECK_FALSE(mixed.world->byMeshes(1, Geometry::Mesh));
+    CHECK(mixed.world->hasSpheres(1));
+    const auto all = opened("spheres", "mesh");
+    for (const std::size_t k : {0u, 1u}) CHECK_FALSE(all.world->byMeshes(k, Geometry::Mesh));
+}
+
 TEST_CASE("scene world: cancelling stops the build", "[sandbox]") {
     const auto cancel = [](const sandbox::SceneStatus&) { return false; };
     CHECK_THROWS_AS(withTrees(pressScene(), {}, cancel), BuildCancelled);

@@ -195,7 +195,7 @@ TEST_CASE("presets: each preset gives valid settings, and paper equals the publi
     CHECK(presetTable()[0].apply(scene) == scene);
     CHECK(presetTable()[1].apply(scene).mode == Mode::Paper);
     CHECK(presetTable()[2].apply(scene).rate == 10'000);
-    CHECK(presetTable()[3].apply(scene).geometry == Geometry::Mesh);
+    CHECK(presetTable()[3].apply(scene).geometry == Geometry::Spheres);
 }
 
 TEST_CASE("command line: the copied command runs without a window with the same settings", "[edit]") {
