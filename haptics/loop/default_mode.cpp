@@ -111,13 +111,9 @@ class DefaultTick {
     /// is kept from the straight way on which its feature is tested.
     double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
     double freeLengthOf(const Vec6& x) const;
-    /// Whether x takes back more than half of the last move. Each linearization overshoots where the rows bend more than
-    /// the springs resist, and then two of them lead to and fro for ever; half of the step leads between them.
-    bool takesBack(const Vec6& x) const {
-        const Vec6 metric = (Vec6() << Vec3::Ones(), Vec3::Constant(state_.reach * state_.reach)).finished();
-        return -lastMove_.dot(metric.cwiseProduct(x)) > lastMove_.dot(metric.cwiseProduct(lastMove_)) / 2 &&
-               !lastMove_.isZero(0);
-    }
+    bool takesBack(const Vec6& x) const;
+    bool addHeldRows();
+    void holdRows(const Vec6& solved, const Vec6& x);
     bool solve(const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
@@ -140,6 +136,7 @@ class DefaultTick {
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
     bool flying_;               ///< the next step may be a flight
     bool shadowRan_ = false;
+    bool cycling_ = false;                        ///< a step of this tick took back the one before it
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
@@ -293,6 +290,8 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     bool done = false;
     for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
+        cycling_ = cycling_ || (ofFeatures_ && state_.rows.size() && takesBack(step.x));
+        if (cycling_ && addHeldRows()) continue;
         Crossed crossed = Crossed::Nothing;
         do {
             Crossing by = trustedPart(step.x, step.slack);
@@ -353,6 +352,45 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
     step.length = state_.lengthOf(wanted);
     step.reachesDevice = step.x == wanted;
     return found;
+}
+
+/// Whether x takes back more than half of the last move.
+bool DefaultTick::takesBack(const Vec6& x) const {
+    const Vec6 metric = (Vec6() << Vec3::Ones(), Vec3::Constant(state_.reach * state_.reach)).finished();
+    const Vec6 last = metric.cwiseProduct(lastMove_);
+    return -last.dot(x) > last.dot(lastMove_) / 2 && !lastMove_.isZero(0);
+}
+
+/// Adds the rows on which earlier steps of this tick ended. In a shallow valley each of two faces crosses only the step
+/// that the other one leads to; with the rows of one at a time, the tool goes to and fro for ever. Returns whether any
+/// is new.
+bool DefaultTick::addHeldRows() {
+    RowSet& added = state_.crossedRows;
+    added.clear();
+    for (int i = 0; i < state_.heldRows.size() && state_.rows.size() + added.size() < state_.rows.capacity(); ++i)
+        if (state_.rows.find(state_.heldRows.id(i)) < 0)
+            added.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
+    state_.rows.merge(added);
+    return added.size() > 0;
+}
+
+/// Remembers the rows on which the answer `solved` ends, and the earlier ones, as they are after the move x.
+void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
+    RowSet &held = state_.heldRows, &added = state_.crossedRows;
+    for (int i = 0; i < held.size(); ++i) held.gap()[i] += held.row(i).dot(x);
+    added.clear();
+    for (int i = 0; i < state_.rows.size(); ++i) {
+        const Vec6 row = state_.rows.row(i);
+        const double gap = state_.rows.gap()[i];
+        if (row.dot(solved) + gap > kViolation) continue;
+        if (const int at = held.find(state_.rows.id(i)); at >= 0) {
+            for (int k = 0; k < 6; ++k) held.column(k)[at] = row[k];
+            held.gap()[at] = gap + row.dot(x);
+        } else if (held.size() + added.size() < held.capacity()) {
+            added.push(row, gap + row.dot(x), state_.rows.id(i));
+        }
+    }
+    held.merge(added);
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
@@ -465,8 +503,10 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     Vec6 x = capped(step.x);
     if (contact) {
         if (state_.rows.size() == 0) state_.contacts.clear();
-        if (ofFeatures_ && takesBack(x)) {
-            x /= 2;
+        // Where surfaces bend more than the springs resist, each linearization overshoots by the same ratio to the
+        // last: the secant leads to where they meet.
+        if (ofFeatures_ && takesBack(x) && state_.lengthOf(x) > 2 * kArrived) {
+            x /= 1 + std::min(1.0, state_.lengthOf(x) / state_.lengthOf(lastMove_));
             step.reachesDevice = false;
         }
         // Between meshes, a step that is taken as it was tried crosses nothing.
@@ -493,6 +533,10 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         state_.contacts.clear();
         tick_.record.penetration = 0;
     }
+    if (contact && ofFeatures_)
+        holdRows(step.x, x);
+    else
+        state_.heldRows.clear();
     lastMove_ = x;
     const double length = state_.lengthOf(x);
     travelBudget_ -= length;
@@ -506,6 +550,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
 bool DefaultTick::run(Wrench& wrench) {
     for (int k = 0; k < int(state_.lists.size()); ++k)
         state_.lists[k]->expect(state_.courses[k].shift, state_.courses[k].turn);
+    state_.heldRows.clear();
     bool leap = false;
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;

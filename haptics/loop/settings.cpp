@@ -94,7 +94,7 @@ constexpr Row kRows[] = {
      &Settings::travelBudget},
     {{"linearisations", "",
       "maximum linearizations in a tick while in contact; more of them follow a fast hand better, and each costs time; "
-      "0: 8 between meshes, 2 between spheres",
+      "0: 12 between meshes, 2 between spheres",
       0, 64, SettingGroup::Contact, "Linearizations", 0, 16},
      &Settings::linearisations},
     {{"adaptive_margin", "",

@@ -153,15 +153,14 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 
 /// The true smallest gap of tool and obstacles at X_WT, mm, negative if they overlap, but at most `atMost`. It is found
 /// by branch and bound over the trees and independently of the tick, so that reports and tests can judge the tick by
-/// it. Of meshes that overlap: the depth of the deepest vertex. X_WO: poses of the obstacles, if they differ from the
+/// it. Of meshes that overlap: overlapDepth(). X_WO: poses of the obstacles, if they differ from the
 /// world's.
 double trueClearance(const World& world, const Pose& X_WT, double atMost = 1e30, std::span<const Pose> X_WO = {},
                      Geometry geometry = Geometry::Spheres);
 
 /// Measures only the deepest overlap, for callers that need it at every tick. Of spheres: max(0, -trueClearance), equal
-/// to the last bit, in a fraction of the time where surfaces conform. Of meshes: 0 unless they overlap, and then the
-/// greatest depth of a vertex; all triangles are tested. It does not use the tick's lists. Only the constructor
-/// allocates, unless meshes overlap.
+/// to the last bit, in a fraction of the time where surfaces conform. Of meshes: 0 unless they overlap, and then
+/// overlapDepth(); all triangles are tested. It does not use the tick's lists. Only the constructor allocates.
 class PenetrationMeter {
   public:
     explicit PenetrationMeter(const World& world);

@@ -15,6 +15,8 @@ namespace touchstone {
 /// pairs than this, default mode takes the nearest pair of each tool leaf and sets kRowsTruncated. A larger value costs
 /// memory (64 bytes a row in each row set) and time in such ticks; a smaller one truncates earlier.
 inline constexpr int kRowCapacity = 1 << 15;
+/// Maximum number of rows that are remembered within a tick because a step ended on them; six carry the tool.
+inline constexpr int kHeldRows = 64;
 /// Maximum number of rows in paper mode: at 1,024 rows the matrix Q that PQP forms takes 8 MiB, and an iteration reads
 /// all of it. The paper reports 50 to 200 pairs.
 inline constexpr int kPaperRowCapacity = 1024;
@@ -54,6 +56,7 @@ struct StepState::Impl {
     std::vector<TreeWalk> walks;            ///< for the modes that keep no list; empty if a part has no spheres
     RowSet rows{kRowCapacity};              ///< of the present linearization
     RowSet crossedRows{kRowCapacity};       ///< rows that an answer crosses, before they join `rows`
+    RowSet heldRows{kHeldRows};             ///< on which steps of this tick ended, seen from the present pose
     RowSet notDeeperRows{kRowCapacity};     ///< `rows` with every negative gap set to zero
     RowSet shadowRows{kShadowRowCapacity};  ///< the rows with the smallest gaps, for the shadow
     std::vector<int> shadowOrder;           ///< indices that select them

@@ -10,6 +10,9 @@ namespace {
 /// Maximum number of crossed pairs of one trial step. Thousands cross where large conforming areas meet; if there are
 /// more, the step is halved.
 constexpr std::size_t kCrossed = 1 << 14;
+/// Fraction of the distance that is kept below which a pair is too near. With a larger one rounding makes rows of pairs
+/// that rest; with a smaller one two faces of a shallow valley do not see each other's steps.
+constexpr double kTooNear = 0.9;
 /// Chosen by measurement on the bunnies and the spline: there are few pairs of features, and finding them is the tail.
 constexpr LookAhead kLookAhead{.slack = 0.15, .narrow = 0.3, .ticks = 4, .most = 0.4};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
@@ -75,7 +78,7 @@ int FeatureList::appendNearestRows(const Pose&, const Mat3&, double, RowSet&) co
 /// The crossing of one pair in the obstacle's frame.
 std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, const Step& step) const {
     const int feature = featureOf(entry.tool);
-    const double least = step.distance / 2;
+    const double least = kTooNear * step.distance;
     const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
     switch (kindOf(entry.tool)) {
         case PairKind::VertexFace: {
@@ -127,7 +130,8 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     const Way C{before * extent().center, after * extent().center};
     found_.clear();
     bool fits = true;
-    double deepest = distance_ / 2;
+    const double least = kTooNear * distance_;
+    double deepest = least;
     finder_->forEachWithin(narrow_, crossing(course, 0), [&](const PairEntry& entry) {
         const auto met = crossingOf(entry, step);
         if (!met) return true;
@@ -140,7 +144,7 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     });
     if (!fits) return Crossed::Overflow;
     // The deepest first: many of the others are crossed only as long as these are.
-    const double limit = (distance_ / 2 + deepest) / 2;
+    const double limit = (least + deepest) / 2;
     std::erase_if(found_, [&](const Found& f) { return f.after > limit; });
     std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
     const int start = crossed.size();
@@ -154,7 +158,7 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
             if (!fits) break;
             crossed.push(row, f.row.gap, f.id);
             result = Crossed::Rows;
-        } else if (rows.row(at).dot(by.x) + rows.gap()[at] >= -distance_ / 4) {
+        } else if (rows.row(at).dot(by.x) + rows.gap()[at] >= (least - distance_) / 2) {
             // The answer satisfies the row of an earlier trial, which was wrong here.
             for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
             rows.gap()[at] = f.row.gap;

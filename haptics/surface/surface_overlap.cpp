@@ -4,9 +4,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <vector>
+#include <functional>
+#include <tuple>
 
-#include "haptics/builder/triangle_bvh.hpp"
+#include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
 
@@ -107,6 +108,53 @@ int crossings(const Surface& surface, const Vec3& from, const Vec3& direction) {
     return count;
 }
 
+/// Branch and bound over the faces of a part that is partly inside another: the depth of a point changes by no more
+/// than the point moves, so a box holds nothing deeper than its center by more than its radius.
+struct DepthSearch {
+    const Surface &inner, &outer;
+    const Pose& X;  ///< of the inner part in the outer one's frame
+    double deepest;
+
+    double run() {
+        descend(0);
+        return deepest;
+    }
+    void test(const Vec3& point) {
+        const double distance = distanceTo(outer, point);
+        if (distance > deepest && isInside(outer, point)) deepest = distance;
+    }
+    void test(const Triangle& face) {
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 a = X * face[k], b = X * face[(k + 1) % 3];
+            test(a);
+            // Of an edge that passes through, the middle of the first way in and the last way out.
+            const auto in = firstHit(outer, a, b - a), out = firstHit(outer, b, a - b);
+            const double length = (b - a).norm();
+            if (in && out && (*in - a).norm() < length && (*out - b).norm() < length) test((*in + *out) / 2);
+        }
+    }
+    void descend(int i) {
+        const FeatureTree::Node& node = inner.faces.nodes()[std::size_t(i)];
+        std::array<std::pair<double, int>, 8> order;
+        for (int lane = 0; lane < node.count; ++lane) {
+            Vec3 lo, hi;
+            for (int k = 0; k < 3; ++k) lo[k] = node.lo[k][lane], hi[k] = node.hi[k][lane];
+            const Vec3 center = X * (inner.extent.center + (lo + hi) / 2);
+            const double distance = distanceTo(outer, center), radius = (hi - lo).norm() / 2;
+            const bool open = distance + radius > deepest;
+            order[std::size_t(lane)] = {(open && isInside(outer, center) ? distance : -distance) + radius, lane};
+        }
+        std::sort(order.begin(), order.begin() + node.count, std::greater<>());
+        for (int n = 0; n < node.count && order[std::size_t(n)].first > deepest; ++n) {
+            const int child = node.first + order[std::size_t(n)].second;
+            if (node.isLeaf)
+                test(inner.features.triangle(child));
+            else
+                descend(child);
+        }
+    }
+};
+
 }  // namespace
 
 std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& t) {
@@ -133,16 +181,11 @@ bool isInside(const Surface& surface, const Vec3& point) {
 }
 
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
-    const auto depthIn = [](const Surface& inner, const Surface& outer, const Pose& X) {
-        std::vector<Triangle> triangles;
-        for (int f = 0; f < outer.faces.count(); ++f) triangles.push_back(outer.features.triangle(f));
-        const TriangleBvh walls(std::move(triangles));
-        double deepest = 0;
-        for (const Vec3& p : inner.features.points)
-            if (isInside(outer, X * p)) deepest = std::max(deepest, walls.closest(X * p).distance);
-        return deepest;
-    };
-    return std::max(depthIn(tool, obstacle, X_OT), depthIn(obstacle, tool, X_OT.inverse()));
+    double deepest = 0;
+    for (const auto& [inner, outer, X] :
+         {std::tuple(&tool, &obstacle, X_OT), std::tuple(&obstacle, &tool, X_OT.inverse())})
+        if (inner->faces.count() > 0) deepest = DepthSearch{*inner, *outer, X, deepest}.run();
+    return deepest;
 }
 
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {

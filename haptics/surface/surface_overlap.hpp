@@ -11,8 +11,8 @@ namespace touchstone {
 /// tick's usual path: it takes tens of µs where large areas are near. Real time: no allocation, lock or throw.
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 
-/// Greatest depth of a vertex of one part inside the other, mm; 0 if none lies inside. Takes tens of milliseconds for
-/// large meshes, and allocates.
+/// Greatest depth of one part inside the other, mm: of a vertex, or of the middle of an edge that passes through; 0 if
+/// they do not overlap. Takes milliseconds for large meshes.
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 
 /// Where a segment pierces a triangle; rounding decides at its border.

@@ -10,14 +10,14 @@
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
+#include "tests/scenes/scene_files.hpp"
 
 namespace touchstone::hard_tests {
 
 namespace {
 
-sandbox::HapticScene open(const std::string& name) {
-    return sandbox::openScene(TOUCHSTONE_BINARY_DIR "/scenes/" + name + ".glb",
-                              {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+sandbox::HapticScene open(const std::string& name, Geometry geometry) {
+    return test::openBundled(TOUCHSTONE_BINARY_DIR "/scenes/" + name + ".glb", geometry == Geometry::Spheres);
 }
 
 Settings exactAlone(const sandbox::HapticScene& scene, Geometry geometry) {
@@ -86,7 +86,7 @@ void meetsAll(const sandbox::HapticScene& scene, Geometry geometry, const std::s
 
 TEST_CASE("hard: sliding, deep pressing and fast approach on bunnies (cases 1 to 3)", "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    const sandbox::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies", geometry);
     meetsAll(scene, geometry, "hard-01-slide");
     meetsAll(scene, geometry, "hard-02-deep");
     meetsAll(scene, geometry, "hard-03-approach", 3);
@@ -94,7 +94,7 @@ TEST_CASE("hard: sliding, deep pressing and fast approach on bunnies (cases 1 to
 
 TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at 180 (cases 5 to 8)", "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    const sandbox::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies", geometry);
     meetsAll(scene, geometry, "hard-05-teleport");
     meetsAll(scene, geometry, "hard-06-rotate");
     meetsAll(scene, geometry, "hard-07-spin", 3);
@@ -104,7 +104,7 @@ TEST_CASE("hard: teleport, rotation, spins, beta past 90 degrees and the wrap at
 
 TEST_CASE("hard: a ball at a 1 mm plate, in free flight and off an edge (cases 4, 15 and 16)", "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    const sandbox::HapticScene scene = open("plate");
+    const sandbox::HapticScene scene = open("plate", geometry);
     meetsAll(scene, geometry, "hard-04-plate", 4);
     meetsAll(scene, geometry, "hard-15-flight");
     meetsAll(scene, geometry, "hard-16-edge");
@@ -112,26 +112,26 @@ TEST_CASE("hard: a ball at a 1 mm plate, in free flight and off an edge (cases 4
 
 TEST_CASE("hard: a rod wedged between ears, a ball pinched between walls (cases 9 and 10)", "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    meetsAll(open("wedge"), geometry, "hard-09-wedge");
-    meetsAll(open("pinch"), geometry, "hard-10-pinch", 4);
+    meetsAll(open("wedge", geometry), geometry, "hard-09-wedge");
+    meetsAll(open("pinch", geometry), geometry, "hard-10-pinch", 4);
 }
 
 TEST_CASE("hard: a start in penetration never gets deeper (case 11)", "[hard][long]") {
-    meetsAll(open("bunnies"), Geometry::Spheres, "hard-11-inside", 2);
+    meetsAll(open("bunnies", Geometry::Spheres), Geometry::Spheres, "hard-11-inside", 2);
 }
 
 TEST_CASE("hard: the peg enters its hole, with 0.5 mm and with 0.2 mm of clearance (case 12)", "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
     const char* name = GENERATE("spline-05", "spline");
     INFO(name);
-    meetsAll(open(name), geometry, "hard-12-peg");
+    meetsAll(open(name, geometry), geometry, "hard-12-peg");
 }
 
 TEST_CASE("hard: fits of hundredths of a millimeter, reversed, levered, askew and at random (cases 17 to 20)",
           "[hard][long]") {
     const char* name = GENERATE("spline-002", "spline-001", "peg-h7", "nut");
     INFO(name);
-    const sandbox::HapticScene scene = open(name);
+    const sandbox::HapticScene scene = open(name, Geometry::Mesh);
     meetsAll(scene, Geometry::Mesh, "hard-17-reverse");
     meetsAll(scene, Geometry::Mesh, "hard-18-cross", name == std::string("nut"));
     meetsAll(scene, Geometry::Mesh, "hard-19-jam", name == std::string("peg-h7"));
@@ -141,7 +141,7 @@ TEST_CASE("hard: fits of hundredths of a millimeter, reversed, levered, askew an
 TEST_CASE("hard: the force of a static hold is constant, and its noise is that of the encoders (case 13)",
           "[hard][long]") {
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
-    meetsAll(open("bunnies"), geometry, "hard-13", 2);
+    meetsAll(open("bunnies", geometry), geometry, "hard-13", 2);
 }
 
 namespace {
@@ -180,8 +180,8 @@ Energy pressed(const sandbox::HapticScene& scene, Geometry geometry, const HandP
 }  // namespace
 
 TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 14)", "[hard][long]") {
-    const sandbox::HapticScene scene = open("bunnies");
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    const sandbox::HapticScene scene = open("bunnies", geometry);
     CAPTURE(geometryNames()[std::size_t(geometry)]);
     const int delay = GENERATE(0, 1, 2, 3, 4);
     const double mass = GENERATE(0.05, 0.5), spring = GENERATE(0.2, 1.0);
@@ -197,8 +197,8 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
 
 TEST_CASE("hard: with too little damping a simulated hand gains energy, unless the rate is ten times higher (case 14)",
           "[hard][long]") {
-    const sandbox::HapticScene scene = open("bunnies");
     const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    const sandbox::HapticScene scene = open("bunnies", geometry);
     CAPTURE(geometryNames()[std::size_t(geometry)]);
     const HandParameters hand = HandParameters::fromTranslation(0.1, 1, 0.5);
     const Energy slow = pressed(scene, geometry, hand, 1, 1000), fast = pressed(scene, geometry, hand, 1, 10000);
@@ -211,7 +211,7 @@ TEST_CASE("hard: with too little damping a simulated hand gains energy, unless t
 }
 
 TEST_CASE("hard: paper mode runs cases 1 and 6 to their end within its bounds", "[hard][long]") {
-    const sandbox::HapticScene scene = open("bunnies");
+    const sandbox::HapticScene scene = open("bunnies", Geometry::Spheres);
     const char* motion = GENERATE("hard-01-slide", "hard-06-rotate");
     INFO(motion);
     Settings settings = sandbox::withMode(scene.settings, Mode::Paper);

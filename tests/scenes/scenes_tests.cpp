@@ -19,6 +19,36 @@ sandbox::HeadlessOptions untimed() {
     return options;
 }
 
+/// Runs the demonstration as users do, before the exact judge in every n-th tick.
+void meetsOutcome(const fs::path& file, unsigned every) {
+    INFO(file.stem());
+    const sandbox::HapticScene scene = openBundled(file);
+    REQUIRE(scene.world->hasMeshes(0));
+    const SceneJudge judge(scene);
+    int overlaps = 0, pressed = 0, seen = 0;
+    sandbox::HeadlessOptions options = untimed();
+    options.onTick = [&](const TickRecord& record, double) {
+        if (record.tick % every == 0) overlaps += judge.overlap(record.X_WT);
+        const Vec3 force = record.wrench_C.force;
+        if (record.tick % 50 || force.norm() < 0.01) return;
+        // The judge is awake: a tool that is pressed 0.02 mm deeper overlaps.
+        ++pressed;
+        seen += judge.overlap({record.X_WT.p - 0.02 * force.normalized(), record.X_WT.q});
+    };
+    const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
+    CHECK(overlaps == 0);
+    CHECK(pressed > 5);
+    CHECK(seen > 0.8 * pressed);
+    for (const sandbox::OutcomeCheck& check : report.checks) {
+        INFO(check.name << ": limit " << check.limit << ", was " << check.value);
+        CHECK(check.met);
+    }
+    CHECK(report.penetration.max.value() == 0);
+    CHECK(report.overlapping == 0);
+    CHECK(report.infeasible == 0);
+    CHECK(report.rowsTruncated == 0);
+}
+
 }  // namespace
 
 TEST_CASE("scenes: the build contains all of them", "[scenes]") {
@@ -44,69 +74,50 @@ TEST_CASE("scenes: each opens without a warning, starts without contact, and has
     }
 }
 
-TEST_CASE("scenes: each meets its expected outcome in default mode", "[scenes][slow]") {
+TEST_CASE("scenes: between spheres, each meets its expected outcome where sphere trees can", "[scenes][slow][long]") {
     for (const fs::path& file : sceneFiles()) {
         INFO(file.stem());
-        const sandbox::HapticScene scene = openBundled(file);
+        const sandbox::HapticScene scene = openBundled(file, true);
+        const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Spheres);
+        // Leaves of closer fits overlap where the parts fit; then the ticks count as infeasible.
+        const bool closer = scene.roles.clearance && *scene.roles.clearance < 0.1;
         sandbox::HeadlessOptions options = untimed();
         bool finite = true;
         options.onTick = [&](const TickRecord& record, double) {
             finite = finite && record.X_WT.isFinite() && record.wrench_C.isFinite() && record.wrench_out.isFinite();
         };
-        const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
+        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
+        CHECK(finite);
+        CHECK((report.infeasible > 0) == closer);
+        if (closer) continue;
         for (const sandbox::OutcomeCheck& check : report.checks) {
             INFO(check.name << ": limit " << check.limit << ", was " << check.value);
             CHECK(check.met);
         }
-        CHECK(finite);
         CHECK(report.penetration.max.value() <= 0.001);  // 1 µm, of the true gaps
         CHECK(report.rowsTruncated == 0);
     }
 }
 
-TEST_CASE("scenes: between meshes, each demonstration runs without any overlap of triangles", "[scenes][slow][long]") {
-    for (const fs::path& file : sceneFiles()) {
-        INFO(file.stem());
-        const sandbox::HapticScene scene = openBundled(file);
-        REQUIRE(scene.world->hasMeshes(0));
-        const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
-        const SceneJudge judge(scene);
-        int overlaps = 0, pressed = 0, seen = 0;
-        sandbox::HeadlessOptions options = untimed();
-        options.onTick = [&](const TickRecord& record, double) {
-            overlaps += judge.overlap(record.X_WT);
-            const Vec3 force = record.wrench_C.force;
-            if (record.tick % 50 || force.norm() < 0.01) return;
-            // The judge is awake: a tool that is pressed 0.02 mm deeper overlaps.
-            ++pressed;
-            seen += judge.overlap({record.X_WT.p - 0.02 * force.normalized(), record.X_WT.q});
-        };
-        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
-        CHECK(overlaps == 0);
-        CHECK(pressed > 5);
-        CHECK(seen > 0.8 * pressed);
-        for (const sandbox::OutcomeCheck& check : report.checks) {
-            INFO(check.name << ": limit " << check.limit << ", was " << check.value);
-            // The probe in the inflamed pocket touches for 0.485 of the time; its spheres touch for more than 0.5.
-            CHECK((check.met || (check.name == "min_contact_fraction" && check.value > 0.45)));
-        }
-        CHECK(report.penetration.max.value() == 0);
-        CHECK(report.overlapping == 0);
-        CHECK(report.infeasible == 0);
-    }
+TEST_CASE("scenes: each meets its expected outcome, and triangles never overlap; every tenth tick", "[scenes][slow]") {
+    for (const fs::path& file : sceneFiles())
+        if (file.stem() != "nut") meetsOutcome(file, 10);  // whose turns take a minute
 }
 
-TEST_CASE("scenes: between meshes, a clock and the list thread change no bit of a run", "[scenes][slow][long]") {
+TEST_CASE("scenes: each meets its expected outcome, and in no tick do triangles overlap", "[scenes][slow][long]") {
+    for (const fs::path& file : sceneFiles()) meetsOutcome(file, 1);
+}
+
+TEST_CASE("scenes: a clock and the list thread change no bit of a run", "[scenes][slow][long]") {
     for (const char* name : {"bunnies", "spline", "gears"}) {
         INFO(name);
         const sandbox::HapticScene scene = openBundled(TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb");
-        const Settings settings = sandbox::withGeometry(scene.settings, Geometry::Mesh);
         sandbox::HeadlessOptions options = untimed();
         options.seconds = 3;
-        const sandbox::Report report = sandbox::runHeadless(scene, settings, options).report;
+        const sandbox::Report report = sandbox::runHeadless(scene, scene.settings, options).report;
         CHECK(report.force > 0.5);
         options.paced = true;
-        const sandbox::TimedRun paced = sandbox::timeHeadless(scene, settings, options);
+        const sandbox::TimedRun paced = sandbox::timeHeadless(scene, scene.settings, options);
         CHECK(paced.hash == report.hash);
         CHECK(std::any_of(paced.ticks.begin(), paced.ticks.end(), [](const auto& tick) { return tick.helper > 0; }));
     }

@@ -292,7 +292,7 @@ engine::Scene makeDental(const SceneOptions& options) {
     json tool = toolMarking(options.leaves, {{"reached", true},
                                              {"min_depth_mm", fit.depth - kProbeError - kWallError - tilted},
                                              {"max_depth_mm", fit.depth + 0.001},
-                                             {"min_contact_fraction", 0.5},
+                                             {"min_contact_fraction", 0.45},
                                              {"max_final_lag_mm", 0.01}});
     tool["stiffness_N_per_m"] = fit.stiffness;
     auto [metal, black] = periodontalProbe();

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "haptics/surface/surface_distance.hpp"
 #include "tests/support/exact_judge.hpp"
 #include "tests/support/mesh_world.hpp"
 
@@ -105,6 +106,29 @@ TEST_CASE("overlap: a part inside the material of another overlaps, one in its c
     CHECK_FALSE(isInside(surfaceOf(hollow), {1, 1, 1}));
     // The corners of the small box are 0.5 mm from its center, and the walls of the large one 5 mm.
     CHECK(overlapDepth(surfaceOf(small), surfaceOf(centeredBox(10, 10, 10)), Pose{}) == Approx(4.5).margin(1e-9));
+}
+
+TEST_CASE("overlap: its depth is that of the deepest vertex, or of the middle of an edge that passes through",
+          "[surface]") {
+    // Bars that cross, 0.5 mm deep: no vertex of either is in the other.
+    const Surface along = surfaceOf(centeredBox(20, 2, 2)), across = surfaceOf(centeredBox(2, 20, 2));
+    CHECK(overlapDepth(along, across, at(0, 0, 1.5)) == Approx(0.5).margin(1e-9));
+    CHECK(overlapDepth(across, along, at(0.3, 0.2, -1.5)) == Approx(0.5).margin(1e-9));
+    CHECK(overlapDepth(along, across, at(0, 0, 2.1)) == 0);
+
+    const Surface tool = surfaceOf(blobMesh(4, 40, 21)), obstacle = surfaceOf(blobMesh(5, 44, 25));
+    for (const double shift : {0.0, 3.0, 7.0, 8.5}) {
+        const Pose X = at(shift, 0.2, 0.1, Vec3(0.3, 0.2, 0.1));
+        double deepest = 0;
+        for (const auto& [inner, outer, way] :
+             {std::tuple(&tool, &obstacle, X), std::tuple(&obstacle, &tool, X.inverse())})
+            for (const Vec3& p : inner->features.points)
+                if (isInside(*outer, way * p)) deepest = std::max(deepest, distanceTo(*outer, way * p));
+        CAPTURE(shift);
+        REQUIRE(deepest > 0.05);
+        CHECK(overlapDepth(tool, obstacle, X) >= deepest);
+        CHECK(overlapDepth(tool, obstacle, X) <= 1.2 * deepest);  // where an edge is deeper than its ends
+    }
 }
 
 TEST_CASE("overlap: agrees with exact predicates on random poses close to contact", "[surface]") {
