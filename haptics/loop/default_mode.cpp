@@ -136,7 +136,8 @@ class DefaultTick {
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
     bool flying_;               ///< the next step may be a flight
     bool shadowRan_ = false;
-    bool cycling_ = false;                        ///< a step of this tick took back the one before it
+    int reversals_ = 0;     ///< successive steps that took back the one before
+    bool cycling_ = false;  ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
@@ -290,7 +291,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     bool done = false;
     for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
-        cycling_ = cycling_ || (ofFeatures_ && state_.rows.size() && takesBack(step.x));
+        cycling_ = cycling_ || (reversals_ > 0 && state_.rows.size() && takesBack(step.x));
         if (cycling_ && addHeldRows()) continue;
         Crossed crossed = Crossed::Nothing;
         do {
@@ -505,7 +506,8 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         if (state_.rows.size() == 0) state_.contacts.clear();
         // Where surfaces bend more than the springs resist, each linearization overshoots by the same ratio to the
         // last: the secant leads to where they meet.
-        if (ofFeatures_ && takesBack(x) && state_.lengthOf(x) > 2 * kArrived) {
+        reversals_ = ofFeatures_ && takesBack(x) ? reversals_ + 1 : 0;
+        if (reversals_ > 0 && state_.lengthOf(x) > 2 * kArrived) {
             x /= 1 + std::min(1.0, state_.lengthOf(x) / state_.lengthOf(lastMove_));
             step.reachesDevice = false;
         }
