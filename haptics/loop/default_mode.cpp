@@ -111,8 +111,8 @@ class DefaultTick {
     /// is kept from the straight way on which its feature is tested.
     double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
     double freeLengthOf(const Vec6& x) const;
-    /// Whether x takes back more than half of the last move. Each linearization overshoots where the rows bend more than
-    /// the springs resist, and then two of them lead to and fro for ever; half of the step leads between them.
+    /// Whether x takes back more than half of the last move. Each linearization overshoots where the rows bend more
+    /// than the springs resist, and then two of them lead to and fro for ever; half of the step leads between them.
     bool takesBack(const Vec6& x) const {
         const Vec6 metric = (Vec6() << Vec3::Ones(), Vec3::Constant(state_.reach * state_.reach)).finished();
         return -lastMove_.dot(metric.cwiseProduct(x)) > lastMove_.dot(metric.cwiseProduct(lastMove_)) / 2 &&

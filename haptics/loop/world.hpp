@@ -43,8 +43,7 @@ struct World {
 
     /// Whether they touch by their meshes in this geometry of the tick.
     bool byMeshes(std::size_t obstacle, Geometry geometry) const {
-        const bool spheres =
-            geometry == Geometry::Spheres || toolAsksForSpheres || obstacles[obstacle].asksForSpheres;
+        const bool spheres = geometry == Geometry::Spheres || toolAsksForSpheres || obstacles[obstacle].asksForSpheres;
         return hasMeshes(obstacle) && !(spheres && hasSpheres(obstacle));
     }
 

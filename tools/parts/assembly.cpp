@@ -80,8 +80,7 @@ Scene makeGears(const SceneOptions& options) {
     const Entity tool = addBody(scene, "loose gear", at(clear, misaligned, 1.2), shared(looseGear(fit)), gold(),
                                 toolMarking(options.leaves, outcome));
     addBody(scene, "fixed gear", {}, shared(fixedGear(fit)), silver(), obstacleMarking(options.leaves));
-    addBody(scene, "post", {{fit.distance(), 0, 0}}, shared(gearPost(fit)), silver(),
-            obstacleMarking(options.leaves));
+    addBody(scene, "post", {{fit.distance(), 0, 0}}, shared(gearPost(fit)), silver(), obstacleMarking(options.leaves));
     // Two modules beyond the pitch circles all around, one beyond the tips.
     const double thick = 8, low = -fit.module * (fit.fixedTeeth + 4) / 2,
                  high = fit.distance() + fit.module * (fit.looseTeeth + 4) / 2,

@@ -150,8 +150,8 @@ Scene makePeg(const SceneOptions& options) {
     scene.name = "peg";
     scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_force_N", 2.9}, {"max_infeasible_ticks", 0}};
-    const Entity tool = addBody(scene, "peg", upright(clear, 0, aside), shared(peg(fit)), gold(),
-                                toolMarking(options.leaves, outcome));
+    const Entity tool =
+        addBody(scene, "peg", upright(clear, 0, aside), shared(peg(fit)), gold(), toolMarking(options.leaves, outcome));
     addBody(scene, "hole", {}, shared(pegHole(fit)), silver(), obstacleMarking(options.leaves));
     // The walls leave this much room, and the play tilts the peg by no more.
     addGoal(scene, upright(-fit.depth, 0), 1.5 * fit.clearance, 3 * fit.clearance / fit.depth);
@@ -196,8 +196,7 @@ Scene makeNut(const SceneOptions& options) {
     scene.name = "nut";
     scene.extras = fitExtras(fit.clearance);
     const json outcome{{"seated", true}, {"min_peak_torque_mNm", 90}, {"max_infeasible_ticks", 0}};
-    const Entity tool =
-        addBody(scene, "nut", start, shared(nut(fit)), gold(), toolMarking(options.leaves, outcome));
+    const Entity tool = addBody(scene, "nut", start, shared(nut(fit)), gold(), toolMarking(options.leaves, outcome));
     addBody(scene, "bolt", {}, shared(bolt(fit)), silver(), obstacleMarking(options.leaves));
     TurnedSolid plate;
     plate.add({fit.diameter / 2 + 0.75, fit.acrossFlats, -fit.plate, 0});

@@ -36,7 +36,8 @@ void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double ang
 
 json toolMarking(int leaves, json outcome) {
     outcome["max_penetration_mm"] = 0.001;
-    json marking{{"role", "tool"}, {"stiffness_N_per_m", 1000}, {"torsion_Nm_per_rad", 1}, {"outcome", std::move(outcome)}};
+    json marking{
+        {"role", "tool"}, {"stiffness_N_per_m", 1000}, {"torsion_Nm_per_rad", 1}, {"outcome", std::move(outcome)}};
     if (leaves) marking["leaves"] = leaves;
     return marking;
 }

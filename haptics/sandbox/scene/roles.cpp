@@ -278,9 +278,10 @@ void RoleReader::describeRoles() {
         const BodyMarking* body = scene_.registry.find<BodyMarking>(candidate.node);
         std::string article = candidate.role == Role::Tool ? "the " : candidate.role == Role::Visual ? "" : "an ";
         if (candidate.role == Role::Goal || candidate.role == Role::Gauge) article = "a ";
-        found_.interpreted.push_back(label(candidate.node) + " is " + article + name(candidate.role) +
-                                     (body ? " (" + words(body->tree) + (body->spheres ? ", touched by it" : "") + ")" : "") + ": " +
-                                     candidate.why);
+        found_.interpreted.push_back(
+            label(candidate.node) + " is " + article + name(candidate.role) +
+            (body ? " (" + words(body->tree) + (body->spheres ? ", touched by it" : "") + ")" : "") + ": " +
+            candidate.why);
         if (candidate.role == Role::Obstacle && (body->stiffness || body->torsion))
             warn(label(candidate.node), ": only the tool has a stiffness: that of an obstacle has no effect");
     }

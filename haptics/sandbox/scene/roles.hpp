@@ -32,8 +32,8 @@ struct SceneRoles {
     std::vector<engine::Entity> obstacles;  ///< in file order
     std::optional<GoalRegion> goal;
     std::optional<Gauge> gauge;
-    std::optional<double> clearance;       ///< of the scene's fit, mm; its sphere trees and their settings follow from it
-    engine::JsonValue outcome;             ///< expected outcome as written in the file; null without one
+    std::optional<double> clearance;  ///< of the scene's fit, mm; its sphere trees and their settings follow from it
+    engine::JsonValue outcome;        ///< expected outcome as written in the file; null without one
     std::vector<std::string> interpreted;  ///< how nodes were interpreted: node, role and reason
     std::vector<std::string> warnings;     ///< unknown keys, ignored candidates, unsupported features
 };
@@ -45,8 +45,9 @@ struct SceneRoles {
 /// or range.
 SceneRoles assignRoles(engine::Scene& scene);
 
-/// Default settings, for spheres those of the scene's clearance, changed by the tool's stiffness and torsion and by the scene's extras.touchstone.settings (the
-/// keys of settingTable()). Throws engine::SceneError with the sentence of setSetting() or checkSettings().
+/// Default settings, for spheres those of the scene's clearance, changed by the tool's stiffness and torsion and by the
+/// scene's extras.touchstone.settings (the keys of settingTable()). Throws engine::SceneError with the sentence of
+/// setSetting() or checkSettings().
 Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.
