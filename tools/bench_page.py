@@ -1,5 +1,5 @@
-"""Writes the measured part of docs/benchmarks.md from a run of `touchstone bench` and a run of its hard suite:
-python3 bench_page.py FOLDER HARD_FOLDER."""
+"""Writes the measured part of docs/benchmarks.md from a run of `touchstone bench` and runs of its suites:
+python3 bench_page.py FOLDER HARD_FOLDER MESH_FOLDER."""
 import json
 import math
 import pathlib
@@ -11,18 +11,32 @@ PICTURES = pathlib.Path("docs/pictures")
 BEGIN, END = "<!-- measured: made by tools/document_bench -->", "<!-- end of measured -->"
 LANES, GHZ, BYTES_PER_NS = 8, 3.0, 20  # floats per register; conservative clock rate and level-2 bandwidth
 USUAL_TOLERANCE = 0.01  # N, in the paper's form N·mm
+GEOMETRIES = ("spheres", "mesh")
+
+# Between meshes: scene and motion, and the goals of a tick whose lists another thread finds and of one that finds its own:
+# median and p99.9, µs. Of motions with jumps the worst tick counts.
+MESH_GOALS = [(("bunnies", "together"), (3, 45), (4, 150)),
+              *(((f"spline{suffix}", "demonstration"), (2, 60), (2, 250)) for suffix in ("", "-01", "-002", "-001")),
+              (("peg-h7", "demonstration"), (4, 90), (5, 350)),
+              (("peg-1024", "demonstration"), (12, 400), (20, 2000)),
+              (("nut", "demonstration"), (40, 400), (60, 900))]
+JUMPS = (("bunnies", "hard-05-teleport"), ("peg-h7", "hard-20-walk"), ("nut", "hard-20-walk"))
+JUMP_GOALS = 1000, 3000
+OPENING_GOALS = 8, 300  # s and bytes per triangle, of two parts with a million triangles each
 
 folder = pathlib.Path(sys.argv[1])
 results = json.loads((folder / "bench.json").read_text())
 hard = json.loads((pathlib.Path(sys.argv[2]) / "bench.json").read_text())
+mesh_folder = pathlib.Path(sys.argv[3])
+mesh = json.loads((mesh_folder / "bench.json").read_text())
 rows, qp = results["rows"], results["qp"]
 exact = results["exact_solver"]
 approximate = list(dict.fromkeys(c["solver"] for c in qp if c["tolerance"]))
 valid = [r for r in rows if r["valid"]]
 
 
-def plain(r):
-    return (r["mode"] == "default" and r["solver"] == exact and r["leaves"] == 0
+def plain(r, geometry="spheres"):
+    return (r["mode"] == "default" and r["solver"] == exact and r["geometry"] == geometry and r["leaves"] == 0
             and not any(word in r["key"] for word in ("/linearisations=", "/fixed-margin", "/helper")))
 
 
@@ -49,11 +63,12 @@ def asked_table():
         out.append(f"| {what} | ≤ {asked:g} {unit} | {value:.3g} {unit} | {verdict(value, asked)} |")
 
     bunnies = [r for r in valid if plain(r) and r["scene"] == "bunnies" and "inside" not in r["motion"]]
-    for key, name, asked in (("step_p50_us", "median", 8), ("step_p999_us", "p99.9", 70), ("step_worst_us", "worst", 300)):
-        r = max(bunnies, key=lambda r: r[key])
-        add(f"hard cases on bunnies except case 11, {name}; the slowest is `{r['motion']}`", asked, r[key], "µs")
-    slow = sum(r["step_slow_share"] * r["ticks"] for r in bunnies) / sum(r["ticks"] for r in bunnies)
-    add("hard cases on bunnies except case 11, each once, share of all ticks that take more than 70 µs", 0.1, 100 * slow, "%")
+    if bunnies:
+        for key, which, asked in (("step_p50_us", "median", 8), ("step_p999_us", "p99.9", 70), ("step_worst_us", "worst", 300)):
+            r = max(bunnies, key=lambda r: r[key])
+            add(f"hard cases on bunnies except case 11, {which}; the slowest is `{r['motion']}`", asked, r[key], "µs")
+        slow = sum(r["step_slow_share"] * r["ticks"] for r in bunnies) / sum(r["ticks"] for r in bunnies)
+        add("hard cases on bunnies except case 11, each once, share of all ticks that take more than 70 µs", 0.1, 100 * slow, "%")
     for r in valid:
         if plain(r) and r["scene"] == "bunnies" and "inside" in r["motion"]:
             add(f"`{r['motion']}` (case 11), worst of its first ten ticks", 2000, r["step_first_ten_us"], "µs")
@@ -61,11 +76,11 @@ def asked_table():
             add(f"`{r['motion']}`, worst of all its ticks", 300, r["step_worst_us"], "µs")
     for scene, clearance, asked in (("spline", 0.2, (40, 320, 500)), ("spline-01", 0.1, (110, 700, None))):
         for r in valid:
-            if r["scene"] != scene or not r["motion"].startswith("hard-12") or not (plain(r) or "/helper" in r["key"]):
+            helped = "/helper" in r["key"] and r["geometry"] == "spheres"
+            if r["scene"] != scene or not r["motion"].startswith("hard-12") or not (plain(r) or helped):
                 continue
-            helper = "/helper" in r["key"]
-            what = f"splined peg, clearance {clearance} mm, {r['tool_leaves']:,} and {r['obstacle_leaves']:,} leaves, {'with' if helper else 'without'} the list helper"
-            add(what + (", median of both threads' sum" if helper else ", median"), asked[0], r["both_p50_us"], "µs")
+            what = f"splined peg, clearance {clearance} mm, {r['tool_leaves']:,} and {r['obstacle_leaves']:,} leaves, {'with' if helped else 'without'} the list helper"
+            add(what + (", median of both threads' sum" if helped else ", median"), asked[0], r["both_p50_us"], "µs")
             add(what + ", p99.9", asked[1], r["step_p999_us"], "µs")
             if asked[2]:
                 add(what + ", worst", asked[2], r["step_worst_us"], "µs")
@@ -81,39 +96,103 @@ def asked_table():
             out.append(f"| `{solver}` at {ours['tolerance']:g} N, compared with the paper's form at {paper['tolerance']:g} N·mm, 200 rows, at no larger "
                        f"median error ({ours['median_error_N']:.2g} and {paper['median_error_N']:.2g} N) | ≥ 5 times faster | {ratio:.1f} times | "
                        f"{'reached' if ratio >= 5 else '**not reached**'} |")
-    for what, key, asked, unit in (("penetration, every motion of the scenes below", "penetration_max_mm", 1e-3, "mm"),):
-        r = max((r for r in valid if plain(r) and "inside" not in r["motion"] and r["elastic_answers"] == 0), key=lambda r: r[key])
-        add(f"{what}, where the rows are feasible; the worst is `{r['motion']}`", asked, r[key], unit)
     # In cases 3 to 5 the device itself jumps or moves fast, and the force follows it.
     slides, follows = ("hard-01", "hard-08", "hard-13"), ("hard-03", "hard-04", "hard-05")
-    feasible = [r for r in valid if plain(r) and "inside" not in r["motion"] and r["elastic_answers"] == 0]
     for what, key, of, asked, unit in (
+            ("penetration, every motion of the scenes below, where the rows are feasible", "penetration_max_mm", lambda m: True, 1e-3, "mm"),
             ("hover, sliding and at rest (cases 1, 8, 13)", "hover_max_mm", lambda m: m.startswith(slides), 0.01, "mm"),
             ("hover, all other cases", "hover_max_mm", lambda m: not m.startswith(slides), 0.5, "mm"),
             ("force per ms, sliding and at rest (cases 1, 8, 13)", "dforce_max_N_per_ms", lambda m: m.startswith(slides), 0.1, "N"),
             ("force per ms, all other cases except 3 to 5", "dforce_max_N_per_ms", lambda m: not m.startswith(slides + follows), 0.6, "N")):
-        r = max((r for r in feasible if of(r["motion"])), key=lambda r: r[key])
-        add(f"{what}; the worst is `{r['motion']}`", asked, r[key], unit)
+        for geometry in GEOMETRIES:
+            feasible = [r for r in valid if plain(r, geometry) and "inside" not in r["motion"] and r["elastic_answers"] == 0 and of(r["motion"])]
+            if feasible:
+                r = max(feasible, key=lambda r: r[key])
+                add(f"{what}; {geometry}, the worst is `{r['motion']}`", asked, r[key], unit)
     return out
 
 
+def of_mesh(scene, motion):
+    """The rows of the mesh suite with the lists found by a thread of their own and in the tick; None where one is not measured."""
+    found = {"/helper" in r["key"]: r for r in mesh["rows"] if (name(r), r["motion"]) == (scene, motion)}
+    return found.get(True), found.get(False)
+
+
+def name(r):
+    return pathlib.Path(r["scene"]).stem
+
+
+def times(r, keys=("step_p50_us", "step_p999_us")):
+    return " / ".join(f"{r[key]:.3g}" if r[key] < 1000 else f"{r[key]:,.0f}" for key in keys) if r["valid"] else f"failed: {r['why']}"
+
+
+def mesh_goal_table():
+    out = ["| scene, motion | lists found | goal | measured | |", "|---|---|---|---|---|"]
+
+    def add(what, pair, goals, keys):
+        for r, found, goal in zip(pair, ("by their own thread", "in the tick"), goals):
+            if r:
+                reached = r["valid"] and all(r[key] <= asked for key, asked in zip(keys, goal))
+                asked = " / ".join(f"{number:,}" for number in goal)
+                out.append(f"| {what} | {found} | ≤ {asked} µs | {times(r, keys)} µs | {'reached' if reached else '**not reached**'} |")
+
+    for (scene, motion), *goals in MESH_GOALS:
+        what = "demonstration and all hard motions together" if motion == "together" else motion
+        add(f"`{scene}` {what}, median / p99.9", of_mesh(scene, motion), goals, ("step_p50_us", "step_p999_us"))
+    for scene, motion in JUMPS:
+        add(f"`{scene}` {motion}, worst", of_mesh(scene, motion), [(goal,) for goal in JUMP_GOALS], ("step_worst_us",))
+    largest = max((r for r in mesh["rows"] if name(r).startswith("pebbles")), key=lambda r: r["tool_triangles"], default=None)
+    if largest:
+        for what, key, asked, unit in (("processor time of opening", "open_cpu_s", OPENING_GOALS[0], "s"),
+                                       ("surfaces, memory per triangle", "surface_bytes_per_triangle", OPENING_GOALS[1], "bytes")):
+            out.append(f"| two parts of {largest['tool_triangles']:,} triangles: {what} | | ≤ {asked} {unit} | {largest[key]:.3g} {unit} | {verdict(largest[key], asked)} |")
+    return out
+
+
+def mesh_table(title, key, prefix):
+    """The cost of the demonstration against a property of the scenes whose names begin with the prefix."""
+    out = [f"| {title} | lists in the tick, step µs: median / p99.9 | lists by their own thread, step µs: median / p99.9 | rows: median / max |"
+           " opening: processor time, s | surfaces, bytes per triangle | outcome |", "|---|---|---|---|---|---|---|"]
+    scenes = dict.fromkeys(name(r) for r in mesh["rows"] if name(r).startswith(prefix))
+    pairs = [pair for pair in (of_mesh(scene, "demonstration") for scene in scenes) if all(pair)]
+    for helped, own in sorted(pairs, key=lambda pair: pair[1][key]):
+        value = f"{own[key]:,}" if isinstance(own[key], int) else f"{own[key]:g}"
+        out.append(f"| {value} | {times(own)} | {times(helped)} | {own['rows_p50']:.0f} / {own['rows_max']:.0f} | {own['open_cpu_s']:.2f} |"
+                   f" {own['surface_bytes_per_triangle']:.0f} | {'met' if own['outcome_met'] else 'not met'} |")
+    return out
+
+
+def geometry_table():
+    """Speed against error with the geometry as axis, on the motion that has every choice of settings."""
+    chosen = [r for r in rows if r["mode"] == "default" and r["solver"] == exact and "/fixed-margin" not in r["key"]
+              and (r["geometry"] == "mesh" or (r["leaves"] and "/linearisations=" not in r["key"]))]
+    motion = next(((r["scene"], r["motion"]) for r in chosen if r["leaves"]), None)
+    out = ["| geometry | linearizations | step µs: median / p99.9 | force error N: median / max | of which geometry | pose error: mm / rad |", "|---|---|---|---|---|---|"]
+    for r in sorted(chosen, key=lambda r: (r["geometry"] == "mesh", r["leaves"], r["linearisations"])):
+        if (r["scene"], r["motion"]) == motion and "/helper" not in r["key"]:
+            what = "mesh" if r["geometry"] == "mesh" else f"spheres, {r['leaves']:,} leaves"
+            error = [("" if r[key] is None else f"{r[key]:.2g}") for key in ("error_p50_N", "error_max_N", "geometry_p50_N", "error_p50_mm", "error_p50_rad")]
+            out.append(f"| {what} | {r['linearisations']} | {times(r)} | {error[0]} / {error[1]} | {error[2]} | {error[3]} / {error[4]} |")
+    return motion, out
+
+
 def motion_table():
-    out = ["| scene, motion | ticks | step µs: median / p99.9 / worst | equal constant work µs: p99.9 / worst | rows: median / max |"
+    out = ["| scene, motion | geometry | ticks | step µs: median / p99.9 / worst | equal constant work µs: p99.9 / worst | rows: median / max |"
            " force error N: total / geometry / linearization / solver | pose mm / rad | torque mN·m | outcome |",
-           "|---|---|---|---|---|---|---|---|---|"]
+           "|---|---|---|---|---|---|---|---|---|---|"]
 
     def number(value):
         return "" if value is None else f"{value:.2g}"
 
     for r in rows:
-        if not plain(r) and "/helper" not in r["key"]:
+        if not plain(r, r["geometry"]) and "/helper" not in r["key"]:
             continue
         motion = r["motion"] + (", with the list helper" if "/helper" in r["key"] else "")
         if not r["valid"]:
-            out.append(f"| `{r['scene']}` {motion} | {r['ticks']} | failed: {r['why']} | | | | | | |")
+            out.append(f"| `{r['scene']}` {motion} | {r['geometry']} | {r['ticks']} | failed: {r['why']} | | | | | | |")
             continue
         errors = " / ".join(number(r[f"{k}_p50_N"]) for k in ("error", "geometry", "linearisation", "solver"))
-        out.append(f"| `{r['scene']}` {motion} | {r['run_ticks']} | {r['step_p50_us']:.1f} / {r['step_p999_us']:.0f} /"
+        out.append(f"| `{r['scene']}` {motion} | {r['geometry']} | {r['run_ticks']} | {r['step_p50_us']:.1f} / {r['step_p999_us']:.0f} /"
                    f" {r['step_worst_us']:.0f} | {r['constant_p999_us']:.0f} / {r['constant_worst_us']:.0f} |"
                    f" {r['rows_p50']:.0f} / {r['rows_max']:.0f} | {errors} | {number(r['error_p50_mm'])} / {number(r['error_p50_rad'])} |"
                    f" {number(r['error_p50_mNm'])} | {'met' if r['outcome_met'] else 'not met'} |")
@@ -121,18 +200,20 @@ def motion_table():
 
 
 def hard_table():
-    """Every hard motion in both modes with each solver: one row per motion and mode, one column per solver."""
+    """Every hard motion in both modes with each solver: one row per motion, mode and geometry, one column per solver."""
     solvers = list(dict.fromkeys(r["solver"] for r in sorted(hard["rows"], key=lambda r: r["solver"] != exact)))
-    out = ["| scene, motion | mode | " + " | ".join(solvers) + " |", "|---|---|" + "---|" * len(solvers)]
-    of = {(r["scene"], r["motion"], r["mode"], r["solver"]): r for r in hard["rows"]}
+    out = ["| scene, motion | mode | geometry | " + " | ".join(solvers) + " |", "|---|---|---|" + "---|" * len(solvers)]
+    of = {(r["scene"], r["motion"], r["mode"], r["geometry"], r["solver"]): r for r in hard["rows"]}
 
     def cell(r):
+        if not r:
+            return ""
         times = f"{r['step_p50_us']:.1f} / {r['step_p999_us']:.0f}" if r["valid"] else f"{r['why']}"
         return f"{times}; {r['penetration_max_mm']:.1g}; {'met' if r['outcome_met'] else 'not met'}"
 
-    for scene, motion, mode in sorted({key[:3] for key in of}):
-        cells = (cell(of[scene, motion, mode, solver]) for solver in solvers)
-        out.append(f"| `{scene}` {motion} | {mode} | " + " | ".join(cells) + " |")
+    for scene, motion, mode, geometry in sorted({key[:4] for key in of}):
+        cells = (cell(of.get((scene, motion, mode, geometry, solver))) for solver in solvers)
+        out.append(f"| `{scene}` {motion} | {mode} | {geometry} | " + " | ".join(cells) + " |")
     return out
 
 
@@ -151,11 +232,15 @@ def screening_table():
 
 def growth():
     leaves = sorted((r["leaves"], r["step_p50_us"], r["error_p50_N"]) for r in valid if r["leaves"] and r["solver"] == exact
-                    and r["mode"] == "default" and "/linearisations=" not in r["key"])
+                    and r["mode"] == "default" and r["geometry"] == "spheres" and "/linearisations=" not in r["key"])
     text = [f"Step against leaves ({leaves[0][0]:,} to {leaves[-1][0]:,} a part): leaves^{slope([l[:2] for l in leaves]):.2f}."]
     error = [(n, e) for n, _, e in leaves if e]
     if len(error) > 2:
         text.append(f"Force error against leaves: leaves^{slope(error):.2f}.")
+    triangles = [(r["tool_triangles"], r["step_p50_us"]) for r in mesh["rows"]
+                 if name(r).startswith("pebbles") and r["valid"] and "/helper" not in r["key"]]
+    if len(triangles) > 1:
+        text.append(f"Step between meshes against triangles ({min(triangles)[0]:,} to {max(triangles)[0]:,} a part): triangles^{slope(triangles):.2f}.")
     kinds = dict.fromkeys((c["solver"], c["form"], c["start"], c["tolerance"]) for c in qp
                           if c["start"] == "cold" and c["tolerance"] in (0, USUAL_TOLERANCE))
     for solver, form, start, tolerance in kinds:
@@ -196,16 +281,26 @@ def command(run):
 
 part = results["parts"][0]
 PICTURES.mkdir(parents=True, exist_ok=True)
-for picture in sorted(folder.glob("*.svg")):
+for picture in (*sorted(folder.glob("*.svg")), *sorted(mesh_folder.glob("mesh_*.svg"))):
     shutil.copyfile(picture, PICTURES / f"bench-{picture.name}")
+motion, geometries = geometry_table()
 text = [BEGIN, f"One run of `{command(results)}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "
         f"commit {part['commit']}, {part['compiler']}, `{part['flags']}`.", "", "## Goals and measurements", "", *asked_table(), "",
+        "## Contact between meshes", "",
+        f"`{command(mesh)}`, commit {mesh['parts'][0]['commit']}. The lists of near pairs are found in the tick, or by a thread of their own as in"
+        " a window; the times are those of the tick's thread.", "", *mesh_goal_table(), "",
+        "Two pebbles, the same motion with any number of triangles (`make_scenes pebbles --triangles N`):", "",
+        *mesh_table("triangles per part", "tool_triangles", "pebbles"), "",
+        "A splined fit of the same parts (`make_scenes spline --clearance C`):", "",
+        *mesh_table("clearance, mm", "clearance_mm", "spline"), "",
+        "## Speed against error by geometry", "",
+        f"`{motion[0]} {motion[1]}`, default mode, exact solver; errors are relative to the triangle meshes.", "", *geometries, "",
         "## Scenes and motions, default mode, exact solver", "",
         "*Met*: the motion stays within all limits that its scene sets: penetration, hover, noise, force per ms.", "", *motion_table(), "",
         "## Hard cases, both modes, each solver", "",
         f"`{command(hard)}`, commit {hard['parts'][0]['commit']}. Each cell: step µs, median / p99.9, or the reason why it does not count;"
         " largest penetration, mm; whether the limits of the motion, which are those of default mode, are met.", "", *hard_table(), "", "## Growth", "", growth(), "",
-        "## The floor", "", f"""The floor of a tick that knows which rows matter: each row is read as two leaves (16 bytes each) and written and read as
+        "## The floor", "", f"""The floor of a tick between spheres that knows which rows matter: each row is read as two leaves (16 bytes each) and written and read as
 a float row (28 bytes), with 15 operations per center, 20 per row and 14 to check it, at {LANES} lanes, two operations per cycle,
 {GHZ:g} GHz and {BYTES_PER_NS} bytes per ns. The measured times include finding those rows.""", "", *floor_table(), "",
         "## Redundant rows removed before an approximate solver", "", f"`{next((r['scene'] + ' ' + r['motion'] for r in rows if '/fixed-margin' in r['key']), '')}`, with all rows within the margin given to the solver.", "",

@@ -103,6 +103,21 @@ TEST_CASE("scenes: the goal of a close fit asks for the true fit", "[parts]") {
     }
 }
 
+TEST_CASE("scenes: pebbles are made on request only, with the same motion for any number of triangles", "[parts]") {
+    const SceneInfo& pebbles = sceneNamed("pebbles");
+    CHECK(bundledVariants(pebbles).empty());
+    CHECK(bundledVariants(sceneNamed("nut")).size() == 1);
+    SceneOptions options;
+    options.triangles = 1000;
+    const engine::Scene coarse = pebbles.make(options);
+    options.triangles = 3000;
+    const engine::Scene fine = pebbles.make(options);
+    for (const double seconds : {0.0, 0.7, 1.3, 2.0, 3.3}) CHECK(toolAt(coarse, seconds) == toolAt(fine, seconds));
+    CHECK(marking(coarse, 0).at("role") == "tool");
+    CHECK(marking(coarse, 0).at("outcome") == marking(fine, 0).at("outcome"));
+    CHECK(marking(coarse, 1).at("role") == "obstacle");
+}
+
 TEST_CASE("scenes: a scene is written with the same bytes each time", "[parts]") {
     const test::TempFolder folder;
     const std::filesystem::path file = folder.path() / "scene.glb";

@@ -42,6 +42,32 @@ TEST_CASE("sphere: closed, within the chord error, normals radial", "[parts]") {
         REQUIRE(glm::dot(glm::normalize(mesh.positions[i]), mesh.normals[i]) > 0.9999f);  // faces are 1 degree apart
 }
 
+TEST_CASE("pebble: closed, bumpy, of any number of triangles on the same surface", "[parts]") {
+    const engine::MeshData coarse = pebble(2000, 1), fine = pebble(20000, 1), other = pebble(2000, 2);
+    double inner = 100, outer = 0, apart = 0;  // mm
+    for (const engine::MeshData& mesh : {coarse, fine, other}) {
+        CHECK(isClosed(mesh));
+        CHECK(leastAngle(mesh) > 0.3);
+        CHECK(volume(mesh) == Approx(4 * kPi / 3 * 27000).epsilon(0.1));
+        for (const glm::vec3& p : mesh.positions) {
+            inner = std::min(inner, 1000.0 * glm::length(p));
+            outer = std::max(outer, 1000.0 * glm::length(p));
+        }
+    }
+    CHECK(inner > 26);  // 16 waves of 0.25 mm
+    CHECK(outer < 34);
+    CHECK(outer - inner > 2);
+    CHECK(coarse.indices.size() / 3 == Approx(2000).epsilon(0.1));
+    CHECK(fine.indices.size() / 3 == Approx(20000).epsilon(0.03));
+    // Points of the coarse one lie on the fine one but for its chords: edges of 1 mm over waves of 12 mm and more.
+    for (std::size_t i = 0; i < coarse.positions.size(); i += 50)
+        CHECK(distanceTo(fine, 1000.0 * glm::dvec3(coarse.positions[i])) < 0.05);
+    for (std::size_t i = 0; i < coarse.positions.size(); i += 50)
+        apart = std::max(apart, distanceTo(fine, 1000.0 * glm::dvec3(other.positions[i])));
+    CHECK(apart > 0.5);
+    CHECK_THROWS_WITH(pebble(47, 1), Catch::Contains("at least 48"));
+}
+
 TEST_CASE("cylinder: closed, smooth around and sharp at the ends", "[parts]") {
     const engine::MeshData mesh = cylinder(9, 40, 2);
     CHECK(isClosed(mesh));

@@ -1,5 +1,8 @@
 // touchstone bench from outside. The measured values are never asserted, only whether they are present.
 #include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -46,11 +49,14 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     const json& part = results.at("parts").at(0);
     CHECK_FALSE(part.at("machine").at("processor").get<std::string>().empty());
     for (const char* key : {"commit", "compiler", "flags"}) CHECK_FALSE(part.at(key).get<std::string>().empty());
-    std::set<std::string> modes, solvers, screenings;
+    std::set<std::string> modes, geometries, solvers, screenings;
     std::set<double> tolerances, leaves, linearisations;
     for (const json& row : results.at("rows")) {
         INFO(row.at("key") << ": " << row.at("why"));
         modes.insert(row.at("mode").get<std::string>());
+        geometries.insert(row.at("geometry").get<std::string>());
+        const bool mesh = row.at("key").get<std::string>().find("/mesh/") != std::string::npos;
+        CHECK(row.at("geometry") == (mesh ? "mesh" : "spheres"));
         solvers.insert(row.at("solver").get<std::string>());
         screenings.insert(row.at("screening").get<std::string>());
         leaves.insert(row.at("tool_leaves").get<double>());
@@ -68,6 +74,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         CHECK(row.at("solver_max_N") <= 1e-9);
     }
     CHECK(modes == std::set<std::string>{"default", "paper"});
+    CHECK(geometries == std::set<std::string>{"mesh", "spheres"});
     CHECK(solvers.size() == solverTable().size());
     CHECK(screenings == std::set<std::string>{"none", "screen", "cluster"});
     CHECK(tolerances.size() == 3);
@@ -80,7 +87,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     CHECK(tableOf(touchstone.file("all/qp.csv")).size() == results.at("qp").size());
 
     const std::string page = textOf(touchstone.file("all/index.html"));
-    for (const char* plot : {"pareto", "stages", "errors", "cost_leaves", "cost_rows"}) {
+    for (const char* plot : {"pareto", "stages", "errors", "cost_leaves", "geometry", "cost_rows"}) {
         INFO(plot);
         for (const char* extension : {".svg", ".png"})
             CHECK(textOf(touchstone.file(std::string("all/") + plot + extension)).size() > 1000);
@@ -91,6 +98,8 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     // Axes have names and units, and every solver of the table has a curve.
     CHECK_THAT(textOf(touchstone.file("all/pareto.svg")),
                Catch::Contains("step, median, µs") && Catch::Contains("force error against the meshes, median, N"));
+    CHECK_THAT(textOf(touchstone.file("all/geometry.svg")),
+               Catch::Contains("mesh: linearizations") && Catch::Contains("spheres: leaves"));
     const std::string costs = textOf(touchstone.file("all/cost_rows.svg"));
     CHECK_THAT(costs, Catch::Contains("solve, median, µs"));
     for (const SolverInfo& solver : solverTable()) CHECK_THAT(costs, Catch::Contains(std::string(solver.name)));
@@ -134,6 +143,36 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
             CHECK_THAT(answer.err, Catch::Contains(why));
         }
     }
+
+    // With the other suites, the page of the docs tells the geometries apart.
+    measured(touchstone, press + " --suite hard", "hard");
+    measured(touchstone, press + " --suite mesh", "mesh");
+    fs::create_directory(touchstone.file("docs"));
+    const std::string docs = touchstone.file("docs/benchmarks.md");
+    std::ofstream(docs) << "before <!-- measured: made by tools/document_bench --><!-- end of measured --> after";
+    const std::string make =
+        "cd '" + touchstone.file("") + "' && python3 '" TOUCHSTONE_SOURCE_DIR "/tools/bench_page.py' all hard mesh";
+    REQUIRE(std::system(make.c_str()) == 0);
+    const std::string text = textOf(docs);
+    CHECK_THAT(text, Catch::StartsWith("before ") && Catch::EndsWith(" after"));
+    const auto count = [&](const std::string& cells) {
+        std::size_t found = 0;
+        for (std::size_t at = 0; (at = text.find(cells, at)) != std::string::npos; ++at) ++found;
+        return found;
+    };
+    CHECK(count("| spheres, 512 leaves | 2 | ") == 1);
+    for (const char* linearizations : {"1", "2", "4", "8", "16"})
+        CHECK(count(std::string("| mesh | ") + linearizations + " | ") == 1);
+    for (const std::string geometry : {"spheres", "mesh"}) {
+        INFO(geometry);
+        CHECK(count("` motion | " + geometry + " | ") == 1);
+        CHECK(count("` motion | default | " + geometry + " | ") == 1);
+    }
+    // Meshes are kept 2 µm apart, which spheres are not: each row takes the largest value of its own geometry.
+    CHECK(count("hover, all other cases; mesh, the worst is `motion` | ≤ 0.5 mm | 0.002 mm") == 1);
+    CHECK(count("hover, all other cases; spheres, the worst is `motion` | ≤ 0.5 mm |") == 1);
+    CHECK(count("| 0.002 mm |") == 1);
+    CHECK(fs::exists(touchstone.file("docs/pictures/bench-geometry.svg")));
 }
 
 TEST_CASE("bench: a row with wrong answers is listed without a time", "[program]") {
@@ -155,6 +194,50 @@ TEST_CASE("bench: a row with wrong answers is listed without a time", "[program]
     }
     CHECK(failed == solverTable().size() - 1);
     CHECK_THAT(textOf(touchstone.file("hard/index.html")), Catch::Contains("iteration-limit"));
+}
+
+TEST_CASE("bench: the mesh suite measures meshes alone, with and without the thread that finds lists", "[program]") {
+    const Program touchstone;
+    engine::Scene scene = pressScene();
+    for (const char* name : {"hard-01-slide", "hard-05-teleport"}) {
+        scene.animations.push_back(scene.animations.front());
+        scene.animations.back().name = name;
+    }
+    const bool fits = GENERATE(false, true);
+    INFO("the parts " << (fits ? "fit" : "do not fit"));
+    if (fits) (*scene.extras)["touchstone"]["clearance_mm"] = 0.5;
+    engine::writeGltf(scene, touchstone.file("press.glb"));
+    const json results = measured(touchstone, touchstone.file("press.glb") + " --suite mesh", "mesh");
+
+    std::map<std::pair<std::string, bool>, int> ticks;  // by the motion, and whether a thread of their own finds lists
+    for (const json& row : results.at("rows")) {
+        const std::string key = row.at("key").get<std::string>();
+        INFO(key << ": " << row.at("why"));
+        const bool helper = key.find("/helper") != std::string::npos;
+        ticks[{row.at("motion").get<std::string>(), helper}] = row.at("ticks").get<int>();
+        CHECK(row.at("valid") == true);
+        CHECK(row.at("geometry") == "mesh");
+        CHECK(row.at("tool_leaves").is_null());
+        CHECK(row.at("tool_triangles") == 12);
+        CHECK(row.at("obstacle_triangles") == 12);
+        CHECK(row.at("surface_bytes_per_triangle") > 100);  // a face and its normal take that much with their tree
+        CHECK(row.at("open_cpu_s") > 0);
+        CHECK(row.at("samples") == 0);
+        CHECK(row.at("clearance_mm") == (fits ? json(0.5) : json()));
+        CHECK((row.at("helper_p999_us") > 0) == helper);
+        CHECK(row.at("run_ticks") >= 2000);
+    }
+    CHECK(results.at("qp").empty());
+    CHECK_FALSE(fs::exists(touchstone.file("cache")));  // no sphere tree was built
+    const int one = ticks[{"hard-05-teleport", false}];
+    REQUIRE(one > 0);
+    using Ticks = decltype(ticks);
+    const std::string rest = fits ? "motion" : "together";
+    const int all = fits ? one : 3 * one;
+    CHECK(ticks == Ticks{{{"hard-05-teleport", false}, one},
+                         {{"hard-05-teleport", true}, one},
+                         {{rest, false}, all},
+                         {{rest, true}, all}});
 }
 
 TEST_CASE("bench: wrong usage is one sentence", "[program]") {

@@ -69,6 +69,8 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
         number("--segments", fit.segments, "sections of the bolt around its axis");
         number("--nut-segments", fit.nutSegments,
                "sections of the nut around its axis; 0: twelve more than the bolt's");
+    } else if (scene == "pebbles") {
+        number("--triangles", options.triangles, "number of triangles of each pebble, about");
     } else if (scene == "dental") {
         app::PocketFit& pocket = options.pocket;
         number("--depth", pocket.depth, "depth of the pocket, mm");

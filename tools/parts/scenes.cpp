@@ -170,6 +170,36 @@ Scene makeWedge(const SceneOptions& options) {
     return scene;
 }
 
+/// One pebble is pressed on another, slides over it, turns on it and leaves: the same motion for any number of
+/// triangles.
+Scene makePebbles(const SceneOptions& options) {
+    const auto at = [](double depth, double sideways = 0) { return ToolPose{{sideways, 60 - depth, 0}}; };
+    Demonstration motion(at(-8));
+    motion.hold(0.1);
+    motion.moveTo(at(4), 0.3);
+    motion.follow(1.2, [&](double t) { return at(4, 12 * std::sin(kTau * t / 1.2)); });
+    motion.follow(1.2, [&](double t) {
+        ToolPose pose = at(4);
+        pose.rotation = about(kY, 0.6 * std::sin(kTau * t / 1.2)) * about(kZ, 0.3 * std::sin(2 * kTau * t / 1.2));
+        return pose;
+    });
+    motion.moveTo(at(-15), 0.3);
+    motion.hold(0.2);
+
+    Scene scene;
+    scene.name = "pebbles";
+    const json outcome{{"min_peak_force_N", 3},
+                       {"min_contact_fraction", 0.7},
+                       {"max_final_lag_mm", 0.01},
+                       {"max_infeasible_ticks", 0}};
+    const Entity tool = addBody(scene, "gold pebble", at(-8), shared(pebble(options.triangles, 1)), gold(),
+                                toolMarking(options.leaves, outcome));
+    addBody(scene, "silver pebble", {}, shared(pebble(options.triangles, 2)), silver(),
+            obstacleMarking(options.leaves));
+    scene.animations.push_back(motion.animation(tool));
+    return scene;
+}
+
 constexpr SceneVariant kSplineFiles[] = {
     {"spline", [](SceneOptions& options) { options.fit.clearance = 0.2; }},
     {"spline-01", [](SceneOptions& options) { options.fit.clearance = 0.1; }},
@@ -205,6 +235,7 @@ constexpr SceneInfo kScenes[] = {
     {"lock", "a key is inserted into its lock, turned and held", makeLock},
     {"peg", "a round peg finds a hole that leaves it 0.01 mm on each side", makePeg, kPegFiles},
     {"nut", "a nut is screwed onto its bolt until it sits on a plate", makeNut},
+    {"pebbles", "one bumpy pebble is pressed on another, slides and turns on it", makePebbles, {}, false},
 };
 
 }  // namespace
@@ -212,6 +243,7 @@ constexpr SceneInfo kScenes[] = {
 std::span<const SceneInfo> sceneTable() { return kScenes; }
 
 std::vector<SceneVariant> bundledVariants(const SceneInfo& scene) {
+    if (!scene.isBundled) return {};
     if (scene.variants.empty()) return {{scene.name, [](SceneOptions&) {}}};
     return {scene.variants.begin(), scene.variants.end()};
 }

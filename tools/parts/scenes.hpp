@@ -26,7 +26,8 @@ struct SceneOptions {
     LockFit lock;
     PegFit peg;
     ThreadFit nut;
-    int leaves = 0;  ///< of each body's sphere tree; 0: the default of the scene
+    int triangles = 20'000;  ///< of each part of `pebbles`
+    int leaves = 0;          ///< of each body's sphere tree; 0: the default of the scene
     std::filesystem::path bunny = "/usr/share/glmark2/models/bunny.obj";  ///< of `bunnies` and `wedge`
     std::filesystem::path treeCache;                                      ///< folder for sphere trees; empty for none
 };
@@ -44,13 +45,14 @@ struct SceneInfo {
     engine::Scene (*make)(const SceneOptions&);
     /// The files that are bundled with the program; empty for one file of the scene's own name with default options.
     std::span<const SceneVariant> variants = {};
+    bool isBundled = true;  ///< false: made on request only
 };
 
 /// The one list of computed scenes: a new scene is a row, and the build then makes its file. A scene without computed
 /// parts is a file in scenes/.
 std::span<const SceneInfo> sceneTable();
 
-/// The bundled files of a row of the table.
+/// The bundled files of a row of the table; none if it is made on request only.
 std::vector<SceneVariant> bundledVariants(const SceneInfo& scene);
 
 }  // namespace touchstone::app

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 
+#include "tools/parts/angles.hpp"
 #include "tools/parts/solid.hpp"
 
 namespace touchstone::app {
@@ -69,10 +71,8 @@ double sagitta(const Solid& solid, double radius) {
     return most;
 }
 
-}  // namespace
-
-engine::MeshData box(const glm::dvec3& size, double spacing) {
-    require(size.x > 0 && size.y > 0 && size.z > 0 && spacing > 0, "the sides of a box must be positive");
+/// A box about the origin with faces divided into squares of at most `spacing`.
+Solid boxSolid(const glm::dvec3& size, double spacing) {
     Solid solid;
     glm::ivec3 count;
     for (int i = 0; i < 3; ++i) count[i] = std::max(1, static_cast<int>(std::ceil(size[i] / spacing - 1e-9)));
@@ -97,13 +97,46 @@ engine::MeshData box(const glm::dvec3& size, double spacing) {
                 }
         }
     }
-    return finished(solid);
+    return solid;
+}
+
+}  // namespace
+
+engine::MeshData box(const glm::dvec3& size, double spacing) {
+    require(size.x > 0 && size.y > 0 && size.z > 0 && spacing > 0, "the sides of a box must be positive");
+    return finished(boxSolid(size, spacing));
 }
 
 engine::MeshData sphere(double radius) {
     require(radius > 0, "the radius of a sphere must be positive");
     Solid solid = icosahedron(radius);
     while (sagitta(solid, radius) > kChordError) divide(solid, radius);
+    return finished(solid);
+}
+
+engine::MeshData pebble(int triangles, unsigned seed) {
+    require(triangles >= 48, "a pebble needs at least 48 triangles");
+    constexpr double kRadius = 30, kHeight = 0.25;  // mm; the waves add up to 0.7 mm RMS
+    struct Wave {
+        glm::dvec3 vector;  // rad for each unit of the direction
+        double phase;
+    };
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::array<Wave, 16> waves;
+    for (std::size_t i = 0; i < waves.size(); ++i) {
+        for (int k = 0; k < 3; ++k) waves[i].vector[k] = normal(random);
+        const double length = 12 + static_cast<double>(i);  // mm
+        waves[i] = {kTau * kRadius / length * glm::normalize(waves[i].vector), kTau * normal(random)};
+    }
+    // A divided cube, whose points a tangent spreads evenly over the sphere.
+    Solid solid = boxSolid(glm::dvec3(2), 2 / std::round(std::sqrt(triangles / 12.0)));
+    for (glm::dvec3& p : solid.points) {
+        p = glm::normalize(glm::tan(p * (kPi / 4)));
+        double radius = kRadius;
+        for (const Wave& wave : waves) radius += kHeight * std::cos(glm::dot(wave.vector, p) + wave.phase);
+        p *= radius;
+    }
     return finished(solid);
 }
 

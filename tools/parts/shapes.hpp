@@ -16,6 +16,10 @@ engine::MeshData box(const glm::dvec3& size, double spacing);
 /// Sphere about the origin: an icosahedron divided until its chords are at most kChordError inside.
 engine::MeshData sphere(double radius);
 
+/// A sphere about the origin, some 60 mm across, with smooth bumps and hollows of its own for each seed, and with the
+/// multiple of 12 nearest to this number of triangles whose twelfth is a square.
+engine::MeshData pebble(int triangles, unsigned seed);
+
 /// Cylinder about the origin along y with flat ends.
 engine::MeshData cylinder(double radius, double length, double spacing);
 

@@ -14,6 +14,7 @@
 #include "tools/touchstone/csv.hpp"
 #include "tools/touchstone/scene_path.hpp"
 #include "tools/touchstone/shard.hpp"
+#include "tools/touchstone/stopwatch.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -81,6 +82,8 @@ int bench(const BenchCommand& command) {
                          {"exact_solver", solverTable()[kExactSolver].name},
                          {"rows", ordered_json::array()},
                          {"qp", ordered_json::array()}};
+    BenchEffort effort = command.quick ? kQuick : kFull;
+    if (command.suite == "mesh") effort.samples = 0;
     for (const int rows : plan.qpRows)
         for (QpCost& cost : measureQp(rows, command.quick)) results["qp"].push_back(std::move(cost));
     for (std::size_t first = 0, end; first < plan.cases.size(); first = end) {
@@ -88,11 +91,15 @@ int bench(const BenchCommand& command) {
         const BenchCase& one = plan.cases[first];
         sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         options.leaves = one.leaves;
-        options.allTrees = true;
-        const sandbox::HapticScene scene = sandbox::openScene(findScene(one.scene), options);
         const std::span<const BenchCase> cases(&plan.cases[first], end - first);
-        for (BenchRow& row : measureCases(scene, cases, command.quick ? kQuick : kFull))
+        options.allTrees = std::any_of(cases.begin(), cases.end(), [](const BenchCase& c) { return c.needsTrees(); });
+        const Stopwatch watch;
+        const sandbox::HapticScene scene = sandbox::openScene(findScene(one.scene), options);
+        const double opening = watch.cpu();
+        for (BenchRow& row : measureCases(scene, cases, effort)) {
+            row["open_cpu_s"] = options.allTrees ? nullptr : ordered_json(opening);  // trees may be in the cache
             results["rows"].push_back(std::move(row));
+        }
     }
     write(command.out, results, command.shard.empty());
     printSummary(results, command.out);
@@ -166,7 +173,7 @@ void addBench(CLI::App& program, Action& action) {
     command
         ->add_option("--suite", options->suite,
                      "sweep: mode x solver x tolerance x leaves x linearizations; hard: all hard motions in both modes "
-                     "with each solver")
+                     "with each solver; mesh: contact between meshes, with and without the thread that finds lists")
         ->capture_default_str();
     command->add_option("--shard", options->shard, "K/N: measure the K-th of N parts, for `touchstone bench merge`");
     const CLI::App *qp = addBenchQp(*command, action), *merge = addBenchMerge(*command, action);

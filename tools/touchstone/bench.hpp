@@ -27,6 +27,7 @@ struct BenchCommand {
 /// One motion of a scene with one choice of settings.
 struct BenchCase {
     std::string scene, motion;
+    std::vector<std::string> parts = {};  ///< several motions, one after the other, that make up `motion`
     std::string mode = "default", geometry = "spheres", solver{solverTable()[kExactSolver].name};
     double tolerance = 0;    ///< as of --tolerance; 0: the solver is exact and has none
     int leaves = 0;          ///< of every part; 0: as the scene says
@@ -40,6 +41,7 @@ struct BenchCase {
     std::string key() const;
     /// The settings of the scene, changed to those of the case and without a shadow.
     Settings settings(const Settings& sceneSettings) const;
+    bool needsTrees() const { return mode != "default" || geometry == "spheres"; }
 };
 
 /// Everything that a sweep measures, in an order that depends only on the arguments.
@@ -59,9 +61,10 @@ struct BenchEffort {
     std::size_t ticks;  ///< of each run, at least; the motion is repeated
     double seconds;     ///< CPU time after which a run begins no further repetition
     std::size_t paced;  ///< like `ticks`, for runs paced by the clock
-    int samples;        ///< ticks whose error is split
+    int samples;        ///< ticks whose error is split; 0: none, and the scene needs no reference
+    double atMost;      ///< CPU time after which a case that has been timed is not timed again, s
 };
-inline constexpr BenchEffort kQuick{3, 2000, 0.1, 2000, 3}, kFull{5, 50'000, 2, 10'000, 8};
+inline constexpr BenchEffort kQuick{3, 2000, 0.1, 2000, 3, 10}, kFull{5, 50'000, 2, 10'000, 8, 60};
 
 /// Measures cases of one scene with the same leaves; their timed runs are interleaved. `opened` is that scene.
 std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span<const BenchCase> cases,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 
 #include "haptics/math/statistics.hpp"
@@ -161,6 +162,36 @@ std::vector<double> timeConstant(std::size_t count, double us) {
     return times;
 }
 
+/// Memory of a surface, bytes.
+std::size_t bytesOf(const Surface& surface) {
+    const auto sum = [](const auto&... lists) { return (... + (lists.capacity() * sizeof(lists[0]))); };
+    const SurfaceFeatures& f = surface.features;
+    return sum(f.points, f.faces, f.edges, f.vertices, f.spokes, surface.vertices.nodes(), surface.edges.nodes(),
+               surface.faces.nodes(), surface.points, surface.normals, surface.spokes, surface.wings, surface.tips,
+               surface.shells);
+}
+
+/// The sizes of the parts as far as the world has them.
+void addSizes(BenchRow& row, const World& world) {
+    const Obstacle& obstacle = world.obstacles.front();
+    for (const auto& [name, surface, tree] : {std::tuple{"tool", world.toolSurface.get(), world.tool.get()},
+                                              std::tuple{"obstacle", obstacle.surface.get(), obstacle.tree.get()}}) {
+        row[std::string(name) + "_leaves"] = tree ? nlohmann::ordered_json(tree->leafCount()) : nullptr;
+        row[std::string(name) + "_triangles"] =
+            surface ? nlohmann::ordered_json(surface->features.faces.size()) : nullptr;
+    }
+    std::set<const Surface*> surfaces{world.toolSurface.get()};  // equal parts share one
+    for (const Obstacle& each : world.obstacles) surfaces.insert(each.surface.get());
+    surfaces.erase(nullptr);
+    std::size_t bytes = 0, triangles = 0;
+    for (const Surface* surface : surfaces) {
+        bytes += bytesOf(*surface);
+        triangles += surface->features.faces.size();
+    }
+    row["surface_bytes_per_triangle"] =
+        triangles > 0 ? nlohmann::ordered_json(double(bytes) / double(triangles)) : nullptr;
+}
+
 /// A case while it is measured.
 class Measuring {
   public:
@@ -168,19 +199,27 @@ class Measuring {
         : scene_(scene),
           case_(wanted),
           settings_(wanted.settings(scene.settings)),
-          judge_(settings_, wanted.tolerance) {
-        options_.device = "demo:" + wanted.motion;
+          judge_(settings_, wanted.tolerance),
+          motions_(wanted.parts.empty() ? std::vector{wanted.motion} : wanted.parts) {
         options_.timing = false;
     }
 
     /// Runs the case once in full, which is also the warm-up.
     void judge() {
         options_.onSolve = [&](const QpProblem& problem, const SolveResult& result) { judge_.solved(problem, result); };
-        options_.onTick = [&](const TickRecord& record, double) {
+        sandbox::RunStatistics statistics;
+        options_.onTick = [&](const TickRecord& record, double penetration) {
             judge_.ticked(record);
             records_.push_back(record);
+            statistics.add(record, penetration, 1000 / settings_.rate);
         };
-        report_ = sandbox::runHeadless(scene_, settings_, options_).report;
+        for (const std::string& motion : motions_) {
+            options_.device = "demo:" + motion;
+            const sandbox::Report one = sandbox::runHeadless(scene_, settings_, options_).report;
+            hashes_.push_back(one.hash);
+            report_.checks.insert(report_.checks.end(), one.checks.begin(), one.checks.end());
+        }
+        statistics.write(report_);
         options_.onSolve = nullptr;
         options_.onTick = nullptr;
         options_.paced = case_.helper;
@@ -209,33 +248,40 @@ class Measuring {
 
     void time(const BenchEffort& effort) {
         if (!judge_.why().empty() || report_.ticks == 0) return;
+        if (!timing_.most.empty() && spent_ > effort.atMost) return;
         std::array<std::vector<double>, kStages> times;
         const double start = threadCpuMicroseconds();
         do {
-            const sandbox::TimedRun run = sandbox::timeHeadless(scene_, settings_, options_);
-            if (run.hash != report_.hash)
-                throw std::runtime_error(case_.key() +
-                                         ": a repeated run gave different results, which is a bug in the program: "
-                                         "please report it");
-            double first = 0;
-            for (std::size_t i = 0; i < std::min<std::size_t>(10, run.ticks.size()); ++i)
-                first = std::max(first, run.ticks[i].step);
-            timing_.firstTen.push_back(first);
-            for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-                times[0].push_back(run.ticks[i].step);
-                times[1].push_back(run.ticks[i].collision);
-                times[2].push_back(run.ticks[i].solve);
-                times[3].push_back(run.ticks[i].helper);
-                times[4].push_back(run.ticks[i].step + run.ticks[i].helper);
-                const double depth = records_[i].wrench_C.force.norm() / settings_.stiffness;
-                const auto at = std::lower_bound(std::begin(kDepths), std::end(kDepths), depth) - std::begin(kDepths);
-                if (depth > 0 && at < std::ssize(kDepths))
-                    timing_.byDepth[static_cast<std::size_t>(at)].push_back(run.ticks[i].step);
+            std::size_t tick = 0;
+            for (std::size_t motion = 0; motion < motions_.size(); ++motion) {
+                options_.device = "demo:" + motions_[motion];
+                const sandbox::TimedRun run = sandbox::timeHeadless(scene_, settings_, options_);
+                if (run.hash != hashes_[motion])
+                    throw std::runtime_error(case_.key() +
+                                             ": a repeated run gave different results, which is a bug in the program: "
+                                             "please report it");
+                double first = 0;
+                for (std::size_t i = 0; i < std::min<std::size_t>(10, run.ticks.size()); ++i)
+                    first = std::max(first, run.ticks[i].step);
+                timing_.firstTen.push_back(first);
+                for (const sandbox::TickTimes& one : run.ticks) {
+                    times[0].push_back(one.step);
+                    times[1].push_back(one.collision);
+                    times[2].push_back(one.solve);
+                    times[3].push_back(one.helper);
+                    times[4].push_back(one.step + one.helper);
+                    const double depth = records_[tick++].wrench_C.force.norm() / settings_.stiffness;
+                    const auto at =
+                        std::lower_bound(std::begin(kDepths), std::end(kDepths), depth) - std::begin(kDepths);
+                    if (depth > 0 && at < std::ssize(kDepths))
+                        timing_.byDepth[static_cast<std::size_t>(at)].push_back(one.step);
+                }
             }
         } while (times[0].size() < (case_.helper ? effort.paced : effort.ticks) &&
                  threadCpuMicroseconds() - start < 1e6 * effort.seconds);
         std::vector<double> equal = timeConstant(times[0].size(), percentiles(times[0]).p50.value_or(0));
         timing_.add(times, equal);
+        spent_ += 1e-6 * (threadCpuMicroseconds() - start);
     }
 
     BenchRow row() const {
@@ -252,14 +298,14 @@ class Measuring {
                      {"solver", case_.solver},
                      {"tolerance", case_.tolerance > 0 ? nlohmann::ordered_json(case_.tolerance) : nullptr},
                      {"leaves", case_.leaves},
-                     {"tool_leaves", scene_.world->tool->leafCount()},
-                     {"obstacle_leaves", scene_.world->obstacles.front().tree->leafCount()},
                      {"linearisations", linearizationsOf(settings_, geometryOf(settings_))},
                      {"screening", case_.screening},
                      {"rate_Hz", settings_.rate},
                      {"valid", judge_.why().empty()},
                      {"why", judge_.why()},
                      {"ticks", report_.ticks}};
+        addSizes(row, *scene_.world);
+        row["clearance_mm"] = orNull(scene_.roles.clearance);
         addTimes(row);
         row["rows_p50"] = orNull(report_.rows.p50);
         row["rows_max"] = orNull(report_.rows.max);
@@ -327,24 +373,28 @@ class Measuring {
     const Settings settings_;
     sandbox::HeadlessOptions options_;
     Judge judge_;
-    sandbox::Report report_;
+    const std::vector<std::string> motions_;
+    std::vector<std::uint64_t> hashes_;  // of each motion
+    sandbox::Report report_;             // of all motions
     std::vector<TickRecord> records_;
     std::vector<sandbox::ErrorSplit> splits_;
     int lost_ = 0;
     Timing timing_;
+    double spent_ = 0;  // CPU time of the timed runs, s
 };
 
 }  // namespace
 
 std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span<const BenchCase> cases,
                                    const BenchEffort& effort) {
-    const MeshReference reference = sandbox::meshReferenceOf(opened);
+    const std::unique_ptr<const MeshReference> reference(
+        effort.samples > 0 ? new MeshReference(sandbox::meshReferenceOf(opened)) : nullptr);
     std::vector<Measuring> all;
     for (const BenchCase& wanted : cases) {
         Measuring& one = all.emplace_back(opened, wanted);
         std::fprintf(stderr, "%s\n", wanted.key().c_str());
         one.judge();
-        one.splitErrors(reference, effort.samples);
+        if (reference) one.splitErrors(*reference, effort.samples);
     }
     for (int run = 0; run < effort.runs; ++run)
         for (Measuring& one : all) one.time(effort);

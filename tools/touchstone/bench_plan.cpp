@@ -15,6 +15,8 @@ constexpr int kQuickLeaves[] = {512, 1024, 2048};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
 constexpr const char* kFits[] = {"spline", "spline-01"};  // tree walks may dominate their ticks: also with the helper
+constexpr const char* kMeshScenes[] = {"bunnies", "spline", "spline-01", "spline-002", "spline-001", "peg-h7", "nut"};
+constexpr const char* kJumps[] = {"-teleport", "-walk"};  // in the names of motions
 constexpr double kUsualTolerance = 0.01;
 
 std::string number(double value) {
@@ -23,17 +25,28 @@ std::string number(double value) {
     return text;
 }
 
-/// The motions to measure: those whose name begins with "hard-", or the first one if there is none.
-std::vector<std::string> motionsOf(const std::string& name) {
+/// A scene without its world. Throws if nothing moves in it.
+sandbox::HapticScene contentsOf(const std::string& name) {
     sandbox::SceneOptions options;
     options.buildWorld = false;
-    const sandbox::HapticScene scene = sandbox::openScene(findScene(name), options);
+    sandbox::HapticScene scene = sandbox::openScene(findScene(name), options);
     if (!scene.missing.empty()) throw std::runtime_error(name + ": " + scene.missing);
     if (scene.motions.empty())
         throw std::runtime_error(name + ": nothing moves the tool: give its node an animation (see docs/scenes.md)");
+    return scene;
+}
+
+std::vector<std::string> hardMotions(const sandbox::HapticScene& scene) {
     std::vector<std::string> motions;
     for (const NamedMotion& motion : scene.motions)
         if (motion.name.rfind("hard-", 0) == 0) motions.push_back(motion.name);
+    return motions;
+}
+
+/// The motions to measure: the hard ones, or the first one if there is none.
+std::vector<std::string> motionsOf(const std::string& name) {
+    const sandbox::HapticScene scene = contentsOf(name);
+    std::vector<std::string> motions = hardMotions(scene);
     if (motions.empty()) motions.push_back(scene.motions.front().name);
     return motions;
 }
@@ -97,6 +110,36 @@ class Planner {
         addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
     }
 
+    /// Between meshes: the demonstration, of parts that do not fit together with all hard motions, and each motion that
+    /// jumps.
+    void addMeshes(const std::string& name) {
+        const sandbox::HapticScene scene = contentsOf(name);
+        BenchCase wanted;
+        wanted.scene = name;
+        wanted.geometry = "mesh";
+        const auto addBoth = [&] {
+            for (const bool helper : {false, true}) {
+                wanted.helper = helper;
+                add(wanted);
+            }
+        };
+        const std::vector<std::string> hard = hardMotions(scene);
+        wanted.motion = scene.motions.front().name;
+        if (!scene.roles.clearance && !hard.empty()) {
+            wanted.parts = hard;
+            wanted.parts.insert(wanted.parts.begin(), wanted.motion);
+            wanted.motion = "together";
+        }
+        addBoth();
+        wanted.parts.clear();
+        for (const std::string& motion : hard) {
+            const auto jumps = [&](const char* word) { return motion.find(word) != std::string::npos; };
+            if (std::none_of(std::begin(kJumps), std::end(kJumps), jumps)) continue;
+            wanted.motion = motion;
+            addBoth();
+        }
+    }
+
     /// An approximate solver with every kind of screening.
     void addScreenings(BenchCase wanted, const std::string& solver, std::span<const double> tolerances) {
         wanted.solver = solver;
@@ -156,15 +199,21 @@ BenchPlan BenchPlan::shard(std::size_t k, std::size_t n) const {
 }
 
 BenchPlan planBench(const BenchCommand& command) {
-    const bool hard = command.suite == "hard";
-    if (!hard && command.suite != "sweep") throw UsageError("--suite is sweep or hard, not '" + command.suite + "'");
+    const bool hard = command.suite == "hard", mesh = command.suite == "mesh";
+    if (!hard && !mesh && command.suite != "sweep")
+        throw UsageError("--suite is sweep, hard or mesh, not '" + command.suite + "'");
     std::vector<std::string> scenes = command.scenes;
+    if (scenes.empty() && mesh) scenes.assign(std::begin(kMeshScenes), std::end(kMeshScenes));
     if (scenes.empty()) scenes = {"bunnies", "spline", "wedge", "plate", "pinch"};
     if (hard && command.scenes.empty()) scenes.push_back("spline-05");
-    if (!hard && !command.quick && command.scenes.empty()) scenes.push_back("spline-01");
+    if (!hard && !mesh && !command.quick && command.scenes.empty()) scenes.push_back("spline-01");
 
     Planner planner(command.quick);
     for (const std::string& scene : scenes) {
+        if (mesh) {
+            planner.addMeshes(scene);
+            continue;
+        }
         const std::vector<std::string> motions = motionsOf(scene);
         for (const std::string& motion : motions) {
             BenchCase wanted;
@@ -193,7 +242,7 @@ BenchPlan planBench(const BenchCommand& command) {
         }
     }
     BenchPlan plan{planner.take(), {}};
-    if (!hard) plan.qpRows.assign(qpRowCounts().begin(), qpRowCounts().end());
+    if (!hard && !mesh) plan.qpRows.assign(qpRowCounts().begin(), qpRowCounts().end());
     // Cases with the same trees are adjacent, so that each scene is opened once.
     std::stable_sort(plan.cases.begin(), plan.cases.end(), [](const BenchCase& a, const BenchCase& b) {
         return std::tie(a.scene, a.leaves) < std::tie(b.scene, b.leaves);

@@ -2,9 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +15,7 @@
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
+#include "tools/touchstone/stopwatch.hpp"
 #include "tools/touchstone/tree_check.hpp"
 #include "tools/touchstone/tree_choice.hpp"
 #include "tools/touchstone/tree_parts.hpp"
@@ -31,22 +30,6 @@ struct TreeCommand {
     TreeChoice tree;
     std::filesystem::path output, exported, imported, picture;  ///< empty: none
     bool json = false, noCache = false;
-};
-
-/// Wall-clock time, and CPU time of all threads of the program.
-class Stopwatch {
-  public:
-    double wall() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - wallStart_).count(); }
-    double cpu() const { return cpuNow() - cpuStart_; }
-
-  private:
-    static double cpuNow() {
-        timespec now{};
-        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-        return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-    }
-    std::chrono::steady_clock::time_point wallStart_ = std::chrono::steady_clock::now();
-    double cpuStart_ = cpuNow();
 };
 
 struct MadeTree {

@@ -132,7 +132,9 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
 
 void RoleReader::readNode(Entity node) {
     std::optional<Role> marked;
-    scene_.registry.add(node, BodyMarking{.tree = tree_});
+    BodyMarking unmarked;
+    unmarked.tree = tree_;
+    scene_.registry.add(node, unmarked);
     if (const json* mark = touchstoneOf(scene_, node)) {
         engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
         readMark(node, fields, marked);
