@@ -111,6 +111,11 @@ class DefaultTick {
     /// is kept from the straight way on which its feature is tested.
     double maxTurn() const { return std::sqrt(settings_.contactDistance / state_.reach); }
     double freeLengthOf(const Vec6& x) const;
+    /// Of the springs between the device and the tool at this pose, mJ.
+    double energyAt(const Pose& pose) const {
+        const Vec6 x = incrementBetween(pose, device_);
+        return x.dot(tick_.stiffness().cwiseProduct(x)) / 2;
+    }
     bool takesBack(const Vec6& x) const;
     bool addHeldRows();
     void holdRows(const Vec6& solved, const Vec6& x);
@@ -553,10 +558,12 @@ bool DefaultTick::run(Wrench& wrench) {
     for (int k = 0; k < int(state_.lists.size()); ++k)
         state_.lists[k]->expect(state_.courses[k].shift, state_.courses[k].turn);
     state_.heldRows.clear();
-    bool leap = false;
+    const Pose start = state_.graphic;
+    bool leap = false, rests = false;
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
         const Vec6 deviceStep = incrementBetween(state_.device, device_);
+        rests = ofFeatures_ && state_.device == device_ && state_.obstacleTravel == 0;
         leap = deviceStep.head<3>().norm() > kLeap * linearizations_ * trust_;
         const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
         travelBudget_ = state_.lengthOf(deviceStep) + allowance;
@@ -585,6 +592,11 @@ bool DefaultTick::run(Wrench& wrench) {
         arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
         stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer
         shortened = moved + kArrived < step.length;
+    }
+    // Linearizations that lead to and fro must not shake a device at rest.
+    if (rests && energyAt(start) <= energyAt(state_.graphic) + tick_.stiffness()[0] * kArrived * kArrived / 2) {
+        state_.graphic = start;
+        arrived = true;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearization_;
