@@ -108,6 +108,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
                 if (lo > std::max(b0[k], b1[k]) + step.distance || hi < std::min(b0[k], b1[k]) - step.distance)
                     return std::nullopt;
             }
+            if (linesStayApart(ends, {b0, b1}, least)) return std::nullopt;
             EdgePlace moving = placeOf(tool, edge);
             for (Vec3& wing : moving.wings) wing = step.R0 * wing;
             return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);
