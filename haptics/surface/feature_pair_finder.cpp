@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <utility>
 
 namespace touchstone {
@@ -117,8 +116,9 @@ struct FeaturePairFinder::Query {
     /// The way of points of the tool at `arm` from its center.
     TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
 
-    /// Whether a feature of the tool between these points comes within the margin of a box.
-    bool comesNear(std::span<const int> points, const FeatureBounds& box) const;
+    /// Whether a vertex of the tool, and which of eight of its edges, come within the margin of a box.
+    bool vertexIsNear(int vertex, const FeatureBounds& box) const;
+    Mask edgesNear(int first, const FeatureBounds& box) const;
     /// The gaps of pairs of eight neighboring features with another one; infinite where their normals cannot oppose.
     Float8 vertexFaces(int vertex, int firstFace) const;
     Float8 facesVertex(int firstFace, int vertex) const;
@@ -167,14 +167,22 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
     return float(16 * 0x1p-24 * (tool_->extent.reach + obstacle_->extent.reach + t) + 1e-7);
 }
 
-bool FeaturePairFinder::Query::comesNear(std::span<const int> of, const FeatureBounds& box) const {
-    FeatureBounds own;
-    for (const int point : of) {
-        const Vector3f arm = placed(point), from = arm + t;
-        own.add(from);
-        own.add(from + shift + turn.cross(arm));
-    }
-    return ((own.lo.array() <= box.hi.array() + margin) && (own.hi.array() >= box.lo.array() - margin)).all();
+bool FeaturePairFinder::Query::vertexIsNear(int vertex, const FeatureBounds& box) const {
+    const Vector3f arm = placed(tool.features.vertices[vertex].point), from = arm + t,
+                   to = from + shift + turn.cross(arm);
+    return ((from.cwiseMin(to).array() <= box.hi.array() + margin) &&
+            (from.cwiseMax(to).array() >= box.lo.array() - margin))
+        .all();
+}
+
+Mask FeaturePairFinder::Query::edgesNear(int first, const FeatureBounds& box) const {
+    const Vec8 arm0 = R * Vec8(tool.ends[0], first), arm1 = R * Vec8(tool.ends[1], first);
+    const Vec8 from0 = Vec8(t) + arm0, from1 = Vec8(t) + arm1, to0 = from0 + way(arm0), to1 = from1 + way(arm1);
+    const auto within = [&](const Float8& a, const Float8& b, const Float8& c, const Float8& d, int k) {
+        return (min(min(a, b), min(c, d)) <= box.hi[k] + margin) & (max(max(a, b), max(c, d)) >= box.lo[k] - margin);
+    };
+    return toMask(within(from0.x, from1.x, to0.x, to1.x, 0) & within(from0.y, from1.y, to0.y, to1.y, 1) &
+                  within(from0.z, from1.z, to0.z, to1.z, 2));
 }
 
 Float8 FeaturePairFinder::Query::vertexFaces(int vertex, int firstFace) const {
@@ -328,7 +336,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
     const auto vertexFaces = [&](int patch, const Swept&, int other) {
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
         for (int v = tool_->firstVertex[patch]; v < tool_->firstVertex[patch + 1]; ++v) {
-            if (!q.comesNear({&tool_->features.vertices[v].point, 1}, box)) continue;
+            if (!q.vertexIsNear(v, box)) continue;
             if (!offer(q.vertexFaces(v, n * other), obstacle_->facesOf(other), [&](int lane) {
                     return PairEntry{toolFeature(PairKind::VertexFace, v), n * other + lane};
                 }))
@@ -349,14 +357,18 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
     };
     const auto edges = [&](int patch, const Swept&, int other) {
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
-        const int end = obstacle_->firstEdge[other + 1];
-        for (int e = tool_->firstEdge[patch]; e < tool_->firstEdge[patch + 1]; ++e) {
-            if (!q.comesNear(tool_->features.edges[e].points, box)) continue;
-            for (int first = obstacle_->firstEdge[other]; first < end; first += n)
-                if (!offer(q.edges(e, first), std::min(n, end - first), [&](int lane) {
-                        return PairEntry{toolFeature(PairKind::EdgeEdge, e), first + lane};
-                    }))
-                    return false;
+        const int end = tool_->firstEdge[patch + 1], otherEnd = obstacle_->firstEdge[other + 1];
+        for (int eight = tool_->firstEdge[patch]; eight < end; eight += n) {
+            Mask near = q.edgesNear(eight, box);
+            if (end - eight < n) near &= (1u << (end - eight)) - 1;
+            for (; near; near &= near - 1) {
+                const int e = eight + std::countr_zero(near);
+                for (int first = obstacle_->firstEdge[other]; first < otherEnd; first += n)
+                    if (!offer(q.edges(e, first), std::min(n, otherEnd - first), [&](int lane) {
+                            return PairEntry{toolFeature(PairKind::EdgeEdge, e), first + lane};
+                        }))
+                        return false;
+            }
         }
         return true;
     };
