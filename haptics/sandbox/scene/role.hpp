@@ -28,8 +28,8 @@ inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
-    bool spheres = false;                      ///< touched by its spheres in either geometry
-    std::optional<double> stiffness, torsion;  ///< of the tool: N/mm, mN·m/rad
+    bool spheres = false;                                ///< touched by its spheres in either geometry
+    std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
 };
 
 }  // namespace touchstone::sandbox
