@@ -141,8 +141,8 @@ class DefaultTick {
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
     bool flying_;               ///< the next step may be a flight
     bool shadowRan_ = false;
-    int reversals_ = 0;     ///< successive steps that took back the one before
-    bool cycling_ = false;  ///< two steps of this tick led to and fro
+    int reversals_ = 0;                           ///< successive steps that took back the one before
+    bool cycling_ = false;                        ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing

@@ -37,6 +37,18 @@ struct Times {
 
 }  // namespace
 
+bool linesStayApart(const std::array<Way, 2>& ends, const std::array<Vec3, 2>& resting, double least) {
+    // The volume between the edges is a quadratic function of time, which lies between its Bézier coefficients. It is
+    // the distance of the lines times the length of the cross product, which is largest at an end.
+    const Vec3 v = resting[1] - resting[0];
+    const Vec3 c0 = (ends[1].from - ends[0].from).cross(v), c1 = (ends[1].to - ends[0].to).cross(v);
+    const Vec3 w0 = ends[0].from - resting[0], w1 = ends[0].to - resting[0];
+    const double first = c0.dot(w0), last = c1.dot(w1), middle = (c0.dot(w1) + c1.dot(w0)) / 2;
+    const double lowest = std::min({first, middle, last}), highest = std::max({first, middle, last});
+    const double apart = std::max(lowest, -highest), limit = 2.1 * least + 2 * kOverlap;
+    return apart > 0 && apart * apart > limit * limit * std::max(c0.squaredNorm(), c1.squaredNorm());
+}
+
 EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge) {
     const Vec3 &a = surface.points[edge.points[0]], &b = surface.points[edge.points[1]];
     const Vec3 along = (b - a).normalized();

@@ -41,6 +41,10 @@ std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face,
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
                                         const EdgePlace& resting, double turn, double least);
 
+/// Whether the lines of two edges, of which the first one moves, stay farther apart than crossing() allows. A quick
+/// test that leaves out most pairs.
+bool linesStayApart(const std::array<Way, 2>& ends, const std::array<Vec3, 2>& resting, double least);
+
 /// The row J x >= -gap on the increment x of a tool whose moving feature crosses: mm and rad, on the axes of the
 /// resting feature's frame. C: the way of the tool's center. With the step itself as x the row gives the distance after
 /// it, so that what the turn bends is included.

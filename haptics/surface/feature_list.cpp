@@ -22,7 +22,7 @@ constexpr double kLeastShare = 1.0 / 128;
 /// Whether all spokes of a vertex rise above a face with this normal that it meets, up to this angle. The cone, by
 /// which searches leave out pairs, decides as well: at a pointed cone the spokes alone would admit more.
 bool stands(const Surface& part, int index, const Vec3& normal, double angle) {
-    const FeatureShape& tip = part.tips[index];
+    const NormalCone& tip = part.tips[index];
     if (-normal.dot(tip.axis.cast<double>()) < std::cos(std::min(double(tip.angle) + angle, std::numbers::pi)))
         return false;
     const SurfaceFeatures& surface = part.features;
@@ -111,6 +111,7 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
                 if (lo > std::max(b0[k], b1[k]) + step.distance || hi < std::min(b0[k], b1[k]) - step.distance)
                     return std::nullopt;
             }
+            if (linesStayApart(ends, {b0, b1}, least)) return std::nullopt;
             EdgePlace moving = placeOf(tool, edge);
             for (Vec3& wing : moving.wings) wing = step.R0 * wing;
             return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace touchstone {
 
@@ -21,36 +22,65 @@ constexpr float kSampleWay = 0.1f;
 /// Added to angles, rad: more than the rounding of directions in float.
 constexpr double kAngleGuard = 1e-4;
 
-/// Of a point and a triangle. Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
-template <class V, class Real = typename V::Scalar>
-Real distance2(const V& p, const V& a, const V& b, const V& c) {
-    const V ab = b - a, ac = c - a, ap = p - a;
-    const Real d1 = ab.dot(ap), d2 = ac.dot(ap);
-    if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
-    const V bp = p - b;
-    const Real d3 = ab.dot(bp), d4 = ac.dot(bp);
-    if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
-    const Real vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - (d1 / (d1 - d3)) * ab).squaredNorm();
-    const V cp = p - c;
-    const Real d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
-    const Real vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - (d2 / (d2 - d6)) * ac).squaredNorm();
-    const Real va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-        return (bp - ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b)).squaredNorm();
-    const V n = ab.cross(ac);
-    const Real h = n.dot(ap);
-    return h * h / n.squaredNorm();
+/// Eight vectors.
+struct Vec8 {
+    Float8 x, y, z;
+
+    TOUCHSTONE_INLINE Vec8(const Float8& x_, const Float8& y_, const Float8& z_) : x(x_), y(y_), z(z_) {}
+    TOUCHSTONE_INLINE Vec8(const Vector3f& v) : x(splat(v.x())), y(splat(v.y())), z(splat(v.z())) {}  // NOLINT
+    TOUCHSTONE_INLINE Vec8(const Surface::Columns& c, int i)
+        : x(load(&c[0][i])), y(load(&c[1][i])), z(load(&c[2][i])) {}
+    TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    TOUCHSTONE_INLINE friend Vec8 operator-(const Vec8& a, const Vec8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    TOUCHSTONE_INLINE friend Vec8 operator*(const Float8& s, const Vec8& a) { return {s * a.x, s * a.y, s * a.z}; }
+    TOUCHSTONE_INLINE friend Float8 dot(const Vec8& a, const Vec8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    TOUCHSTONE_INLINE friend Vec8 cross(const Vec8& a, const Vec8& b) {
+        return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    }
+    TOUCHSTONE_INLINE friend Vec8 operator*(const Matrix3f& R, const Vec8& a) {
+        return a.x * Vec8(R.col(0)) + a.y * Vec8(R.col(1)) + a.z * Vec8(R.col(2));
+    }
+};
+
+TOUCHSTONE_INLINE Float8 min(const Float8& a, const Float8& b) { return a < b ? a : b; }
+TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
+
+/// Squared distances of points from triangles with these normals of unit length.
+TOUCHSTONE_INLINE Float8 faceDistance2(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
+    const Vec8* const corners[3] = {&a, &b, &c};
+    const Float8 height = dot(normal, p - a);
+    Float8 least = splat(HUGE_VALF), inside = splat(HUGE_VALF);
+    for (int k = 0; k < 3; ++k) {
+        const Vec8 side = *corners[(k + 1) % 3] - *corners[k], arm = p - *corners[k];
+        const Vec8 off = arm - clamped(dot(arm, side) / dot(side, side)) * side;
+        least = min(least, dot(off, off));
+        inside = min(inside, dot(cross(normal, side), arm));
+    }
+    return inside >= 0.0f ? height * height : least;
 }
 
-/// Of two segments a + s u and b + t v.
-template <class V, class Real = typename V::Scalar>
-Real edgeDistance2(const V& a, const V& u, const V& b, const V& v) {
-    const V w = a - b;
-    const auto [s, t] = nearestFractions<V>(u, v, w);
-    return (w + s * u - t * v).squaredNorm();
+/// Squared distances of the segments a + s u and b + t v; w = a - b.
+/// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
+TOUCHSTONE_INLINE Float8 edgeDistance2(const Vec8& u, const Vec8& v, const Vec8& w) {
+    const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+    const Float8 det = uu * vv - uv * uv;
+    const Float8 free = det > 1e-12f * uu * vv ? clamped((uv * vw - uw * vv) / det) : splat(0.0f);
+    const Float8 t = (uv * free + vw) / vv;
+    const Float8 s = t < 0.0f ? clamped(-uw / uu) : t > 1.0f ? clamped((uv - uw) / uu) : free;
+    const Vec8 off = w + s * u - clamped(t) * v;
+    return dot(off, off);
+}
+
+/// Lower bounds on the distances of pairs on their courses. `at(s)`: squared distances at the fraction s of the course;
+/// `length`: of the way.
+template <class At>
+TOUCHSTONE_INLINE Float8 alongCourse(float length, At&& at) {
+    if (length == 0) return simd::sqrt(at(0.0f));
+    const int n = std::clamp(int(std::ceil(length / kSampleWay)), 1, kSamples);
+    Float8 least = splat(HUGE_VALF);
+    const float half = 0.5f / float(n);
+    for (int i = 0; i < n; ++i) least = min(least, at(float(2 * i + 1) * half));
+    return max(simd::sqrt(least) - half * length, splat(0.0f));
 }
 
 }  // namespace
@@ -62,6 +92,7 @@ struct FeaturePairFinder::Query {
     Vector3f t, shift, turn;
     float margin, angle;  ///< angle: by which normals may differ from being opposite
     float sine;           ///< its sine, at most 1
+    float cosAngle, sinAngle;
     bool stays;
 
     Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard, double leastAbout)
@@ -77,11 +108,21 @@ struct FeaturePairFinder::Query {
         // a step may be off by its own turn (FeatureList).
         const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
         angle = float(std::min(3 * turned + kAngleGuard, std::numbers::pi));
-        sine = angle < kPi / 2 ? std::sin(angle) : 1.0f;
+        cosAngle = std::cos(angle);
+        sinAngle = std::sin(angle);
+        sine = angle < kPi / 2 ? sinAngle : 1.0f;
     }
     Vector3f placed(int point) const { return R * tool.points[point]; }  ///< about the tool's center
-    /// The way of a point of the tool at `arm` from its center.
-    Vector3f way(const Vector3f& arm) const { return shift + turn.cross(arm); }
+    /// The way of points of the tool at `arm` from its center.
+    TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
+
+    /// Whether a vertex of the tool, and which of eight of its edges, come within the margin of a box.
+    bool vertexIsNear(int vertex, const FeatureBounds& box) const;
+    Mask edgesNear(int first, const FeatureBounds& box) const;
+    /// The gaps of pairs of eight neighboring features with another one; infinite where their normals cannot oppose.
+    Float8 vertexFaces(int vertex, int firstFace) const;
+    Float8 facesVertex(int firstFace, int vertex) const;
+    Float8 edges(int edge, int firstEdge) const;
 
     /// Bounds of a part of the tool, over the course, in the obstacle's axes from its center. T: float or Float8.
     template <class T>
@@ -112,18 +153,13 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
     : PairFinder(tool.extent, 1),
       tool_(&tool),
       obstacle_(&obstacle),
-      leastAbout_(std::min(tool.extent.about.minCoeff(), tool.extent.reach)) {
-    const int most = std::max({FeatureTree::stackFor(tool.vertices, obstacle.faces),
-                               FeatureTree::stackFor(tool.faces, obstacle.vertices),
-                               FeatureTree::stackFor(tool.edges, obstacle.edges)});
-    stack_.resize(std::size_t(most));
-}
+      leastAbout_(std::min(tool.extent.about.minCoeff(), tool.extent.reach)) {}
 
 PairEntries FeaturePairFinder::entries() const {
-    const auto product = [](int a, int b) { return std::int64_t(a) * b; };
-    return PairEntries(product(tool_->vertices.count(), obstacle_->faces.count()) +
-                       product(tool_->faces.count(), obstacle_->vertices.count()) +
-                       product(tool_->edges.count(), obstacle_->edges.count()));
+    const SurfaceFeatures &ours = tool_->features, &others = obstacle_->features;
+    const auto pairs = [](const auto& a, const auto& b) { return std::int64_t(a.size()) * std::int64_t(b.size()); };
+    return PairEntries(pairs(ours.vertices, others.faces) + pairs(ours.faces, others.vertices) +
+                       pairs(ours.edges, others.edges));
 }
 
 float FeaturePairFinder::guard(const Pose& X_OT) const {
@@ -131,170 +167,214 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
     return float(16 * 0x1p-24 * (tool_->extent.reach + obstacle_->extent.reach + t) + 1e-7);
 }
 
-namespace {
-
-/// Lower bound on the distance of a pair on its course. `at(s)`: squared distance at the fraction s of the course;
-/// `length`: of the way.
-template <class At>
-float alongCourse(float length, At&& at) {
-    const int n = std::clamp(int(std::ceil(length / kSampleWay)), 1, kSamples);
-    float least = HUGE_VALF;
-    const float half = 0.5f / float(n);
-    for (int i = 0; i < n; ++i) {
-        least = std::min(least, std::sqrt(at(float(2 * i + 1) * half)) - half * length);
-        if (least <= 0) return 0;
-    }
-    return least;
+bool FeaturePairFinder::Query::vertexIsNear(int vertex, const FeatureBounds& box) const {
+    const Vector3f arm = placed(tool.features.vertices[vertex].point), from = arm + t,
+                   to = from + shift + turn.cross(arm);
+    return ((from.cwiseMin(to).array() <= box.hi.array() + margin) &&
+            (from.cwiseMax(to).array() >= box.lo.array() - margin))
+        .all();
 }
 
-}  // namespace
+Mask FeaturePairFinder::Query::edgesNear(int first, const FeatureBounds& box) const {
+    const Vec8 arm0 = R * Vec8(tool.ends[0], first), arm1 = R * Vec8(tool.ends[1], first);
+    const Vec8 from0 = Vec8(t) + arm0, from1 = Vec8(t) + arm1, to0 = from0 + way(arm0), to1 = from1 + way(arm1);
+    const auto within = [&](const Float8& a, const Float8& b, const Float8& c, const Float8& d, int k) {
+        return (min(min(a, b), min(c, d)) <= box.hi[k] + margin) & (max(max(a, b), max(c, d)) >= box.lo[k] - margin);
+    };
+    return toMask(within(from0.x, from1.x, to0.x, to1.x, 0) & within(from0.y, from1.y, to0.y, to1.y, 1) &
+                  within(from0.z, from1.z, to0.z, to1.z, 2));
+}
 
-/// The gap of each kind of pair, infinity if it is not within.
-struct FeatureMeasure {
-    template <class Q>
-    static float vertexFace(const Q& q, int vertex, int face) {
-        const SurfaceFeatures::Vertex& v = q.tool.features.vertices[vertex];
-        const Vector3f n = q.R.transpose() * q.obstacle.normals[face];
-        for (int k = 0; k < v.spokes; ++k)
-            if (q.tool.spokes[v.firstSpoke + k].dot(n) < -q.sine) return HUGE_VALF;
-        const auto& corners = q.obstacle.features.faces[face].points;
-        const Vector3f &a = q.obstacle.points[corners[0]], &b = q.obstacle.points[corners[1]],
-                       &c = q.obstacle.points[corners[2]];
-        const Vector3f arm = q.placed(v.point), way = q.way(arm), from = arm + q.t;
-        if (q.stays) return std::sqrt(distance2(from, a, b, c));
-        return alongCourse(way.norm(), [&](float s) { return distance2<Vector3f>(from + s * way, a, b, c); });
+Float8 FeaturePairFinder::Query::vertexFaces(int vertex, int firstFace) const {
+    const SurfaceFeatures::Vertex& v = tool.features.vertices[vertex];
+    const Vec8 normal(obstacle.normals, firstFace);
+    Float8 least = splat(1.0f);
+    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
+        least = min(least, dot(Vector3f(R * tool.spokes[k]), normal));
+    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
+    const Vec8 a(obstacle.corners[0], firstFace), b(obstacle.corners[1], firstFace), c(obstacle.corners[2], firstFace);
+    const Vector3f arm = placed(v.point), from = arm + t, path = shift + turn.cross(arm);
+    const Float8 gap =
+        alongCourse(path.norm(), [&](float s) { return faceDistance2(Vector3f(from + s * path), a, b, c, normal); });
+    return least >= -sine ? gap : splat(HUGE_VALF);
+}
+
+Float8 FeaturePairFinder::Query::facesVertex(int firstFace, int vertex) const {
+    const SurfaceFeatures::Vertex& v = obstacle.features.vertices[vertex];
+    const Vec8 normal = R * Vec8(tool.normals, firstFace);
+    Float8 least = splat(1.0f);
+    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k) least = min(least, dot(obstacle.spokes[k], normal));
+    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
+    // The course is seen from the face, on which the vertex moves.
+    const Vec8 a = R * Vec8(tool.corners[0], firstFace), b = R * Vec8(tool.corners[1], firstFace),
+               c = R * Vec8(tool.corners[2], firstFace);
+    const Vec8 p = Vector3f(obstacle.points[v.point] - t);
+    const Vec8 wa = way(a), wb = way(b), wc = way(c);
+    float length = 0;
+    if (!stays) length = std::sqrt(-simd::least(-max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc))));
+    const Float8 gap = alongCourse(length, [&](float s) {
+        const Float8 share = splat(s);
+        return faceDistance2(p, a + share * wa, b + share * wb, c + share * wc, normal);
+    });
+    return least >= -sine ? gap : splat(HUGE_VALF);
+}
+
+Float8 FeaturePairFinder::Query::edges(int edge, int firstEdge) const {
+    const auto& ends = tool.features.edges[edge].points;
+    const Vector3f from = placed(ends[0]), to = placed(ends[1]), along = to - from;
+    const Vec8 u = along, b(obstacle.ends[0], firstEdge), v = Vec8(obstacle.ends[1], firstEdge) - b;
+    const Vec8 m = cross(u, v);
+    const Float8 length = simd::sqrt(dot(m, m)), parallel = simd::sqrt(dot(u, u) * dot(v, v));
+    // A turn by an angle turns the common normal by up to the angle divided by the sine between the edges.
+    const Float8 between = length / parallel, off = angle * (1.0f + 1.0f / max(between - angle, splat(1e-6f)));
+    const Float8 limit = min(off, splat(1.01f)) * length;
+    const auto wing = [&](const Surface::Columns& of) {
+        return Vector3f(R * Vector3f(of[0][edge], of[1][edge], of[2][edge]));
+    };
+    const Float8 m0 = dot(wing(tool.wings[0]), m), m1 = dot(wing(tool.wings[1]), m),
+                 r0 = dot(Vec8(obstacle.wings[0], firstEdge), m), r1 = dot(Vec8(obstacle.wings[1], firstEdge), m);
+    const Int8 opposes =
+        ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
+    if (!toMask(opposes)) return splat(HUGE_VALF);
+    const Vector3f path = shift + turn.cross(from), bend = turn.cross(along);
+    const Vec8 w = Vec8(Vector3f(from + t)) - b;
+    const Float8 gap = alongCourse(std::max(path.norm(), (path + bend).norm()), [&](float s) {
+        return edgeDistance2(Vector3f(along + s * bend), v, w + Vector3f(s * path));
+    });
+    return opposes ? gap : splat(HUGE_VALF);
+}
+
+/// A node of the tool on its course, in the obstacle's axes.
+struct FeaturePairFinder::Swept {
+    float lo[3], hi[3];
+    Vector3f axis;
+    float angle, cosine, sine;  ///< of the normals, with what a turn may add
+
+    /// Lanes of nodes that it may meet.
+    TOUCHSTONE_INLINE Mask meets(const FeatureTree::Bounds8& b) const {
+        const Mask near = toMask((b.lo[0] <= splat(hi[0])) & (b.hi[0] >= splat(lo[0])) & (b.lo[1] <= splat(hi[1])) &
+                                 (b.hi[1] >= splat(lo[1])) & (b.lo[2] <= splat(hi[2])) & (b.hi[2] >= splat(lo[2])));
+        if (!near || angle >= kPi) return near;
+        const Float8 opposite = -(b.axis[0] * axis[0] + b.axis[1] * axis[1] + b.axis[2] * axis[2]);
+        const Float8 least = b.cosine * cosine - b.sine * sine;
+        return near & toMask((least - splat(1e-5f) <= opposite) | (b.angle >= splat(kPi - angle)));
     }
-    template <class Q>
-    static float faceVertex(const Q& q, int face, int vertex) {
-        const SurfaceFeatures::Vertex& v = q.obstacle.features.vertices[vertex];
-        const Vector3f n = q.R * q.tool.normals[face];
-        for (int k = 0; k < v.spokes; ++k)
-            if (q.obstacle.spokes[v.firstSpoke + k].dot(n) < -q.sine) return HUGE_VALF;
-        const auto& corners = q.tool.features.faces[face].points;
-        const Vector3f a = q.placed(corners[0]), b = q.placed(corners[1]), c = q.placed(corners[2]);
-        const Vector3f p = q.obstacle.points[v.point] - q.t;
-        if (q.stays) return std::sqrt(distance2(p, a, b, c));
-        const Vector3f wa = q.way(a), wb = q.way(b), wc = q.way(c);
-        const float length = std::sqrt(std::max({wa.squaredNorm(), wb.squaredNorm(), wc.squaredNorm()}));
-        return alongCourse(length, [&](float s) { return distance2<Vector3f>(p, a + s * wa, b + s * wb, c + s * wc); });
-    }
-    template <class Q>
-    static float edgeEdge(const Q& q, int moving, int resting) {
-        const auto& ends = q.tool.features.edges[moving].points;
-        const auto& others = q.obstacle.features.edges[resting].points;
-        const Vector3f a = q.placed(ends[0]), a1 = q.placed(ends[1]), u = a1 - a;
-        const Vector3f &b = q.obstacle.points[others[0]], v = q.obstacle.points[others[1]] - b;
-        const Vector3f cross = u.cross(v);
-        const float length2 = cross.squaredNorm(), parallel2 = u.squaredNorm() * v.squaredNorm();
-        // A turn by an angle turns the common normal by up to the angle divided by the sine between the edges.
-        const float between = std::sqrt(length2 / parallel2),
-                    angle = q.angle * (1 + 1 / std::max(between - q.angle, 1e-6f));
-        if (angle < kPi / 2) {
-            const float limit = std::sin(angle) * std::sqrt(length2);
-            const auto &wings = q.tool.wings[moving], &rest = q.obstacle.wings[resting];
-            const float m0 = cross.dot(q.R * wings[0]), m1 = cross.dot(q.R * wings[1]), r0 = cross.dot(rest[0]),
-                        r1 = cross.dot(rest[1]);
-            const bool up = m0 >= -limit && m1 >= -limit && r0 <= limit && r1 <= limit;
-            const bool down = m0 <= limit && m1 <= limit && r0 >= -limit && r1 >= -limit;
-            if (!up && !down) return HUGE_VALF;
-        }
-        const Vector3f w = b - q.t;
-        if (q.stays) return std::sqrt(edgeDistance2(a, u, w, v));
-        const Vector3f wa = q.way(a), wu = q.way(a1) - wa;
-        const float length = std::sqrt(std::max(wa.squaredNorm(), (wa + wu).squaredNorm()));
-        return alongCourse(length, [&](float s) { return edgeDistance2<Vector3f>(a + s * wa, u + s * wu, w, v); });
-    }
-    template <class Q>
-    static float of(const Q& q, const PairEntry& entry) {
-        const int feature = featureOf(entry.tool);
-        switch (kindOf(entry.tool)) {
-            case PairKind::VertexFace:
-                return vertexFace(q, feature, entry.obstacle);
-            case PairKind::FaceVertex:
-                return faceVertex(q, feature, entry.obstacle);
-            default:
-                return edgeEdge(q, feature, entry.obstacle);
-        }
+    bool meets(const Vector3f& otherLo, const Vector3f& otherHi) const {
+        for (int k = 0; k < 3; ++k)
+            if (lo[k] > otherHi[k] || hi[k] < otherLo[k]) return false;
+        return true;
     }
 };
 
-/// Visits all pairs of children whose boxes come within the margin and whose cones can oppose, down to the features.
-/// Returns false if `pair` did.
-template <class Pair>
-bool FeaturePairFinder::walk(const Query& q, const FeatureTree& tool, const FeatureTree& obstacle, Pair&& pair) {
-    if (tool.count() == 0 || obstacle.count() == 0) return true;
-    const auto& ours = tool.nodes();
-    const auto& others = obstacle.nodes();
-    // Lanes of a node's children that may meet a box (lo, hi) and a cone around -axis of this angle.
-    const auto meets = [&](const FeatureTree::Node& node, const float lo[3], const float hi[3], const Vector3f& axis,
-                           float angle, float cosine, float sine) {
-        const Int8 near = (node.lo[0] <= splat(hi[0])) & (node.hi[0] >= splat(lo[0])) & (node.lo[1] <= splat(hi[1])) &
-                          (node.hi[1] >= splat(lo[1])) & (node.lo[2] <= splat(hi[2])) & (node.hi[2] >= splat(lo[2]));
-        const Mask mask = toMask(near);
-        if (!mask || angle >= kPi) return mask;
-        const Float8 dot = -(node.axis[0] * axis[0] + node.axis[1] * axis[1] + node.axis[2] * axis[2]);
-        const Float8 least = node.cosine * cosine - node.sine * sine;
-        return mask & toMask((least - splat(1e-5f) <= dot) | (node.angle >= splat(kPi - angle)));
-    };
-    const float cosAngle = std::cos(q.angle), sinAngle = std::sin(q.angle);
-    int waiting = 0;
-    stack_[std::size_t(waiting++)] = {0, 0};
-    while (waiting > 0) {
-        const PairEntry top = stack_[std::size_t(--waiting)];
-        const FeatureTree::Node &a = ours[std::size_t(top.tool)], &b = others[std::size_t(top.obstacle)];
-        if (a.isLeaf && !b.isLeaf) {
-            float lo[3], hi[3];
-            q.sweep(a.own.lo.data(), a.own.hi.data(), lo, hi);
-            Mask mask = meets(b, lo, hi, q.R * a.own.axis, kPi, 0, 0);
-            for (; mask; mask &= mask - 1)
-                stack_[std::size_t(waiting++)] = {top.tool, b.first + std::countr_zero(mask)};
-            continue;
-        }
-        // The children of the tool's node, each against the obstacle's node and, if both are as deep, its children.
-        Float8 lo[3], hi[3], axis[3];
-        q.sweep(a.lo, a.hi, lo, hi);
-        const Int8 near = (lo[0] <= splat(b.own.hi[0])) & (hi[0] >= splat(b.own.lo[0])) &
-                          (lo[1] <= splat(b.own.hi[1])) & (hi[1] >= splat(b.own.lo[1])) &
-                          (lo[2] <= splat(b.own.hi[2])) & (hi[2] >= splat(b.own.lo[2]));
-        Mask mask = toMask(near) & ((1u << a.count) - 1);
-        if (!mask) continue;
-        for (int k = 0; k < 3; ++k) axis[k] = q.R(k, 0) * a.axis[0] + q.R(k, 1) * a.axis[1] + q.R(k, 2) * a.axis[2];
-        const Float8 angle = a.angle + q.angle, cosine = a.cosine * cosAngle - a.sine * sinAngle,
-                     sine = a.sine * cosAngle + a.cosine * sinAngle;
-        for (; mask; mask &= mask - 1) {
-            const int i = std::countr_zero(mask);
-            if (b.isLeaf && !a.isLeaf) {
-                stack_[std::size_t(waiting++)] = {a.first + i, top.obstacle};
-                continue;
-            }
-            const float l[3] = {lo[0][i], lo[1][i], lo[2][i]}, h[3] = {hi[0][i], hi[1][i], hi[2][i]};
-            const Vector3f n(axis[0][i], axis[1][i], axis[2][i]);
-            Mask found = meets(b, l, h, n, angle[i], cosine[i], sine[i]);
-            for (; found; found &= found - 1) {
-                const int j = b.first + std::countr_zero(found);
-                if (!a.isLeaf)
-                    stack_[std::size_t(waiting++)] = {a.first + i, j};
-                else if (!pair(a.first + i, j))
-                    return false;
-            }
-        }
+/// Calls visit(lane, Swept) for the lanes of eight nodes of the tool that come within a box.
+template <class Visit>
+bool FeaturePairFinder::forEachNear(const Query& q, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
+                                    Visit&& visit) {
+    Float8 lo[3], hi[3];
+    q.sweep(nodes.lo, nodes.hi, lo, hi);
+    Mask mask = toMask((lo[0] <= splat(box.hi[0])) & (hi[0] >= splat(box.lo[0])) & (lo[1] <= splat(box.hi[1])) &
+                       (hi[1] >= splat(box.lo[1])) & (lo[2] <= splat(box.hi[2])) & (hi[2] >= splat(box.lo[2])));
+    if (!mask) return true;
+    const Vec8 axis = q.R * Vec8(nodes.axis[0], nodes.axis[1], nodes.axis[2]);
+    const Float8 angle = nodes.angle + q.angle, cosine = nodes.cosine * q.cosAngle - nodes.sine * q.sinAngle,
+                 sine = nodes.sine * q.cosAngle + nodes.cosine * q.sinAngle;
+    for (; mask; mask &= mask - 1) {
+        const int i = std::countr_zero(mask);
+        const Swept swept{{lo[0][i], lo[1][i], lo[2][i]},
+                          {hi[0][i], hi[1][i], hi[2][i]},
+                          {axis.x[i], axis.y[i], axis.z[i]},
+                          angle[i],
+                          cosine[i],
+                          sine[i]};
+        if (!visit(i, swept)) return false;
     }
     return true;
 }
 
+/// Visits all pairs of patches whose features of these kinds come within the margin and can oppose each other, below a
+/// pair of nodes. The higher node is split, or both. Returns false if `visit` did.
+template <class Visit>
+bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node b,
+                                Visit& visit) {
+    constexpr int n = FeatureTree::kChildren;
+    if (a.height == 0 && b.height == 0) return visit(a.index, swept, b.index);
+    const auto splitObstacle = [&](const Node& mine, const Swept& of) {
+        for (Mask mask = of.meets(obstacle_->tree.children(other, b.height, b.index)); mask; mask &= mask - 1)
+            if (!descend(q, kind, other, mine, of, {b.height - 1, n * b.index + std::countr_zero(mask)}, visit))
+                return false;
+        return true;
+    };
+    if (b.height > a.height) return splitObstacle(a, swept);
+    return forEachNear(q, tool_->tree.children(kind, a.height, a.index),
+                       obstacle_->tree.bounds(other, b.height, b.index), [&](int lane, const Swept& of) {
+                           const Node child{a.height - 1, n * a.index + lane};
+                           return a.height > b.height ? descend(q, kind, other, child, of, b, visit)
+                                                      : splitObstacle(child, of);
+                       });
+}
+
+template <class Visit>
+bool FeaturePairFinder::walk(const Query& q, FeatureKind kind, FeatureKind other, Visit&& visit) {
+    const FeatureTree &ours = tool_->tree, &others = obstacle_->tree;
+    if (ours.empty() || others.empty()) return true;
+    const Node a{ours.height(), 0}, b{others.height(), 0};
+    return forEachNear(q, ours.eight(kind, a.height, 0), others.bounds(other, b.height, 0),
+                       [&](int, const Swept& swept) { return descend(q, kind, other, a, swept, b, visit); });
+}
+
 void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, void* context) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
-    const auto offer = [&](PairKind kind, int tool, int obstacle, float gap) {
-        return gap > q.margin || visit(context, {toolFeature(kind, tool), obstacle}, gap);
+    constexpr int n = FeatureTree::kChildren;
+    // The pairs of one feature with up to eight others.
+    const auto offer = [&](const Float8& gap, int count, auto&& pairWith) {
+        for (Mask mask = lessEqual(gap, splat(q.margin)) & ((1u << count) - 1); mask; mask &= mask - 1) {
+            const int lane = std::countr_zero(mask);
+            if (!visit(context, pairWith(lane), gap[lane])) return false;
+        }
+        return true;
     };
-    const bool all =
-        walk(q, tool_->vertices, obstacle_->faces,
-             [&](int t, int o) { return offer(PairKind::VertexFace, t, o, FeatureMeasure::vertexFace(q, t, o)); }) &&
-        walk(q, tool_->faces, obstacle_->vertices,
-             [&](int t, int o) { return offer(PairKind::FaceVertex, t, o, FeatureMeasure::faceVertex(q, t, o)); });
-    if (all)
-        walk(q, tool_->edges, obstacle_->edges,
-             [&](int t, int o) { return offer(PairKind::EdgeEdge, t, o, FeatureMeasure::edgeEdge(q, t, o)); });
+    const auto vertexFaces = [&](int patch, const Swept&, int other) {
+        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
+        for (int v = tool_->firstVertex[patch]; v < tool_->firstVertex[patch + 1]; ++v) {
+            if (!q.vertexIsNear(v, box)) continue;
+            if (!offer(q.vertexFaces(v, n * other), obstacle_->facesOf(other), [&](int lane) {
+                    return PairEntry{toolFeature(PairKind::VertexFace, v), n * other + lane};
+                }))
+                return false;
+        }
+        return true;
+    };
+    const auto facesVertex = [&](int patch, const Swept& swept, int other) {
+        for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
+            const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
+            if (!swept.meets(p, p)) continue;
+            if (!offer(q.facesVertex(n * patch, v), tool_->facesOf(patch), [&](int lane) {
+                    return PairEntry{toolFeature(PairKind::FaceVertex, n * patch + lane), v};
+                }))
+                return false;
+        }
+        return true;
+    };
+    const auto edges = [&](int patch, const Swept&, int other) {
+        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
+        const int end = tool_->firstEdge[patch + 1], otherEnd = obstacle_->firstEdge[other + 1];
+        for (int eight = tool_->firstEdge[patch]; eight < end; eight += n) {
+            Mask near = q.edgesNear(eight, box);
+            if (end - eight < n) near &= (1u << (end - eight)) - 1;
+            for (; near; near &= near - 1) {
+                const int e = eight + std::countr_zero(near);
+                for (int first = obstacle_->firstEdge[other]; first < otherEnd; first += n)
+                    if (!offer(q.edges(e, first), std::min(n, otherEnd - first), [&](int lane) {
+                            return PairEntry{toolFeature(PairKind::EdgeEdge, e), first + lane};
+                        }))
+                        return false;
+            }
+        }
+        return true;
+    };
+    walk(q, FeatureKind::Vertex, FeatureKind::Face, vertexFaces) &&
+        walk(q, FeatureKind::Face, FeatureKind::Vertex, facesVertex) &&
+        walk(q, FeatureKind::Edge, FeatureKind::Edge, edges);
 }
 
 bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
@@ -314,8 +394,22 @@ bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
     int count = 0;
+    // A search lists the pairs of one feature with up to eight neighboring ones in a row; they are measured at once.
+    PairEntry first{-1, -1};
+    Float8 gaps = splat(HUGE_VALF);
     forEachWithin(from, asked, [&](const PairEntry& entry) {
-        const float gap = FeatureMeasure::of(q, entry);
+        const PairKind kind = kindOf(entry.tool);
+        int lane = entry.obstacle - first.obstacle, fixed = entry.tool - first.tool;
+        if (kind == PairKind::FaceVertex) std::swap(lane, fixed);
+        if (fixed != 0 || lane < 0 || lane >= FeatureTree::kChildren) {
+            const int feature = featureOf(entry.tool);
+            gaps = kind == PairKind::VertexFace   ? q.vertexFaces(feature, entry.obstacle)
+                   : kind == PairKind::FaceVertex ? q.facesVertex(feature, entry.obstacle)
+                                                  : q.edges(feature, entry.obstacle);
+            first = entry;
+            lane = 0;
+        }
+        const float gap = gaps[lane];
         const auto at = std::size_t(count);
         out.at[at] = entry;
         out.gap[at] = gap;

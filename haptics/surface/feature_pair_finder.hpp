@@ -1,7 +1,5 @@
 #pragma once
 // Finds the pairs of features of two meshes that may touch in the next ticks.
-#include <vector>
-
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/surface/surface_distance.hpp"
 
@@ -34,17 +32,26 @@ class FeaturePairFinder final : public PairFinder {
   private:
     using ErasedVisit = bool (*)(void*, const PairEntry&, float);
     struct Query;
+    struct Swept;
+    struct Node {
+        int height, index;
+    };
 
     bool search(const Coverage& asked, PairEntries& out) override;
     void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
     void walkErased(const Coverage& asked, ErasedVisit visit, void* context);
-    template <class Pair>
-    bool walk(const Query& query, const FeatureTree& tool, const FeatureTree& obstacle, Pair&& pair);
+    template <class Visit>
+    static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
+                            Visit&& visit);
+    template <class Visit>
+    bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node b,
+                 Visit& visit);
+    template <class Visit>
+    bool walk(const Query& query, FeatureKind kind, FeatureKind other, Visit&& visit);
 
     const Surface* tool_;
     const Surface* obstacle_;
     double leastAbout_;  ///< smallest distance that bounds the travel of a turn, mm
-    std::vector<PairEntry> stack_;
 };
 
 }  // namespace touchstone

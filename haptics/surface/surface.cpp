@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace touchstone {
+
+using namespace simd;
+
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -23,18 +28,30 @@ std::vector<T> reordered(const std::vector<T>& from, const std::vector<int>& ord
     return out;
 }
 
-/// The outward normals of planes that touch the material around a vertex in that point lie in the cone opposite to its
-/// spokes: those m with m·spoke <= 0 for all of them. The extreme ones are normal to two spokes.
-void boundNormals(const std::vector<Vec3>& spokes, FeatureShape& bounds) {
+/// Sorts features by patch, in a stable way. Returns the first feature of each patch, and the end of the last one.
+template <class T, class PatchOf>
+std::vector<int> sortByPatch(std::vector<T>& all, int patches, PatchOf&& patchOf) {
+    std::vector<int> first(patches + 2, 0), order(all.size());
+    for (const T& feature : all) ++first[patchOf(feature) + 2];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    for (int i = 0; i < int(all.size()); ++i) order[first[patchOf(all[i]) + 1]++] = i;
+    first.pop_back();
+    all = reordered(all, order);
+    return first;
+}
+
+void append(Surface::Columns& columns, const Eigen::Vector3f& v) {
+    for (int k = 0; k < 3; ++k) columns[k].push_back(v[k]);
+}
+
+/// The outward normals of planes that touch the material around a vertex in that point alone lie in the cone opposite
+/// to its spokes: those m with m·spoke <= 0 for all of them. The extreme ones are normal to two spokes.
+NormalCone coneOf(const std::vector<Vec3>& spokes) {
     Vec3 inward = Vec3::Zero();
     for (const Vec3& spoke : spokes) inward += spoke;
-    bounds.axis = (-inward).normalized().cast<float>();
-    bounds.angle = kPi;
-    if (!(inward.norm() > 1e-6)) return;
-    if (int(spokes.size()) > kManySpokes) {
-        bounds.angle = kPi / 2 + kAngleGuard;  // the sum of the spokes lies in their hull
-        return;
-    }
+    const NormalCone half{(-inward).normalized().cast<float>(), kPi / 2 + kAngleGuard};
+    if (!(inward.norm() > 1e-6)) return {half.axis, kPi};
+    if (int(spokes.size()) > kManySpokes) return half;  // the sum of the spokes lies in their hull
     std::vector<Vec3> extreme;
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = 0; i < spokes.size(); ++i)
@@ -49,19 +66,12 @@ void boundNormals(const std::vector<Vec3>& spokes, FeatureShape& bounds) {
                 extreme.push_back(m / length);
                 sum += extreme.back();
             }
-    if (extreme.size() < 3 || sum.norm() < 1e-3) {
-        bounds.angle = kPi / 2 + kAngleGuard;
-        return;
-    }
+    if (extreme.size() < 3 || sum.norm() < 1e-3) return half;
     const Vec3 middle = sum.normalized();
     double least = 1;
     for (const Vec3& m : extreme) least = std::min(least, m.dot(middle));
-    if (least <= 0) {
-        bounds.angle = kPi / 2 + kAngleGuard;
-        return;
-    }
-    bounds.axis = middle.cast<float>();
-    bounds.angle = float(std::acos(std::min(1.0, least))) + 1e-3f;
+    if (least <= 0) return half;
+    return {middle.cast<float>(), float(std::acos(std::min(1.0, least))) + 1e-3f};
 }
 
 /// The center of the bounding box.
@@ -94,73 +104,140 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
     for (const std::size_t n : {features.vertices.size(), features.edges.size(), features.faces.size()})
         if (n > kMaxFeatures)
             throw std::invalid_argument("the part has more than 67 million triangles: reduce its mesh");
+    features.points.shrink_to_fit();
+    points.reserve(features.points.size());
     for (const Vec3& p : features.points) {
         extent.add(p);
         points.push_back((p - extent.center).cast<float>());
     }
-    const float guard = kBoxGuard * float(extent.reach);
-    const auto shapeOf = [&](int a, int b, int c) { return FeatureShape{{points[a], points[b], points[c]}, {}, 0}; };
-    std::vector<FeatureShape> shapes;
-    std::vector<int> order;
-
-    for (const SurfaceFeatures::Face& face : features.faces) {
-        shapes.push_back(shapeOf(face.points[0], face.points[1], face.points[2]));
-        shapes.back().axis = face.normal.cast<float>();
-        shapes.back().angle = kAngleGuard;
-    }
-    faces = FeatureTree(shapes, guard, order);
-    std::vector<int> place(order.size());
+    const std::vector<int> order = faceOrder();
+    std::vector<int> place(order.size()), patchOf(points.size(), 0);
     for (int i = 0; i < int(order.size()); ++i) place[order[i]] = i;
     features.faces = reordered(features.faces, order);
     for (SurfaceFeatures::Edge& edge : features.edges)
         for (int& face : edge.faces) face = place[face];
-    for (const SurfaceFeatures::Face& face : features.faces) normals.push_back(face.normal.cast<float>());
+    // Edges and vertices belong to the patch of the first face that has them.
+    for (int f = int(order.size()) - 1; f >= 0; --f)
+        for (const int p : features.faces[f].points) patchOf[p] = f / FeatureTree::kChildren;
+    const int patches = (int(order.size()) + FeatureTree::kChildren - 1) / FeatureTree::kChildren;
+    firstEdge = sortByPatch(features.edges, patches, [](const SurfaceFeatures::Edge& edge) {
+        return std::min(edge.faces[0], edge.faces[1]) / FeatureTree::kChildren;
+    });
+    firstVertex = sortByPatch(features.vertices, patches,
+                              [&](const SurfaceFeatures::Vertex& vertex) { return patchOf[vertex.point]; });
 
-    shapes.clear();
-    for (const SurfaceFeatures::Edge& edge : features.edges) {
-        const Vec3 &a = features.faces[edge.faces[0]].normal, &b = features.faces[edge.faces[1]].normal;
-        shapes.push_back(shapeOf(edge.points[0], edge.points[1], edge.points[1]));
-        const Vec3 middle = a + b;
-        const bool thin = middle.norm() < 1e-3;
-        shapes.back().axis = (thin ? a : middle.normalized()).cast<float>();
-        shapes.back().angle = thin ? kPi : float(std::atan2(a.cross(b).norm(), a.dot(b)) / 2) + kAngleGuard;
-    }
-    edges = FeatureTree(shapes, guard, order);
-    features.edges = reordered(features.edges, order);
-    for (const SurfaceFeatures::Edge& edge : features.edges) {
-        const Vec3 along = (features.points[edge.points[1]] - features.points[edge.points[0]]).normalized();
-        wings.push_back({features.faces[edge.faces[0]].normal.cross(along).cast<float>(),
-                         along.cross(features.faces[edge.faces[1]].normal).cast<float>()});
-    }
-
-    shapes.clear();
-    std::vector<Vec3> directions;
-    const auto collect = [&](const SurfaceFeatures::Vertex& vertex) {
-        directions.clear();
-        for (int k = 0; k < vertex.spokes; ++k)
-            directions.push_back(
-                (features.points[features.spokes[vertex.firstSpoke + k]] - features.points[vertex.point]).normalized());
+    const float guard = kBoxGuard * float(extent.reach);
+    std::vector<std::array<FeatureBounds, kFeatureKinds>> bounds(patches);
+    std::vector<FeatureBounds> parts;
+    const auto bound = [&](std::initializer_list<int> at, const NormalCone& cone) {
+        FeatureBounds& part = parts.emplace_back();
+        for (const int p : at) part.add(points[p]);
+        part.lo.array() -= guard;
+        part.hi.array() += guard;
+        part.normals = cone;
     };
-    for (const SurfaceFeatures::Vertex& vertex : features.vertices) {
-        shapes.push_back(shapeOf(vertex.point, vertex.point, vertex.point));
-        collect(vertex);
-        boundNormals(directions, shapes.back());
-    }
-    vertices = FeatureTree(shapes, guard, order);
-    features.vertices = reordered(features.vertices, order);
-    tips = reordered(shapes, order);
+    const std::array<std::pair<Columns*, std::size_t>, 8> columns{{{&corners[0], order.size()},
+                                                                   {&corners[1], order.size()},
+                                                                   {&corners[2], order.size()},
+                                                                   {&normals, order.size()},
+                                                                   {&ends[0], features.edges.size()},
+                                                                   {&ends[1], features.edges.size()},
+                                                                   {&wings[0], features.edges.size()},
+                                                                   {&wings[1], features.edges.size()}}};
+    for (const auto& [of, count] : columns)
+        for (AlignedVector<float>& column : *of) column.reserve(count + 7);
+    spokes.reserve(features.spokes.size());
+    tips.reserve(features.vertices.size());
     std::vector<int> sorted;
-    for (SurfaceFeatures::Vertex& vertex : features.vertices) {
-        collect(vertex);
-        const int first = int(sorted.size());
-        for (int k = 0; k < vertex.spokes; ++k) {
-            sorted.push_back(features.spokes[vertex.firstSpoke + k]);
-            spokes.push_back(directions[k].cast<float>());
+    sorted.reserve(features.spokes.size());
+    std::vector<Vec3> directions;
+    for (int patch = 0; patch < patches; ++patch) {
+        const int first = patch * FeatureTree::kChildren;
+        for (int f = first; f < first + facesOf(patch); ++f) {
+            const SurfaceFeatures::Face& face = features.faces[f];
+            for (int k = 0; k < 3; ++k) append(corners[k], points[face.points[k]]);
+            append(normals, face.normal.cast<float>());
+            bound({face.points[0], face.points[1], face.points[2]}, {face.normal.cast<float>(), kAngleGuard});
         }
-        vertex.firstSpoke = first;
+        bounds[patch][std::size_t(FeatureKind::Face)] = FeatureBounds::of(parts);
+        parts.clear();
+        for (int e = firstEdge[patch]; e < firstEdge[patch + 1]; ++e) {
+            const SurfaceFeatures::Edge& edge = features.edges[e];
+            const Vec3 &a = features.faces[edge.faces[0]].normal, &b = features.faces[edge.faces[1]].normal;
+            const Vec3 along = (features.points[edge.points[1]] - features.points[edge.points[0]]).normalized();
+            const Vec3 middle = a + b;
+            for (int k = 0; k < 2; ++k) append(ends[k], points[edge.points[k]]);
+            append(wings[0], a.cross(along).cast<float>());
+            append(wings[1], along.cross(b).cast<float>());
+            const bool thin = middle.norm() < 1e-3;
+            bound({edge.points[0], edge.points[1]},
+                  {(thin ? a : middle.normalized()).cast<float>(),
+                   thin ? kPi : float(std::atan2(a.cross(b).norm(), a.dot(b)) / 2) + kAngleGuard});
+        }
+        bounds[patch][std::size_t(FeatureKind::Edge)] = FeatureBounds::of(parts);
+        parts.clear();
+        for (int v = firstVertex[patch]; v < firstVertex[patch + 1]; ++v) {
+            SurfaceFeatures::Vertex& vertex = features.vertices[v];
+            directions.clear();
+            const int begin = std::exchange(vertex.firstSpoke, int(sorted.size()));
+            for (int k = begin; k < begin + vertex.spokes; ++k) {
+                sorted.push_back(features.spokes[k]);
+                directions.push_back(
+                    (features.points[features.spokes[k]] - features.points[vertex.point]).normalized());
+                spokes.push_back(directions.back().cast<float>());
+            }
+            bound({vertex.point}, tips.emplace_back(coneOf(directions)));
+        }
+        bounds[patch][std::size_t(FeatureKind::Vertex)] = FeatureBounds::of(parts);
+        parts.clear();
     }
     features.spokes = std::move(sorted);
+    for (const auto& [of, count] : columns)
+        for (AlignedVector<float>& column : *of)
+            if (count > 0) column.resize(count + 7, column.back());
+    tree = FeatureTree(bounds);
     shells = findShells(features);
+}
+
+std::vector<int> Surface::faceOrder() const {
+    std::vector<Eigen::Vector3f> centers;
+    for (const SurfaceFeatures::Face& face : features.faces) {
+        const auto &a = points[face.points[0]], &b = points[face.points[1]], &c = points[face.points[2]];
+        centers.push_back(a.cwiseMin(b).cwiseMin(c) + a.cwiseMax(b).cwiseMax(c));
+    }
+    return FeatureTree::order(centers);
+}
+
+void Surface::faceBoxes(int patch, Float8 lo[3], Float8 hi[3]) const {
+    const Float8 guard = splat(kBoxGuard * float(extent.reach));
+    for (int k = 0; k < 3; ++k) {
+        const auto corner = [&](int i) { return load(&corners[i][k][patch * FeatureTree::kChildren]); };
+        const Float8 a = corner(0), b = corner(1), c = corner(2);
+        lo[k] = -max(max(-a, -b), -c) - guard;
+        hi[k] = max(max(a, b), c) + guard;
+    }
+}
+
+int Surface::boxesBelow(int height, int node, Float8 lo[3], Float8 hi[3]) const {
+    if (height == 0) {
+        faceBoxes(node, lo, hi);
+        return facesOf(node);
+    }
+    const FeatureTree::Bounds8& children = tree.children(FeatureKind::Face, height, node);
+    std::copy_n(children.lo, 3, lo);
+    std::copy_n(children.hi, 3, hi);
+    return tree.childCount(height, node);
+}
+
+std::size_t Surface::bytes() const {
+    const auto sum = [](const auto&... lists) { return (... + (lists.capacity() * sizeof(lists[0]))); };
+    const SurfaceFeatures& f = features;
+    std::size_t columns = 0;
+    for (const Columns* vectors :
+         {&corners[0], &corners[1], &corners[2], &normals, &ends[0], &ends[1], &wings[0], &wings[1]})
+        for (const auto& column : *vectors) columns += sum(column);
+    return columns + tree.bytes() +
+           sum(f.points, f.faces, f.edges, f.vertices, f.spokes, firstVertex, firstEdge, points, spokes, tips, shells);
 }
 
 BoxPlacement placementOf(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {

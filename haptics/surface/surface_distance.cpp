@@ -76,37 +76,49 @@ class SurfaceSearch {
         pair_ = {face, other};
     }
 
-    void descend(int i, int j) {
-        const FeatureTree::Node &a = tool_.faces.nodes()[std::size_t(i)], &b = obstacle_.faces.nodes()[std::size_t(j)];
-        const auto sizeOf = [](const FeatureTree::Node& node) { return (node.own.hi - node.own.lo).squaredNorm(); };
-        const bool both = a.isLeaf && b.isLeaf;
-        if (both || b.isLeaf || (!a.isLeaf && sizeOf(a) > sizeOf(b))) {
-            Float8 lo[3], hi[3];
-            boxes_.place(a.lo, a.hi, lo, hi);
-            const Nearer order(distance2(lo, hi, b.own.lo.data(), b.own.hi.data()), a.count, limit2());
-            for (int n = 0; n < order.count; ++n) {
-                const int lane = order.lanes[std::size_t(n)];
-                if (!both) {
-                    descend(a.first + lane, j);
-                    continue;
-                }
-                const float l[3] = {lo[0][lane], lo[1][lane], lo[2][lane]},
-                            h[3] = {hi[0][lane], hi[1][lane], hi[2][lane]};
-                const Nearer others(distance2(b.lo, b.hi, l, h), b.count, limit2());
-                for (int m = 0; m < others.count; ++m) test(a.first + lane, b.first + others.lanes[std::size_t(m)]);
-            }
-        } else {
-            float lo[3], hi[3];
-            boxes_.place(a.own.lo.data(), a.own.hi.data(), lo, hi);
-            const Nearer order(distance2(b.lo, b.hi, lo, hi), b.count, limit2());
-            for (int n = 0; n < order.count; ++n) descend(i, b.first + order.lanes[std::size_t(n)]);
-        }
-    }
+    void run() { descend(tool_.tree.height(), 0, obstacle_.tree.height(), 0); }
 
     const std::optional<NearestPoints>& found() const { return found_; }
     FacePair pair() const { return pair_; }
 
   private:
+    /// Two nodes, of which the larger one is split, or the faces of two patches.
+    void descend(int height, int i, int otherHeight, int j) {
+        const FeatureBounds a = tool_.tree.bounds(FeatureKind::Face, height, i),
+                            b = obstacle_.tree.bounds(FeatureKind::Face, otherHeight, j);
+        const auto sizeOf = [](const FeatureBounds& box) { return (box.hi - box.lo).squaredNorm(); };
+        Float8 lo[3], hi[3];
+        if (height == 0 && otherHeight == 0) {
+            Float8 theirLo[3], theirHi[3], ourLo[3], ourHi[3];
+            tool_.faceBoxes(i, ourLo, ourHi);
+            obstacle_.faceBoxes(j, theirLo, theirHi);
+            boxes_.place(ourLo, ourHi, lo, hi);
+            const Nearer order(distance2(lo, hi, b.lo.data(), b.hi.data()), tool_.facesOf(i), limit2());
+            for (int n = 0; n < order.count; ++n) {
+                const int lane = order.lanes[std::size_t(n)];
+                const float l[3] = {lo[0][lane], lo[1][lane], lo[2][lane]},
+                            h[3] = {hi[0][lane], hi[1][lane], hi[2][lane]};
+                const Nearer others(distance2(theirLo, theirHi, l, h), obstacle_.facesOf(j), limit2());
+                for (int m = 0; m < others.count; ++m)
+                    test(FeatureTree::kChildren * i + lane, FeatureTree::kChildren * j + others.lanes[std::size_t(m)]);
+            }
+        } else if (otherHeight == 0 || (height > 0 && sizeOf(a) > sizeOf(b))) {
+            const FeatureTree::Bounds8& children = tool_.tree.children(FeatureKind::Face, height, i);
+            boxes_.place(children.lo, children.hi, lo, hi);
+            const Nearer order(distance2(lo, hi, b.lo.data(), b.hi.data()), tool_.tree.childCount(height, i), limit2());
+            for (int n = 0; n < order.count; ++n)
+                descend(height - 1, FeatureTree::kChildren * i + order.lanes[std::size_t(n)], otherHeight, j);
+        } else {
+            const FeatureTree::Bounds8& children = obstacle_.tree.children(FeatureKind::Face, otherHeight, j);
+            float l[3], h[3];
+            boxes_.place(a.lo.data(), a.hi.data(), l, h);
+            const Nearer order(distance2(children.lo, children.hi, l, h), obstacle_.tree.childCount(otherHeight, j),
+                               limit2());
+            for (int n = 0; n < order.count; ++n)
+                descend(height, i, otherHeight - 1, FeatureTree::kChildren * j + order.lanes[std::size_t(n)]);
+        }
+    }
+
     /// Boxes beyond it hold nothing nearer; rounded up.
     float limit2() const { return best_ < 1e15 ? float(best_ * best_) * 1.00001f : HUGE_VALF; }
 
@@ -126,22 +138,23 @@ struct PointSearch {
     float guard;
     double best;
 
-    void descend(int i) {
-        const FeatureTree::Node& node = surface.faces.nodes()[std::size_t(i)];
+    void descend(int height, int i) {
+        Float8 lo[3], hi[3];
+        const int lanes = surface.boxesBelow(height, i, lo, hi);
         Float8 bound = splat(0.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 outside = apart(splat(p[k] - guard), splat(p[k] + guard), node.lo[k], node.hi[k]);
+            const Float8 outside = apart(splat(p[k] - guard), splat(p[k] + guard), lo[k], hi[k]);
             bound += outside * outside;
         }
         const auto limit2 = [&] { return best < 1e15 ? float(best * best) * 1.00001f : HUGE_VALF; };
-        const Nearer order(bound, node.count, limit2());
+        const Nearer order(bound, lanes, limit2());
         for (int n = 0; n < order.count; ++n) {
-            const int lane = order.lanes[std::size_t(n)], child = node.first + lane;
+            const int lane = order.lanes[std::size_t(n)], child = FeatureTree::kChildren * i + lane;
             if (bound[lane] > limit2()) return;
-            if (node.isLeaf)
-                best = std::min(best, (closestPoint(point, surface.features.triangle(child), false) - point).norm());
+            if (height > 0)
+                descend(height - 1, child);
             else
-                descend(child);
+                best = std::min(best, (closestPoint(point, surface.features.triangle(child), false) - point).norm());
         }
     }
 };
@@ -161,21 +174,22 @@ class RaySearch {
         }
     }
 
-    void descend(int i) {
-        const FeatureTree::Node& node = surface_.faces.nodes()[std::size_t(i)];
+    void descend(int height, int i) {
+        Float8 lo[3], hi[3];
+        const int lanes = surface_.boxesBelow(height, i, lo, hi);
         Float8 enter = splat(0.0f), leave = splat(1.0f);
         for (int k = 0; k < 3; ++k) {
-            const Float8 a = (node.lo[k] - guard_ - p_[k]) * inverse_[k],
-                         b = (node.hi[k] + guard_ - p_[k]) * inverse_[k], first = a < b ? a : b, last = a < b ? b : a;
+            const Float8 a = (lo[k] - guard_ - p_[k]) * inverse_[k], b = (hi[k] + guard_ - p_[k]) * inverse_[k],
+                         first = a < b ? a : b, last = a < b ? b : a;
             enter = max(enter, first);
             leave = leave < last ? leave : last;
         }
-        const Nearer order(enter <= leave + 1e-6f ? enter : splat(HUGE_VALF), node.count, float(best_));
+        const Nearer order(enter <= leave + 1e-6f ? enter : splat(HUGE_VALF), lanes, float(best_));
         for (int n = 0; n < order.count; ++n) {
-            const int lane = order.lanes[std::size_t(n)], child = node.first + lane;
+            const int lane = order.lanes[std::size_t(n)], child = FeatureTree::kChildren * i + lane;
             if (enter[lane] > float(best_) + 1e-6f) return;
-            if (!node.isLeaf) {
-                descend(child);
+            if (height > 0) {
+                descend(height - 1, child);
             } else if (const auto at = piercing(from_, to_, surface_.features.triangle(child))) {
                 const double share = (*at - from_).norm() / (to_ - from_).norm();
                 if (share < best_) best_ = share, hit_ = at;
@@ -199,27 +213,27 @@ class RaySearch {
 
 std::optional<NearestPoints> nearestPoints(const Surface& tool, const Surface& obstacle, const Pose& X_OT,
                                            double atMost, FacePair* nearest) {
-    if (tool.faces.count() == 0 || obstacle.faces.count() == 0) return std::nullopt;
+    if (tool.tree.empty() || obstacle.tree.empty()) return std::nullopt;
     SurfaceSearch search(tool, obstacle, X_OT, atMost);
     if (nearest) search.test(nearest->tool, nearest->obstacle);
-    search.descend(0, 0);
+    search.run();
     if (nearest && search.found()) *nearest = search.pair();
     return search.found();
 }
 
 double distanceTo(const Surface& surface, const Vec3& point, double atMost) {
-    if (surface.faces.count() == 0) return atMost;
+    if (surface.tree.empty()) return atMost;
     const Vec3 p = point - surface.extent.center;
     PointSearch search{surface, point, p.cast<float>(), float(4 * 0x1p-24 * (p.norm() + surface.extent.reach)), atMost};
-    search.descend(0);
+    search.descend(surface.tree.height(), 0);
     return search.best;
 }
 
 std::optional<Vec3> firstHit(const Surface& surface, const Vec3& from, const Vec3& direction) {
-    if (surface.faces.count() == 0) return std::nullopt;
+    if (surface.tree.empty()) return std::nullopt;
     const double length = 2 * (surface.extent.reach + (from - surface.extent.center).norm()) + 1;
     RaySearch search(surface, from, from + length * direction.normalized());
-    search.descend(0);
+    search.descend(surface.tree.height(), 0);
     return search.hit();
 }
 

@@ -16,97 +16,127 @@ using Eigen::Vector3f;
 
 namespace {
 
-/// Size of the stack of a walk. Each step takes one pair and adds at most 64, in trees of at most nine levels.
-constexpr int kStack = 64 * 20;
 /// Directions of the rays that count crossings; an odd number, so that one of them may meet an edge.
 const std::array<Vec3, 3> kRays{Vec3(0.5411, 0.2743, 0.7949), Vec3(-0.3127, 0.8861, 0.3419),
                                 Vec3(0.7283, -0.5917, -0.3455)};
 
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (b - a).cross(c - a).dot(d - a); }
 
-bool facesIntersect(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
-    if (tool.faces.count() == 0 || obstacle.faces.count() == 0) return false;
-    const auto &ours = tool.faces.nodes(), &others = obstacle.faces.nodes();
-    const BoxPlacement boxes = placementOf(tool, obstacle, X_OT);
-    const auto meets = [](const FeatureTree::Node& node, const float* lo, const float* hi) {
-        return toMask((node.lo[0] <= splat(hi[0])) & (node.hi[0] >= splat(lo[0])) & (node.lo[1] <= splat(hi[1])) &
-                      (node.hi[1] >= splat(lo[1])) & (node.lo[2] <= splat(hi[2])) & (node.hi[2] >= splat(lo[2])));
-    };
-    std::array<PairEntry, kStack> stack;
-    int waiting = 0;
-    stack[std::size_t(waiting++)] = {0, 0};
-    while (waiting > 0) {
-        const PairEntry top = stack[std::size_t(--waiting)];
-        const FeatureTree::Node &a = ours[std::size_t(top.tool)], &b = others[std::size_t(top.obstacle)];
-        if (a.isLeaf && !b.isLeaf) {
-            float lo[3], hi[3];
-            boxes.place(a.own.lo.data(), a.own.hi.data(), lo, hi);
-            for (Mask mask = meets(b, lo, hi); mask; mask &= mask - 1)
-                stack[std::size_t(waiting++)] = {top.tool, b.first + std::countr_zero(mask)};
-            continue;
-        }
-        Float8 lo[3], hi[3];
-        boxes.place(a.lo, a.hi, lo, hi);
-        for (int i = 0; i < a.count; ++i) {
-            const float l[3] = {lo[0][i], lo[1][i], lo[2][i]}, h[3] = {hi[0][i], hi[1][i], hi[2][i]};
-            if (b.isLeaf && !a.isLeaf) {
-                bool apart = false;
-                for (int k = 0; k < 3; ++k) apart = apart || l[k] > b.own.hi[k] || h[k] < b.own.lo[k];
-                if (!apart) stack[std::size_t(waiting++)] = {a.first + i, top.obstacle};
-                continue;
-            }
-            Triangle placed;
-            bool isPlaced = false;
-            for (Mask mask = meets(b, l, h); mask; mask &= mask - 1) {
-                const int j = b.first + std::countr_zero(mask);
-                if (!a.isLeaf) {
-                    stack[std::size_t(waiting++)] = {a.first + i, j};
-                    continue;
-                }
-                if (!isPlaced) {
-                    placed = tool.features.triangle(a.first + i);
-                    for (Vec3& p : placed) p = X_OT * p;
-                    isPlaced = true;
-                }
-                if (commonPoint(placed, obstacle.features.triangle(j))) return true;
-            }
-        }
-    }
-    return false;
-}
+/// Whether any two faces below two nodes intersect.
+class FaceIntersection {
+  public:
+    FaceIntersection(const Surface& tool, const Surface& obstacle, const Pose& X_OT)
+        : tool_(tool), obstacle_(obstacle), X_OT_(X_OT), boxes_(placementOf(tool, obstacle, X_OT)) {}
 
-/// Number of faces that the ray leaves through, less those that it enters through.
-int crossings(const Surface& surface, const Vec3& from, const Vec3& direction) {
-    const auto& nodes = surface.faces.nodes();
-    const Vec3 to = from + 4 * (surface.extent.reach + (from - surface.extent.center).norm() + 1) * direction;
-    const Vector3f start = (from - surface.extent.center).cast<float>();
+    bool run() const {
+        return !tool_.tree.empty() && !obstacle_.tree.empty() &&
+               descend(tool_.tree.height(), 0, obstacle_.tree.height(), 0);
+    }
+
+  private:
+    static constexpr int kChildren = FeatureTree::kChildren;
+
+    static Mask meeting(const Float8 lo[3], const Float8 hi[3], const float* otherLo, const float* otherHi) {
+        Int8 meets = splat(-1);
+        for (int k = 0; k < 3; ++k) meets &= (lo[k] <= splat(otherHi[k])) & (hi[k] >= splat(otherLo[k]));
+        return toMask(meets);
+    }
+
+    bool descend(int height, int i, int otherHeight, int j) const {
+        if (height == 0 && otherHeight == 0) return patchesIntersect(i, j);
+        if (height >= otherHeight) {
+            const FeatureTree::Bounds8& children = tool_.tree.children(FeatureKind::Face, height, i);
+            const FeatureBounds other = obstacle_.tree.bounds(FeatureKind::Face, otherHeight, j);
+            Float8 lo[3], hi[3];
+            boxes_.place(children.lo, children.hi, lo, hi);
+            for (Mask mask = meeting(lo, hi, other.lo.data(), other.hi.data()); mask; mask &= mask - 1)
+                if (descend(height - 1, kChildren * i + std::countr_zero(mask), otherHeight, j)) return true;
+            return false;
+        }
+        const FeatureTree::Bounds8& children = obstacle_.tree.children(FeatureKind::Face, otherHeight, j);
+        const FeatureBounds own = tool_.tree.bounds(FeatureKind::Face, height, i);
+        float lo[3], hi[3];
+        boxes_.place(own.lo.data(), own.hi.data(), lo, hi);
+        for (Mask mask = meeting(children.lo, children.hi, lo, hi); mask; mask &= mask - 1)
+            if (descend(height, i, otherHeight - 1, kChildren * j + std::countr_zero(mask))) return true;
+        return false;
+    }
+
+    bool patchesIntersect(int i, int j) const {
+        Float8 theirLo[3], theirHi[3];
+        obstacle_.faceBoxes(j, theirLo, theirHi);
+        const Mask all = (1u << obstacle_.facesOf(j)) - 1;
+        Float8 height[3];
+        for (int f = kChildren * i; f < kChildren * i + tool_.facesOf(i); ++f) {
+            Vector3f corners[3];
+            for (int k = 0; k < 3; ++k)
+                corners[k] = boxes_.R * tool_.points[tool_.features.faces[f].points[k]] + boxes_.t;
+            const Vector3f lo = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]).array() - boxes_.guard,
+                           hi = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]).array() + boxes_.guard;
+            Mask mask = all & meeting(theirLo, theirHi, lo.data(), hi.data());
+            if (!mask) continue;
+            // A face on one side of the other's plane does not intersect it.
+            for (int k = 0; k < 3; ++k) {
+                height[k] = splat(0.0f);
+                for (int a = 0; a < 3; ++a)
+                    height[k] += load(&obstacle_.normals[a][kChildren * j]) *
+                                 (corners[k][a] - load(&obstacle_.corners[0][a][kChildren * j]));
+            }
+            const Float8 most = max(max(height[0], height[1]), height[2]),
+                         least = -max(max(-height[0], -height[1]), -height[2]);
+            mask &= toMask((most >= -boxes_.guard) & (least <= boxes_.guard));
+            if (!mask) continue;
+            Triangle placed = tool_.features.triangle(f);
+            for (Vec3& p : placed) p = X_OT_ * p;
+            for (; mask; mask &= mask - 1)
+                if (commonPoint(placed, obstacle_.features.triangle(kChildren * j + std::countr_zero(mask))))
+                    return true;
+        }
+        return false;
+    }
+
+    const Surface& tool_;
+    const Surface& obstacle_;
+    const Pose& X_OT_;
+    const BoxPlacement boxes_;
+};
+
+/// Number of faces below a node that a ray leaves through, less those that it enters through.
+struct CrossingCount {
+    const Surface& surface;
+    Vec3 from, to;
     Float8 origin[3], inverse[3];
-    for (int k = 0; k < 3; ++k) origin[k] = splat(start[k]), inverse[k] = splat(float(1 / direction[k]));
-    const float guard = float(16 * 0x1p-24 * ((from - surface.extent.center).norm() + surface.extent.reach) + 1e-7);
-    std::array<std::int32_t, kStack> stack;
-    int waiting = 0, count = 0;
-    stack[std::size_t(waiting++)] = 0;
-    while (waiting > 0) {
-        const FeatureTree::Node& node = nodes[std::size_t(stack[std::size_t(--waiting)])];
-        Float8 enter = splat(0.0f), leave = splat(HUGE_VALF);
+    float guard;
+    int count = 0;
+
+    CrossingCount(const Surface& surface_, const Vec3& from_, const Vec3& direction)
+        : surface(surface_),
+          from(from_),
+          to(from + 4 * (surface.extent.reach + (from - surface.extent.center).norm() + 1) * direction),
+          guard(float(16 * 0x1p-24 * ((from - surface.extent.center).norm() + surface.extent.reach) + 1e-7)) {
+        const Vector3f start = (from - surface.extent.center).cast<float>();
+        for (int k = 0; k < 3; ++k) origin[k] = splat(start[k]), inverse[k] = splat(float(1 / direction[k]));
+        descend(surface.tree.height(), 0);
+    }
+
+    void descend(int height, int i) {
+        Float8 lo[3], hi[3], enter = splat(0.0f), leave = splat(HUGE_VALF);
+        const int lanes = surface.boxesBelow(height, i, lo, hi);
         for (int k = 0; k < 3; ++k) {
-            const Float8 a = (node.lo[k] - guard - origin[k]) * inverse[k],
-                         b = (node.hi[k] + guard - origin[k]) * inverse[k];
+            const Float8 a = (lo[k] - guard - origin[k]) * inverse[k], b = (hi[k] + guard - origin[k]) * inverse[k];
             enter = max(enter, a < b ? a : b);
             const Float8 last = a < b ? b : a;
             leave = leave < last ? leave : last;
         }
-        Mask mask = toMask(enter <= leave * 1.0001f) & ((1u << node.count) - 1);
-        for (; mask; mask &= mask - 1) {
-            const int child = node.first + std::countr_zero(mask);
-            if (!node.isLeaf)
-                stack[std::size_t(waiting++)] = child;
-            else if (const Triangle t = surface.features.triangle(child); piercing(from, to, t))
-                count += surface.features.faces[child].normal.dot(direction) > 0 ? 1 : -1;
+        for (Mask mask = toMask(enter <= leave * 1.0001f) & ((1u << lanes) - 1); mask; mask &= mask - 1) {
+            const int child = FeatureTree::kChildren * i + std::countr_zero(mask);
+            if (height > 0)
+                descend(height - 1, child);
+            else if (piercing(from, to, surface.features.triangle(child)))
+                count += surface.features.faces[child].normal.dot(to - from) > 0 ? 1 : -1;
         }
     }
-    return count;
-}
+};
 
 /// Branch and bound over the faces of a part that is partly inside another: the depth of a point changes by no more
 /// than the point moves, so a box holds nothing deeper than its center by more than its radius.
@@ -116,7 +146,7 @@ struct DepthSearch {
     double deepest;
 
     double run() {
-        descend(0);
+        descend(inner.tree.height(), 0);
         return deepest;
     }
     void test(const Vec3& point) {
@@ -133,24 +163,25 @@ struct DepthSearch {
             if (in && out && (*in - a).norm() < length && (*out - b).norm() < length) test((*in + *out) / 2);
         }
     }
-    void descend(int i) {
-        const FeatureTree::Node& node = inner.faces.nodes()[std::size_t(i)];
-        std::array<std::pair<double, int>, 8> order;
-        for (int lane = 0; lane < node.count; ++lane) {
+    void descend(int height, int i) {
+        Float8 low[3], high[3];
+        const int lanes = inner.boxesBelow(height, i, low, high);
+        std::array<std::pair<double, int>, FeatureTree::kChildren> order;
+        for (int lane = 0; lane < lanes; ++lane) {
             Vec3 lo, hi;
-            for (int k = 0; k < 3; ++k) lo[k] = node.lo[k][lane], hi[k] = node.hi[k][lane];
+            for (int k = 0; k < 3; ++k) lo[k] = low[k][lane], hi[k] = high[k][lane];
             const Vec3 center = X * (inner.extent.center + (lo + hi) / 2);
             const double distance = distanceTo(outer, center), radius = (hi - lo).norm() / 2;
             const bool open = distance + radius > deepest;
             order[std::size_t(lane)] = {(open && isInside(outer, center) ? distance : -distance) + radius, lane};
         }
-        std::sort(order.begin(), order.begin() + node.count, std::greater<>());
-        for (int n = 0; n < node.count && order[std::size_t(n)].first > deepest; ++n) {
-            const int child = node.first + order[std::size_t(n)].second;
-            if (node.isLeaf)
-                test(inner.features.triangle(child));
+        std::sort(order.begin(), order.begin() + lanes, std::greater<>());
+        for (int n = 0; n < lanes && order[std::size_t(n)].first > deepest; ++n) {
+            const int child = FeatureTree::kChildren * i + order[std::size_t(n)].second;
+            if (height > 0)
+                descend(height - 1, child);
             else
-                descend(child);
+                test(inner.features.triangle(child));
         }
     }
 };
@@ -174,9 +205,9 @@ std::optional<Vec3> commonPoint(const Triangle& a, const Triangle& b) {
 }
 
 bool isInside(const Surface& surface, const Vec3& point) {
-    if (surface.faces.count() == 0 || (point - surface.extent.center).norm() > surface.extent.reach) return false;
+    if (surface.tree.empty() || (point - surface.extent.center).norm() > surface.extent.reach) return false;
     int votes = 0;
-    for (const Vec3& ray : kRays) votes += crossings(surface, point, ray.normalized()) > 0 ? 1 : -1;
+    for (const Vec3& ray : kRays) votes += CrossingCount(surface, point, ray.normalized()).count > 0 ? 1 : -1;
     return votes > 0;
 }
 
@@ -184,12 +215,12 @@ double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_
     double deepest = 0;
     for (const auto& [inner, outer, X] :
          {std::tuple(&tool, &obstacle, X_OT), std::tuple(&obstacle, &tool, X_OT.inverse())})
-        if (inner->faces.count() > 0) deepest = DepthSearch{*inner, *outer, X, deepest}.run();
+        if (!inner->tree.empty()) deepest = DepthSearch{*inner, *outer, X, deepest}.run();
     return deepest;
 }
 
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
-    if (facesIntersect(tool, obstacle, X_OT)) return true;
+    if (FaceIntersection(tool, obstacle, X_OT).run()) return true;
     // Surfaces that do not intersect: a part is inside the other with all of a shell, or outside.
     const auto anyShellInside = [](const Surface& inner, const Surface& outer, const Pose& X) {
         for (const int point : inner.shells)

@@ -162,15 +162,6 @@ std::vector<double> timeConstant(std::size_t count, double us) {
     return times;
 }
 
-/// Memory of a surface, bytes.
-std::size_t bytesOf(const Surface& surface) {
-    const auto sum = [](const auto&... lists) { return (... + (lists.capacity() * sizeof(lists[0]))); };
-    const SurfaceFeatures& f = surface.features;
-    return sum(f.points, f.faces, f.edges, f.vertices, f.spokes, surface.vertices.nodes(), surface.edges.nodes(),
-               surface.faces.nodes(), surface.points, surface.normals, surface.spokes, surface.wings, surface.tips,
-               surface.shells);
-}
-
 /// The sizes of the parts as far as the world has them.
 void addSizes(BenchRow& row, const World& world) {
     const Obstacle& obstacle = world.obstacles.front();
@@ -185,7 +176,7 @@ void addSizes(BenchRow& row, const World& world) {
     surfaces.erase(nullptr);
     std::size_t bytes = 0, triangles = 0;
     for (const Surface* surface : surfaces) {
-        bytes += bytesOf(*surface);
+        bytes += surface->bytes();
         triangles += surface->features.faces.size();
     }
     row["surface_bytes_per_triangle"] =

@@ -50,7 +50,7 @@ void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects
 /// Draws the size of the mesh by which a part is touched; the tooltip shows its features.
 void drawMesh(const Surface& surface, const std::string& part, engine::ItemRects* items) {
     ImGui::Indent(ImGui::GetFontSize());
-    ImGui::TextDisabled("%d faces, closed", surface.faces.count());
+    ImGui::TextDisabled("%d faces, closed", int(surface.features.faces.size()));
     ImGui::Unindent(ImGui::GetFontSize());
     engine::noteItem(items, "mesh " + part);
     engine::tooltip(part + " is touched by its mesh: " + meshWords(surface) + ".");

@@ -44,8 +44,9 @@ std::string timeLeft(double seconds) {
 }
 
 std::string meshWords(const Surface& surface) {
-    return formatted("%d faces, %d convex edges and %d vertices that can touch first", surface.faces.count(),
-                     surface.edges.count(), surface.vertices.count());
+    return formatted("%d faces, %d convex edges and %d vertices that can touch first",
+                     int(surface.features.faces.size()), int(surface.features.edges.size()),
+                     int(surface.features.vertices.size()));
 }
 
 }  // namespace touchstone::sandbox

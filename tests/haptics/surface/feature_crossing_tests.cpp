@@ -115,7 +115,10 @@ class SlowTool {
                 Box other;
                 for (const Vec3& p : resting.ends) other.add(p);
                 if (apart(box, other)) continue;
-                if (const auto c = crossing(ends, moving, resting, x.tail<3>().norm(), kDistance / 2)) add(2, i, k, *c);
+                const auto c = crossing(ends, moving, resting, x.tail<3>().norm(), kDistance / 2);
+                if (!c) continue;
+                REQUIRE(!linesStayApart(ends, resting.ends, kDistance / 2));
+                add(2, i, k, *c);
             }
         }
         // The deepest first: many of the others are crossed only as long as these are.
@@ -168,6 +171,9 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     CHECK(met->after == Approx(-3));
     CHECK((met->normal - Vec3::UnitZ()).norm() < 1e-12);
     CHECK(!crossing(down(keel, {0, 0, -0.5}), keel, roof, 0, 0));
+    CHECK(linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.2));
+    CHECK(!linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.3));
+    CHECK(!linesStayApart(down(keel, {0, 0, -4}), roof.ends, 0));
     CHECK(crossing(down(keel, {0, 0, -0.5}), keel, roof, 0, 0.6));
     CHECK(!crossing(down(keel, {3, 0, -4}), keel, roof, 0, 0) == false);  // meets before it is past the end
     CHECK(!crossing(down(keel, {9, 0, -4}), keel, roof, 0, 0));           // past the end

@@ -80,12 +80,12 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
                 REQUIRE(entry->second <= least + bend + 1e-4);
             }
         };
-        for (int t = 0; t < tool.vertices.count(); ++t)
-            for (int o = 0; o < obstacle.faces.count(); ++o) check(PairKind::VertexFace, t, o);
-        for (int t = 0; t < tool.faces.count(); ++t)
-            for (int o = 0; o < obstacle.vertices.count(); ++o) check(PairKind::FaceVertex, t, o);
-        for (int t = 0; t < tool.edges.count(); ++t)
-            for (int o = 0; o < obstacle.edges.count(); ++o) check(PairKind::EdgeEdge, t, o);
+        for (int t = 0; t < int(tool.features.vertices.size()); ++t)
+            for (int o = 0; o < int(obstacle.features.faces.size()); ++o) check(PairKind::VertexFace, t, o);
+        for (int t = 0; t < int(tool.features.faces.size()); ++t)
+            for (int o = 0; o < int(obstacle.features.vertices.size()); ++o) check(PairKind::FaceVertex, t, o);
+        for (int t = 0; t < int(tool.features.edges.size()); ++t)
+            for (int o = 0; o < int(obstacle.features.edges.size()); ++o) check(PairKind::EdgeEdge, t, o);
         if (!course.stays()) continue;
         for (int i = 0; i < entries.count; ++i)
             REQUIRE(finder.nearest(course.X_OT, entries.at[i]).distance() <= margin + 2 * finder.guard(course.X_OT));
