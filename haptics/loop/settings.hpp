@@ -78,7 +78,7 @@ inline Geometry geometryOf(const Settings& settings) {
 }
 
 /// The maximum number of linearizations in a tick that begins with force. Between meshes the nearest pose is found by
-/// more steps, and each costs less: of 7,670 ticks of two bunnies, 1.1 % did not arrive with eight and 0.07 % with
+/// more steps, and each costs less: of 7,670 ticks of two bunnies, 1.5 % did not arrive with eight and 0.05 % with
 /// twelve, apart from those that the travel budget ended.
 inline int linearizationsOf(const Settings& settings, Geometry geometry) {
     return settings.linearisations > 0 ? settings.linearisations : geometry == Geometry::Mesh ? 12 : 2;

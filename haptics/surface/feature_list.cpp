@@ -10,9 +10,9 @@ namespace {
 /// Maximum number of crossed pairs of one trial step. Thousands cross where large conforming areas meet; if there are
 /// more, the step is halved.
 constexpr std::size_t kCrossed = 1 << 14;
-/// Fraction of the distance that is kept below which a pair is too near. With a larger one rounding makes rows of pairs
-/// that rest; with a smaller one two faces of a shallow valley do not see each other's steps.
-constexpr double kTooNear = 0.9;
+/// Fraction of the distance that is kept below which a pair is too near. With a larger one a capped step cannot make up
+/// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
+constexpr double kTooNear = 0.5;
 /// Chosen by measurement on the bunnies and the spline: there are few pairs of features, and finding them is the tail.
 constexpr LookAhead kLookAhead{.slack = 0.15, .narrow = 0.3, .ticks = 4, .most = 0.4};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps

@@ -130,6 +130,11 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[p
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("node 0 \"cube\" is the tool") && Contains("node 1 \"slab\" is an obstacle") &&
                                Contains("demonstration: 0.80 s") && Contains("valid"));
+    CHECK_THAT(answer.out, Contains("slab: 85.4 mm across, a closed mesh of 12 triangles"));
+    engine::Scene round = pressScene();
+    *round.extras = {{"touchstone", {{"settings", {{"geometry", "spheres"}}}}}};
+    engine::writeGltf(round, touchstone.file("round.glb"));
+    answer = touchstone("validate " + touchstone.file("round.glb"));
     CHECK_THAT(answer.out, Contains("slab: 85.4 mm across") && Contains(" leaves (") &&
                                Contains("protrusion at most") && Contains("surface proven covered, closed"));
     engine::Scene lone;
@@ -280,7 +285,7 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK_THAT(answer.out, Contains("is the tool (protrusion at most 0.5 mm, best, solid)") &&
-                               Contains("surface proven covered, closed"));
+                               Contains("a closed mesh of"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));

@@ -55,7 +55,7 @@ inline engine::Scene pressScene() {
                                         {"outcome",
                                          {{"max_penetration_mm", 0.001},
                                           {"min_peak_force_N", 1.5},
-                                          {"min_contact_fraction", 0.3},
+                                          {"min_contact_fraction", 0.25},
                                           {"max_final_lag_mm", 0.01}}}},
                                        {.translation = {0, touch + 0.005, 0}});
     addBox(scene, "slab", {0.06f, 0.01f, 0.06f}, {{"role", "obstacle"}, {"leaves", 512}});

@@ -11,7 +11,8 @@ using namespace touchstone::test;
 namespace {
 
 const sandbox::HapticScene& pressed() {
-    static const sandbox::HapticScene scene = sandbox::openScene(pressScene());
+    static const sandbox::HapticScene scene =
+        sandbox::openScene(pressScene(), {.treeCache = {}, .progress = {}, .allTrees = true});
     return scene;
 }
 

@@ -342,7 +342,12 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
     REQUIRE(waitUntilRunning(session));
     Settings settings = session.settings();
     settings.stiffness = 1.5;
+    settings.geometry = Geometry::Spheres;
     session.setSettings(settings);
+    REQUIRE(waitUntil([&] {
+        session.update();
+        return session.sceneNumber() == 2;  // with trees
+    }));
     const int leaves = session.scene()->world->tool->leafCount();
 
     session.mark({ChooseTree{0, {.leaves = 1000}}});
@@ -355,7 +360,7 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
     session.mark({ChooseTree{0, {.leaves = 1000}}});
     REQUIRE(waitUntil([&] {
         session.update();
-        return session.sceneNumber() == 2;
+        return session.sceneNumber() == 3;
     }));
     CHECK(session.scene()->world->tool->leafCount() > 2 * leaves);
     CHECK(session.settings() == settings);
