@@ -70,7 +70,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         if (!solverTable()[static_cast<std::size_t>(solver)].exact || row.at("mode") == "paper") continue;
         CHECK(row.at("valid") == true);
         CHECK(row.at("runs") == 3);
-        CHECK(row.at("run_ticks") >= 2000);
+        CHECK(row.at("run_ticks") >= row.at("ticks"));
         CHECK(row.at("solver_max_N") <= 1e-9);
     }
     CHECK(modes == std::set<std::string>{"default", "paper"});
@@ -225,7 +225,7 @@ TEST_CASE("bench: the mesh suite measures meshes alone, with and without the thr
         CHECK(row.at("samples") == 0);
         CHECK(row.at("clearance_mm") == (fits ? json(0.5) : json()));
         CHECK((row.at("helper_p999_us") > 0) == helper);
-        CHECK(row.at("run_ticks") >= 2000);
+        CHECK(row.at("run_ticks") >= row.at("ticks"));
     }
     CHECK(results.at("qp").empty());
     CHECK_FALSE(fs::exists(touchstone.file("cache")));  // no sphere tree was built

@@ -284,8 +284,8 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     answer = touchstone("validate " + touchstone.file("ab.gltf"));
     INFO(answer.err);
     CHECK(answer.code == 0);
-    CHECK_THAT(answer.out, Contains("is the tool (protrusion at most 0.5 mm, best, solid)") &&
-                               Contains("a closed mesh of"));
+    CHECK_THAT(answer.out,
+               Contains("is the tool (protrusion at most 0.5 mm, best, solid)") && Contains("a closed mesh of"));
     // Parts of 20 m are the usual sign of a wrong unit.
     answer = touchstone("new --tool " + touchstone.file("a.obj") + " --obstacle " + touchstone.file("b.obj") +
                         " --unit m --leaves 64 -o " + touchstone.file("ab.glb"));

@@ -225,8 +225,8 @@ TEST_CASE("recording: a replay reports changed input, settings, scene or program
         engine::Scene made = pressScene();
         setExtras(made, made.nodes[0], {{"touchstone", {{"role", "tool"}, {"leaves", 32}}}});
         engine::writeGltf(made, folder.path() / "other.glb");
-        const sandbox::HapticScene other = sandbox::openScene(
-            folder.path() / "other.glb", {.treeCache = {}, .progress = {}, .allTrees = true});
+        const sandbox::HapticScene other =
+            sandbox::openScene(folder.path() / "other.glb", {.treeCache = {}, .progress = {}, .allTrees = true});
         sandbox::HeadlessOptions options;
         options.device = "replay:" + recording.string();
         options.timing = false;
