@@ -33,7 +33,8 @@ def row(name, label):
 print(f"""# Measured
 
 Made by `tools/document` on one core of: {processor()}. Times are thread CPU times of `step()` without the shadow; on a shared
-machine p99.9 and the maximum include the machine's own noise. Penetration is recomputed from the true gaps of the sphere trees.
+machine p99.9 and the maximum include the machine's own noise. Penetration is recomputed beside the tick: in
+default mode from all triangles, in paper mode from the gaps of the sphere trees.
 
 ## Scenes, default mode (exact solver) and paper mode (PQP, 0.01 N·mm)
 

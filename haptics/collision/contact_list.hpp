@@ -26,7 +26,8 @@ struct Crossing {
     Vec6 x = Vec6::Zero();
     Vec6 stiffness = Vec6::Ones();
     double slack = 0;
-    double share = 1;  ///< factor on negative g: a part of a step has to resolve only the same part of an overlap
+    double share = 1;   ///< factor on negative g: a part of a step has to resolve only the same part of an overlap
+    bool whole = true;  ///< x is all that this linearization may move; a shorter trial need not end clear
 };
 
 /// What a step crosses, in rising order.

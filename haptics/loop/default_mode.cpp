@@ -302,12 +302,13 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         do {
             Crossing by = trustedPart(step.x, step.slack);
             const double length = state_.lengthOf(by.x);
-            if (length > reach) by.x *= reach / length;
+            by.whole = length <= reach;
+            if (!by.whole) by.x *= reach / length;
             crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
             if (!addCrossed(crossedRowsTo_, by, crossed)) return Found::Failure;
             if (crossed == Crossed::Rows) break;
             if (crossed == Crossed::Nothing) clear_ = by.x;
-            done = length <= reach || crossed != Crossed::Nothing;
+            done = by.whole || crossed == Crossed::Overflow;
             reach *= kReachGrowth;
         } while (!done);
     }

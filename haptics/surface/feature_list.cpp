@@ -159,12 +159,15 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
             if (!fits) break;
             crossed.push(row, f.row.gap, f.id);
             result = Crossed::Rows;
-        } else if (rows.row(at).dot(by.x) + rows.gap()[at] >= (least - distance_) / 2) {
-            // The answer satisfies the row of an earlier trial, which was wrong here.
-            for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
-            rows.gap()[at] = f.row.gap;
-            result = Crossed::Rows;
+            continue;
         }
+        // The answer satisfies the row of an earlier trial, which was wrong here; or it resolves at its end what the
+        // part that is taken has to resolve.
+        const bool satisfied = rows.row(at).dot(by.x) + rows.gap()[at] >= (least - distance_) / 2;
+        if (!satisfied && (!by.whole || by.share == 0 || by.slack > 0)) continue;
+        for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
+        rows.gap()[at] = satisfied ? f.row.gap : std::min(f.row.gap, f.row.gap / by.share);
+        result = Crossed::Rows;
     }
     if (!fits) crossed.setSize(start);
     return fits ? result : Crossed::Overflow;
