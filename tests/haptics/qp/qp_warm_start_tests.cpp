@@ -34,7 +34,7 @@ TEST_CASE("warm start: finds its contacts at their new places, in the order of t
     CHECK(visited(start, rows).empty());
 }
 
-TEST_CASE("warm start: looks up forces in ascending order; a new contact gets the other value", "[qp]") {
+TEST_CASE("warm start: looks up forces in ascending order, and a new contact gets the other value", "[qp]") {
     WarmStart start(3);
     for (const std::uint64_t id : {10, 20, 40}) start.remember(id, 0.5 * double(id));
     WarmStart::ForceLookup forces(start);
