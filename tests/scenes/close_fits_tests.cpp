@@ -80,8 +80,8 @@ TEST_CASE("close fits: a nut advances by its pitch with each turn, on and off, a
         const std::vector<Turned> part = between(ticks, 6, 9.5, down);
         REQUIRE(part.size() > 400);
         const auto [least, most] = advance(part);
-        CHECK(least == Approx(2).margin(1e-3));
-        CHECK(most == Approx(2).margin(1e-3));
+        CHECK(least == Approx(2).epsilon(1e-3));
+        CHECK(most == Approx(2).epsilon(1e-3));
         CHECK(std::abs(part.front().force) == Approx(10).margin(0.5));
         // Facets that pass each other make the torque ripple by a few percent about its mean.
         CHECK(lever(part) == Approx(2 / (2 * kPi)).epsilon(0.005));

@@ -90,9 +90,12 @@ TEST_CASE("hand: with a fixed target it never gains energy over the whole range,
             REQUIRE(now <= energy * (1 + 1e-12) + 1e-9);
             energy = now;
         }
-        // The heaviest hand decays most slowly: its energy by e^(-b t / m), twice the rate of its amplitude.
-        const double seconds = 2000 * dt * 1e-3,
-                     bound = std::exp(-0.5 * parameters.damping * seconds / parameters.mass);
+        // Its slowest mode decays by e^(-γ t), if it is overdamped by e^(-(γ - δ) t), and its energy by the square.
+        const double decay = parameters.damping / (2000 * parameters.mass),
+                     stiffness = parameters.spring / (1000 * parameters.mass),
+                     slowest =
+                         decay * decay > stiffness ? stiffness / (decay + std::sqrt(decay * decay - stiffness)) : decay,
+                     bound = std::exp(-slowest * 2000 * dt);
         if (parameters.damping > 1) CHECK(energy <= start * std::max(bound, 1e-20) * 4 + 1e-9);
     }
 }
