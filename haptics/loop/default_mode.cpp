@@ -564,7 +564,8 @@ bool DefaultTick::run(Wrench& wrench) {
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
         const Vec6 deviceStep = incrementBetween(state_.device, device_);
-        rests = ofFeatures_ && state_.device == device_ && state_.obstacleTravel == 0;
+        // Out of leaves that overlap the tool has to move although that costs energy.
+        rests = ofFeatures_ && !ofLeaves_ && state_.device == device_ && state_.obstacleTravel == 0;
         leap = deviceStep.head<3>().norm() > kLeap * linearizations_ * trust_;
         const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
         travelBudget_ = state_.lengthOf(deviceStep) + allowance;

@@ -43,7 +43,7 @@ std::vector<std::string> hardMotions(const sandbox::HapticScene& scene) {
     return motions;
 }
 
-/// The motions to measure: the hard ones, or the first one if there is none.
+/// The motions to measure: the hard ones; if no motion is hard, the first one.
 std::vector<std::string> motionsOf(const std::string& name) {
     const sandbox::HapticScene scene = contentsOf(name);
     std::vector<std::string> motions = hardMotions(scene);
