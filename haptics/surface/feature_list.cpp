@@ -133,7 +133,7 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     bool fits = true;
     const double least = kTooNear * distance_;
     double deepest = least;
-    finder_->forEachWithin(narrow_, crossing(course, 0), [&](const PairEntry& entry) {
+    pairs().forEachCrossing(narrow_, crossing(course, 0), before, after, least, [&](const PairEntry& entry) {
         const auto met = crossingOf(entry, step);
         if (!met) return true;
         fits = found_.size() < kCrossed;
@@ -189,13 +189,14 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     Overlap overlap;
     if (suspended_ || before == after) return overlap;
     const Step step(before, after, distance_);
-    finder_->forEachWithin(narrow_, crossing(Course::between(before, after, extent().center), 0),
-                           [&](const PairEntry& entry) {
-                               if (!crossingOf(entry, step)) return true;
-                               overlap.toolLeaf = entry.tool;
-                               overlap.obstacleLeaf = entry.obstacle;
-                               return false;
-                           });
+    const Course course = Course::between(before, after, extent().center);
+    pairs().forEachCrossing(narrow_, crossing(course, 0), before, after, kTooNear * distance_,
+                            [&](const PairEntry& entry) {
+                                if (!crossingOf(entry, step)) return true;
+                                overlap.toolLeaf = entry.tool;
+                                overlap.obstacleLeaf = entry.obstacle;
+                                return false;
+                            });
     return overlap;
 }
 

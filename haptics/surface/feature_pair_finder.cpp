@@ -43,7 +43,76 @@ struct Vec8 {
 };
 
 TOUCHSTONE_INLINE Float8 min(const Float8& a, const Float8& b) { return a < b ? a : b; }
+TOUCHSTONE_INLINE Float8 magnitude(const Float8& a) { return max(a, -a); }
 TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
+
+/// Eight vectors that are set one by one.
+struct Gathered {
+    alignas(32) float x[8], y[8], z[8];
+
+    template <class V>
+    TOUCHSTONE_INLINE void set(int lane, const V& v) {
+        x[lane] = float(v[0]), y[lane] = float(v[1]), z[lane] = float(v[2]);
+    }
+    TOUCHSTONE_INLINE operator Vec8() const { return {load(x), load(y), load(z)}; }  // NOLINT
+};
+
+TOUCHSTONE_INLINE Vec8 verticesOf(const Surface& part, const int* vertices) {
+    Gathered at;
+    for (int i = 0; i < 8; ++i) at.set(i, part.points[part.features.vertices[vertices[i]].point]);
+    return at;
+}
+
+/// Eight faces: neighbors, or any.
+struct FaceLanes {
+    Vec8 a, b, c, normal;
+
+    TOUCHSTONE_INLINE FaceLanes(const Surface& part, int first)
+        : a(part.corners[0], first),
+          b(part.corners[1], first),
+          c(part.corners[2], first),
+          normal(part.normals, first) {}
+    TOUCHSTONE_INLINE static FaceLanes of(const Surface& part, const int* faces) {
+        Gathered at[3], normals;
+        for (int i = 0; i < 8; ++i) {
+            const SurfaceFeatures::Face& face = part.features.faces[faces[i]];
+            for (int k = 0; k < 3; ++k) at[k].set(i, part.points[face.points[k]]);
+            normals.set(i, face.normal);
+        }
+        return {at[0], at[1], at[2], normals};
+    }
+    TOUCHSTONE_INLINE FaceLanes(const Vec8& a_, const Vec8& b_, const Vec8& c_, const Vec8& normal_)
+        : a(a_), b(b_), c(c_), normal(normal_) {}
+    TOUCHSTONE_INLINE friend FaceLanes operator*(const Matrix3f& R, const FaceLanes& f) {
+        return {R * f.a, R * f.b, R * f.c, R * f.normal};
+    }
+};
+
+/// The ends of eight edges, or their wings: neighbors, or any.
+struct EdgeLanes {
+    Vec8 first, second;
+
+    TOUCHSTONE_INLINE EdgeLanes(const std::array<Surface::Columns, 2>& of, int i) : first(of[0], i), second(of[1], i) {}
+    TOUCHSTONE_INLINE static EdgeLanes of(const std::array<Surface::Columns, 2>& columns, const int* edges) {
+        Gathered at[2];
+        for (int i = 0; i < 8; ++i)
+            for (int k = 0; k < 2; ++k) {
+                const auto& [x, y, z] = columns[k];
+                at[k].set(i, Vector3f(x[edges[i]], y[edges[i]], z[edges[i]]));
+            }
+        return {at[0], at[1]};
+    }
+    TOUCHSTONE_INLINE static EdgeLanes endsOf(const Surface& part, const int* edges) {
+        Gathered at[2];
+        for (int i = 0; i < 8; ++i)
+            for (int k = 0; k < 2; ++k) at[k].set(i, part.points[part.features.edges[edges[i]].points[k]]);
+        return {at[0], at[1]};
+    }
+    TOUCHSTONE_INLINE EdgeLanes(const Vec8& first_, const Vec8& second_) : first(first_), second(second_) {}
+    TOUCHSTONE_INLINE friend EdgeLanes operator*(const Matrix3f& R, const EdgeLanes& e) {
+        return {R * e.first, R * e.second};
+    }
+};
 
 /// Squared distances of points from triangles with these normals of unit length.
 TOUCHSTONE_INLINE Float8 faceDistance2(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
@@ -72,15 +141,16 @@ TOUCHSTONE_INLINE Float8 edgeDistance2(const Vec8& u, const Vec8& v, const Vec8&
 }
 
 /// Lower bounds on the distances of pairs on their courses. `at(s)`: squared distances at the fraction s of the course;
-/// `length`: of the way.
+/// `length2`: squared lengths of the ways.
 template <class At>
-TOUCHSTONE_INLINE Float8 alongCourse(float length, At&& at) {
-    if (length == 0) return simd::sqrt(at(0.0f));
-    const int n = std::clamp(int(std::ceil(length / kSampleWay)), 1, kSamples);
+TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, At&& at) {
+    const float longest2 = -simd::least(-length2);
+    if (longest2 == 0) return simd::sqrt(at(0.0f));
+    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kSampleWay)), 1, kSamples);
     Float8 least = splat(HUGE_VALF);
     const float half = 0.5f / float(n);
     for (int i = 0; i < n; ++i) least = min(least, at(float(2 * i + 1) * half));
-    return max(simd::sqrt(least) - half * length, splat(0.0f));
+    return max(simd::sqrt(least) - half * simd::sqrt(length2), splat(0.0f));
 }
 
 }  // namespace
@@ -119,7 +189,13 @@ struct FeaturePairFinder::Query {
     /// Whether a vertex of the tool, and which of eight of its edges, come within the margin of a box.
     bool vertexIsNear(int vertex, const FeatureBounds& box) const;
     Mask edgesNear(int first, const FeatureBounds& box) const;
-    /// The gaps of pairs of eight neighboring features with another one; infinite where their normals cannot oppose.
+    /// The gaps of eight pairs. `arm`: of the tool's vertices from its center, on the obstacle's axes; so are the
+    /// tool's faces and edges. Infinite where the faces of two edges cannot oppose.
+    Float8 vertexFaces(const Vec8& arm, const FaceLanes& faces) const;
+    Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices) const;
+    Float8 edges(const EdgeLanes& ours, const EdgeLanes& wings, const EdgeLanes& others,
+                 const EdgeLanes& otherWings) const;
+    /// Those of a vertex or an edge with eight neighboring features; infinite where their normals cannot oppose.
     Float8 vertexFaces(int vertex, int firstFace) const;
     Float8 facesVertex(int firstFace, int vertex) const;
     Float8 edges(int edge, int firstEdge) const;
@@ -185,63 +261,68 @@ Mask FeaturePairFinder::Query::edgesNear(int first, const FeatureBounds& box) co
                   within(from0.z, from1.z, to0.z, to1.z, 2));
 }
 
-Float8 FeaturePairFinder::Query::vertexFaces(int vertex, int firstFace) const {
-    const SurfaceFeatures::Vertex& v = tool.features.vertices[vertex];
-    const Vec8 normal(obstacle.normals, firstFace);
-    Float8 least = splat(1.0f);
-    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
-        least = min(least, dot(Vector3f(R * tool.spokes[k]), normal));
-    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
-    const Vec8 a(obstacle.corners[0], firstFace), b(obstacle.corners[1], firstFace), c(obstacle.corners[2], firstFace);
-    const Vector3f arm = placed(v.point), from = arm + t, path = shift + turn.cross(arm);
-    const Float8 gap =
-        alongCourse(path.norm(), [&](float s) { return faceDistance2(Vector3f(from + s * path), a, b, c, normal); });
-    return least >= -sine ? gap : splat(HUGE_VALF);
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& arm, const FaceLanes& f) const {
+    const Vec8 from = arm + Vec8(t), path = way(arm);
+    return alongCourse(dot(path, path),
+                       [&](float s) { return faceDistance2(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
 }
 
-Float8 FeaturePairFinder::Query::facesVertex(int firstFace, int vertex) const {
-    const SurfaceFeatures::Vertex& v = obstacle.features.vertices[vertex];
-    const Vec8 normal = R * Vec8(tool.normals, firstFace);
-    Float8 least = splat(1.0f);
-    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k) least = min(least, dot(obstacle.spokes[k], normal));
-    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& f, const Vec8& vertices) const {
     // The course is seen from the face, on which the vertex moves.
-    const Vec8 a = R * Vec8(tool.corners[0], firstFace), b = R * Vec8(tool.corners[1], firstFace),
-               c = R * Vec8(tool.corners[2], firstFace);
-    const Vec8 p = Vector3f(obstacle.points[v.point] - t);
-    const Vec8 wa = way(a), wb = way(b), wc = way(c);
-    float length = 0;
-    if (!stays) length = std::sqrt(-simd::least(-max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc))));
-    const Float8 gap = alongCourse(length, [&](float s) {
+    const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
+    return alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), [&](float s) {
         const Float8 share = splat(s);
-        return faceDistance2(p, a + share * wa, b + share * wb, c + share * wc, normal);
+        return faceDistance2(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, f.normal);
     });
-    return least >= -sine ? gap : splat(HUGE_VALF);
 }
 
-Float8 FeaturePairFinder::Query::edges(int edge, int firstEdge) const {
-    const auto& ends = tool.features.edges[edge].points;
-    const Vector3f from = placed(ends[0]), to = placed(ends[1]), along = to - from;
-    const Vec8 u = along, b(obstacle.ends[0], firstEdge), v = Vec8(obstacle.ends[1], firstEdge) - b;
-    const Vec8 m = cross(u, v);
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& ours, const EdgeLanes& wings,
+                                                         const EdgeLanes& others, const EdgeLanes& otherWings) const {
+    const Vec8 u = ours.second - ours.first, v = others.second - others.first, m = cross(u, v);
     const Float8 length = simd::sqrt(dot(m, m)), parallel = simd::sqrt(dot(u, u) * dot(v, v));
     // A turn by an angle turns the common normal by up to the angle divided by the sine between the edges.
     const Float8 between = length / parallel, off = angle * (1.0f + 1.0f / max(between - angle, splat(1e-6f)));
     const Float8 limit = min(off, splat(1.01f)) * length;
-    const auto wing = [&](const Surface::Columns& of) {
-        return Vector3f(R * Vector3f(of[0][edge], of[1][edge], of[2][edge]));
-    };
-    const Float8 m0 = dot(wing(tool.wings[0]), m), m1 = dot(wing(tool.wings[1]), m),
-                 r0 = dot(Vec8(obstacle.wings[0], firstEdge), m), r1 = dot(Vec8(obstacle.wings[1], firstEdge), m);
+    const Float8 m0 = dot(wings.first, m), m1 = dot(wings.second, m), r0 = dot(otherWings.first, m),
+                 r1 = dot(otherWings.second, m);
     const Int8 opposes =
         ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
     if (!toMask(opposes)) return splat(HUGE_VALF);
-    const Vector3f path = shift + turn.cross(from), bend = turn.cross(along);
-    const Vec8 w = Vec8(Vector3f(from + t)) - b;
-    const Float8 gap = alongCourse(std::max(path.norm(), (path + bend).norm()), [&](float s) {
-        return edgeDistance2(Vector3f(along + s * bend), v, w + Vector3f(s * path));
+    const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - others.first;
+    const Float8 gap = alongCourse(max(dot(path, path), dot(path + bend, path + bend)), [&](float s) {
+        const Float8 share = splat(s);
+        return edgeDistance2(u + share * bend, v, w + share * path);
     });
     return opposes ? gap : splat(HUGE_VALF);
+}
+
+Float8 FeaturePairFinder::Query::vertexFaces(int vertex, int firstFace) const {
+    const SurfaceFeatures::Vertex& v = tool.features.vertices[vertex];
+    const FaceLanes faces(obstacle, firstFace);
+    Float8 least = splat(1.0f);
+    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
+        least = min(least, dot(Vector3f(R * tool.spokes[k]), faces.normal));
+    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
+    return least >= -sine ? vertexFaces(placed(v.point), faces) : splat(HUGE_VALF);
+}
+
+Float8 FeaturePairFinder::Query::facesVertex(int firstFace, int vertex) const {
+    const SurfaceFeatures::Vertex& v = obstacle.features.vertices[vertex];
+    const FaceLanes faces = R * FaceLanes(tool, firstFace);
+    Float8 least = splat(1.0f);
+    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
+        least = min(least, dot(obstacle.spokes[k], faces.normal));
+    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
+    return least >= -sine ? facesVertex(faces, obstacle.points[v.point]) : splat(HUGE_VALF);
+}
+
+Float8 FeaturePairFinder::Query::edges(int edge, int firstEdge) const {
+    const auto wing = [&](const Surface::Columns& of) {
+        return Vector3f(R * Vector3f(of[0][edge], of[1][edge], of[2][edge]));
+    };
+    const auto& ends = tool.features.edges[edge].points;
+    return edges({placed(ends[0]), placed(ends[1])}, {wing(tool.wings[0]), wing(tool.wings[1])},
+                 {obstacle.ends, firstEdge}, {obstacle.wings, firstEdge});
 }
 
 /// A node of the tool on its course, in the obstacle's axes.
@@ -391,33 +472,146 @@ bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
     return fits;
 }
 
+/// Calls visit(kind, features of the tool, of the obstacle, their number) for up to eight entries of one kind at a
+/// time, of all that may hold a pair of the coverage, until it returns false. Places behind the number repeat the first
+/// one.
+template <class Visit>
+void FeaturePairFinder::forEachEight(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
+    PairKind kind{};
+    int ours[8], others[8], count = 0;
+    bool goOn = true;
+    const auto flush = [&] {
+        for (int i = count; i < 8; ++i) ours[i] = ours[0], others[i] = others[0];
+        if (count > 0) goOn = visit(kind, ours, others, count);
+        count = 0;
+    };
+    forEachWithin(entries, asked, [&](const PairEntry& entry) {
+        if (count == 8 || kindOf(entry.tool) != kind) flush();
+        kind = kindOf(entry.tool);
+        ours[count] = featureOf(entry.tool);
+        others[count++] = entry.obstacle;
+        return goOn;
+    });
+    if (goOn) flush();
+}
+
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
+    const Surface &tool = *tool_, &obstacle = *obstacle_;
     int count = 0;
-    // A search lists the pairs of one feature with up to eight neighboring ones in a row; they are measured at once.
-    PairEntry first{-1, -1};
-    Float8 gaps = splat(HUGE_VALF);
-    forEachWithin(from, asked, [&](const PairEntry& entry) {
-        const PairKind kind = kindOf(entry.tool);
-        int lane = entry.obstacle - first.obstacle, fixed = entry.tool - first.tool;
-        if (kind == PairKind::FaceVertex) std::swap(lane, fixed);
-        if (fixed != 0 || lane < 0 || lane >= FeatureTree::kChildren) {
-            const int feature = featureOf(entry.tool);
-            gaps = kind == PairKind::VertexFace   ? q.vertexFaces(feature, entry.obstacle)
-                   : kind == PairKind::FaceVertex ? q.facesVertex(feature, entry.obstacle)
-                                                  : q.edges(feature, entry.obstacle);
-            first = entry;
-            lane = 0;
+    forEachEight(from, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
+        const Float8 gaps = kind == PairKind::VertexFace
+                                ? q.vertexFaces(q.R * verticesOf(tool, ours), FaceLanes::of(obstacle, others))
+                            : kind == PairKind::FaceVertex
+                                ? q.facesVertex(q.R * FaceLanes::of(tool, ours), verticesOf(obstacle, others))
+                                : q.edges(q.R * EdgeLanes::endsOf(tool, ours), q.R * EdgeLanes::of(tool.wings, ours),
+                                          EdgeLanes::endsOf(obstacle, others), EdgeLanes::of(obstacle.wings, others));
+        for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << n) - 1); mask; mask &= mask - 1) {
+            const int i = std::countr_zero(mask);
+            const auto at = std::size_t(count++);
+            out.at[at] = {toolFeature(kind, ours[i]), others[i]};
+            out.gap[at] = gaps[i];
+            out.sum[at] = 1;
         }
-        const float gap = gaps[lane];
-        const auto at = std::size_t(count);
-        out.at[at] = entry;
-        out.gap[at] = gap;
-        out.sum[at] = 1;
-        count += gap <= q.margin;
         return true;
     });
     out.count = count;
+}
+
+/// The tests of touchstone::crossing() on eight pairs in float, widened by its rounding. Points are relative to the
+/// centers.
+struct FeaturePairFinder::Sieve {
+    const Surface &tool, &obstacle;
+    Matrix3f R0, R1;
+    Vector3f t0, t1;
+    float guard, least, angle;
+
+    Sieve(const Surface& tool_, const Surface& obstacle_, const Pose& before, const Pose& after, double least_,
+          float guard_)
+        : tool(tool_), obstacle(obstacle_), guard(guard_), least(float(least_) + guard_) {
+        const Vec3 &c = tool.extent.center, &o = obstacle.extent.center;
+        R0 = before.R().cast<float>(), R1 = after.R().cast<float>();
+        t0 = (before * c - o).cast<float>(), t1 = (after * c - o).cast<float>();
+        angle = float(after.q.angularDistance(before.q) + kAngleGuard);
+    }
+
+    /// Of vertices on these ways, each with a face: those which may cross it.
+    TOUCHSTONE_INLINE Mask crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
+        const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
+        const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
+        Int8 may = (before + change < least) & (change <= guard) & (before >= -guard);
+        if (!toMask(may)) return 0;
+        Float8 enters = splat(0.0f), leaves = splat(1.0f);
+        for (int k = 0; k < 3; ++k) {
+            const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
+            const Float8 wide = guard * (magnitude(side.x) + magnitude(side.y) + magnitude(side.z));
+            const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
+            may &= (first >= 0.0f) | (last >= 0.0f);
+            const Float8 border = first / (first - last);
+            enters = first < 0.0f ? max(enters, border) : enters;
+            leaves = last < 0.0f ? min(leaves, border) : leaves;
+        }
+        may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -guard) & (before + leaves * change < least);
+        return toMask(may);
+    }
+    Mask vertexFaces(const int* vertices, const int* faces) const {
+        const Vec8 arms = verticesOf(tool, vertices);
+        return crosses(R0 * arms + Vec8(t0), R1 * arms + Vec8(t1), FaceLanes::of(obstacle, faces));
+    }
+    Mask facesVertex(const int* faces, const int* vertices) const {
+        const Vec8 at = verticesOf(obstacle, vertices);
+        const Matrix3f back0 = R0.transpose(), back1 = R1.transpose();
+        return crosses(back0 * (at - Vec8(t0)), back1 * (at - Vec8(t1)), FaceLanes::of(tool, faces));
+    }
+    Mask edges(const int* edges, const int* others) const {
+        const EdgeLanes ours = EdgeLanes::endsOf(tool, edges), resting = EdgeLanes::endsOf(obstacle, others);
+        const EdgeLanes from = R0 * ours, to = R1 * ours;
+        const Vec8 a0 = from.first + Vec8(t0), a1 = from.second + Vec8(t0), b0 = to.first + Vec8(t1),
+                   b1 = to.second + Vec8(t1);
+        const Float8 wide = splat(2 * least);
+        const auto meet = [&](const Float8& p, const Float8& q, const Float8& r, const Float8& s, const Float8& lo,
+                              const Float8& hi) {
+            return (min(min(p, q), min(r, s)) - wide <= max(lo, hi)) &
+                   (max(max(p, q), max(r, s)) + wide >= min(lo, hi));
+        };
+        const Vec8 &r0 = resting.first, &r1 = resting.second;
+        Int8 may = meet(a0.x, a1.x, b0.x, b1.x, r0.x, r1.x) & meet(a0.y, a1.y, b0.y, b1.y, r0.y, r1.y) &
+                   meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
+        if (!toMask(may)) return 0;
+        // As linesStayApart().
+        const Vec8 u0 = from.second - from.first, u1 = to.second - to.first, v = r1 - r0, w0 = a0 - r0, w1 = b0 - r0;
+        const Vec8 c0 = cross(u0, v), c1 = cross(u1, v);
+        const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
+        const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
+        const Float8 length = simd::sqrt(dot(v, v)) + simd::sqrt(dot(u0, u0));
+        const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), size2 = max(dot(c0, c0), dot(c1, c1));
+        const Float8 apart = max(lowest, -highest) - 4 * guard * length * (far + length);
+        may &= (apart <= 0.0f) | (apart * apart <= (4.5f * least * least) * size2);
+        if (!toMask(may)) return 0;
+        // The faces of both edges are behind the normal, up to the angle of the step.
+        const EdgeLanes wings = R0 * EdgeLanes::of(tool.wings, edges),
+                        otherWings = EdgeLanes::of(obstacle.wings, others);
+        const Float8 m0 = dot(wings.first, c0), m1 = dot(wings.second, c0), n0 = dot(otherWings.first, c0),
+                     n1 = dot(otherWings.second, c0);
+        const Float8 limit = angle * (simd::sqrt(size2) + length * length) + 4 * guard * length;
+        may &= ((min(m0, m1) >= -limit) & (max(n0, n1) <= limit)) | ((max(m0, m1) <= limit) & (min(n0, n1) >= -limit));
+        return toMask(may);
+    }
+};
+
+void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
+                                    const Pose& after, double least, ErasedCrossing visit, void* context) const {
+    const Sieve sieve(*tool_, *obstacle_, before, after, least, std::max(guard(before), guard(after)));
+    forEachEight(entries, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
+        Mask mask = kind == PairKind::VertexFace   ? sieve.vertexFaces(ours, others)
+                    : kind == PairKind::FaceVertex ? sieve.facesVertex(ours, others)
+                                                   : sieve.edges(ours, others);
+        for (mask &= (1u << n) - 1; mask; mask &= mask - 1) {
+            const int i = std::countr_zero(mask);
+            if (!visit(context, {toolFeature(kind, ours[i]), others[i]})) return false;
+        }
+        return true;
+    });
 }
 
 NearestPoints FeaturePairFinder::nearest(const Pose& X_OT, const PairEntry& pair) const {

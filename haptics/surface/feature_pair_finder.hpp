@@ -22,6 +22,16 @@ class FeaturePairFinder final : public PairFinder {
     bool ofFeatures() const override { return true; }
     float guard(const Pose& X_OT) const override;
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
+    /// Of the entries of a coverage: calls visit(PairEntry) for all that the step of the tool between two poses may
+    /// bring nearer than `least`, mm, along the straight ways of FeatureList, until it returns false. Others have no
+    /// touchstone::crossing(). Pre: the entries are complete for the coverage.
+    template <class Visit>
+    void forEachCrossing(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
+                         double least, Visit&& visit) const {
+        crossErased(
+            entries, asked, before, after, least,
+            [](void* v, const PairEntry& e) { return (*static_cast<std::remove_reference_t<Visit>*>(v))(e); }, &visit);
+    }
     /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
     template <class Visit>
     void forEachPair(const Coverage& asked, Visit&& visit) {
@@ -31,7 +41,9 @@ class FeaturePairFinder final : public PairFinder {
 
   private:
     using ErasedVisit = bool (*)(void*, const PairEntry&, float);
+    using ErasedCrossing = bool (*)(void*, const PairEntry&);
     struct Query;
+    struct Sieve;
     struct Swept;
     struct Node {
         int height, index;
@@ -40,6 +52,10 @@ class FeaturePairFinder final : public PairFinder {
     bool search(const Coverage& asked, PairEntries& out) override;
     void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
     void walkErased(const Coverage& asked, ErasedVisit visit, void* context);
+    void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
+                     double least, ErasedCrossing visit, void* context) const;
+    template <class Visit>
+    void forEachEight(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
     template <class Visit>
     static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
                             Visit&& visit);

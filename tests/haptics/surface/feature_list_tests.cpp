@@ -107,7 +107,7 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
     const Surface tool = surfaceOf(test::blobMesh(4, 16, 9)), obstacle = surfaceOf(test::torusMesh(5, 2, 16, 10));
     FeatureList fresh(tool, obstacle, 3), aged(tool, obstacle, 3);
     for (FeatureList* list : {&fresh, &aged}) list->keepApart(kDistance);
-    int crossedSteps = 0;
+    int crossedSteps = 0, pairsAround = 0, pairsTested = 0, pairsCrossing = 0;
     for (int n = 0; n < 300; ++n) {
         // Near poses at which the parts just do not overlap.
         Pose X = random.pose(3, 1);
@@ -139,11 +139,30 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         const std::vector<double> expected = rowsOf(fresh);
         CHECK(rowsOf(aged) == expected);
         crossedSteps += !expected.empty();
+        // No pair that crosses is left out before its test.
+        FeaturePairFinder finder(tool, obstacle);
+        PairEntries around = finder.entries();
+        REQUIRE(finder.find({step, 0.5}, around));
+        const Pose after = step.end(tool.extent.center);
+        std::set<std::pair<int, int>> tested;
+        finder.forEachCrossing(around, {step, 0.5}, X, after, kDistance / 2, [&](const PairEntry& pair) {
+            return tested.insert({pair.tool, pair.obstacle}).second;
+        });
+        pairsAround += around.count;
+        pairsTested += int(tested.size());
+        for (int i = 0; i < around.count; ++i) {
+            const PairEntry& pair = around.at[std::size_t(i)];
+            if (!fresh.isDeeper(X, after, {pair.tool, pair.obstacle}, 0)) continue;
+            ++pairsCrossing;
+            REQUIRE(tested.count({pair.tool, pair.obstacle}) == 1);
+        }
         // What crosses nothing leaves the parts apart.
         if (expected.empty() && step.turn.norm() < 0.01) CHECK(!overlap(tool, obstacle, step.end(tool.extent.center)));
         if (expected.empty()) CHECK(!fresh.remeasure(X, step.end(tool.extent.center), 0).deeper());
     }
     CHECK(crossedSteps > 20);
+    CHECK(pairsCrossing > 20);
+    CHECK(pairsTested < pairsAround / 3);
 }
 
 }  // namespace touchstone::feature_list_tests
