@@ -41,6 +41,8 @@ inline Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); 
 
 /// The maximum of each lane; where `a` is NaN, the result is b.
 inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
+inline Float8 min(Float8 a, Float8 b) { return a < b ? a : b; }
+inline Float8 abs(Float8 a) { return max(a, -a); }
 TOUCHSTONE_INLINE Double8 min(const Double8& a, const Double8& b) { return a < b ? a : b; }
 TOUCHSTONE_INLINE Double8 max(const Double8& a, const Double8& b) { return a > b ? a : b; }
 TOUCHSTONE_INLINE Double8 abs(const Double8& a) { return max(a, -a); }

@@ -19,100 +19,8 @@ constexpr float kPi = std::numbers::pi_v<float>;
 /// Between two poses the gap may be smaller by half the way, so more poses keep fewer pairs and take more time.
 constexpr int kSamples = 6;
 constexpr float kSampleWay = 0.1f;
-/// Added to angles, rad: more than the rounding of directions in float.
-constexpr double kAngleGuard = 1e-4;
 
-/// Eight vectors.
-struct Vec8 {
-    Float8 x, y, z;
-
-    TOUCHSTONE_INLINE Vec8(const Float8& x_, const Float8& y_, const Float8& z_) : x(x_), y(y_), z(z_) {}
-    TOUCHSTONE_INLINE Vec8(const Vector3f& v) : x(splat(v.x())), y(splat(v.y())), z(splat(v.z())) {}  // NOLINT
-    TOUCHSTONE_INLINE Vec8(const Surface::Columns& c, int i)
-        : x(load(&c[0][i])), y(load(&c[1][i])), z(load(&c[2][i])) {}
-    TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-    TOUCHSTONE_INLINE friend Vec8 operator-(const Vec8& a, const Vec8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-    TOUCHSTONE_INLINE friend Vec8 operator*(const Float8& s, const Vec8& a) { return {s * a.x, s * a.y, s * a.z}; }
-    TOUCHSTONE_INLINE friend Float8 dot(const Vec8& a, const Vec8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-    TOUCHSTONE_INLINE friend Vec8 cross(const Vec8& a, const Vec8& b) {
-        return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-    }
-    TOUCHSTONE_INLINE friend Vec8 operator*(const Matrix3f& R, const Vec8& a) {
-        return a.x * Vec8(R.col(0)) + a.y * Vec8(R.col(1)) + a.z * Vec8(R.col(2));
-    }
-};
-
-TOUCHSTONE_INLINE Float8 min(const Float8& a, const Float8& b) { return a < b ? a : b; }
-TOUCHSTONE_INLINE Float8 magnitude(const Float8& a) { return max(a, -a); }
 TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
-
-/// Eight vectors that are set one by one.
-struct Gathered {
-    alignas(32) float x[8], y[8], z[8];
-
-    template <class V>
-    TOUCHSTONE_INLINE void set(int lane, const V& v) {
-        x[lane] = float(v[0]), y[lane] = float(v[1]), z[lane] = float(v[2]);
-    }
-    TOUCHSTONE_INLINE operator Vec8() const { return {load(x), load(y), load(z)}; }  // NOLINT
-};
-
-TOUCHSTONE_INLINE Vec8 verticesOf(const Surface& part, const int* vertices) {
-    Gathered at;
-    for (int i = 0; i < 8; ++i) at.set(i, part.points[part.features.vertices[vertices[i]].point]);
-    return at;
-}
-
-/// Eight faces: neighbors, or any.
-struct FaceLanes {
-    Vec8 a, b, c, normal;
-
-    TOUCHSTONE_INLINE FaceLanes(const Surface& part, int first)
-        : a(part.corners[0], first),
-          b(part.corners[1], first),
-          c(part.corners[2], first),
-          normal(part.normals, first) {}
-    TOUCHSTONE_INLINE static FaceLanes of(const Surface& part, const int* faces) {
-        Gathered at[3], normals;
-        for (int i = 0; i < 8; ++i) {
-            const SurfaceFeatures::Face& face = part.features.faces[faces[i]];
-            for (int k = 0; k < 3; ++k) at[k].set(i, part.points[face.points[k]]);
-            normals.set(i, face.normal);
-        }
-        return {at[0], at[1], at[2], normals};
-    }
-    TOUCHSTONE_INLINE FaceLanes(const Vec8& a_, const Vec8& b_, const Vec8& c_, const Vec8& normal_)
-        : a(a_), b(b_), c(c_), normal(normal_) {}
-    TOUCHSTONE_INLINE friend FaceLanes operator*(const Matrix3f& R, const FaceLanes& f) {
-        return {R * f.a, R * f.b, R * f.c, R * f.normal};
-    }
-};
-
-/// The ends of eight edges, or their wings: neighbors, or any.
-struct EdgeLanes {
-    Vec8 first, second;
-
-    TOUCHSTONE_INLINE EdgeLanes(const std::array<Surface::Columns, 2>& of, int i) : first(of[0], i), second(of[1], i) {}
-    TOUCHSTONE_INLINE static EdgeLanes of(const std::array<Surface::Columns, 2>& columns, const int* edges) {
-        Gathered at[2];
-        for (int i = 0; i < 8; ++i)
-            for (int k = 0; k < 2; ++k) {
-                const auto& [x, y, z] = columns[k];
-                at[k].set(i, Vector3f(x[edges[i]], y[edges[i]], z[edges[i]]));
-            }
-        return {at[0], at[1]};
-    }
-    TOUCHSTONE_INLINE static EdgeLanes endsOf(const Surface& part, const int* edges) {
-        Gathered at[2];
-        for (int i = 0; i < 8; ++i)
-            for (int k = 0; k < 2; ++k) at[k].set(i, part.points[part.features.edges[edges[i]].points[k]]);
-        return {at[0], at[1]};
-    }
-    TOUCHSTONE_INLINE EdgeLanes(const Vec8& first_, const Vec8& second_) : first(first_), second(second_) {}
-    TOUCHSTONE_INLINE friend EdgeLanes operator*(const Matrix3f& R, const EdgeLanes& e) {
-        return {R * e.first, R * e.second};
-    }
-};
 
 /// Squared distances of points from triangles with these normals of unit length.
 TOUCHSTONE_INLINE Float8 faceDistance2(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
@@ -177,7 +85,7 @@ struct FeaturePairFinder::Query {
         // What serves this course also serves steps near it: neither end of them has turned further, and the pairs of
         // a step may be off by its own turn (FeatureList).
         const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
-        angle = float(std::min(3 * turned + kAngleGuard, std::numbers::pi));
+        angle = float(std::min(3 * turned + kDirectionGuard, std::numbers::pi));
         cosAngle = std::cos(angle);
         sinAngle = std::sin(angle);
         sine = angle < kPi / 2 ? sinAngle : 1.0f;
@@ -518,95 +426,11 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
     out.count = count;
 }
 
-/// The tests of touchstone::crossing() on eight pairs in float, widened by its rounding. Points are relative to the
-/// centers.
-struct FeaturePairFinder::Sieve {
-    const Surface &tool, &obstacle;
-    Matrix3f R0, R1;
-    Vector3f t0, t1;
-    float guard, least, angle;
-
-    Sieve(const Surface& tool_, const Surface& obstacle_, const Pose& before, const Pose& after, double least_,
-          float guard_)
-        : tool(tool_), obstacle(obstacle_), guard(guard_), least(float(least_) + guard_) {
-        const Vec3 &c = tool.extent.center, &o = obstacle.extent.center;
-        R0 = before.R().cast<float>(), R1 = after.R().cast<float>();
-        t0 = (before * c - o).cast<float>(), t1 = (after * c - o).cast<float>();
-        angle = float(after.q.angularDistance(before.q) + kAngleGuard);
-    }
-
-    /// Of vertices on these ways, each with a face: those which may cross it.
-    TOUCHSTONE_INLINE Mask crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
-        const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
-        const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
-        Int8 may = (before + change < least) & (change <= guard) & (before >= -guard);
-        if (!toMask(may)) return 0;
-        Float8 enters = splat(0.0f), leaves = splat(1.0f);
-        for (int k = 0; k < 3; ++k) {
-            const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
-            const Float8 wide = guard * (magnitude(side.x) + magnitude(side.y) + magnitude(side.z));
-            const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
-            may &= (first >= 0.0f) | (last >= 0.0f);
-            const Float8 border = first / (first - last);
-            enters = first < 0.0f ? max(enters, border) : enters;
-            leaves = last < 0.0f ? min(leaves, border) : leaves;
-        }
-        may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -guard) & (before + leaves * change < least);
-        return toMask(may);
-    }
-    Mask vertexFaces(const int* vertices, const int* faces) const {
-        const Vec8 arms = verticesOf(tool, vertices);
-        return crosses(R0 * arms + Vec8(t0), R1 * arms + Vec8(t1), FaceLanes::of(obstacle, faces));
-    }
-    Mask facesVertex(const int* faces, const int* vertices) const {
-        const Vec8 at = verticesOf(obstacle, vertices);
-        const Matrix3f back0 = R0.transpose(), back1 = R1.transpose();
-        return crosses(back0 * (at - Vec8(t0)), back1 * (at - Vec8(t1)), FaceLanes::of(tool, faces));
-    }
-    Mask edges(const int* edges, const int* others) const {
-        const EdgeLanes ours = EdgeLanes::endsOf(tool, edges), resting = EdgeLanes::endsOf(obstacle, others);
-        const EdgeLanes from = R0 * ours, to = R1 * ours;
-        const Vec8 a0 = from.first + Vec8(t0), a1 = from.second + Vec8(t0), b0 = to.first + Vec8(t1),
-                   b1 = to.second + Vec8(t1);
-        const Float8 wide = splat(2 * least);
-        const auto meet = [&](const Float8& p, const Float8& q, const Float8& r, const Float8& s, const Float8& lo,
-                              const Float8& hi) {
-            return (min(min(p, q), min(r, s)) - wide <= max(lo, hi)) &
-                   (max(max(p, q), max(r, s)) + wide >= min(lo, hi));
-        };
-        const Vec8 &r0 = resting.first, &r1 = resting.second;
-        Int8 may = meet(a0.x, a1.x, b0.x, b1.x, r0.x, r1.x) & meet(a0.y, a1.y, b0.y, b1.y, r0.y, r1.y) &
-                   meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
-        if (!toMask(may)) return 0;
-        // As linesStayApart().
-        const Vec8 u0 = from.second - from.first, u1 = to.second - to.first, v = r1 - r0, w0 = a0 - r0, w1 = b0 - r0;
-        const Vec8 c0 = cross(u0, v), c1 = cross(u1, v);
-        const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
-        const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
-        const Float8 length = simd::sqrt(dot(v, v)) + simd::sqrt(dot(u0, u0));
-        const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), size2 = max(dot(c0, c0), dot(c1, c1));
-        const Float8 apart = max(lowest, -highest) - 4 * guard * length * (far + length);
-        may &= (apart <= 0.0f) | (apart * apart <= (4.5f * least * least) * size2);
-        if (!toMask(may)) return 0;
-        // The faces of both edges are behind the normal, up to the angle of the step.
-        const EdgeLanes wings = R0 * EdgeLanes::of(tool.wings, edges),
-                        otherWings = EdgeLanes::of(obstacle.wings, others);
-        const Float8 m0 = dot(wings.first, c0), m1 = dot(wings.second, c0), n0 = dot(otherWings.first, c0),
-                     n1 = dot(otherWings.second, c0);
-        const Float8 limit = angle * (simd::sqrt(size2) + length * length) + 4 * guard * length;
-        may &= ((min(m0, m1) >= -limit) & (max(n0, n1) <= limit)) | ((max(m0, m1) <= limit) & (min(n0, n1) >= -limit));
-        return toMask(may);
-    }
-};
-
 void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
                                     const Pose& after, double least, ErasedCrossing visit, void* context) const {
-    const Sieve sieve(*tool_, *obstacle_, before, after, least, std::max(guard(before), guard(after)));
+    const CrossingSieve sieve(*tool_, *obstacle_, before, after, least, std::max(guard(before), guard(after)));
     forEachEight(entries, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
-        Mask mask = kind == PairKind::VertexFace   ? sieve.vertexFaces(ours, others)
-                    : kind == PairKind::FaceVertex ? sieve.facesVertex(ours, others)
-                                                   : sieve.edges(ours, others);
-        for (mask &= (1u << n) - 1; mask; mask &= mask - 1) {
+        for (Mask mask = sieve.test(kind, ours, others) & ((1u << n) - 1); mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             if (!visit(context, {toolFeature(kind, ours[i]), others[i]})) return false;
         }

@@ -1,12 +1,13 @@
 #pragma once
 // Finds the pairs of features of two meshes that may touch in the next ticks.
+#include <type_traits>
+
 #include "haptics/collision/pair_finder.hpp"
+#include "haptics/surface/crossing_sieve.hpp"
 #include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
 
-/// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
-enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
 /// A PairEntry of features: its `tool` holds the kind and the tool's feature, its `obstacle` the obstacle's.
 constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int32_t(kind) << 26 | feature; }
 constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> 26); }
@@ -23,8 +24,7 @@ class FeaturePairFinder final : public PairFinder {
     float guard(const Pose& X_OT) const override;
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
     /// Of the entries of a coverage: calls visit(PairEntry) for all that the step of the tool between two poses may
-    /// bring nearer than `least`, mm, along the straight ways of FeatureList, until it returns false. Others have no
-    /// touchstone::crossing(). Pre: the entries are complete for the coverage.
+    /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage.
     template <class Visit>
     void forEachCrossing(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                          double least, Visit&& visit) const {
@@ -43,7 +43,6 @@ class FeaturePairFinder final : public PairFinder {
     using ErasedVisit = bool (*)(void*, const PairEntry&, float);
     using ErasedCrossing = bool (*)(void*, const PairEntry&);
     struct Query;
-    struct Sieve;
     struct Swept;
     struct Node {
         int height, index;

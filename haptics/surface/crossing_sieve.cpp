@@ -1,0 +1,91 @@
+#include "haptics/surface/crossing_sieve.hpp"
+
+namespace touchstone {
+
+using namespace simd;
+using Eigen::Matrix3f;
+
+CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after,
+                             double least, float guard)
+    : tool_(tool),
+      obstacle_(obstacle),
+      R0_(before.R().cast<float>()),
+      R1_(after.R().cast<float>()),
+      t0_((before * tool.extent.center - obstacle.extent.center).cast<float>()),
+      t1_((after * tool.extent.center - obstacle.extent.center).cast<float>()),
+      guard_(guard),
+      least_(float(least) + guard),
+      angle_(float(after.q.angularDistance(before.q) + kDirectionGuard)) {}
+
+/// Of vertices on these ways, each with a face: those which may cross it.
+TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
+    const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
+    const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
+    Int8 may = (before + change < least_) & (change <= guard_) & (before >= -guard_);
+    if (!toMask(may)) return 0;
+    Float8 enters = splat(0.0f), leaves = splat(1.0f);
+    for (int k = 0; k < 3; ++k) {
+        const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
+        const Float8 wide = guard_ * (abs(side.x) + abs(side.y) + abs(side.z));
+        const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
+        may &= (first >= 0.0f) | (last >= 0.0f);
+        const Float8 border = first / (first - last);
+        enters = first < 0.0f ? max(enters, border) : enters;
+        leaves = last < 0.0f ? min(leaves, border) : leaves;
+    }
+    may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -guard_) & (before + leaves * change < least_);
+    return toMask(may);
+}
+
+Mask CrossingSieve::vertexFaces(const int* vertices, const int* faces) const {
+    const Vec8 arms = verticesOf(tool_, vertices);
+    return crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), FaceLanes::of(obstacle_, faces));
+}
+
+Mask CrossingSieve::facesVertex(const int* faces, const int* vertices) const {
+    const Vec8 at = verticesOf(obstacle_, vertices);
+    const Matrix3f back0 = R0_.transpose(), back1 = R1_.transpose();
+    return crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), FaceLanes::of(tool_, faces));
+}
+
+Mask CrossingSieve::edges(const int* edges, const int* others) const {
+    const EdgeLanes ours = EdgeLanes::endsOf(tool_, edges), resting = EdgeLanes::endsOf(obstacle_, others);
+    const EdgeLanes from = R0_ * ours, to = R1_ * ours;
+    const Vec8 a0 = from.first + Vec8(t0_), a1 = from.second + Vec8(t0_), b0 = to.first + Vec8(t1_),
+               b1 = to.second + Vec8(t1_);
+    const Float8 wide = splat(2 * least_);
+    const auto meet = [&](const Float8& p, const Float8& q, const Float8& r, const Float8& s, const Float8& lo,
+                          const Float8& hi) {
+        return (min(min(p, q), min(r, s)) - wide <= max(lo, hi)) & (max(max(p, q), max(r, s)) + wide >= min(lo, hi));
+    };
+    const Vec8 &r0 = resting.first, &r1 = resting.second;
+    Int8 may = meet(a0.x, a1.x, b0.x, b1.x, r0.x, r1.x) & meet(a0.y, a1.y, b0.y, b1.y, r0.y, r1.y) &
+               meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
+    if (!toMask(may)) return 0;
+    // As linesStayApart().
+    const Vec8 u0 = from.second - from.first, u1 = to.second - to.first, v = r1 - r0, w0 = a0 - r0, w1 = b0 - r0;
+    const Vec8 c0 = cross(u0, v), c1 = cross(u1, v);
+    const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
+    const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
+    const Float8 length = simd::sqrt(dot(v, v)) + simd::sqrt(dot(u0, u0));
+    const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), size2 = max(dot(c0, c0), dot(c1, c1));
+    const Float8 apart = max(lowest, -highest) - 4 * guard_ * length * (far + length);
+    may &= (apart <= 0.0f) | (apart * apart <= (4.5f * least_ * least_) * size2);
+    if (!toMask(may)) return 0;
+    // The faces of both edges are behind the normal, up to the angle of the step.
+    const EdgeLanes wings = R0_ * EdgeLanes::of(tool_.wings, edges),
+                    otherWings = EdgeLanes::of(obstacle_.wings, others);
+    const Float8 m0 = dot(wings.first, c0), m1 = dot(wings.second, c0), n0 = dot(otherWings.first, c0),
+                 n1 = dot(otherWings.second, c0);
+    const Float8 limit = angle_ * (simd::sqrt(size2) + length * length) + 4 * guard_ * length;
+    may &= ((min(m0, m1) >= -limit) & (max(n0, n1) <= limit)) | ((max(m0, m1) <= limit) & (min(n0, n1) >= -limit));
+    return toMask(may);
+}
+
+Mask CrossingSieve::test(PairKind kind, const int* ours, const int* others) const {
+    return kind == PairKind::VertexFace   ? vertexFaces(ours, others)
+           : kind == PairKind::FaceVertex ? facesVertex(ours, others)
+                                          : edges(ours, others);
+}
+
+}  // namespace touchstone

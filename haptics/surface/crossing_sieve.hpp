@@ -1,0 +1,33 @@
+#pragma once
+// Leaves out most of the pairs of features that a step cannot cross, eight at a time.
+#include "haptics/surface/feature_lanes.hpp"
+
+namespace touchstone {
+
+/// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
+enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
+
+/// The tests of touchstone::crossing() in float, widened by its rounding, for the step of a tool between two poses
+/// along the straight ways of FeatureList: a pair that is left out has no crossing. Real time.
+class CrossingSieve {
+  public:
+    /// Poses X_OT: tool node in the obstacle's frame, mm. least: of the crossing, mm. guard: bound on the error of a
+    /// point in float, mm.
+    CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after, double least,
+                  float guard);
+    /// Of eight pairs of a kind: those that the step may cross. ours, others: features of the tool and the obstacle.
+    simd::Mask test(PairKind kind, const int* ours, const int* others) const;
+
+  private:
+    simd::Mask crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const;
+    simd::Mask vertexFaces(const int* vertices, const int* faces) const;
+    simd::Mask facesVertex(const int* faces, const int* vertices) const;
+    simd::Mask edges(const int* edges, const int* others) const;
+
+    const Surface &tool_, &obstacle_;
+    Eigen::Matrix3f R0_, R1_;
+    Eigen::Vector3f t0_, t1_;  ///< from the obstacle's center to the tool's
+    float guard_, least_, angle_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,102 @@
+#pragma once
+// Eight features of a part side by side, for tests in float.
+#include "haptics/math/simd.hpp"
+#include "haptics/surface/surface.hpp"
+
+namespace touchstone {
+
+using simd::Float8;
+
+/// Added to angles, rad: more than the rounding of directions in float.
+inline constexpr double kDirectionGuard = 1e-4;
+
+/// Eight vectors.
+struct Vec8 {
+    Float8 x, y, z;
+
+    TOUCHSTONE_INLINE Vec8(const Float8& x_, const Float8& y_, const Float8& z_) : x(x_), y(y_), z(z_) {}
+    TOUCHSTONE_INLINE Vec8(const Eigen::Vector3f& v)
+        : x(simd::splat(v.x())), y(simd::splat(v.y())), z(simd::splat(v.z())) {}  // NOLINT
+    TOUCHSTONE_INLINE Vec8(const Surface::Columns& c, int i)
+        : x(simd::load(&c[0][i])), y(simd::load(&c[1][i])), z(simd::load(&c[2][i])) {}
+    TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    TOUCHSTONE_INLINE friend Vec8 operator-(const Vec8& a, const Vec8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    TOUCHSTONE_INLINE friend Vec8 operator*(const Float8& s, const Vec8& a) { return {s * a.x, s * a.y, s * a.z}; }
+    TOUCHSTONE_INLINE friend Float8 dot(const Vec8& a, const Vec8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+    TOUCHSTONE_INLINE friend Vec8 cross(const Vec8& a, const Vec8& b) {
+        return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    }
+    TOUCHSTONE_INLINE friend Vec8 operator*(const Eigen::Matrix3f& R, const Vec8& a) {
+        return a.x * Vec8(R.col(0)) + a.y * Vec8(R.col(1)) + a.z * Vec8(R.col(2));
+    }
+};
+
+/// Eight vectors that are set one by one.
+struct Gathered {
+    alignas(32) float x[8], y[8], z[8];
+
+    template <class V>
+    TOUCHSTONE_INLINE void set(int lane, const V& v) {
+        x[lane] = float(v[0]), y[lane] = float(v[1]), z[lane] = float(v[2]);
+    }
+    TOUCHSTONE_INLINE operator Vec8() const { return {simd::load(x), simd::load(y), simd::load(z)}; }  // NOLINT
+};
+
+TOUCHSTONE_INLINE Vec8 verticesOf(const Surface& part, const int* vertices) {
+    Gathered at;
+    for (int i = 0; i < 8; ++i) at.set(i, part.points[part.features.vertices[vertices[i]].point]);
+    return at;
+}
+
+/// Eight faces: neighbors, or any.
+struct FaceLanes {
+    Vec8 a, b, c, normal;
+
+    TOUCHSTONE_INLINE FaceLanes(const Surface& part, int first)
+        : a(part.corners[0], first),
+          b(part.corners[1], first),
+          c(part.corners[2], first),
+          normal(part.normals, first) {}
+    TOUCHSTONE_INLINE static FaceLanes of(const Surface& part, const int* faces) {
+        Gathered at[3], normals;
+        for (int i = 0; i < 8; ++i) {
+            const SurfaceFeatures::Face& face = part.features.faces[faces[i]];
+            for (int k = 0; k < 3; ++k) at[k].set(i, part.points[face.points[k]]);
+            normals.set(i, face.normal);
+        }
+        return {at[0], at[1], at[2], normals};
+    }
+    TOUCHSTONE_INLINE FaceLanes(const Vec8& a_, const Vec8& b_, const Vec8& c_, const Vec8& normal_)
+        : a(a_), b(b_), c(c_), normal(normal_) {}
+    TOUCHSTONE_INLINE friend FaceLanes operator*(const Eigen::Matrix3f& R, const FaceLanes& f) {
+        return {R * f.a, R * f.b, R * f.c, R * f.normal};
+    }
+};
+
+/// The ends of eight edges, or their wings: neighbors, or any.
+struct EdgeLanes {
+    Vec8 first, second;
+
+    TOUCHSTONE_INLINE EdgeLanes(const std::array<Surface::Columns, 2>& of, int i) : first(of[0], i), second(of[1], i) {}
+    TOUCHSTONE_INLINE static EdgeLanes of(const std::array<Surface::Columns, 2>& columns, const int* edges) {
+        Gathered at[2];
+        for (int i = 0; i < 8; ++i)
+            for (int k = 0; k < 2; ++k) {
+                const auto& [x, y, z] = columns[k];
+                at[k].set(i, Eigen::Vector3f(x[edges[i]], y[edges[i]], z[edges[i]]));
+            }
+        return {at[0], at[1]};
+    }
+    TOUCHSTONE_INLINE static EdgeLanes endsOf(const Surface& part, const int* edges) {
+        Gathered at[2];
+        for (int i = 0; i < 8; ++i)
+            for (int k = 0; k < 2; ++k) at[k].set(i, part.points[part.features.edges[edges[i]].points[k]]);
+        return {at[0], at[1]};
+    }
+    TOUCHSTONE_INLINE EdgeLanes(const Vec8& first_, const Vec8& second_) : first(first_), second(second_) {}
+    TOUCHSTONE_INLINE friend EdgeLanes operator*(const Eigen::Matrix3f& R, const EdgeLanes& e) {
+        return {R * e.first, R * e.second};
+    }
+};
+
+}  // namespace touchstone
