@@ -18,6 +18,9 @@ using nlohmann::json;
 
 namespace {
 
+/// Numbers of linearizations that a sweep tries between meshes: among them the default.
+const std::set<int> kLinearizations{1, 2, 4, 16, linearizationsOf({}, Geometry::Mesh)};
+
 std::set<std::string> keysOf(const json& results) {
     std::set<std::string> keys;
     for (const json& row : results.at("rows")) keys.insert(row.at("key").get<std::string>());
@@ -51,7 +54,8 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     CHECK_FALSE(part.at("machine").at("processor").get<std::string>().empty());
     for (const char* key : {"commit", "compiler", "flags"}) CHECK_FALSE(part.at(key).get<std::string>().empty());
     std::set<std::string> modes, geometries, solvers, screenings;
-    std::set<double> tolerances, leaves, linearisations;
+    std::set<double> tolerances, leaves;
+    std::set<int> linearizations;
     for (const json& row : results.at("rows")) {
         INFO(row.at("key") << ": " << row.at("why"));
         modes.insert(row.at("mode").get<std::string>());
@@ -61,7 +65,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         solvers.insert(row.at("solver").get<std::string>());
         screenings.insert(row.at("screening").get<std::string>());
         leaves.insert(row.at("tool_leaves").get<double>());
-        if (row.at("mode") == "default") linearisations.insert(row.at("linearisations").get<double>());
+        if (row.at("mode") == "default") linearizations.insert(row.at("linearisations").get<int>());
         if (!row.at("tolerance").is_null()) tolerances.insert(row.at("tolerance").get<double>());
         CHECK(row.at("samples").get<int>() + row.at("samples_lost").get<int>() == 3);
         CHECK(row.at("valid").get<bool>() == row.at("why").get<std::string>().empty());
@@ -80,7 +84,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
     CHECK(screenings == std::set<std::string>{"none", "screen", "cluster"});
     CHECK(tolerances.size() == 3);
     CHECK(leaves.size() >= 3);
-    CHECK(linearisations == std::set<double>{1, 2, 4, 16, double(linearizationsOf({}, Geometry::Mesh))});
+    CHECK(linearizations == kLinearizations);
 
     const Table rows = tableOf(touchstone.file("all/rows.csv"));
     REQUIRE(rows.size() == results.at("rows").size());
@@ -162,8 +166,7 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         return found;
     };
     CHECK(count("| spheres, 512 leaves | 2 | ") == 1);
-    for (const char* linearizations : {"1", "2", "4", "8", "16"})
-        CHECK(count(std::string("| mesh | ") + linearizations + " | ") == 1);
+    for (const int number : kLinearizations) CHECK(count("| mesh | " + std::to_string(number) + " | ") == 1);
     for (const std::string geometry : {"spheres", "mesh"}) {
         INFO(geometry);
         CHECK(count("` motion | " + geometry + " | ") == 1);
