@@ -19,6 +19,8 @@ struct Vec8 {
         : x(simd::splat(v.x())), y(simd::splat(v.y())), z(simd::splat(v.z())) {}  // NOLINT
     TOUCHSTONE_INLINE Vec8(const Surface::Columns& c, int i)
         : x(simd::load(&c[0][i])), y(simd::load(&c[1][i])), z(simd::load(&c[2][i])) {}
+    /// One of them, eight times.
+    TOUCHSTONE_INLINE Vec8 all(int i) const { return Eigen::Vector3f(x[i], y[i], z[i]); }
     TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
     TOUCHSTONE_INLINE friend Vec8 operator-(const Vec8& a, const Vec8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
     TOUCHSTONE_INLINE friend Vec8 operator*(const Float8& s, const Vec8& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -29,6 +31,25 @@ struct Vec8 {
     TOUCHSTONE_INLINE friend Vec8 operator*(const Eigen::Matrix3f& R, const Vec8& a) {
         return a.x * Vec8(R.col(0)) + a.y * Vec8(R.col(1)) + a.z * Vec8(R.col(2));
     }
+};
+
+TOUCHSTONE_INLINE Vec8 min(const Vec8& a, const Vec8& b) {
+    return {simd::min(a.x, b.x), simd::min(a.y, b.y), simd::min(a.z, b.z)};
+}
+TOUCHSTONE_INLINE Vec8 max(const Vec8& a, const Vec8& b) {
+    return {simd::max(a.x, b.x), simd::max(a.y, b.y), simd::max(a.z, b.z)};
+}
+
+/// Eight boxes.
+struct Box8 {
+    Vec8 lo, hi;
+
+    TOUCHSTONE_INLINE friend Box8 operator|(const Box8& a, const Box8& b) { return {min(a.lo, b.lo), max(a.hi, b.hi)}; }
+    TOUCHSTONE_INLINE simd::Mask meets(const Box8& b) const {
+        return simd::toMask((lo.x <= b.hi.x) & (hi.x >= b.lo.x) & (lo.y <= b.hi.y) & (hi.y >= b.lo.y) &
+                            (lo.z <= b.hi.z) & (hi.z >= b.lo.z));
+    }
+    TOUCHSTONE_INLINE Box8 all(int i) const { return {lo.all(i), hi.all(i)}; }
 };
 
 /// Eight vectors that are set one by one.
@@ -68,6 +89,7 @@ struct FaceLanes {
     }
     TOUCHSTONE_INLINE FaceLanes(const Vec8& a_, const Vec8& b_, const Vec8& c_, const Vec8& normal_)
         : a(a_), b(b_), c(c_), normal(normal_) {}
+    TOUCHSTONE_INLINE Box8 box() const { return {min(min(a, b), c), max(max(a, b), c)}; }
     TOUCHSTONE_INLINE friend FaceLanes operator*(const Eigen::Matrix3f& R, const FaceLanes& f) {
         return {R * f.a, R * f.b, R * f.c, R * f.normal};
     }
@@ -94,6 +116,8 @@ struct EdgeLanes {
         return {at[0], at[1]};
     }
     TOUCHSTONE_INLINE EdgeLanes(const Vec8& first_, const Vec8& second_) : first(first_), second(second_) {}
+    TOUCHSTONE_INLINE EdgeLanes all(int i) const { return {first.all(i), second.all(i)}; }
+    TOUCHSTONE_INLINE Box8 box() const { return {min(first, second), max(first, second)}; }
     TOUCHSTONE_INLINE friend EdgeLanes operator*(const Eigen::Matrix3f& R, const EdgeLanes& e) {
         return {R * e.first, R * e.second};
     }

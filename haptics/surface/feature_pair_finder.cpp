@@ -61,6 +61,31 @@ TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, At&& at) {
     return max(simd::sqrt(least) - half * simd::sqrt(length2), splat(0.0f));
 }
 
+/// Collects pairs and calls visit(kind, features of the tool, of the obstacle, their number) for up to eight of one
+/// kind at a time. Places behind the number repeat the first pair. push() and flush() return false if `visit` did.
+template <class Visit>
+class Eights {
+  public:
+    explicit Eights(const Visit& visit) : visit_(visit) {}
+    bool push(PairKind kind, int ours, int other) {
+        if ((count_ == 8 || kind != kind_) && !flush()) return false;
+        kind_ = kind;
+        ours_[count_] = ours;
+        others_[count_++] = other;
+        return true;
+    }
+    bool flush() {
+        if (count_ == 0) return true;
+        for (int i = count_; i < 8; ++i) ours_[i] = ours_[0], others_[i] = others_[0];
+        return visit_(kind_, ours_, others_, std::exchange(count_, 0));
+    }
+
+  private:
+    Visit visit_;
+    PairKind kind_{};
+    int ours_[8], others_[8], count_ = 0;
+};
+
 }  // namespace
 
 /// Points in float are relative to the center of their part. `t`: from the obstacle's center to the tool's.
@@ -94,19 +119,24 @@ struct FeaturePairFinder::Query {
     /// The way of points of the tool at `arm` from its center.
     TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
 
-    /// Whether a vertex of the tool, and which of eight of its edges, come within the margin of a box.
-    bool vertexIsNear(int vertex, const FeatureBounds& box) const;
-    Mask edgesNear(int first, const FeatureBounds& box) const;
+    /// Bounds of eight points of the tool at `arm` from its center, over the course, with the margin.
+    TOUCHSTONE_INLINE Box8 swept(const Vec8& arm) const {
+        const Vec8 from = arm + Vec8(t), to = from + way(arm);
+        const Vec8 wide = Vector3f(Vector3f::Constant(margin));
+        return {min(from, to) - wide, max(from, to) + wide};
+    }
     /// The gaps of eight pairs. `arm`: of the tool's vertices from its center, on the obstacle's axes; so are the
     /// tool's faces and edges. Infinite where the faces of two edges cannot oppose.
     Float8 vertexFaces(const Vec8& arm, const FaceLanes& faces) const;
     Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices) const;
     Float8 edges(const EdgeLanes& ours, const EdgeLanes& wings, const EdgeLanes& others,
                  const EdgeLanes& otherWings) const;
-    /// Those of a vertex or an edge with eight neighboring features; infinite where their normals cannot oppose.
-    Float8 vertexFaces(int vertex, int firstFace) const;
-    Float8 facesVertex(int firstFace, int vertex) const;
-    Float8 edges(int edge, int firstEdge) const;
+    /// Whether edges u and v can have a common normal with all of their faces behind it.
+    Int8 opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v, const EdgeLanes& otherWings) const;
+    /// Those of eight pairs of a kind.
+    Float8 gaps(PairKind kind, const int* ours, const int* others) const;
+    /// Which of eight normals, on the axes of the vertex, can oppose a vertex of a part.
+    Mask opposes(const Surface& part, int vertex, const Vec8& normals) const;
 
     /// Bounds of a part of the tool, over the course, in the obstacle's axes from its center. T: float or Float8.
     template <class T>
@@ -151,24 +181,6 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
     return float(16 * 0x1p-24 * (tool_->extent.reach + obstacle_->extent.reach + t) + 1e-7);
 }
 
-bool FeaturePairFinder::Query::vertexIsNear(int vertex, const FeatureBounds& box) const {
-    const Vector3f arm = placed(tool.features.vertices[vertex].point), from = arm + t,
-                   to = from + shift + turn.cross(arm);
-    return ((from.cwiseMin(to).array() <= box.hi.array() + margin) &&
-            (from.cwiseMax(to).array() >= box.lo.array() - margin))
-        .all();
-}
-
-Mask FeaturePairFinder::Query::edgesNear(int first, const FeatureBounds& box) const {
-    const Vec8 arm0 = R * Vec8(tool.ends[0], first), arm1 = R * Vec8(tool.ends[1], first);
-    const Vec8 from0 = Vec8(t) + arm0, from1 = Vec8(t) + arm1, to0 = from0 + way(arm0), to1 = from1 + way(arm1);
-    const auto within = [&](const Float8& a, const Float8& b, const Float8& c, const Float8& d, int k) {
-        return (min(min(a, b), min(c, d)) <= box.hi[k] + margin) & (max(max(a, b), max(c, d)) >= box.lo[k] - margin);
-    };
-    return toMask(within(from0.x, from1.x, to0.x, to1.x, 0) & within(from0.y, from1.y, to0.y, to1.y, 1) &
-                  within(from0.z, from1.z, to0.z, to1.z, 2));
-}
-
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& arm, const FaceLanes& f) const {
     const Vec8 from = arm + Vec8(t), path = way(arm);
     return alongCourse(dot(path, path),
@@ -184,53 +196,48 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     });
 }
 
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& ours, const EdgeLanes& wings,
-                                                         const EdgeLanes& others, const EdgeLanes& otherWings) const {
-    const Vec8 u = ours.second - ours.first, v = others.second - others.first, m = cross(u, v);
+TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v,
+                                                          const EdgeLanes& otherWings) const {
+    const Vec8 m = cross(u, v);
     const Float8 length = simd::sqrt(dot(m, m)), parallel = simd::sqrt(dot(u, u) * dot(v, v));
     // A turn by an angle turns the common normal by up to the angle divided by the sine between the edges.
     const Float8 between = length / parallel, off = angle * (1.0f + 1.0f / max(between - angle, splat(1e-6f)));
     const Float8 limit = min(off, splat(1.01f)) * length;
     const Float8 m0 = dot(wings.first, m), m1 = dot(wings.second, m), r0 = dot(otherWings.first, m),
                  r1 = dot(otherWings.second, m);
-    const Int8 opposes =
-        ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
-    if (!toMask(opposes)) return splat(HUGE_VALF);
+    return ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
+}
+
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& ours, const EdgeLanes& wings,
+                                                         const EdgeLanes& others, const EdgeLanes& otherWings) const {
+    const Vec8 u = ours.second - ours.first, v = others.second - others.first;
+    const Int8 may = opposing(u, wings, v, otherWings);
+    if (!toMask(may)) return splat(HUGE_VALF);
     const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - others.first;
     const Float8 gap = alongCourse(max(dot(path, path), dot(path + bend, path + bend)), [&](float s) {
         const Float8 share = splat(s);
         return edgeDistance2(u + share * bend, v, w + share * path);
     });
-    return opposes ? gap : splat(HUGE_VALF);
+    return may ? gap : splat(HUGE_VALF);
 }
 
-Float8 FeaturePairFinder::Query::vertexFaces(int vertex, int firstFace) const {
-    const SurfaceFeatures::Vertex& v = tool.features.vertices[vertex];
-    const FaceLanes faces(obstacle, firstFace);
+Float8 FeaturePairFinder::Query::gaps(PairKind kind, const int* ours, const int* others) const {
+    switch (kind) {
+        case PairKind::VertexFace:
+            return vertexFaces(R * verticesOf(tool, ours), FaceLanes::of(obstacle, others));
+        case PairKind::FaceVertex:
+            return facesVertex(R * FaceLanes::of(tool, ours), verticesOf(obstacle, others));
+        default:
+            return edges(R * EdgeLanes::endsOf(tool, ours), R * EdgeLanes::of(tool.wings, ours),
+                         EdgeLanes::endsOf(obstacle, others), EdgeLanes::of(obstacle.wings, others));
+    }
+}
+
+Mask FeaturePairFinder::Query::opposes(const Surface& part, int vertex, const Vec8& normals) const {
+    const SurfaceFeatures::Vertex& v = part.features.vertices[vertex];
     Float8 least = splat(1.0f);
-    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
-        least = min(least, dot(Vector3f(R * tool.spokes[k]), faces.normal));
-    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
-    return least >= -sine ? vertexFaces(placed(v.point), faces) : splat(HUGE_VALF);
-}
-
-Float8 FeaturePairFinder::Query::facesVertex(int firstFace, int vertex) const {
-    const SurfaceFeatures::Vertex& v = obstacle.features.vertices[vertex];
-    const FaceLanes faces = R * FaceLanes(tool, firstFace);
-    Float8 least = splat(1.0f);
-    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k)
-        least = min(least, dot(obstacle.spokes[k], faces.normal));
-    if (!lessEqual(splat(-sine), least)) return splat(HUGE_VALF);
-    return least >= -sine ? facesVertex(faces, obstacle.points[v.point]) : splat(HUGE_VALF);
-}
-
-Float8 FeaturePairFinder::Query::edges(int edge, int firstEdge) const {
-    const auto wing = [&](const Surface::Columns& of) {
-        return Vector3f(R * Vector3f(of[0][edge], of[1][edge], of[2][edge]));
-    };
-    const auto& ends = tool.features.edges[edge].points;
-    return edges({placed(ends[0]), placed(ends[1])}, {wing(tool.wings[0]), wing(tool.wings[1])},
-                 {obstacle.ends, firstEdge}, {obstacle.wings, firstEdge});
+    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k) least = min(least, dot(Vec8(part.spokes[k]), normals));
+    return lessEqual(splat(-sine), least);
 }
 
 /// A node of the tool on its course, in the obstacle's axes.
@@ -314,33 +321,38 @@ bool FeaturePairFinder::walk(const Query& q, FeatureKind kind, FeatureKind other
 void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, void* context) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
     constexpr int n = FeatureTree::kChildren;
-    // The pairs of one feature with up to eight others.
-    const auto offer = [&](const Float8& gap, int count, auto&& pairWith) {
-        for (Mask mask = lessEqual(gap, splat(q.margin)) & ((1u << count) - 1); mask; mask &= mask - 1) {
-            const int lane = std::countr_zero(mask);
-            if (!visit(context, pairWith(lane), gap[lane])) return false;
+    // Few of the pairs of two patches are near. Those whose boxes meet are measured eight at a time.
+    Eights eights([&](PairKind kind, const int* ours, const int* others, int count) {
+        const Float8 gaps = q.gaps(kind, ours, others);
+        for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1); mask; mask &= mask - 1) {
+            const int i = std::countr_zero(mask);
+            if (!visit(context, {toolFeature(kind, ours[i]), others[i]}, gaps[i])) return false;
         }
         return true;
-    };
+    });
+    const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
     const auto vertexFaces = [&](int patch, const Swept&, int other) {
-        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
+        const FaceLanes faces(*obstacle_, n * other);
+        const Box8 boxes = faces.box();
+        const Vec8 normals = q.R.transpose() * faces.normal;
         for (int v = tool_->firstVertex[patch]; v < tool_->firstVertex[patch + 1]; ++v) {
-            if (!q.vertexIsNear(v, box)) continue;
-            if (!offer(q.vertexFaces(v, n * other), obstacle_->facesOf(other), [&](int lane) {
-                    return PairEntry{toolFeature(PairKind::VertexFace, v), n * other + lane};
-                }))
-                return false;
+            Mask mask = q.swept(Vec8(q.placed(tool_->features.vertices[v].point))).meets(boxes);
+            if (mask &= first(obstacle_->facesOf(other))) mask &= q.opposes(*tool_, v, normals);
+            for (; mask; mask &= mask - 1)
+                if (!eights.push(PairKind::VertexFace, v, n * other + std::countr_zero(mask))) return false;
         }
         return true;
     };
     const auto facesVertex = [&](int patch, const Swept& swept, int other) {
+        const FaceLanes faces = q.R * FaceLanes(*tool_, n * patch);
+        const Box8 boxes = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
         for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
             const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
             if (!swept.meets(p, p)) continue;
-            if (!offer(q.facesVertex(n * patch, v), tool_->facesOf(patch), [&](int lane) {
-                    return PairEntry{toolFeature(PairKind::FaceVertex, n * patch + lane), v};
-                }))
-                return false;
+            Mask mask = boxes.meets({p, p}) & first(tool_->facesOf(patch));
+            if (mask) mask &= q.opposes(*obstacle_, v, faces.normal);
+            for (; mask; mask &= mask - 1)
+                if (!eights.push(PairKind::FaceVertex, n * patch + std::countr_zero(mask), v)) return false;
         }
         return true;
     };
@@ -348,22 +360,29 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
         const int end = tool_->firstEdge[patch + 1], otherEnd = obstacle_->firstEdge[other + 1];
         for (int eight = tool_->firstEdge[patch]; eight < end; eight += n) {
-            Mask near = q.edgesNear(eight, box);
-            if (end - eight < n) near &= (1u << (end - eight)) - 1;
-            for (; near; near &= near - 1) {
-                const int e = eight + std::countr_zero(near);
-                for (int first = obstacle_->firstEdge[other]; first < otherEnd; first += n)
-                    if (!offer(q.edges(e, first), std::min(n, otherEnd - first), [&](int lane) {
-                            return PairEntry{toolFeature(PairKind::EdgeEdge, e), first + lane};
-                        }))
-                        return false;
+            const EdgeLanes ends = q.R * EdgeLanes(tool_->ends, eight);
+            const Box8 boxes = q.swept(ends.first) | q.swept(ends.second);
+            const Vec8 u = ends.second - ends.first;
+            const EdgeLanes wings = q.R * EdgeLanes(tool_->wings, eight);
+            for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
+                const int i = std::countr_zero(near);
+                const Box8 mine = boxes.all(i);
+                for (int at = obstacle_->firstEdge[other]; at < otherEnd; at += n) {
+                    const EdgeLanes others(obstacle_->ends, at);
+                    Mask mask = mine.meets(others.box()) & first(otherEnd - at);
+                    if (mask)
+                        mask &= toMask(
+                            q.opposing(u.all(i), wings.all(i), others.second - others.first, {obstacle_->wings, at}));
+                    for (; mask; mask &= mask - 1)
+                        if (!eights.push(PairKind::EdgeEdge, eight + i, at + std::countr_zero(mask))) return false;
+                }
             }
         }
         return true;
     };
     walk(q, FeatureKind::Vertex, FeatureKind::Face, vertexFaces) &&
         walk(q, FeatureKind::Face, FeatureKind::Vertex, facesVertex) &&
-        walk(q, FeatureKind::Edge, FeatureKind::Edge, edges);
+        walk(q, FeatureKind::Edge, FeatureKind::Edge, edges) && eights.flush();
 }
 
 bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
@@ -381,39 +400,22 @@ bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
 }
 
 /// Calls visit(kind, features of the tool, of the obstacle, their number) for up to eight entries of one kind at a
-/// time, of all that may hold a pair of the coverage, until it returns false. Places behind the number repeat the first
-/// one.
+/// time, of all that may hold a pair of the coverage, until it returns false.
 template <class Visit>
 void FeaturePairFinder::forEachEight(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
-    PairKind kind{};
-    int ours[8], others[8], count = 0;
+    Eights eights(visit);
     bool goOn = true;
-    const auto flush = [&] {
-        for (int i = count; i < 8; ++i) ours[i] = ours[0], others[i] = others[0];
-        if (count > 0) goOn = visit(kind, ours, others, count);
-        count = 0;
-    };
     forEachWithin(entries, asked, [&](const PairEntry& entry) {
-        if (count == 8 || kindOf(entry.tool) != kind) flush();
-        kind = kindOf(entry.tool);
-        ours[count] = featureOf(entry.tool);
-        others[count++] = entry.obstacle;
-        return goOn;
+        return goOn = eights.push(kindOf(entry.tool), featureOf(entry.tool), entry.obstacle);
     });
-    if (goOn) flush();
+    if (goOn) eights.flush();
 }
 
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
-    const Surface &tool = *tool_, &obstacle = *obstacle_;
     int count = 0;
     forEachEight(from, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
-        const Float8 gaps = kind == PairKind::VertexFace
-                                ? q.vertexFaces(q.R * verticesOf(tool, ours), FaceLanes::of(obstacle, others))
-                            : kind == PairKind::FaceVertex
-                                ? q.facesVertex(q.R * FaceLanes::of(tool, ours), verticesOf(obstacle, others))
-                                : q.edges(q.R * EdgeLanes::endsOf(tool, ours), q.R * EdgeLanes::of(tool.wings, ours),
-                                          EdgeLanes::endsOf(obstacle, others), EdgeLanes::of(obstacle.wings, others));
+        const Float8 gaps = q.gaps(kind, ours, others);
         for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << n) - 1); mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             const auto at = std::size_t(count++);
