@@ -192,7 +192,9 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
     return alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), [&](float s) {
         const Float8 share = splat(s);
-        return faceDistance2(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, f.normal);
+        // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
+        const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
+        return faceDistance2(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
     });
 }
 

@@ -100,6 +100,33 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
     CHECK(expected > 8);
 }
 
+TEST_CASE("feature pairs: the gap of a large face that turns is at most its distance on the way") {
+    Random random(5);
+    const Surface tool = surfaceOf(test::boxMesh({20, 20, 4}, {-10, -10, -2})),
+                  obstacle = surfaceOf(test::blobMesh(1.5, 12, 7));
+    FeaturePairFinder finder(tool, obstacle);
+    PairEntries entries = finder.entries();
+    const double margin = 0.8;
+    int checked = 0;
+    for (int n = 0; n < 200; ++n) {
+        const Vec3 aside = 7 * random.vector();
+        const Course course{Pose{{aside.x(), aside.y(), 3.7}, Quat::Identity()}, 0.2 * random.vector(),
+                            0.05 * random.vector()};
+        const double bend = tool.extent.reach * course.turn.squaredNorm() / 2;
+        REQUIRE(finder.find({course, margin}, entries));
+        for (int i = 0; i < entries.count; ++i) {
+            const PairEntry& pair = entries.at[std::size_t(i)];
+            if (kindOf(pair.tool) != PairKind::FaceVertex) continue;
+            double least = 1e9;
+            for (int k = 0; k <= 10; ++k)
+                least = std::min(least, finder.nearest(course.times(0.1 * k).end(tool.extent.center), pair).distance());
+            CHECK(entries.gap[std::size_t(i)] <= least + bend + 1e-4);
+            ++checked;
+        }
+    }
+    CHECK(checked > 200);
+}
+
 TEST_CASE("feature list: the rows of a step do not depend on where and how widely the pairs were found") {
     const auto seed = unsigned(GENERATE(range(1, 9)));
     CAPTURE(seed);
