@@ -1,7 +1,9 @@
 // The error of ticks on the bunnies against their meshes, split by cause.
 #include "haptics/sandbox/measure/error_split.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "haptics/sandbox/session/headless_run.hpp"
 
@@ -85,7 +87,7 @@ TEST_CASE("error split: between meshes the geometry's share is the contact dista
     settings.geometry = Geometry::Mesh;
     settings.shadow = -1;
     // The tool is held off by δ less the shell along the normals of its contacts, so that the error is proportional.
-    const double seconds = GENERATE(0.3, 0.5, 0.9);
+    const double seconds = GENERATE(0.3, 0.5, 0.9, 0.902, 1.1);
     std::vector<double> forces;
     for (const double distance : {0.002, 0.02}) {
         settings.contactDistance = distance;
@@ -102,6 +104,62 @@ TEST_CASE("error split: between meshes the geometry's share is the contact dista
         CHECK(split.geometry.force < 3 * settings.stiffness * distance);
     }
     CHECK(forces[1] / forces[0] == Approx((0.02 - options.shell) / (0.002 - options.shell)).epsilon(0.2));
+}
+
+TEST_CASE("error split: bunnies push back by their meshes as the reference does, and with the ripple that is theirs",
+          "[reference][long]") {
+    const sandbox::HapticScene scene = openBunnies();
+    const MeshReference reference = sandbox::meshReferenceOf(scene);
+    Settings settings = scene.settings;
+    settings.shadow = -1;
+    std::vector<TickRecord> ticks;
+    sandbox::HeadlessOptions options;
+    options.device = "demo";
+    options.timing = false;
+    options.onTick = [&](const TickRecord& record, double) { ticks.push_back(record); };
+    sandbox::runHeadless(scene, settings, options);
+    const auto split = [&](std::size_t i) {
+        return sandbox::splitError(*scene.world, settings, reference, ticks[i - 1], ticks[i]);
+    };
+
+    // Of the ticks in contact that arrived; the travel budget lets the others lag behind on purpose.
+    std::vector<double> forces, torques;
+    for (std::size_t i = 1; i < ticks.size(); i += 13) {
+        if (ticks[i].wrench_C.isZero() || (ticks[i].flags & kUnfinished)) continue;
+        const sandbox::ErrorSplit error = split(i);
+        if (!error.converged) continue;
+        forces.push_back(error.total.force);
+        torques.push_back(error.total.torque);
+    }
+    REQUIRE(forces.size() > 400);
+    const auto percentile = [](std::vector<double> of, double share) {
+        std::sort(of.begin(), of.end());
+        return of[std::size_t(share * double(of.size()))];
+    };
+    CAPTURE(percentile(forces, 0.99), percentile(torques, 0.99));
+    CHECK(percentile(forces, 0.5) < 0.001);
+    CHECK(percentile(forces, 0.95) < 0.005);
+    CHECK(percentile(torques, 0.95) < 0.5);
+
+    // A quarter of a second of sliding: the force less its mean over 50 ms.
+    std::vector<Vec3> felt, truth;
+    for (std::size_t i = 3000; i < 3250; ++i) {
+        REQUIRE_FALSE(ticks[i].wrench_C.isZero());
+        felt.push_back(ticks[i].wrench_C.force);
+        truth.push_back(split(i).truth.wrench_C.force);
+    }
+    const auto ripple = [](const std::vector<Vec3>& of) {
+        constexpr std::size_t kHalf = 25;
+        double sum = 0;
+        for (std::size_t i = kHalf; i + kHalf < of.size(); ++i) {
+            Vec3 mean = Vec3::Zero();
+            for (std::size_t k = i - kHalf; k <= i + kHalf; ++k) mean += of[k] / (2 * kHalf + 1);
+            sum += (of[i] - mean).squaredNorm();
+        }
+        return std::sqrt(sum / double(of.size() - 2 * kHalf));
+    };
+    CHECK(ripple(truth) > 0.01);
+    CHECK(ripple(felt) == Approx(ripple(truth)).margin(0.02));
 }
 
 }  // namespace touchstone::error_split_tests
