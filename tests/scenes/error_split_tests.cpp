@@ -87,7 +87,7 @@ TEST_CASE("error split: between meshes the geometry's share is the contact dista
     settings.geometry = Geometry::Mesh;
     settings.shadow = -1;
     // The tool is held off by δ less the shell along the normals of its contacts, so that the error is proportional.
-    const double seconds = GENERATE(0.3, 0.5, 0.9, 0.902, 1.1);
+    const double seconds = GENERATE(0.3, 0.5, 0.9);
     std::vector<double> forces;
     for (const double distance : {0.002, 0.02}) {
         settings.contactDistance = distance;
