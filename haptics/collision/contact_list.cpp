@@ -38,7 +38,7 @@ void ContactList::forget() { wide_.within = narrow_.within = {}; }
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
     const Course& course = asked.course;
-    if (lookAhead_.slack > 0) slack = lookAhead_.slack;
+    slack = finder_->slack(slack);
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
     const double narrow = lookAhead_.narrow * slack;
     const double left = finder_->reserve(narrow_, asked);

@@ -41,9 +41,6 @@ enum class Crossed : std::uint8_t {
 /// How far a list looks ahead. These numbers change the time of a tick and never its result, since a query tests every
 /// pair exactly.
 struct LookAhead {
-    /// Reserve of the wide set, mm: how much further than asked a search reaches; 0: the one that complete() is given.
-    /// With a larger reserve searches are rarer and find more entries.
-    double slack = 0;
     /// Reserve of the narrow set, as a fraction of that of the wide set. With a larger reserve every query tests more
     /// entries; with a smaller one the set is selected again more often.
     double narrow = 0.12;

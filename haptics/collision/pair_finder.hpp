@@ -68,6 +68,9 @@ class PairFinder {
     virtual PairEntries entries() const = 0;
     virtual bool ofFeatures() const { return false; }
 
+    /// Reserve of a search, mm: how much further than asked it reaches, where the settings ask for `setting`.
+    virtual double slack(double setting) const { return setting; }
+
     const Extent& extent() const { return extent_; }
     /// The margin by which entries that cover `have` exceed what is asked, mm; negative if they are not complete for
     /// it.

@@ -99,33 +99,34 @@ void NeighborListWorker::serve(const Message& message) {
         PairFinder& finder = world_.byMeshes(k, r.geometry) ? *part->features : *part->leaves;
         const Extent& extent = finder.extent();
         const Vec3& center = extent.center;
+        const double slack = finder.slack(r.slack);
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
         const double maxTicks = kMaxCourse / std::max(extent.length(tick), 1e-9);
         const Course string = Course::between(part->trailing, X_OT, center);
         const double length = extent.length(string);
-        if (length > r.slack) part->trailing = string.times(1 - r.slack / length).end(center);
+        if (length > slack) part->trailing = string.times(1 - slack / length).end(center);
         // A tool in a close fit moves back and forth. Its course begins at the trailing pose if the whole motion lies
         // on one straight path.
         const auto courseFor = [&](double ms) {
             const Course ahead = tick.times(std::min(ms / r.tickMs, maxTicks));
             const Course whole = Course::between(part->trailing, ahead.end(center), center);
-            return deviation(whole, X_OT, extent) <= kStraight * r.slack ? whole : ahead;
+            return deviation(whole, X_OT, extent) <= kStraight * slack ? whole : ahead;
         };
         const double leadMs = kLeadMs + kLeadPerSearch * part->findMs;
         const Course next = courseFor(leadMs + kUseMs);
         // The course that brought a resting tool to its pose is too long, see kResting.
-        const bool tooLong = extent.length(tick) < kResting * r.slack &&
-                             extent.length(part->published.course) > extent.length(next) + r.slack;
+        const bool tooLong = extent.length(tick) < kResting * slack &&
+                             extent.length(part->published.course) > extent.length(next) + slack;
         const double left =
             part->publisher != &finder ? -1 : finder.reserve(part->published, {courseFor(leadMs), r.within});
-        if (!tooLong && left >= (1 - kUsedSlack) * r.slack) continue;
+        if (!tooLong && left >= (1 - kUsedSlack) * slack) continue;
         PairEntries& entries = part->entries.back();
         // The entries must serve steps as long as trust allows.
         Within within = r.within;
         within.curve = std::max(within.curve, r.trust * r.trust / 2);
         within.most = std::max(within.most, r.trust);
-        const Coverage asked{next, within.wider(r.slack)};
+        const Coverage asked{next, within.wider(slack)};
         const double began = threadCpuMicroseconds();
         if (!finder.find(asked, entries)) continue;  // more pairs than memory: the tick searches itself
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);

@@ -14,7 +14,7 @@ constexpr std::size_t kCrossed = 1 << 14;
 /// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
 constexpr double kTooNear = 0.5;
 /// Chosen by measurement on the bunnies and the spline: there are few pairs of features, and finding them is the tail.
-constexpr LookAhead kLookAhead{.slack = 0.15, .narrow = 0.3, .ticks = 4, .most = 0.4};
+constexpr LookAhead kLookAhead{.narrow = 0.3, .ticks = 4, .most = 0.4};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
