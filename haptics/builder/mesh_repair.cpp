@@ -15,6 +15,9 @@ namespace {
 
 // Weld tolerance, as a share of the diagonal: smaller than any feature, larger than the rounding of text files.
 constexpr double kWeld = 1e-6;
+// Largest tolerance along open edges, as a share of the diagonal. A larger one would close slits of parts with coarse
+// coordinates; a smaller one leaves small parts open whose grid is coarse.
+constexpr double kMaxSeam = 2.5e-3;
 // Largest coordinate and smallest extent, mm. Single precision ends at 3e38 and 1e-38; spheres need some range beyond
 // the mesh.
 constexpr double kLargest = 1e35, kSmallest = 1e-30;
@@ -94,8 +97,11 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
 
     box.lo *= out.scale;
     box.hi *= out.scale;
-    WeldedMesh welded = weldMesh(mesh, out.scale, box, kWeld * out.diagonal, pulse);
+    // Rounding moves two places by up to half a grid along each axis.
+    const double apart = std::sqrt(3.0) * mesh.grid * out.scale, weld = kWeld * out.diagonal;
+    WeldedMesh welded = weldMesh(mesh, out.scale, box, {weld, std::clamp(apart, weld, kMaxSeam * out.diagonal)}, pulse);
     out.weld = welded.moved;
+    out.repairs = welded.repairs;
     std::vector<Triangle> membranes;
     for (const Corners& c : welded.membranes)
         membranes.push_back({welded.vertices[c[0]], welded.vertices[c[1]], welded.vertices[c[2]]});
@@ -106,7 +112,11 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     for (const int i : crumbs) out.faces.push_back({scaled(i), FaceRole::Sheet, !shells.anyClosed()});
     for (const Triangle& t : membranes)
         if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
+    out.repairs.turned = shells.turned();
     shells.append(out.faces);
+    out.repairs.inner = int(std::count_if(out.faces.begin(), out.faces.end(), [](const Face& f) {
+        return f.role == FaceRole::Buried || (f.role == FaceRole::Sheet && !f.exposed);
+    }));
     std::tie(out.vertices, out.walls) = std::move(shells).walls();
     return out;
 }

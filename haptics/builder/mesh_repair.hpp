@@ -22,6 +22,17 @@ struct Face {
     bool exposed = false;  ///< a sheet outside the closed shells: the body is not closed
 };
 
+/// What a repair changed.
+struct MeshRepairs {
+    int joined = 0;      ///< vertices moved onto another one
+    int stitched = 0;    ///< vertices set into an edge of another triangle
+    int degenerate = 0;  ///< triangles without an area, or without one at the tolerance
+    int duplicates = 0;  ///< copies of another triangle
+    int turned = 0;      ///< triangles turned over, so that all have their front outside
+    int inner = 0;       ///< triangles inside the body: inner walls and buried shells
+    bool any() const { return joined || stitched || degenerate || duplicates || turned || inner; }
+};
+
 /// Lengths are in a frame with the mesh's origin, scaled by the power of two that brings the diagonal of the bounding
 /// box into [1, 2).
 struct RepairedMesh {
@@ -33,7 +44,8 @@ struct RepairedMesh {
     std::vector<Vec3> vertices;             ///< welded
     std::vector<std::array<int, 3>> walls;  ///< the walls and caps again, as vertices
     int holes = 0;                          ///< number of small holes that were closed by caps
-    bool closed() const;                    ///< the body has no hole and no exposed sheet
+    MeshRepairs repairs;
+    bool closed() const;  ///< the body has no hole and no exposed sheet
 };
 
 /// Why a body is not closed.
@@ -47,7 +59,8 @@ MeshDefects defectsOf(const RepairedMesh& body);
 
 /// Repairs a mesh:
 /// - It welds vertices (within 1e-6 of the diagonal) and T-junctions (a vertex on the open edge of another face), and
-///   drops collapsed and duplicate faces.
+///   drops collapsed and duplicate faces. Along open edges the tolerance is what rounding to the mesh's grid can part,
+///   up to 2.5e-3 of the diagonal.
 /// - It orients every shell (faces joined at edges that exactly two of them share) consistently, and outward by its
 /// signed
 ///   volume. A shell wholly inside another one keeps its orientation relative to it: opposed, it is a cavity; otherwise

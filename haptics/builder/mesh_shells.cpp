@@ -456,6 +456,10 @@ bool Shells::encloses(const Triangle& sheet) {
            });
 }
 
+int Shells::turned() const {
+    return int(std::count_if(wallFace_.begin(), wallFace_.end(), [&](int f) { return f >= 0 && flipped_[f]; }));
+}
+
 void Shells::append(std::vector<Face>& out) {
     out.reserve(out.size() + faces_.size() + caps_.size());
     for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {

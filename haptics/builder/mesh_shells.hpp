@@ -19,6 +19,8 @@ class Shells {
 
     int holes() const { return holes_; }
     bool anyClosed() const { return !walls_.empty(); }
+    /// Number of faces of closed shells whose orientation is not that of the input.
+    int turned() const;
 
     /// Whether a sheet lies inside the closed shells. Only its middle and its corners are tested.
     bool encloses(const Triangle& sheet);

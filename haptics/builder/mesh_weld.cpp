@@ -9,6 +9,9 @@ namespace touchstone {
 namespace {
 
 constexpr int kBucket = 8;  // maximum number of points in a bucket, which a search tests one by one
+/// Maximum number of rounds in which open edges are joined. Each adds up to twice the tolerance to what the surface
+/// moved.
+constexpr int kSeamRounds = 4;
 
 Triangle triangleOf(const std::vector<Vec3>& vertices, const Corners& c) {
     return {vertices[c[0]], vertices[c[1]], vertices[c[2]]};
@@ -67,8 +70,8 @@ class Places {
 
 /// Keeps one copy of each face. Copies of equal orientation collapse. Where both orientations are equally frequent, the
 /// face bounds nothing and is moved to `membranes`.
-void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::vector<Corners>& membranes,
-                      Pulse& pulse) {
+void removeDuplicates(WeldedMesh& mesh, Pulse& pulse) {
+    std::vector<Corners>& faces = mesh.faces;
     struct Sides {
         int second, third;  // in rising order
         bool even;
@@ -79,7 +82,8 @@ void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::ve
         const int x = c[(least + 1) % 3], y = c[(least + 2) % 3];
         return Sides{std::min(x, y), std::max(x, y), x < y};
     };
-    Grouped byLeast(faces.size(), vertices, [&](int f) { return *std::min_element(faces[f].begin(), faces[f].end()); });
+    Grouped byLeast(faces.size(), mesh.vertices.size(),
+                    [&](int f) { return *std::min_element(faces[f].begin(), faces[f].end()); });
     std::vector<char> keep(faces.size(), 0);
     for (int v = 0; v < byLeast.groups(); ++v) {
         pulse();
@@ -96,7 +100,8 @@ void removeDuplicates(std::vector<Corners>& faces, std::size_t vertices, std::ve
                 if (s.second != first.second || s.third != first.third) break;
                 net += s.even ? 1 : -1;
             }
-            if (net == 0) membranes.push_back(faces[group[i]]);
+            if (net == 0) mesh.membranes.push_back(faces[group[i]]);
+            mesh.repairs.duplicates += int(j - i) - 1;
             for (std::size_t k = i; k < j && net != 0; ++k)
                 if (sidesOf(group[k]).even == (net > 0)) {
                     keep[group[k]] = 1;
@@ -190,6 +195,48 @@ void split(const Corners& face, const std::array<std::span<const int>, 3>& on, s
     if (!collapsed(face)) out.push_back(face);
 }
 
+/// Whether a face is missing at an edge: one that bounds a volume has a face on each side, or several.
+bool isOpen(const EdgeTable::Edge& e) { return e.uses.size() % 2 == 1; }
+
+/// By vertex: whether it is an end of an open edge.
+std::vector<char> rimOf(const WeldedMesh& mesh, const EdgeTable& edges) {
+    std::vector<char> onRim(mesh.vertices.size(), 0);
+    edges.forEach([&](const EdgeTable::Edge& e) {
+        if (isOpen(e)) onRim[e.low] = onRim[e.high] = 1;
+    });
+    return onRim;
+}
+
+/// Joins the ends of open edges within the tolerance, and drops faces that collapse. Returns whether any was joined.
+bool joinRims(WeldedMesh& mesh, const Vec3& origin, double tolerance, Pulse& pulse) {
+    const std::vector<char> onRim = rimOf(mesh, EdgeTable(mesh.faces, mesh.vertices.size(), pulse));
+    Places places(std::size_t(std::count(onRim.begin(), onRim.end(), 1)), origin, tolerance);
+    std::vector<int> first, to(mesh.vertices.size());
+    std::iota(to.begin(), to.end(), 0);
+    double farthest = 0;
+    int joined = 0;
+    for (std::size_t v = 0; v < onRim.size(); ++v) {
+        if (!onRim[v]) continue;
+        pulse();
+        const auto place = std::size_t(places.add(mesh.vertices[v]));
+        if (place == first.size()) {
+            first.push_back(int(v));
+            continue;
+        }
+        to[v] = first[place];
+        ++joined;
+        farthest = std::max(farthest, (places.points[place] - mesh.vertices[v]).norm());
+    }
+    if (joined == 0) return false;
+    mesh.moved += farthest;
+    mesh.repairs.joined += joined;
+    std::erase_if(mesh.faces, [&](Corners& face) {
+        for (int& corner : face) corner = to[corner];
+        return collapsed(face);
+    });
+    return true;
+}
+
 /// Splits faces at vertices that lie on their open edges. Returns whether there were any. Adds the largest distance of
 /// such a vertex from its edge to `moved`.
 bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
@@ -202,29 +249,27 @@ bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
     double farthest = 0;
     {
         const EdgeTable edges(mesh.faces, mesh.vertices.size(), pulse);
-        std::vector<char> onRim(mesh.vertices.size(), 0);
-        edges.forEach([&](const EdgeTable::Edge& e) {
-            if (e.uses.size() == 1) onRim[e.low] = onRim[e.high] = 1;
-        });
-        const PointsNearSegment points(mesh.vertices, onRim, pulse);
+        const PointsNearSegment points(mesh.vertices, rimOf(mesh, edges), pulse);
         if (points.empty()) return false;
         edges.forEach([&](const EdgeTable::Edge& e) {
-            if (e.uses.size() != 1) return;
+            if (!isOpen(e)) return;
             pulse();
-            const int use = e.uses[0], from = edges.from(use), to = edges.to(use);
-            const Vec3 a = mesh.vertices[from], d = mesh.vertices[to] - a;
-            const Corners& face = mesh.faces[use / 3];
-            points.visit(a, d, tolerance, [&](int v, const Vec3& point) {
-                const Vec3 p = point - a;
-                const double t = p.dot(d) / d.squaredNorm(), off = (p - t * d).norm();
-                if (!(t > 0 && t < 1 && off <= tolerance) || v == face[0] || v == face[1] || v == face[2]) return;
-                junctions.push_back({use, t, v});
-                farthest = std::max(farthest, off);
-            });
+            for (const int use : e.uses) {
+                const Vec3 a = mesh.vertices[edges.from(use)], d = mesh.vertices[edges.to(use)] - a;
+                const Corners& face = mesh.faces[use / 3];
+                points.visit(a, d, tolerance, [&](int v, const Vec3& point) {
+                    const Vec3 p = point - a;
+                    const double t = p.dot(d) / d.squaredNorm(), off = (p - t * d).norm();
+                    if (!(t > 0 && t < 1 && off <= tolerance) || v == face[0] || v == face[1] || v == face[2]) return;
+                    junctions.push_back({use, t, v});
+                    farthest = std::max(farthest, off);
+                });
+            }
         });
     }
     if (junctions.empty()) return false;
     mesh.moved += farthest;
+    mesh.repairs.stitched += int(junctions.size());
     std::sort(junctions.begin(), junctions.end(), [](const Junction& a, const Junction& b) {
         return std::tie(a.use, a.along, a.vertex) < std::tie(b.use, b.along, b.vertex);
     });
@@ -245,18 +290,41 @@ bool splitAtSeams(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
     return true;
 }
 
+/// Drops what is thinner than twice the tolerance and bounds nothing: faces with another face too few or too many at
+/// each side, which are left over where two faces met across them, and membranes.
+void dropSlivers(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
+    std::vector<int> openSides(mesh.faces.size(), 0);
+    EdgeTable(mesh.faces, mesh.vertices.size(), pulse).forEach([&](const EdgeTable::Edge& e) {
+        if (isOpen(e))
+            for (const int use : e.uses) ++openSides[use / 3];
+    });
+    const auto isThin = [&](const Corners& face) {
+        const Triangle t = triangleOf(mesh.vertices, face);
+        const double longest = std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
+        return areaOf(t) <= tolerance * longest;  // twice the tolerance, since each side may have moved by it
+    };
+    std::size_t f = 0;
+    mesh.repairs.degenerate +=
+        int(std::erase_if(mesh.faces, [&](const Corners& face) { return openSides[f++] == 3 && isThin(face); }) +
+            std::erase_if(mesh.membranes, isThin));
+}
+
 }  // namespace
 
-WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, double tolerance, Pulse& pulse) {
+WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, const WeldTolerance& tolerance,
+                    Pulse& pulse) {
     WeldedMesh out;
     std::vector<int> placeOf(mesh.vertices.size(), -1);
     for (const auto& t : mesh.triangles)
         for (const std::uint32_t i : t) placeOf[i] = 0;
     const auto used = static_cast<std::size_t>(std::count(placeOf.begin(), placeOf.end(), 0));
-    Places places(used, box.lo, tolerance);
+    Places places(used, box.lo, tolerance.all);
     for (std::size_t i = 0; i < placeOf.size(); ++i) {
         pulse();
-        if (placeOf[i] == 0) placeOf[i] = places.add(mesh.vertices[i] * scale);
+        if (placeOf[i] != 0) continue;
+        const Vec3 p = mesh.vertices[i] * scale;
+        placeOf[i] = places.add(p);
+        out.repairs.joined += places.points[std::size_t(placeOf[i])] != p;
     }
     out.vertices = std::move(places.points);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -266,14 +334,22 @@ WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, doub
         const Corners corners{placeOf[t[0]], placeOf[t[1]], placeOf[t[2]]};
         const Triangle welded = triangleOf(out.vertices, corners);
         if (collapsed(corners) || !isUsable(welded)) {
+            ++out.repairs.degenerate;
             if (isUsable(original)) out.crumbs.push_back(static_cast<int>(i));
             continue;
         }
         out.faces.push_back(corners);
         for (int k = 0; k < 3; ++k) out.moved = std::max(out.moved, (original[k] - welded[k]).norm());
     }
-    removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);
-    if (splitAtSeams(out, tolerance, pulse)) removeDuplicates(out.faces, out.vertices.size(), out.membranes, pulse);
+    removeDuplicates(out, pulse);
+    if (splitAtSeams(out, tolerance.all, pulse)) removeDuplicates(out, pulse);
+    // A vertex that is joined or set into an edge may make the next one meet its neighbor.
+    for (int round = 0; round < kSeamRounds && tolerance.open > tolerance.all; ++round) {
+        const bool joined = joinRims(out, box.lo, tolerance.open, pulse);
+        if (!splitAtSeams(out, tolerance.open, pulse) && !joined) break;
+        removeDuplicates(out, pulse);
+        dropSlivers(out, tolerance.open, pulse);
+    }
     return out;
 }
 

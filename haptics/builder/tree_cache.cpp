@@ -37,7 +37,7 @@ std::optional<SphereTree> load(const std::filesystem::path& file, std::uint64_t 
 
 std::uint64_t treeKey(const TriangleMesh& mesh, const TreeOptions& options) {
     Hash hash;
-    hash.add(kBuilderVersion).add(mesh.vertices.size());
+    hash.add(kBuilderVersion).add(mesh.grid).add(mesh.vertices.size());
     for (const Vec3& v : mesh.vertices) hash.add(v.data(), 3 * sizeof(double));
     for (const auto& t : mesh.triangles) hash.add(t);
     return hash.add(options.maxError > 0 ? 0 : options.leaves)

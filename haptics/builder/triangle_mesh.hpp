@@ -13,6 +13,9 @@ namespace touchstone {
 struct TriangleMesh {
     std::vector<Vec3> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;
+    /// The grid on which the file rounded the coordinates, mm: a vertex may lie off its true place by half of it along
+    /// each axis. 0: they are exact.
+    double grid = 0;
 };
 
 }  // namespace touchstone

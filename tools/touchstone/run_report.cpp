@@ -53,7 +53,8 @@ void printReport(const sandbox::Report& report) {
         std::printf(
             "  %llu ticks in which the tool passed through an obstacle: it began inside, and feels it once it is out\n",
             static_cast<unsigned long long>(report.overlapping));
-    for (const std::string& sentence : report.bySpheres) std::printf("  %s\n", sentence.c_str());
+    for (const auto& sentences : {report.bySpheres, report.repairs})
+        for (const std::string& sentence : sentences) std::printf("  %s\n", sentence.c_str());
     if (report.ended == "limit")
         std::printf(
             "  ended after %g s of simulated time, because the device had not ended; --seconds sets another limit\n",
@@ -112,7 +113,10 @@ void LiveReport::addFrame(const sandbox::FrameCost& cost) {
 sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
     const std::string scene = session.scene() ? sandbox::sceneName(*session.scene()) : "";
     sandbox::Report report = sandbox::reportOf(scene, session.device().choice, session.settings());
-    if (session.scene()) report.bySpheres = sandbox::touchedBySpheres(*session.scene(), session.settings());
+    if (session.scene()) {
+        report.bySpheres = sandbox::touchedBySpheres(*session.scene(), session.settings());
+        report.repairs = sandbox::repairSentences(*session.scene());
+    }
     statistics_.write(report);
     report.frameCpuMs = percentiles(frameMs_);
     report.drawCalls = percentiles(drawCalls_);

@@ -86,11 +86,14 @@ MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCo
 
 void print(const TreePart& part, const MadeTree& made) {
     const TreeCertificate& certificate = made.tree.certificate;
+    const RepairedMesh body = repairMesh(part.mesh);
+    const std::string repairs = sandbox::words(body.repairs, body.weld / body.scale);
     const std::string how = made.source == std::string("built")   ? "built"
                             : made.source == std::string("cache") ? "from the cache"
                                                                   : "imported";
     std::printf("%s%s%s: %s; %s in %.2f s, CPU %.2f s\n", part.name.c_str(), part.role.empty() ? "" : ", ",
                 part.role.c_str(), sandbox::words(made.tree).c_str(), how.c_str(), made.wall, made.cpu);
+    if (!repairs.empty()) std::printf("  repaired: %s\n", repairs.c_str());
     if (!certificate.note.empty()) std::printf("  note: %s\n", certificate.note.c_str());
 }
 
@@ -109,6 +112,11 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
     json["closed"] = certificate.closed;
     json["hollow_mm"] = certificate.hollow >= 0 ? nlohmann::ordered_json(certificate.hollow) : nlohmann::ordered_json();
     json["note"] = certificate.note;
+    const RepairedMesh body = repairMesh(part.mesh);
+    json["repairs"] = {{"joined", body.repairs.joined},           {"set_into_edges", body.repairs.stitched},
+                       {"without_area", body.repairs.degenerate}, {"duplicates", body.repairs.duplicates},
+                       {"turned_over", body.repairs.turned},      {"inside", body.repairs.inner},
+                       {"moved_mm", body.weld / body.scale}};
     json["source"] = made.source;
     if (made.source != std::string("import")) {
         json["quality"] = sandbox::name(options.quality);

@@ -46,6 +46,7 @@ int validate(const std::string& pathOrName) {
         if (const std::string value = getSetting(scene.settings, info.key); value != getSetting(defaults, info.key))
             std::printf("  setting %s = %s %s\n", std::string(info.key).c_str(), value.c_str(),
                         std::string(info.unit).c_str());
+    for (const std::string& sentence : sandbox::repairSentences(scene)) std::printf("  %s\n", sentence.c_str());
     for (const std::string& warning : scene.warnings) std::printf("  warning: %s\n", warning.c_str());
     for (const std::string& sentence : sandbox::touchedBySpheres(scene, scene.settings))
         std::printf("  warning: %s\n", sentence.c_str());

@@ -96,6 +96,7 @@ ordered_json toJson(const Report& report) {
         {"invalid_poses", report.badInput},
         {"overlapping", report.overlapping},
         {"by_spheres", report.bySpheres},
+        {"repairs", report.repairs},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},

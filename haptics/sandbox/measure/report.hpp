@@ -40,6 +40,7 @@ struct Report {
     double pastGoal = 0;                 ///< mm by which the tool fell past its goal without contact; 0: it did not
     std::uint64_t safetyTrips = 0;       ///< how often a safety guard began to act, all guards together
     std::vector<std::string> bySpheres;  ///< one sentence for each part that is touched by its spheres, not its mesh
+    std::vector<std::string> repairs;    ///< one sentence for each part whose mesh was repaired
     std::string safetyFault;             ///< the guard that switched the force off for good; empty if none did
     std::string gauge;                   ///< name of the scene's gauge; empty without one
     GaugeReading depth;                  ///< readings of the gauge

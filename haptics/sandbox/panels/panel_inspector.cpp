@@ -187,6 +187,12 @@ void drawTouched(const HapticScene& scene, Geometry geometry, engine::Entity nod
         ImGui::PopTextWrapPos();
         engine::noteItem(items, "mesh words");
     }
+    if (known && *body < scene.repairs.size() && !scene.repairs[*body].empty()) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextDisabled("Repaired: %s", scene.repairs[*body].c_str());
+        ImGui::PopTextWrapPos();
+        engine::noteItem(items, "repairs");
+    }
     if (known && !touchedBySpheres(*scene.world, *body, geometry)) return;
     drawTree(scene, node, index, state, requests, items);
     if (known && geometry == Geometry::Mesh && *body < scene.defects.size() && !scene.defects[*body].empty()) {

@@ -17,7 +17,10 @@ void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, Triangle
     const auto base = static_cast<std::uint32_t>(surface.vertices.size());
     for (const glm::vec3& position : mesh.positions)
         surface.vertices.push_back(toMm(glm::dvec3(matrix * glm::dvec4(position, 1))));
-    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
+    const glm::dmat3 linear(matrix);
+    const double stretch = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+    surface.grid = std::max(surface.grid, stretch * kMmPerMeter * gridOf(mesh));
+    const bool mirrored = glm::determinant(linear) < 0;
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
         const std::uint32_t a = base + mesh.indices[i], b = base + mesh.indices[i + 1], c = base + mesh.indices[i + 2];
         // A mirrored triangle turns over, to stay counter-clockwise seen from outside.
@@ -87,6 +90,7 @@ TriangleMesh bakedTriangles(const Scene& scene) {
 
 TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit) {
     TriangleMesh surface;
+    surface.grid = mmPerUnit * gridOf(mesh);
     for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(mmPerUnit * Vec3(p.x, p.y, p.z));
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
         surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});

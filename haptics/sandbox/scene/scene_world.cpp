@@ -12,6 +12,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {
@@ -48,16 +49,6 @@ void requireValid(const Scene& scene, Entity node, const Pose& X, const char* wh
     if (!X.isValid()) engine::failIn(scene.file, nodeLabel(scene, node), where + std::string(kTooFar));
 }
 
-std::string defectWords(const MeshDefects& defects) {
-    const auto counted = [](int n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); };
-    std::string words;
-    if (defects.holes > 0)
-        words = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
-    if (defects.crowdedEdges > 0)
-        words += (words.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
-    return words.empty() ? "faces that bound no volume" : words;
-}
-
 /// Makes the parts of a world, one after the other; bodies of the same shape share surface and tree.
 class PartMaker {
   public:
@@ -66,7 +57,7 @@ class PartMaker {
 
     struct Shape {
         std::shared_ptr<const Surface> surface;  ///< null if the mesh is not closed
-        std::string defects;                     ///< as in HapticScene
+        std::string defects, repairs;            ///< as in HapticScene
     };
     Shape shape(Entity node) {
         const TriangleMesh mesh = meshOf(node);
@@ -74,7 +65,11 @@ class PartMaker {
         const auto [made, isNew] = shapes_.try_emplace(treeKey(mesh, {}));
         if (!isNew) return made->second;
         const RepairedMesh body = repairMesh(mesh);
-        if (!body.closed()) return made->second = {nullptr, defectWords(defectsOf(body))};
+        made->second.repairs = words(body.repairs, body.weld / body.scale);
+        if (!body.closed()) {
+            made->second.defects = words(defectsOf(body));
+            return made->second;
+        }
         try {
             made->second.surface = std::make_shared<const Surface>(surfaceFeatures(body));
         } catch (const std::invalid_argument& error) {
@@ -158,6 +153,11 @@ class PartMaker {
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
 
+/// Of a body of the world.
+std::string labelOf(const HapticScene& scene, std::size_t body) {
+    return engine::escaped(nodeLabel(scene.scene, body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1]));
+}
+
 }  // namespace
 
 std::filesystem::path treeCacheFolder() { return engine::userFolder("TOUCHSTONE_CACHE", "XDG_CACHE_HOME", ".cache"); }
@@ -176,6 +176,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     const auto surfaceOf = [&](Entity node) {
         PartMaker::Shape shape = parts.shape(node);
         made.defects.push_back(std::move(shape.defects));
+        made.repairs.push_back(std::move(shape.repairs));
         return std::move(shape.surface);
     };
     world->toolSurface = surfaceOf(roles.tool);
@@ -278,13 +279,18 @@ bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry) {
 std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings) {
     std::vector<std::string> sentences;
     if (!scene.world || geometryOf(settings) != Geometry::Mesh) return sentences;
-    for (std::size_t body = 0; body < scene.defects.size(); ++body) {
-        if (scene.defects[body].empty()) continue;
-        const Entity node = body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1];
-        sentences.push_back(engine::escaped(nodeLabel(scene.scene, node) +
-                                            " is touched by its spheres, not its mesh, which has " +
-                                            scene.defects[body] + (body == 0 ? ": all contact is of spheres" : "")));
-    }
+    for (std::size_t body = 0; body < scene.defects.size(); ++body)
+        if (!scene.defects[body].empty())
+            sentences.push_back(labelOf(scene, body) + " is touched by its spheres, not its mesh, which has " +
+                                scene.defects[body] + (body == 0 ? ": all contact is of spheres" : ""));
+    return sentences;
+}
+
+std::vector<std::string> repairSentences(const HapticScene& scene) {
+    std::vector<std::string> sentences;
+    for (std::size_t body = 0; body < scene.repairs.size(); ++body)
+        if (!scene.repairs[body].empty())
+            sentences.push_back(labelOf(scene, body) + " was repaired: " + scene.repairs[body]);
     return sentences;
 }
 
@@ -315,6 +321,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     opened.world = std::move(built.world);
     opened.motions = std::move(built.motions);
     opened.defects = std::move(built.defects);
+    opened.repairs = std::move(built.repairs);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
     return opened;

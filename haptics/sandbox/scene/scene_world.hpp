@@ -46,6 +46,7 @@ struct SceneWorld {
     std::shared_ptr<const World> world;
     std::vector<NamedMotion> motions;   ///< in file order; the first one is the demonstration
     std::vector<std::string> defects;   ///< as in HapticScene
+    std::vector<std::string> repairs;   ///< as in HapticScene
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
@@ -69,6 +70,7 @@ struct HapticScene {
     /// By body of the world, see bodyOf(): why it cannot be touched by its mesh, as "3 holes (40 open edges)"; empty if
     /// it can.
     std::vector<std::string> defects;
+    std::vector<std::string> repairs;   ///< by body: what the repair of its mesh changed, in words; empty if nothing
     std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
     std::vector<std::string> warnings;  ///< from the file, the roles and the world
 };
@@ -102,6 +104,8 @@ bool touchedBySpheres(const World& world, std::size_t body, Geometry geometry);
 /// One sentence for each part that is touched by its spheres although these settings ask for meshes: which part, and
 /// what is wrong with its mesh.
 std::vector<std::string> touchedBySpheres(const HapticScene& scene, const Settings& settings);
+/// One sentence for each part whose mesh was repaired: which part, and what changed.
+std::vector<std::string> repairSentences(const HapticScene& scene);
 
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);

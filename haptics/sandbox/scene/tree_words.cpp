@@ -8,6 +8,13 @@
 namespace touchstone::sandbox {
 
 using engine::formatted;
+
+namespace {
+
+std::string counted(int n, const char* what) { return formatted("%d %s%s", n, what, n == 1 ? "" : "s"); }
+
+}  // namespace
+
 std::string words(const TreeOptions& options) {
     std::string text = options.maxError > 0 ? formatted("protrusion at most %g mm", options.maxError)
                                             : formatted("%d leaves", options.leaves);
@@ -41,6 +48,29 @@ std::string timeLeft(double seconds) {
     if (seconds < 1) return "almost done";
     if (seconds < 100) return formatted("%.0f s left", seconds);
     return formatted("%.0f min left", std::ceil(seconds / 60));
+}
+
+std::string words(const MeshDefects& defects) {
+    std::string text;
+    if (defects.holes > 0) text = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
+    if (defects.crowdedEdges > 0)
+        text += (text.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
+    return text.empty() ? "faces that bound no volume" : text;
+}
+
+std::string words(const MeshRepairs& repairs, double moved) {
+    std::string text;
+    const auto add = [&](int n, const char* what, const char* done) {
+        if (n > 0) text += (text.empty() ? "" : ", ") + counted(n, what) + " " + done;
+    };
+    add(repairs.joined, "corner", "joined");
+    add(repairs.stitched, "corner", "set into edges");
+    if (repairs.joined + repairs.stitched > 0) text += formatted(" (by up to %.2g mm)", moved);
+    add(repairs.degenerate, "triangle", "without area dropped");
+    add(repairs.duplicates, "duplicate", "dropped");
+    add(repairs.turned, "triangle", "turned over");
+    add(repairs.inner, "triangle", "inside the part left out");
+    return text;
 }
 
 std::string meshWords(const Surface& surface) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <string>
 
+#include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/surface/surface.hpp"
 
@@ -33,5 +34,12 @@ std::string timeLeft(double seconds);
 
 /// The features of a mesh: "69666 faces, 51234 convex edges and 20123 vertices that can touch first".
 std::string meshWords(const Surface& surface);
+
+/// Why a mesh is not closed: "3 holes (40 open edges) and 1 edge of more than two faces".
+std::string words(const MeshDefects& defects);
+
+/// What a repair changed: "12 vertices joined and 340 set into edges (by up to 0.0017 mm), 100 triangles without area
+/// dropped"; empty if nothing. `moved`: how far the surface moved, mm.
+std::string words(const MeshRepairs& repairs, double moved);
 
 }  // namespace touchstone::sandbox

@@ -252,6 +252,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     Pass pass(scene, settings, unpaced, !timed);
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
     run.report.bySpheres = touchedBySpheres(scene, pass.settings());
+    run.report.repairs = repairSentences(scene);
     std::optional<PenetrationMeter> meter;
     for (;;) {
         // With timing, the timed pass decides where the run ends.

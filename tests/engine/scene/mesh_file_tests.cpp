@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "engine/scene/text.hpp"
 #include "tests/engine/scene/gltf_fixture.hpp"
 
 namespace touchstone::mesh_file_tests {
@@ -197,6 +198,29 @@ TEST_CASE("mesh file: mutated files give a mesh or one sentence", "[mesh][fuzz]"
     }
     CHECK(read > 0);
     CHECK(read < 600);
+}
+
+TEST_CASE("mesh data: the grid of rounded coordinates is found, in whatever unit they are", "[mesh]") {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> place(-0.02, 0.03);
+    const auto meshOf = [&](auto&& rounded) {
+        MeshData mesh;
+        for (int i = 0; i < 300; ++i)
+            mesh.positions.emplace_back(rounded(place(random)), rounded(place(random)), rounded(place(random)));
+        return mesh;
+    };
+    const auto toGrid = [](double grid) { return [grid](double x) { return float(std::round(x / grid) * grid); }; };
+    for (const double grid : {1e-6, 1e-5, 1e-4}) CHECK(gridOf(meshOf(toGrid(grid))) == Approx(grid));
+    // A text in millimeters, scaled in single precision.
+    CHECK(gridOf(meshOf([](double x) { return float(std::round(1e3 * x / 1e-3) * 1e-3) * 0.001f; })) == Approx(1e-6));
+    // Six digits: the largest coordinates have the coarsest grid.
+    CHECK(gridOf(meshOf([](double x) { return std::stof(formatted("%.6g", x)); })) == Approx(1e-7));
+    const auto normalized = [](double x) { return float(std::round(x / 0.03 * 32767)) / 32767; };
+    CHECK(gridOf(meshOf(normalized)) == Approx(1.0 / 32767));
+    // Not rounded: no coarser than the spacing of floats.
+    CHECK(gridOf(meshOf([](double x) { return float(x); })) < 4e-9);
+    CHECK(gridOf(MeshData{}) == 0);
+    CHECK(gridOf(meshOf([](double) { return 0.0f; })) == 0);
 }
 
 }  // namespace touchstone::mesh_file_tests
