@@ -39,9 +39,10 @@ struct Material {
     std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
 };
 
-/// The grid to which a file rounded its largest coordinates, in their unit: a power of ten, or the step of a normalized
-/// integer, of which all coordinates above a tenth of the largest are multiples (of a tenth of it, those of the decade
-/// below); otherwise the spacing of floats there. 0 without a coordinate other than 0.
+/// The grid to which a file rounded its coordinates, in their unit: a power of ten, or the step of a normalized
+/// integer, of which all are multiples; if a text has a number of digits, of which those of the largest decade are. The
+/// spacing of floats there if they have no grid, or too few use its last digit to tell. 0 without a coordinate other
+/// than 0.
 double gridOf(const MeshData& mesh);
 
 /// Smooth unit normals: at each position the area-weighted mean of the triangle normals; +z if that is zero.

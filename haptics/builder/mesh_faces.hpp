@@ -34,6 +34,9 @@ inline bool isUsable(const Triangle& t) {
     return areaOf(t) > kUsable * longest2;
 }
 
+/// The least of the three altitudes. Pre: the triangle has an area.
+inline double altitudeOf(const Triangle& t) { return 2 * areaOf(t) / std::sqrt(longestEdge(t).length2); }
+
 /// The numbers 0 to count - 1 in groups of equal key, in rising order inside a group. Time O(count + groups); 4 bytes
 /// for each number and group.
 class Grouped {
@@ -53,6 +56,24 @@ class Grouped {
 
   private:
     std::vector<int> order_, start_;
+};
+
+/// Disjoint sets with union and find. The smallest member names the set.
+class DisjointSets {
+  public:
+    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+    int find(int i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(int a, int b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<int> parent_;
 };
 
 /// The edges of faces, each with its uses. A use is the number 3 * face + side, where side k runs from corner k to the

@@ -18,6 +18,9 @@ constexpr double kWeld = 1e-6;
 // Largest tolerance along open edges, as a share of the diagonal. A larger one would close slits of parts with coarse
 // coordinates; a smaller one leaves small parts open whose grid is coarse.
 constexpr double kMaxSeam = 2.5e-3;
+// Largest altitude of faces whose direction does not count, as a share of the diagonal. With a larger one the steps of
+// a part with coarse coordinates would not be felt; with a smaller one slivers of small parts hide edges.
+constexpr double kMaxThin = 2e-4;
 // Largest coordinate and smallest extent, mm. Single precision ends at 3e38 and 1e-38; spheres need some range beyond
 // the mesh.
 constexpr double kLargest = 1e35, kSmallest = 1e-30;
@@ -101,6 +104,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     const double apart = std::sqrt(3.0) * mesh.grid * out.scale, weld = kWeld * out.diagonal;
     WeldedMesh welded = weldMesh(mesh, out.scale, box, {weld, std::clamp(apart, weld, kMaxSeam * out.diagonal)}, pulse);
     out.weld = welded.moved;
+    out.thin = std::min(apart, kMaxThin * out.diagonal);
     out.repairs = welded.repairs;
     std::vector<Triangle> membranes;
     for (const Corners& c : welded.membranes)

@@ -36,12 +36,13 @@ struct MeshRepairs {
 /// Lengths are in a frame with the mesh's origin, scaled by the power of two that brings the diagonal of the bounding
 /// box into [1, 2).
 struct RepairedMesh {
-    double scale = 1;                       ///< length in this frame per mm; a power of two, so scaling is exact
-    double diagonal = 1;                    ///< of the bounding box of the triangles below
-    double weld = 0;                        ///< largest distance of the faces from the triangles of the input
-    std::vector<Triangle> cover;            ///< every usable triangle of the input, as it was
-    std::vector<Face> faces;                ///< welded, oriented, without duplicates
-    std::vector<Vec3> vertices;             ///< welded
+    double scale = 1;             ///< length in this frame per mm; a power of two, so scaling is exact
+    double diagonal = 1;          ///< of the bounding box of the triangles below
+    double weld = 0;              ///< largest distance of the faces from the triangles of the input
+    double thin = 0;              ///< altitude up to which the direction of a long face is rounding of the input
+    std::vector<Triangle> cover;  ///< every usable triangle of the input, as it was
+    std::vector<Face> faces;      ///< welded, oriented, without duplicates
+    std::vector<Vec3> vertices;   ///< welded
     std::vector<std::array<int, 3>> walls;  ///< the walls and caps again, as vertices
     int holes = 0;                          ///< number of small holes that were closed by caps
     MeshRepairs repairs;

@@ -19,24 +19,6 @@ constexpr int kFlapRounds = 100;
 // Number of winding numbers that are summed directly. Beyond it, building a tree for them pays off.
 constexpr int kDirectQueries = 8;
 
-/// Disjoint sets with union and find. The smallest member names the set.
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(int a, int b) {
-        a = find(a);
-        b = find(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<int> parent_;
-};
-
 /// Signed sum of an edge's uses in a group and a patch: +1 for a use that runs from the low to the high vertex, -1 for
 /// the opposite.
 struct Net {

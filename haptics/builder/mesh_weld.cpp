@@ -68,8 +68,51 @@ class Places {
     double tolerance_;
 };
 
-/// Keeps one copy of each face. Copies of equal orientation collapse. Where both orientations are equally frequent, the
-/// face bounds nothing and is moved to `membranes`.
+/// Whether a face is missing at an edge: one that bounds a volume has a face on each side, or several.
+bool isOpen(const EdgeTable::Edge& e) { return e.uses.size() % 2 == 1; }
+
+/// Decides on faces that came in both orientations. A patch of them is a wall, drawn from both sides or with copies
+/// turned over, if it closes more edges than it opens, or is closed itself: then it is moved to the faces. Otherwise it
+/// is a membrane.
+void placeTwoSided(WeldedMesh& mesh, const std::vector<Corners>& twoSided, Pulse& pulse) {
+    if (twoSided.empty()) return;
+    const int first = int(mesh.faces.size());
+    std::vector<Corners> all = mesh.faces;
+    all.insert(all.end(), twoSided.begin(), twoSided.end());
+    const EdgeTable edges(all, mesh.vertices.size(), pulse);
+    DisjointSets patches(twoSided.size());
+    const auto forEachUse = [&](const EdgeTable::Edge& e, auto&& visit) {
+        for (const int use : e.uses)
+            if (use / 3 >= first) visit(use / 3 - first);
+    };
+    edges.forEach([&](const EdgeTable::Edge& e) {
+        int before = -1;
+        forEachUse(e, [&](int f) {
+            if (before >= 0) patches.join(before, f);
+            before = f;
+        });
+    });
+    struct Rim {
+        int closed = 0, opened = 0;  ///< edges of the faces that the patch closes, opens
+        int loose = 0;               ///< edges of the patch alone: its neighbor may have a vertex there
+    };
+    std::vector<Rim> rims(twoSided.size());
+    edges.forEach([&](const EdgeTable::Edge& e) {
+        int ours = 0, patch = -1;
+        forEachUse(e, [&](int f) { ++ours, patch = patches.find(f); });
+        if (ours % 2 == 1)
+            ++(ours == int(e.uses.size()) ? rims[patch].loose : isOpen(e) ? rims[patch].opened : rims[patch].closed);
+    });
+    for (int f = 0; f < int(twoSided.size()); ++f) {
+        const Rim& rim = rims[patches.find(f)];
+        const bool wall = rim.closed > rim.opened || rim.closed + rim.opened + rim.loose == 0;
+        (wall ? mesh.faces : mesh.membranes).push_back(twoSided[f]);
+        mesh.repairs.duplicates += wall;
+    }
+}
+
+/// Keeps one copy of each face. Copies of equal orientation collapse; placeTwoSided() decides where both orientations
+/// are equally frequent.
 void removeDuplicates(WeldedMesh& mesh, Pulse& pulse) {
     std::vector<Corners>& faces = mesh.faces;
     struct Sides {
@@ -85,6 +128,7 @@ void removeDuplicates(WeldedMesh& mesh, Pulse& pulse) {
     Grouped byLeast(faces.size(), mesh.vertices.size(),
                     [&](int f) { return *std::min_element(faces[f].begin(), faces[f].end()); });
     std::vector<char> keep(faces.size(), 0);
+    std::vector<Corners> twoSided;
     for (int v = 0; v < byLeast.groups(); ++v) {
         pulse();
         const std::span<int> group = byLeast[v];
@@ -100,8 +144,8 @@ void removeDuplicates(WeldedMesh& mesh, Pulse& pulse) {
                 if (s.second != first.second || s.third != first.third) break;
                 net += s.even ? 1 : -1;
             }
-            if (net == 0) mesh.membranes.push_back(faces[group[i]]);
-            mesh.repairs.duplicates += int(j - i) - 1;
+            if (net == 0) twoSided.push_back(faces[group[i]]);
+            mesh.repairs.duplicates += int(j - i) - (net == 0 ? 2 : 1);
             for (std::size_t k = i; k < j && net != 0; ++k)
                 if (sidesOf(group[k]).even == (net > 0)) {
                     keep[group[k]] = 1;
@@ -113,6 +157,7 @@ void removeDuplicates(WeldedMesh& mesh, Pulse& pulse) {
     for (std::size_t f = 0; f < faces.size(); ++f)
         if (keep[f]) faces[kept++] = faces[f];
     faces.resize(kept);
+    placeTwoSided(mesh, twoSided, pulse);
 }
 
 /// Finds points near a segment. A k-d tree without nodes: it consists only of the order of the points.
@@ -194,9 +239,6 @@ void split(const Corners& face, const std::array<std::span<const int>, 3>& on, s
     }
     if (!collapsed(face)) out.push_back(face);
 }
-
-/// Whether a face is missing at an edge: one that bounds a volume has a face on each side, or several.
-bool isOpen(const EdgeTable::Edge& e) { return e.uses.size() % 2 == 1; }
 
 /// By vertex: whether it is an end of an open edge.
 std::vector<char> rimOf(const WeldedMesh& mesh, const EdgeTable& edges) {
@@ -299,9 +341,7 @@ void dropSlivers(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
             for (const int use : e.uses) ++openSides[use / 3];
     });
     const auto isThin = [&](const Corners& face) {
-        const Triangle t = triangleOf(mesh.vertices, face);
-        const double longest = std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
-        return areaOf(t) <= tolerance * longest;  // twice the tolerance, since each side may have moved by it
+        return altitudeOf(triangleOf(mesh.vertices, face)) <= 2 * tolerance;  // each side may have moved by it
     };
     std::size_t f = 0;
     mesh.repairs.degenerate +=

@@ -16,6 +16,9 @@ __extension__ using Wide = __float128;
 /// The smallest sine of the angle between a spoke and a vertex's supporting plane. With a smaller value rounding would
 /// decide; a vertex dropped for this rises above its neighbors by less than 1e-13 of their distance.
 constexpr double kStrict = 1e-13;
+/// Altitude of a needle as a share of its longest side. With a larger share the faces of fine meshes with coarse
+/// coordinates would count; with a smaller one slivers at short edges would not.
+constexpr double kSlender = 0.02;
 /// Maximum number of needles that are passed to find the face beyond them. More lie in a row only in broken meshes.
 constexpr int kNeedles = 16;
 
@@ -124,6 +127,10 @@ class FeatureFinder {
     int endOf(int use) const { return body_.walls[use / 3][(use % 3 + 1) % 3]; }
     int opposite(int use) const { return body_.walls[use / 3][(use % 3 + 2) % 3]; }
 
+    /// Whether the direction of a face is rounding: the others beside it make its edges.
+    bool isNeedle(const Triangle& t) const {
+        return altitudeOf(t) <= std::min(body_.thin, kSlender * std::sqrt(longestEdge(t).length2));
+    }
     void findWedges();
     void addWedges(const EdgeTable& table, const EdgeTable::Edge& edge);
     int beyondNeedles(int use, const Vec3& at) const;
@@ -227,7 +234,10 @@ void FeatureFinder::addEdge(const Wedge& wedge) {
         const auto distance = [&](int v) { return (point(v) - point(a)).cross(along).squaredNorm(); };
         wing = *std::max_element(c.begin(), c.end(), [&](int v, int w) { return distance(v) < distance(w); });
     }
-    const int bend = sideOf(point(wing), triangle(begin));
+    int bend = sideOf(point(wing), triangle(begin));
+    // Two faces in one plane, folded back to back: a fin without thickness.
+    const auto normal = [&](int face) { return out_.faces[faceOf_[face]].normal; };
+    if (bend == 0 && normal(begin).dot(normal(end)) < 0) bend = -1;
     bend_[wedge.begin] = bend_[wedge.end] = static_cast<signed char>(bend);
     if (bend < 0)
         out_.edges.push_back({{a, b}, {faceOf_[begin], faceOf_[end]}});
@@ -281,7 +291,7 @@ void FeatureFinder::addVertices() {
 SurfaceFeatures FeatureFinder::find() && {
     for (int f = 0; f < int(body_.walls.size()); ++f) {
         const Triangle t = triangle(f);
-        if (isUsable(t)) {
+        if (isUsable(t) && !isNeedle(t)) {
             faceOf_[f] = int(out_.faces.size());
             out_.faces.push_back({body_.walls[f], (t[1] - t[0]).cross(t[2] - t[0]).normalized()});
         } else {

@@ -30,7 +30,7 @@ struct SurfaceFeatures {
         int buriedEdges = 0;          ///< at a face that lies inside another shell of the part
         int unsupportedVertices = 0;  ///< every plane through them cuts the material around them
         int buriedVertices = 0;       ///< at a face that lies inside another shell of the part
-        int needles = 0;              ///< faces without an area
+        int needles = 0;              ///< faces as thin as the rounding of the file
     };
 
     std::vector<Vec3> points;  ///< mm

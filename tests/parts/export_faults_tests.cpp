@@ -82,7 +82,7 @@ const std::pair<const char*, ExportFaults> kFaults[] = {
     {"turned over", {.flipped = 0.3}},
     {"twice", {.everythingTwice = true}},
     {"inner walls", {.innerWalls = 0.05}},
-    {"all", {.junctions = 0.1, .slivers = 0.01, .degenerate = 0.01, .innerWalls = 0.05, .everythingTwice = true}},
+    {"all", kUsualFaults},
     {"ten micrometers", {.grid = 1e-5, .junctions = 0.1, .slivers = 0.01}},
     {"another seed", {.junctions = 0.3, .slivers = 0.05, .flipped = 0.1, .innerWalls = 0.02, .seed = 5}},
     {"float", {.grid = 0, .junctions = 0.1, .slivers = 0.01}},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <random>
 
 namespace touchstone::app {
@@ -87,6 +88,19 @@ class Exporter {
 
 engine::MeshData withFaults(const engine::MeshData& mesh, const ExportFaults& faults) {
     return Exporter(mesh, faults).run();
+}
+
+void addFaults(engine::Scene& scene, const ExportFaults& faults) {
+    std::map<const engine::MeshData*, std::shared_ptr<const engine::MeshData>> made;
+    for (const engine::Entity node : scene.nodes) {
+        auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr;
+        if (!instance) continue;
+        for (engine::Primitive& primitive : instance->primitives) {
+            auto& mesh = made[primitive.mesh.get()];
+            if (!mesh) mesh = std::make_shared<const engine::MeshData>(withFaults(*primitive.mesh, faults));
+            primitive.mesh = mesh;
+        }
+    }
 }
 
 }  // namespace touchstone::app

@@ -1,6 +1,6 @@
 #pragma once
 // Meshes as other programs export them: rounded, with seams that do not meet, and with triangles that bound nothing.
-#include "engine/scene/mesh_data.hpp"
+#include "engine/scene/scene.hpp"
 
 namespace touchstone::app {
 
@@ -18,5 +18,16 @@ struct ExportFaults {
 
 /// The mesh as separate triangles with these faults. It bounds the same volume, to its grid.
 engine::MeshData withFaults(const engine::MeshData& mesh, const ExportFaults& faults);
+
+/// What a careless export of a good part has: micrometers in meters, and some of every fault above.
+inline constexpr ExportFaults kUsualFaults{.junctions = 0.1,
+                                           .slivers = 0.01,
+                                           .degenerate = 0.003,
+                                           .flipped = 0.02,
+                                           .innerWalls = 0.01,
+                                           .everythingTwice = true};
+
+/// Gives all meshes of a scene these faults.
+void addFaults(engine::Scene& scene, const ExportFaults& faults);
 
 }  // namespace touchstone::app

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "engine/scene/gltf_write.hpp"
+#include "tools/parts/export_faults.hpp"
 #include "tools/parts/scenes.hpp"
 
 namespace {
@@ -102,6 +103,7 @@ void writeBundled(const std::filesystem::path& folder, const app::SceneOptions& 
 int main(int argc, char** argv) {
     app::SceneOptions options;
     std::filesystem::path output;
+    bool exported = false;
 
     CLI::App program{"Writes self-contained glTF scenes with parts, roles, demonstration and expected outcome."};
     program.require_subcommand(1);
@@ -111,6 +113,9 @@ int main(int argc, char** argv) {
     for (const app::SceneInfo& scene : app::sceneTable()) {
         CLI::App* command = program.add_subcommand(std::string(scene.name), std::string(scene.summary));
         command->add_option("-o,--output", output, "the file to write, .glb or .gltf")->required();
+        command->add_flag("--exported", exported,
+                          "with the faults that exports of other programs have: coordinates of six decimals, vertices "
+                          "that lie off their edge, slivers, doubles, inner walls");
         addOptions(*command, scene.name, options);
         addSources(*command, scene.name == "bunnies" || scene.name == "wedge",
                    scene.name == "bunnies" || scene.name == "pinch", options);
@@ -120,7 +125,11 @@ int main(int argc, char** argv) {
     try {
         if (bundled->parsed()) writeBundled(output, options);
         for (const app::SceneInfo& scene : app::sceneTable())
-            if (program.got_subcommand(std::string(scene.name))) engine::writeGltf(scene.make(options), output);
+            if (program.got_subcommand(std::string(scene.name))) {
+                engine::Scene made = scene.make(options);
+                if (exported) app::addFaults(made, app::kUsualFaults);
+                engine::writeGltf(made, output);
+            }
     } catch (const std::exception& error) {
         std::cerr << "make_scenes: " << error.what() << '\n';
         return 1;

@@ -219,6 +219,11 @@ TEST_CASE("mesh data: the grid of rounded coordinates is found, in whatever unit
     CHECK(gridOf(meshOf(normalized)) == Approx(1.0 / 32767));
     // Not rounded: no coarser than the spacing of floats.
     CHECK(gridOf(meshOf([](double x) { return float(x); })) < 4e-9);
+    // A part with round dimensions is exact: too few of its coordinates use the last digit.
+    MeshData foil;
+    for (int i = 0; i < 400; ++i)
+        foil.positions.emplace_back(0.001f * float(i % 101), 0.001f * float(i % 77), 1e-4f * float(i % 2));
+    CHECK(gridOf(foil) < 2e-8);
     CHECK(gridOf(MeshData{}) == 0);
     CHECK(gridOf(meshOf([](double) { return 0.0f; })) == 0);
 }

@@ -127,6 +127,20 @@ TEST_CASE("mesh repair: boxes that share an edge stay two closed shells", "[tree
     CHECK(depthAt(mesh, Vec3(15, 15, 5)) == Approx(5));
 }
 
+TEST_CASE("mesh repair: a body drawn from both sides, or whose copy has faces turned over, is closed", "[tree]") {
+    const TriangleMesh blob = test::blobMesh(10);
+    TriangleMesh turned = test::joined(blob, blob);
+    for (std::size_t i = 0; i < turned.triangles.size(); i += 7)
+        std::swap(turned.triangles[i][0], turned.triangles[i][1]);
+    for (const TriangleMesh& mesh : {test::joined(blob, test::flipped(blob)), turned}) {
+        const RepairedMesh body = repairMesh(mesh);
+        CHECK(body.closed());
+        CHECK(count(body, FaceRole::Wall) == int(blob.triangles.size()));
+        CHECK(body.repairs.duplicates == int(blob.triangles.size()));
+        CHECK(depthAt(mesh, Vec3::Zero()) > 5);
+    }
+}
+
 TEST_CASE("mesh repair: a face drawn from both sides is one sheet", "[tree]") {
     TriangleMesh mesh;
     mesh.vertices = {Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 10, 0)};

@@ -267,6 +267,34 @@ TEST_CASE("surface features: a needle between two faces does not hide the edge")
         CHECK(f.faces[edge.faces[0]].normal.dot(f.faces[edge.faces[1]].normal) == Approx(0).margin(1e-12));
 }
 
+TEST_CASE("surface features: a sliver that is folded back does not hide the edge it lies on") {
+    // The top ends at the edge 4-5, the front at a point beside it, in the plane of the top.
+    TriangleMesh mesh = boxMesh({2, 2, 2});
+    const auto beside = std::uint32_t(mesh.vertices.size());
+    mesh.vertices.emplace_back(1, 0.01, 2);
+    std::erase_if(mesh.triangles, [](const auto& t) { return t == std::array<std::uint32_t, 3>{0, 5, 4}; });
+    mesh.triangles.push_back({0, 5, beside});
+    mesh.triangles.push_back({0, beside, 4});
+    mesh.triangles.push_back({5, 4, beside});
+    const auto has = [](const SurfaceFeatures& f, const Vec3& a, const Vec3& b) {
+        return std::any_of(f.edges.begin(), f.edges.end(), [&](const SurfaceFeatures::Edge& edge) {
+            const Vec3 &p = f.points[edge.points[0]], &q = f.points[edge.points[1]];
+            return (p == a && q == b) || (p == b && q == a);
+        });
+    };
+    const Vec3 left(0, 0, 2), right(2, 0, 2), middle(1, 5e-4, 2);
+    const SurfaceFeatures fin = featuresOf(mesh);
+    CHECK(has(fin, left, right));
+    mesh.grid = 2e-3;
+    CHECK(featuresOf(mesh).dropped.needles == 0);
+    mesh.vertices[beside].y() = 5e-4;
+    const SurfaceFeatures needle = featuresOf(mesh);
+    CHECK(needle.dropped.needles == 1);
+    CHECK_FALSE(has(needle, left, right));
+    CHECK(has(needle, left, middle));
+    CHECK(has(needle, middle, right));
+}
+
 TEST_CASE("surface features: what bounds no volume has none") {
     const SurfaceFeatures sheet = featuresOf(test::squareMesh(2, 3));
     CHECK(sheet.faces.empty());
