@@ -147,6 +147,23 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[p
     CHECK(isOneSentence(answer.err));
 }
 
+TEST_CASE("program: what was repaired in a mesh is said by validate, run, its report and tree", "[program]") {
+    const Program touchstone;
+    engine::Scene made = pressScene();
+    drawTwice(made, made.nodes[1]);
+    const std::string file = touchstone.file("twice.glb"), report = touchstone.file("report.json");
+    engine::writeGltf(made, file);
+    const auto said = Contains("node 1 \"slab\" was repaired: 12 duplicates dropped");
+    CHECK_THAT(touchstone("validate " + file).out, said && !Contains("cube\" was repaired"));
+    CHECK_THAT(touchstone("run " + file + " --headless --report " + report).out, said);
+    const json repairs = json::parse(textOf(report)).at("repairs");
+    REQUIRE(repairs.size() == 1);
+    CHECK_THAT(repairs[0].get<std::string>(), said);
+    const std::string tree = "tree " + file + " --part slab --leaves 64";
+    CHECK_THAT(touchstone(tree).out, Contains("repaired: 12 duplicates dropped"));
+    CHECK(json::parse(touchstone(tree + " --json").out).at("repairs").at("duplicates") == 12);
+}
+
 TEST_CASE("program: wrong usage is one sentence and exit code 2", "[program]") {
     const Program touchstone;
     const std::string scene = pressFile(touchstone);

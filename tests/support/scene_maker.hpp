@@ -31,6 +31,15 @@ inline engine::Entity addBox(engine::Scene& scene, const std::string& name, cons
     return node;
 }
 
+/// Gives a node every triangle of its mesh twice.
+inline void drawTwice(engine::Scene& scene, engine::Entity node) {
+    auto& primitive = scene.registry.get<engine::MeshInstance>(node).primitives[0];
+    auto mesh = std::make_shared<engine::MeshData>(*primitive.mesh);
+    const std::vector<std::uint32_t> once = mesh->indices;
+    mesh->indices.insert(mesh->indices.end(), once.begin(), once.end());
+    primitive.mesh = mesh;
+}
+
 /// Gives a node KHR_physics_rigid_bodies.
 inline void addPhysics(engine::Scene& scene, engine::Entity node, const nlohmann::json& body) {
     engine::NodeMarking* marking = scene.registry.find<engine::NodeMarking>(node);

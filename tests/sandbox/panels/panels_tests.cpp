@@ -249,6 +249,19 @@ TEST_CASE("panels: between meshes they show trees and their options only of what
     CHECK(shows("Tool spheres", draw));
 }
 
+TEST_CASE("inspector: the page of a part says what was repaired in its mesh", "[panels]") {
+    Bench bench;
+    engine::Scene made = holdScene();
+    const bool twice = GENERATE(false, true);
+    if (twice) drawTwice(made, made.nodes[1]);
+    HapticScene scene = openScene(std::move(made), {});
+    InspectorState state;
+    PanelRequests requests;
+    bench.frame([&] { drawInspector(scene, Geometry::Mesh, scene.roles.obstacles[0], state, requests, &bench.items); });
+    CHECK(bench.items.count("repairs") == (twice ? 1 : 0));
+    CHECK(repairSentences(scene).size() == (twice ? 1 : 0));
+}
+
 TEST_CASE("inspector: a typed place moves the node there, in mm and degrees", "[panels]") {
     Bench bench;
     HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .buildWorld = false});
