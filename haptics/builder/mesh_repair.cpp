@@ -45,21 +45,16 @@ MeshDefects defectsOf(const RepairedMesh& body) {
         for (int k = 0; k < 3; ++k) ++uses[std::minmax(at[k], at[(k + 1) % 3])];
     }
     MeshDefects defects;
-    std::vector<int> parent(places.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
+    DisjointSets rims(places.size());
     for (const auto& [edge, count] : uses) {
         defects.crowdedEdges += count > 2;
         if (count != 1) continue;
         ++defects.openEdges;
-        parent[root(edge.first)] = root(edge.second);
+        rims.join(edge.first, edge.second);
     }
     std::set<int> groups;
     for (const auto& [edge, count] : uses)
-        if (count == 1) groups.insert(root(edge.first));
+        if (count == 1) groups.insert(rims.find(edge.first));
     defects.holes = int(groups.size());
     return defects;
 }

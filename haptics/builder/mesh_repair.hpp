@@ -30,7 +30,7 @@ struct MeshRepairs {
     int duplicates = 0;  ///< copies of another triangle
     int turned = 0;      ///< triangles turned over, so that all have their front outside
     int inner = 0;       ///< triangles inside the body: inner walls and buried shells
-    bool any() const { return joined || stitched || degenerate || duplicates || turned || inner; }
+    bool operator==(const MeshRepairs&) const = default;
 };
 
 /// Lengths are in a frame with the mesh's origin, scaled by the power of two that brings the diagonal of the bounding

@@ -34,12 +34,15 @@ struct TreeCommand {
 
 struct MadeTree {
     SphereTree tree;
+    MeshRepairs repairs;
+    double moved = 0;              ///< by the repairs, at most, mm
     const char* source = "built";  ///< or "cache", "import"
     double wall = 0, cpu = 0;      ///< s
 };
 
 /// The leaves of another program's tree, with a certificate measured by this program.
-SphereTree importTree(const std::filesystem::path& file, const TreePart& part, const BuildProgress& progress) {
+SphereTree importTree(const std::filesystem::path& file, const TreePart& part, const RepairedMesh& body,
+                      const BuildProgress& progress) {
     SphereTree tree = makeSphereTree(readSph(file, part.mmPerUnit).leaves());
     const TreeMetrics measured = measureTree(tree, part.mesh, {.samples = 20000, .poses = 0}, progress);
     TreeCertificate& certificate = tree.certificate;
@@ -49,7 +52,7 @@ SphereTree importTree(const std::filesystem::path& file, const TreePart& part, c
     certificate.protrusion = measured.protrusionCertified + rounding;
     certificate.diagonal = measured.diagonal;
     certificate.covered = measured.coverageProven;
-    certificate.closed = repairMesh(part.mesh).closed();
+    certificate.closed = body.closed();
     if (!certificate.covered) {
         char text[160];
         std::snprintf(text, sizeof text,
@@ -65,12 +68,13 @@ SphereTree importTree(const std::filesystem::path& file, const TreePart& part, c
 
 MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCommand& command,
                   const BuildProgress& progress) {
+    const RepairedMesh body = repairMesh(part.mesh);
     const Stopwatch watch;
     MadeTree made;
     const std::filesystem::path cache = command.noCache ? "" : sandbox::treeCacheFolder();
     if (!command.imported.empty()) {
         made.source = "import";
-        made.tree = importTree(command.imported, part, progress);
+        made.tree = importTree(command.imported, part, body, progress);
     } else if (cache.empty()) {
         made.tree = buildSphereTree(part.mesh, options, progress);
     } else {
@@ -81,14 +85,15 @@ MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCo
     }
     made.wall = watch.wall();
     made.cpu = watch.cpu();
+    made.repairs = body.repairs;
+    made.moved = body.weld / body.scale;
     return made;
 }
 
 void print(const TreePart& part, const MadeTree& made) {
     const TreeCertificate& certificate = made.tree.certificate;
-    const RepairedMesh body = repairMesh(part.mesh);
-    const std::string repairs = sandbox::words(body.repairs, body.weld / body.scale);
-    const std::string how = made.source == std::string("built")   ? "built"
+    const std::string repairs = sandbox::words(made.repairs, made.moved),
+                      how = made.source == std::string("built")   ? "built"
                             : made.source == std::string("cache") ? "from the cache"
                                                                   : "imported";
     std::printf("%s%s%s: %s; %s in %.2f s, CPU %.2f s\n", part.name.c_str(), part.role.empty() ? "" : ", ",
@@ -112,11 +117,13 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
     json["closed"] = certificate.closed;
     json["hollow_mm"] = certificate.hollow >= 0 ? nlohmann::ordered_json(certificate.hollow) : nlohmann::ordered_json();
     json["note"] = certificate.note;
-    const RepairedMesh body = repairMesh(part.mesh);
-    json["repairs"] = {{"joined", body.repairs.joined},           {"set_into_edges", body.repairs.stitched},
-                       {"without_area", body.repairs.degenerate}, {"duplicates", body.repairs.duplicates},
-                       {"turned_over", body.repairs.turned},      {"inside", body.repairs.inner},
-                       {"moved_mm", body.weld / body.scale}};
+    json["repairs"] = {{"joined", made.repairs.joined},
+                       {"set_into_edges", made.repairs.stitched},
+                       {"without_area", made.repairs.degenerate},
+                       {"duplicates", made.repairs.duplicates},
+                       {"turned_over", made.repairs.turned},
+                       {"inside", made.repairs.inner},
+                       {"moved_mm", made.moved}};
     json["source"] = made.source;
     if (made.source != std::string("import")) {
         json["quality"] = sandbox::name(options.quality);

@@ -38,8 +38,8 @@ std::string meshWords(const Surface& surface);
 /// Why a mesh is not closed: "3 holes (40 open edges) and 1 edge of more than two faces".
 std::string words(const MeshDefects& defects);
 
-/// What a repair changed: "12 vertices joined and 340 set into edges (by up to 0.0017 mm), 100 triangles without area
-/// dropped"; empty if nothing. `moved`: how far the surface moved, mm.
+/// What a repair changed: "12 corners joined, 340 corners set into edges (by up to 0.0017 mm), 100 triangles without
+/// area dropped"; empty if nothing. `moved`: how far the surface moved at most, mm.
 std::string words(const MeshRepairs& repairs, double moved);
 
 }  // namespace touchstone::sandbox
