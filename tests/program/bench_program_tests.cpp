@@ -74,7 +74,8 @@ TEST_CASE("bench: a quick sweep writes a table, JSON, figures and a self-contain
         REQUIRE(solver >= 0);
         if (!solverTable()[static_cast<std::size_t>(solver)].exact || row.at("mode") == "paper") continue;
         CHECK(row.at("valid") == true);
-        CHECK(row.at("runs") == 3);
+        CHECK(row.at("runs") >= 1);  // of at most 3: a slow machine times slow cases less often
+        CHECK(row.at("runs") <= 3);
         CHECK(row.at("run_ticks") >= row.at("ticks"));
         CHECK(row.at("solver_max_N") <= 1e-9);
     }
