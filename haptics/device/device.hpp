@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "haptics/device/goal.hpp"
 #include "haptics/math/rigid.hpp"
 
 namespace touchstone {
@@ -58,6 +59,8 @@ class Device {
     virtual DeviceReading read(double t, double dt) noexcept = 0;
     /// Receives the wrench on the hand about the tool node's origin in world axes, after the safety stage.
     virtual void write(const Wrench& wrench_o) noexcept = 0;
+    /// Receives the tool pose of the same tick, which a person sees. Called after write(), also real time.
+    virtual void show(const Pose& /*X_WT*/) noexcept {}
     /// Sets the force to zero immediately: the emergency stop of a process that ends. May be called from any thread and
     /// from a signal handler, while read() or write() is in progress. Async-signal-safe. Best effort, within the
     /// device's abilities.
@@ -86,8 +89,7 @@ class MouseTarget;
 /// Everything that a device may need to start. Each device uses only some of it.
 struct DeviceContext {
     Pose X_WT_start;                              ///< tool node at the start of the scene
-    std::optional<Pose> goal;                     ///< goal pose of the tool node; nothing if the scene has no goal
-    double goalHold = 0;                          ///< time that the tool must stay at the goal, ms
+    std::optional<GoalRegion> goal;               ///< nothing if the scene has no goal
     std::shared_ptr<const Motion> demonstration;  ///< the scene's main motion; null if it has none
     std::span<const NamedMotion> motions;         ///< all of the scene's motions, the demonstration first
     std::shared_ptr<MouseTarget> mouse;           ///< written by the window; null without a window

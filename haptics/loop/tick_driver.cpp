@@ -199,6 +199,7 @@ TickRecord TickDriver::tick(const TickClocks& clocks, bool audit) noexcept {
     // then stay reproducible.
     if (EmergencyStop::begun() && session.safety.motors()) record.wrench_out = {};  // guard
     session.device->write(record.wrench_out);
+    session.device->show(record.X_WT);
     forceOut_ = !record.wrench_out.isZero();
 
     // Engaging comes after the tick, so that the next reading is the first one after the device was set to the tool.

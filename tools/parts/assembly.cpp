@@ -44,7 +44,9 @@ Scene makeBayonet(const SceneOptions& options) {
     const Entity tool = addBody(scene, "cap", upright(clear, misaligned, 1.5), shared(bayonetCap(fit)), gold(),
                                 toolMarking(options.leaves, outcome));
     addBody(scene, "holder", {}, shared(bayonetHolder(fit)), silver(), obstacleMarking(options.leaves));
-    addGoal(scene, upright(fit.locked(), -fit.turn), 1.5 * fit.clearance, 0.06);
+    const ToolPose locked = upright(fit.locked(), -fit.turn);
+    const json way = wayTo(locked, {upright(clear, 0), upright(-fit.depth, 0), upright(-fit.depth, -fit.turn)});
+    addGoal(scene, locked, 1.5 * fit.clearance, 0.06, {{"fold", fit.lugs}, {"way", way}});
     scene.animations.push_back(motion.animation(tool));
     scene.animations.push_back(notTurned.animation(
         tool, "not-turned",
@@ -87,7 +89,7 @@ Scene makeGears(const SceneOptions& options) {
                  wide = fit.module * (std::max(fit.fixedTeeth, fit.looseTeeth) + 4);
     addBody(scene, "base", {{(low + high) / 2, -thick / 2, 0}}, shared(box({high - low, thick, wide}, 2)), silver(),
             obstacleMarking(options.leaves ? options.leaves : 4096));
-    addGoal(scene, at(seated, home), 1.5 * fit.clearance, 0.06);
+    addGoal(scene, at(seated, home), 1.5 * fit.clearance, 0.06, {{"fold", fit.looseTeeth}});
     scene.animations.push_back(motion.animation(tool));
     scene.animations.push_back(lifted.animation(
         tool, "lifted", {{"max_penetration_mm", 0.001}, {"max_peak_torque_mNm", 20}, {"max_final_lag_mm", 0.01}}));
@@ -115,6 +117,10 @@ Scene makeHook(const SceneOptions& options) {
     missed.moveTo(at(0, low + 4, fit.eye + fit.wire + 1), 0.6);
     missed.moveTo(at(0, hung + load, fit.eye + fit.wire + 1), 0.6);
     missed.hold(0.2);
+    Demonstration takenOff(at(0, hung, 0));
+    takenOff.moveTo(at(0, low, 0), 0.5);
+    takenOff.moveTo(at(out, low, 0), 0.5);
+    takenOff.hold(0.1);
 
     Scene scene;
     scene.name = "hook";
@@ -125,10 +131,12 @@ Scene makeHook(const SceneOptions& options) {
     addBody(scene, "stem", {}, shared(eyeStem(fit)), silver(), obstacleMarking(leaves / 4));
     addBody(scene, "base", {{0, -2.5 * fit.eye - 2, 0}}, shared(box({40, 4, 40}, 2)), silver(),
             obstacleMarking(leaves));
-    addGoal(scene, at(0, hung, 0), 0.5, 0.05);
+    addGoal(scene, at(0, hung, 0), 0.5, 0.05, {{"way", "taken-off"}});
     scene.animations.push_back(motion.animation(tool));
     scene.animations.push_back(
         missed.animation(tool, "missed", {{"max_peak_force_N", 0.01}, {"max_final_lag_mm", 0.01}}));
+    scene.animations.push_back(
+        takenOff.animation(tool, "taken-off", {{"max_peak_force_N", 0.01}, {"max_final_lag_mm", 0.01}}));
     return scene;
 }
 
@@ -161,7 +169,10 @@ Scene makeLock(const SceneOptions& options) {
     const Entity tool = addBody(scene, "key", upright(clear, misaligned, 1.2), shared(key(fit)), gold(),
                                 toolMarking(options.leaves, outcome));
     addBody(scene, "lock", {}, shared(lock(fit)), silver(), obstacleMarking(options.leaves));
-    addGoal(scene, upright(home + fit.play(), -fit.turn), 1.5 * fit.clearance, 0.06);
+    const ToolPose locked = upright(home + fit.play(), -fit.turn);
+    const double inside = home + fit.play() / 2;
+    addGoal(scene, locked, 1.5 * fit.clearance, 0.06,
+            {{"way", wayTo(locked, {upright(clear, 0), upright(inside, 0), upright(inside, -fit.turn)})}});
     scene.animations.push_back(motion.animation(tool));
     // The key is held in place within the clearance: nearly all of the turn is lag, at 1 N·m/rad.
     scene.animations.push_back(notHome.animation(

@@ -91,10 +91,11 @@ void addPegCases(Scene& scene, Entity tool, const PegFit& fit) {
 /// Poses on the way down the bolt, by the turns that the hand has made.
 struct WayDown {
     double clear, top, pitch, first;  ///< mm, mm, mm and rad
+    double hand = 1;                  ///< of the thread: 1 right, -1 left
 
-    ToolPose before() const { return upright(clear, first); }
+    ToolPose before() const { return upright(clear, hand * first); }
     ToolPose after(double turns, double above) const {
-        return upright(top - pitch * turns + above, first - kTau * turns);
+        return upright(top - pitch * turns + above, hand * (first - kTau * turns));
     }
 };
 
@@ -118,8 +119,9 @@ void addNutCases(Scene& scene, Entity tool, const WayDown& way, double press) {
     Demonstration cross(askew(way.before()));
     cross.hold(0.1);
     cross.moveTo(askew(way.after(0, -press)), 0.3);
-    cross.follow(0.8, [&](double t) { return askew(upright(way.top - press, way.first - 1.5 * kTau * t / 0.8)); });
-    cross.moveTo(askew(upright(way.clear, way.first - 1.5 * kTau)), 0.2);
+    cross.follow(
+        0.8, [&](double t) { return askew(upright(way.top - press, way.hand * (way.first - 1.5 * kTau * t / 0.8))); });
+    cross.moveTo(askew(upright(way.clear, way.hand * (way.first - 1.5 * kTau))), 0.2);
     cross.hold(0.2);
     // Askew, no thread catches: the nut stays where the flat tip and the chamfers hold it.
     json outcome = comesOut();
@@ -154,7 +156,9 @@ Scene makePeg(const SceneOptions& options) {
         addBody(scene, "peg", upright(clear, 0, aside), shared(peg(fit)), gold(), toolMarking(options.leaves, outcome));
     addBody(scene, "hole", {}, shared(pegHole(fit)), silver(), obstacleMarking(options.leaves));
     // The walls leave this much room, and the play tilts the peg by no more.
-    addGoal(scene, upright(-fit.depth, 0), 1.5 * fit.clearance, 3 * fit.clearance / fit.depth);
+    const double angle = 3 * fit.clearance / (fit.breadth > 0 ? std::min(fit.breadth, fit.diameter) / 2 : fit.depth);
+    const int fold = fit.breadth == 0 ? 0 : fit.breadth == fit.diameter ? 4 : 2;
+    addGoal(scene, upright(-fit.depth, 0), 1.5 * fit.clearance, angle, {{"fold", fold}});
     scene.animations.push_back(motion.animation(tool));
     addPegCases(scene, tool, fit);
     return scene;
@@ -180,7 +184,7 @@ Scene makeNut(const SceneOptions& options) {
     // The nut is tight when it has turned through its play on the plate; the hand turns further. Within the first turn
     // the thread catches, and five more of them lead down to the plate.
     const double turns = 6, seconds = 2, press = 10, tight = -fit.playAngle() - 0.1, onTip = fit.pitch * turns;
-    const WayDown way{onTip + 6, onTip, fit.pitch, tight + kTau * turns};
+    const WayDown way{onTip + 6, onTip, fit.pitch, tight + kTau * turns, fit.left ? -1.0 : 1.0};
     const glm::dvec3 aside(0.4, 0, 0);
     ToolPose start = way.before(), tip = way.after(0, -press);
     start.position += aside, tip.position += aside;
@@ -201,7 +205,7 @@ Scene makeNut(const SceneOptions& options) {
     TurnedSolid plate;
     plate.add({fit.diameter / 2 + 0.75, fit.acrossFlats, -fit.plate, 0});
     addBody(scene, "plate", {}, shared(plate.mesh(2)), silver(), obstacleMarking(options.leaves));
-    addGoal(scene, {}, 1.5 * fit.clearance, 1.2 * fit.playAngle());
+    addGoal(scene, {}, 1.5 * fit.clearance, 1.2 * fit.playAngle(), {{"lead_m", way.hand * fit.pitch / 1000}});
     scene.animations.push_back(motion.animation(tool));
     addNutCases(scene, tool, way, press);
     return scene;

@@ -56,8 +56,10 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
     } else if (scene == "peg") {
         app::PegFit& fit = options.peg;
         number("--diameter", fit.diameter, "diameter of the peg, mm");
+        number("--breadth", fit.breadth, "other side of a rectangular peg, mm; 0: a round peg");
         number("--clearance", fit.clearance, "least distance of the walls on each side, mm");
         number("--depth", fit.depth, "depth of the hole, mm");
+        command.add_flag("--through", fit.through, "a hole without a bottom");
         number("--chamfer", fit.chamfer, "chamfer of the peg's end and the hole's mouth, mm");
         number("--segments", fit.segments, "sides of the peg's polygon");
         number("--hole-segments", fit.holeSegments, "sides of the hole's polygon; 0: twelve more than the peg's");
@@ -67,6 +69,7 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
         number("--pitch", fit.pitch, "pitch of the thread, mm");
         number("--clearance", fit.clearance, "clearance of flanks, crests and roots, mm");
         number("--height", fit.height, "height of the nut, mm");
+        command.add_flag("--left", fit.left, "a left-handed thread");
         number("--segments", fit.segments, "sections of the bolt around its axis");
         number("--nut-segments", fit.nutSegments,
                "sections of the nut around its axis; 0: twelve more than the bolt's");

@@ -115,6 +115,15 @@ void addTurned(Solid& solid, int n, bool outward, const std::function<Profile(in
 
 Outline hexagon(const ThreadFit& fit) { return subdivided(polygon(fit.acrossFlats / std::sqrt(3.0), 6), fit.spacing); }
 
+/// A part with a thread of the other hand is the mirror image.
+engine::MeshData finished(Solid solid, bool left) {
+    if (left) {
+        for (glm::dvec3& point : solid.points) point.z = -point.z;
+        for (auto& triangle : solid.triangles) std::swap(triangle[1], triangle[2]);
+    }
+    return app::finished(solid);
+}
+
 void check(const ThreadFit& fit) {
     require(fit.pitch > 0 && fit.height > 0 && fit.plate > 0 && fit.head > 0 && fit.standing > 0,
             "pitch, heights and thicknesses of bolt, nut and plate must be positive");
@@ -149,7 +158,7 @@ engine::MeshData bolt(const ThreadFit& fit) {
     addWall(solid, sides, fit.head);
     addEnd(solid, under, triangulate(head, polygon(shank, fit.segments), fit.spacing), true);
     addEnd(solid, under - fit.head, triangulate(head, {}, fit.spacing), false);
-    return finished(solid);
+    return finished(std::move(solid), fit.left);
 }
 
 engine::MeshData nut(const ThreadFit& fit) {
@@ -172,7 +181,7 @@ engine::MeshData nut(const ThreadFit& fit) {
     const PlanarMesh end = triangulate(outer, polygon(wide * out, n), fit.spacing);
     addEnd(solid, fit.height, end, true);
     addEnd(solid, 0, end, false);
-    return finished(solid);
+    return finished(std::move(solid), fit.left);
 }
 
 }  // namespace touchstone::app

@@ -22,6 +22,7 @@ struct ThreadFit {
     double plate = 12;        ///< thickness of the plate between nut and head
     double head = 10;         ///< height of the bolt's head
     double spacing = 2;       ///< of the points of flat ends
+    bool left = false;        ///< a left-handed thread
     int segments = 156;       ///< sections of the bolt around the axis
     int nutSegments = 0;      ///< sections of the nut; 0: twelve more than the bolt has
 
@@ -34,7 +35,7 @@ struct ThreadFit {
     double playAngle() const { return 2 * std::numbers::pi * play() / pitch; }
 };
 
-/// The bolt about the y axis with its head below: the plate's top is the plane y = 0. The thread is right-handed, with
+/// The bolt about the y axis with its head below: the plate's top is the plane y = 0. The thread has
 /// the middle of a crest at +x in that plane, a chamfer of 45° at the tip and a conical run-out into the shank.
 /// Throws std::invalid_argument with one sentence when the dimensions are impossible.
 engine::MeshData bolt(const ThreadFit& fit);

@@ -13,22 +13,39 @@ namespace {
 void check(const PegFit& fit) {
     require(fit.diameter > 0 && fit.length > 0 && fit.depth > 0 && fit.wall > 0,
             "diameter, length, depth and wall of a peg must be positive");
-    require(fit.clearance >= 0 && fit.chamfer > 0, "a peg needs a chamfer, and no negative clearance");
-    require(fit.chamfer < std::min({fit.length, fit.depth, fit.diameter / 2, fit.wall}),
-            "the chamfer must be smaller than length, depth, radius and wall");
+    require(fit.clearance >= 0 && fit.chamfer >= 0 && fit.breadth >= 0,
+            "clearance, chamfer and breadth of a peg must not be negative");
+    require(
+        fit.chamfer < std::min({fit.length, fit.depth, (fit.breadth > 0 ? fit.breadth : fit.diameter) / 2, fit.wall}),
+        "the chamfer must be smaller than length, depth, wall and half the width");
     require(fit.segments >= 8 && fit.holeSides() >= 8, "peg and hole need eight segments or more");
+}
+
+/// The rectangle of the peg, moved outward.
+Outline rectangle(const PegFit& fit, double outward) {
+    const glm::dvec2 half(fit.diameter / 2, fit.breadth / 2);
+    const Outline corners{{-half.x, -half.y}, {half.x, -half.y}, half, {-half.x, half.y}};
+    return offset(subdivided(corners, fit.spacing), outward);
+}
+
+/// From the first to the last, without sections of a chamfer that is none.
+std::vector<Section> distinct(std::vector<Section> sections) {
+    const auto same = [](const Section& a, const Section& b) { return a.y == b.y; };
+    sections.erase(std::unique(sections.begin(), sections.end(), same), sections.end());
+    return sections;
 }
 
 }  // namespace
 
 engine::MeshData peg(const PegFit& fit) {
     check(fit);
-    const double radius = fit.diameter / 2;
-    const Outline tip = polygon(radius - fit.chamfer, fit.segments), round = polygon(radius, fit.segments);
-    const Section sections[] = {{0, tip}, {fit.chamfer, round}, {fit.length, round}};
+    const auto outline = [&](double outward) {
+        return fit.breadth > 0 ? rectangle(fit, outward) : polygon(fit.diameter / 2 + outward, fit.segments);
+    };
+    const Outline tip = outline(-fit.chamfer), whole = outline(0);
     Solid solid;
-    addWall(solid, sections, fit.length);
-    addEnd(solid, fit.length, triangulate(round, {}, fit.spacing), true);
+    addWall(solid, distinct({{0, tip}, {fit.chamfer, whole}, {fit.length, whole}}), fit.length);
+    addEnd(solid, fit.length, triangulate(whole, {}, fit.spacing), true);
     addEnd(solid, 0, triangulate(tip, {}, fit.spacing), false);
     return finished(solid);
 }
@@ -37,16 +54,20 @@ engine::MeshData pegHole(const PegFit& fit) {
     check(fit);
     const int sides = fit.holeSides();
     const double radius = (fit.diameter / 2 + fit.clearance) / std::cos(kPi / sides);
-    const Outline bore = polygon(radius, sides), mouth = polygon(radius + fit.chamfer, sides);
-    const Outline outer = circle(radius + fit.wall, kChordError, fit.spacing);
-    const Section outside[] = {{-fit.depth - fit.wall, outer}, {0, outer}};
-    const Section within[] = {{0, mouth}, {-fit.chamfer, bore}, {-fit.depth, bore}};
+    const auto outline = [&](double outward) {
+        return fit.breadth > 0 ? rectangle(fit, fit.clearance + outward) : polygon(radius + outward, sides);
+    };
+    const double reach = fit.breadth > 0 ? std::hypot(fit.diameter, fit.breadth) / 2 + fit.clearance : radius;
+    const Outline bore = outline(0), mouth = outline(fit.chamfer);
+    const Outline outer = circle(reach + fit.wall, kChordError, fit.spacing);
+    const double under = fit.through ? -fit.depth : -fit.depth - fit.wall;
+    const Section outside[] = {{under, outer}, {0, outer}};
     Solid solid;
-    addWall(solid, outside, fit.depth + fit.wall);
-    addWall(solid, within, fit.depth);
+    addWall(solid, outside, -under);
+    addWall(solid, distinct({{0, mouth}, {-fit.chamfer, bore}, {-fit.depth, bore}}), fit.depth);
     addEnd(solid, 0, triangulate(outer, mouth, fit.spacing), true);
-    addEnd(solid, -fit.depth, triangulate(bore, {}, fit.spacing), true);
-    addEnd(solid, -fit.depth - fit.wall, triangulate(outer, {}, fit.spacing), false);
+    if (!fit.through) addEnd(solid, -fit.depth, triangulate(bore, {}, fit.spacing), true);
+    addEnd(solid, under, triangulate(outer, fit.through ? bore : Outline{}, fit.spacing), false);
     return finished(solid);
 }
 

@@ -29,9 +29,21 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
 
 ToolPose upright(double y, double angle, double x) { return {{x, y, 0}, glm::angleAxis(angle, glm::dvec3(0, 1, 0))}; }
 
-void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle) {
-    addBody(scene, "seated", pose, nullptr, {},
-            {{"role", "goal"}, {"goal", {{"tolerance_m", room / 1000}, {"tolerance_rad", angle}, {"hold_s", 0.5}}}});
+void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle, const json& more) {
+    json goal{{"tolerance_m", room / 1000}, {"tolerance_rad", angle}, {"hold_s", 0.5}};
+    goal.update(more);
+    addBody(scene, "seated", pose, nullptr, {}, {{"role", "goal"}, {"goal", std::move(goal)}});
+}
+
+json wayTo(const ToolPose& goal, const std::vector<ToolPose>& way) {
+    const glm::dquat back = glm::conjugate(goal.rotation);
+    json poses;
+    for (const ToolPose& pose : way) {
+        const glm::dvec3 p = back * (pose.position - goal.position) / 1000.0;
+        const glm::dquat q = back * pose.rotation;
+        poses.push_back({{"translation", {p.x, p.y, p.z}}, {"rotation", {q.x, q.y, q.z, q.w}}});
+    }
+    return poses;
 }
 
 json toolMarking(int leaves, json outcome) {

@@ -23,8 +23,12 @@ engine::Entity addBody(engine::Scene& scene, const char* name, const ToolPose& p
 /// A pose on the y axis or `x` beside it, turned about it; mm and rad.
 ToolPose upright(double y, double angle, double x = 0);
 
-/// Adds the goal pose, with its tolerances in mm and rad.
-void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle);
+/// Adds the goal pose, with its tolerances in mm and rad, and what else is known of it.
+void addGoal(engine::Scene& scene, const ToolPose& pose, double room, double angle,
+             const nlohmann::json& more = nlohmann::json::object());
+
+/// A way to a goal: these poses in its frame.
+nlohmann::json wayTo(const ToolPose& goal, const std::vector<ToolPose>& way);
 
 /// Markings as docs/scenes.md describes them. Every tool has the stiffness of the reference device, 1 N/mm and
 /// 1 N·m/rad, and every outcome a penetration of at most 1 µm. `leaves`: 0 leaves their number to the scene.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 
 namespace touchstone::sandbox {
@@ -31,5 +32,8 @@ struct BodyMarking {
     bool spheres = false;                                ///< touched by its spheres in either geometry
     std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
 };
+
+/// The node itself or its nearest ancestor that has a role; null if there is none.
+engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 
 }  // namespace touchstone::sandbox

@@ -12,6 +12,7 @@
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
+#include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
@@ -22,6 +23,11 @@ using engine::Entity;
 using engine::Registry;
 using engine::Scene;
 using nlohmann::json;
+
+constexpr std::size_t kMaxWay = 1000;  // poses on the way to a goal
+constexpr int kWaySamples = 1000;      // of a motion that is such a way
+constexpr double kWayTolerance = 0.1;  // mm
+constexpr double kTau = 2 * std::numbers::pi;
 
 /// A role that a node could have, and the sentence that says why.
 struct Candidate {
@@ -69,7 +75,10 @@ class RoleReader {
     void chooseTool();
     void chooseGoal();
     void chooseGauge();
-    GoalRegion regionOf(Entity node) const;
+    void readGoal(engine::Fields& fields, Entity node, GoalRegion& goal) const;
+    std::vector<Pose> readWay(engine::Fields& fields, Entity node, const GoalRegion& goal) const;
+    std::vector<Pose> wayOfMotion(engine::Fields& fields, const std::string& name, const GoalRegion& goal) const;
+    GoalRegion regionOf(Entity node);
     void readScene();
     void describeRoles();
 
@@ -183,7 +192,7 @@ void RoleReader::chooseTool() {
 }
 
 /// The goal of the node's mark; without one, the node's own pose, with the size of its meshes as tolerance.
-GoalRegion RoleReader::regionOf(Entity node) const {
+GoalRegion RoleReader::regionOf(Entity node) {
     GoalRegion region;
     region.X_WT = toPose(engine::worldPose(scene_.registry, node));
     // The meshes of a goal node are the region; those of the tool, which may have a goal too, are not.
@@ -197,15 +206,61 @@ GoalRegion RoleReader::regionOf(Entity node) const {
     if (!mark) return region;
     engine::Fields fields(scene_, label(node), "extras.touchstone", *mark);
     if (auto goal = fields.object("goal")) {
-        if (const auto meters = goal->vector("translation")) region.X_WT.p = toMm(*meters);
-        if (const auto rotation = goal->quaternion("rotation")) region.X_WT.q = toEigen(*rotation);
-        if (const auto meters = goal->number("tolerance_m", 0, 1e3)) region.tolerance = *meters * kMmPerMeter;
-        if (const auto angle = goal->number("tolerance_rad", 0, 2 * std::numbers::pi)) region.toleranceAngle = *angle;
-        if (const auto seconds = goal->number("hold_s", 0, 1e6)) region.hold = *seconds * 1000;
-        if (const auto meters = goal->number("depth_m", 0, 1e3)) region.depth = *meters * kMmPerMeter;
-        if (const auto times = goal->whole("fold", 1, 1000)) region.fold = *times;
+        readGoal(*goal, node, region);
+        goal->warnUnknown(found_.warnings);
     }
     return region;
+}
+
+void RoleReader::readGoal(engine::Fields& fields, Entity node, GoalRegion& goal) const {
+    if (const auto meters = fields.vector("translation")) goal.X_WT.p = toMm(*meters);
+    if (const auto rotation = fields.quaternion("rotation")) goal.X_WT.q = toEigen(*rotation);
+    if (const auto meters = fields.number("tolerance_m", 0, 1e3)) goal.tolerance = *meters * kMmPerMeter;
+    if (const auto angle = fields.number("tolerance_rad", 0, kTau)) goal.toleranceAngle = *angle;
+    if (const auto seconds = fields.number("hold_s", 0, 1e6)) goal.hold = *seconds * 1000;
+    if (const auto meters = fields.number("depth_m", 0, 1e3)) goal.depth = *meters * kMmPerMeter;
+    if (const auto times = fields.whole("fold", 0, 1000)) goal.fold = *times;
+    if (const auto meters = fields.number("lead_m", -1, 1)) goal.lead = *meters * kMmPerMeter;
+    goal.way = readWay(fields, node, goal);
+    if (goal.lead != 0 && !goal.way.empty()) fields.fail("lead_m", "given without way, which says how the tool turns");
+}
+
+std::vector<Pose> RoleReader::readWay(engine::Fields& fields, Entity node, const GoalRegion& goal) const {
+    const json* value = fields.find("way");
+    if (!value) return {};
+    if (value->is_string()) return wayOfMotion(fields, value->get<std::string>(), goal);
+    if (!value->is_array() || value->empty() || value->size() > kMaxWay)
+        fields.fail("way", "the name of a motion that leads out, or a list of 1 to " + std::to_string(kMaxWay) +
+                               " poses in the frame of the goal");
+    std::vector<Pose> way;
+    for (const json& item : *value) {
+        const std::string path = "extras.touchstone.goal.way[" + std::to_string(way.size()) + "]";
+        engine::Fields pose(scene_, label(node), path, item);
+        const auto meters = pose.vector("translation");
+        if (!meters) pose.fail("translation", "three numbers, in meters");
+        const auto rotation = pose.quaternion("rotation");
+        way.push_back({toMm(*meters), rotation ? toEigen(*rotation) : Quat::Identity()});
+    }
+    return way;
+}
+
+/// The motion backward, as few poses as follow it within a tenth of a millimeter.
+std::vector<Pose> RoleReader::wayOfMotion(engine::Fields& fields, const std::string& name,
+                                          const GoalRegion& goal) const {
+    for (const engine::Animation& animation : scene_.animations) {
+        if (animation.name != name || !found_.tool || !movesTool(animation, found_.tool)) continue;
+        const SceneMotion motion(scene_, animation, found_.tool);
+        const Pose start = motion.at(0);
+        if (goal.distance(start) > std::max(1.0, goal.tolerance) ||
+            goal.angle(start) > std::max(0.1, goal.toleranceAngle))
+            fields.fail("way", "the name of a motion that begins at the goal: '" + engine::escaped(name) + "' begins " +
+                                   std::to_string(std::lround(goal.distance(start))) + " mm from it");
+        std::vector<Pose> path;
+        for (int i = kWaySamples; i > 0; --i)
+            path.push_back(goal.X_WT.inverse() * motion.at(motion.duration() * i / kWaySamples));
+        return simplified(path, kWayTolerance);
+    }
+    fields.fail("way", "the name of one of the tool's motions: there is no motion '" + engine::escaped(name) + "'");
 }
 
 void RoleReader::chooseGoal() {
@@ -227,12 +282,6 @@ void RoleReader::chooseGoal() {
     }
     if (!chosen) return;
     found_.goal = regionOf(chosen);
-    if (const json* mark = touchstoneOf(scene_, chosen); mark && mark->contains("goal")) {
-        engine::Fields goal(scene_, label(chosen), "extras.touchstone.goal", mark->at("goal"));
-        for (const char* key : {"translation", "rotation", "tolerance_m", "tolerance_rad", "hold_s", "depth_m", "fold"})
-            goal.find(key);
-        goal.warnUnknown(found_.warnings);
-    }
 }
 
 void RoleReader::chooseGauge() {
@@ -349,14 +398,6 @@ Settings sceneSettings(const Scene& scene, const SceneRoles& roles) {
     return settings;
 }
 
-Entity roleOwner(const Registry& registry, Entity node) {
-    while (node && !registry.has<Role>(node)) {
-        const engine::Hierarchy* hierarchy = registry.find<engine::Hierarchy>(node);
-        node = hierarchy ? hierarchy->parent : Entity{};
-    }
-    return node;
-}
-
 void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings) {
     const Settings now = sceneSettings(scene, roles);
     json changed = json::object();
@@ -371,13 +412,6 @@ void setSettings(Scene& scene, const SceneRoles& roles, const Settings& settings
         engine::failIn(scene.file, engine::objectLabel("scene", static_cast<std::size_t>(scene.index)),
                        "its extras are not a JSON object: make them one to store settings there");
     (*scene.extras)["touchstone"]["settings"].update(changed);
-}
-
-double GoalRegion::angle(const Pose& X_WO) const {
-    const Quat q = X_WT.q.conjugate() * X_WO.q;
-    // The twist about the axis that points out counts only up to multiples of the step.
-    const double step = 2 * std::numbers::pi / fold, twist = 2 * std::atan2(q.y(), q.w());
-    return logRotation(q * expRotation({0, -step * std::round(twist / step), 0})).norm();
 }
 
 }  // namespace touchstone::sandbox

@@ -5,26 +5,13 @@
 #include <vector>
 
 #include "engine/scene/scene.hpp"
+#include "haptics/device/goal.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/math/rigid.hpp"
 #include "haptics/sandbox/scene/gauge.hpp"
 #include "haptics/sandbox/scene/role.hpp"
 
 namespace touchstone::sandbox {
-
-/// Where the tool node should come to rest, scene frame. The defaults accept any orientation.
-struct GoalRegion {
-    Pose X_WT;
-    double tolerance = 1;         ///< mm between the origins
-    double toleranceAngle = 3.2;  ///< rad
-    double hold = 0;              ///< ms that the tool must stay in the region
-    double depth = 0;             ///< mm along +y of X_WT, which points out, to where the insertion begins; 0: unknown
-    int fold = 1;                 ///< number of equivalent orientations about that axis, evenly spaced
-
-    double distance(const Pose& X_WO) const { return (X_WO.p - X_WT.p).norm(); }
-    double angle(const Pose& X_WO) const;  ///< to the nearest equivalent orientation, rad
-    bool contains(const Pose& X_WO) const { return distance(X_WO) <= tolerance && angle(X_WO) <= toleranceAngle; }
-};
 
 /// What assignRoles() found. `interpreted` and `warnings` are sentences for `touchstone validate`.
 struct SceneRoles {
@@ -49,9 +36,6 @@ SceneRoles assignRoles(engine::Scene& scene);
 /// scene's extras.touchstone.settings (the keys of settingTable()). Throws engine::SceneError with the sentence of
 /// setSetting() or checkSettings().
 Settings sceneSettings(const engine::Scene& scene, const SceneRoles& roles);
-
-/// The node itself or its nearest ancestor that has a role; null if there is none.
-engine::Entity roleOwner(const engine::Registry& registry, engine::Entity node);
 
 /// Writes those settings into extras.touchstone of the scene that differ from what it sets already, except a pause.
 void setSettings(engine::Scene& scene, const SceneRoles& roles, const Settings& settings);

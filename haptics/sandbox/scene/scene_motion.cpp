@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/scene/transforms.hpp"
-#include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/role.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {

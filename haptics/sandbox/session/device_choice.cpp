@@ -28,8 +28,7 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
         throw std::runtime_error("unknown device '" + name + "': choose one of " + names);
     }
     return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),
-                       .goal = scene.roles.goal ? std::optional(scene.roles.goal->X_WT) : std::nullopt,
-                       .goalHold = scene.roles.goal ? scene.roles.goal->hold : 0,
+                       .goal = scene.roles.goal,
                        .demonstration = scene.demonstration,
                        .motions = scene.motions,
                        .mouse = std::move(mouse),

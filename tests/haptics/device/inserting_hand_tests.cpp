@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/support/alloc_count.hpp"
 
@@ -9,21 +10,46 @@ namespace touchstone::inserting_hand_tests {
 
 namespace {
 
-const Pose kStart{{0, 30, 0}, expRotation({0, 0.4, 0})}, kGoal{{0, -20, 0}, Quat::Identity()};
+const Pose kStart{{0, 30, 0}, expRotation({0, 0.4, 0})};
+const GoalRegion kGoal{.X_WT = {{0, -20, 0}, Quat::Identity()}, .tolerance = 0.2, .toleranceAngle = 0.05};
 
-InsertingHand hand(std::uint64_t seed) {
+InsertingHand hand(std::uint64_t seed, const GoalRegion& goal = kGoal) {
     InsertingParameters parameters;
     parameters.seed = seed;
-    return InsertingHand(kStart, kGoal, parameters);
+    return InsertingHand(kStart, goal, parameters);
 }
 
-/// A floor of 1 N/mm at the given height.
+/// A floor of 1 N/mm at the given height, on which the tool stays.
 struct Floor {
     double height;
-    void push(InsertingHand& one, const Pose& X) const {
+    Pose push(InsertingHand& one, Pose X) const {
         one.write({.force = {0, std::max(0.0, height - X.p.y()), 0}});
+        X.p.y() = std::max(X.p.y(), height);
+        one.show(X);
+        return X;
     }
 };
+
+constexpr Floor kNoFloor{-1e6};
+
+struct End {
+    int t = 0;
+    bool finished = false;
+    Pose X_WT;
+    double lowest = 1e9;
+};
+
+/// Runs the hand to its end, or for a minute.
+End run(InsertingHand& one, const Floor& floor) {
+    End end;
+    for (; end.t < 60'000 && !end.finished; ++end.t) {
+        const DeviceReading reading = one.read(end.t, 1);
+        end.finished = reading.finished;
+        end.X_WT = floor.push(one, reading.X_WT_device);
+        end.lowest = std::min(end.lowest, end.X_WT.p.y());
+    }
+    return end;
+}
 
 }  // namespace
 
@@ -42,7 +68,7 @@ TEST_CASE("inserting hand: starts near the start pose, and knows the goal roughl
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
         InsertingHand one = hand(seed);
         CHECK((one.read(0, 1).X_WT_device.p - kStart.p).norm() < 10);  // 2 mm per axis: five standard deviations
-        error += (one.belief().p - kGoal.p).squaredNorm() / 3 / 200;
+        error += (one.belief().p - kGoal.X_WT.p).squaredNorm() / 3 / 200;
     }
     const double deviation = InsertingParameters{}.placeError;
     CHECK(std::sqrt(error) ==
@@ -60,7 +86,7 @@ TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up
         reading = one.read(t, 1);
         floor.push(one, reading.X_WT_device);
         force = std::max(force, floor.height - reading.X_WT_device.p.y());
-        if (one.act() != InsertingHand::Act::Press) continue;
+        if (one.act() != InsertingHand::Act::Press || reading.X_WT_device.p.y() > floor.height) continue;
         const double twist = logRotation(reading.X_WT_device.q).y();
         least = std::min(least, twist);
         most = std::max(most, twist);
@@ -74,31 +100,82 @@ TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up
     CHECK(reading.X_WT_device.p.y() > 20);
 }
 
-TEST_CASE("inserting hand: lets go at the goal and stays there", "[hand]") {
-    InsertingHand one = hand(2);
-    const Floor floor{-20};
-    DeviceReading reading;
-    int t = 0;
-    for (; t < 20'000 && !reading.finished; ++t) {
-        reading = one.read(t, 1);
-        floor.push(one, reading.X_WT_device);
+TEST_CASE("inserting hand: lets go where a stop is near the goal, and stays there", "[hand]") {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        InsertingHand one = hand(seed);
+        const End end = run(one, {-20.05});
+        INFO(seed);
+        CHECK(end.finished);
+        CHECK(one.act() == InsertingHand::Act::Release);
+        CHECK(kGoal.contains(end.X_WT));
+        CHECK(end.t < 10'000);
     }
-    CHECK(reading.finished);
-    CHECK(one.act() == InsertingHand::Act::Release);
-    CHECK(reading.X_WT_device.p.y() == Approx(-20).margin(0.05));  // no force remains: 0.05 N
 }
 
-TEST_CASE("inserting hand: draws back if it touches nothing", "[hand]") {
-    InsertingHand one = hand(5);
-    DeviceReading reading;
-    double low = 0;
-    for (int t = 0; t < 20'000 && !reading.finished; ++t) {
-        reading = one.read(t, 1);
-        low = std::min(low, reading.X_WT_device.p.y());
+TEST_CASE("inserting hand: needs no stop at the goal, and does not fall through", "[hand]") {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        InsertingHand one = hand(seed);
+        const End end = run(one, kNoFloor);
+        INFO(seed);
+        CHECK(end.finished);
+        CHECK(one.act() == InsertingHand::Act::Release);
+        CHECK(kGoal.contains(end.X_WT));
+        CHECK(end.lowest > -25);
     }
-    CHECK(reading.finished);
-    CHECK(low > -40);
-    CHECK(low < -30);
+}
+
+TEST_CASE("inserting hand: turns to the nearest equivalent orientation", "[hand]") {
+    GoalRegion goal = kGoal;
+    goal.fold = 8;  // of the start's 0.4 rad, 0.785 is as far as 0.385 away from 0, and a step is 0.785
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        InsertingHand one = hand(seed, goal);
+        const End end = run(one, kNoFloor);
+        CHECK(goal.contains(end.X_WT));
+        CHECK_FALSE(kGoal.contains(end.X_WT));
+    }
+    goal.fold = 0;
+    InsertingHand round = hand(1, goal);
+    const End end = run(round, kNoFloor);
+    CHECK(goal.contains(end.X_WT));
+    CHECK(std::abs(kGoal.twist(end.X_WT)) > 0.2);  // a round tool needs no turn
+}
+
+TEST_CASE("inserting hand: follows the way that the goal gives", "[hand]") {
+    GoalRegion goal = kGoal;
+    goal.way = {
+        {{0, 25, 0}}, {{0, -3, 0}}, {{0, -3, 0}, expRotation({0, 1.2, 0})}, {{9, -3, 0}, expRotation({0, 1.2, 0})}};
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        InsertingHand one = hand(seed, goal);
+        std::vector<double> nearest(goal.way.size(), 1e9);
+        End end;
+        for (; end.t < 60'000 && !end.finished; ++end.t) {
+            const DeviceReading reading = one.read(end.t, 1);
+            end.finished = reading.finished;
+            const Pose X_GT = goal.X_WT.inverse() * kNoFloor.push(one, reading.X_WT_device);
+            for (std::size_t i = 0; i < goal.way.size(); ++i) {
+                const Vec6 way = incrementBetween(goal.way[i], X_GT);
+                nearest[i] = std::min(nearest[i], way.head<3>().norm() + 45 * way.tail<3>().norm());
+            }
+            end.X_WT = goal.X_WT * X_GT;
+        }
+        INFO(seed);
+        CHECK(end.finished);
+        CHECK(goal.contains(end.X_WT));
+        for (const double mm : nearest) CHECK(mm < 6);
+    }
+}
+
+TEST_CASE("goal: a path is simplified to the poses that it needs", "[hand]") {
+    std::vector<Pose> path;
+    for (int i = 0; i <= 100; ++i) path.push_back({{0.1 * i, 0, 0}});
+    for (int i = 1; i <= 100; ++i) path.push_back({{10, 0.1 * i, 0}});
+    for (int i = 1; i <= 100; ++i) path.push_back({{10, 10, 0}, expRotation({0, 0, 0.025 * i})});
+    const std::vector<Pose> kept = simplified(path, 0.1);
+    REQUIRE(kept.size() == 7);  // three straight pieces; 2.5 rad in four
+    CHECK(kept[1].p == Vec3(10, 0, 0));
+    CHECK(kept[2].p.isApprox(Vec3(10, 10, 0)));
+    CHECK(kept.back() == path.back());
+    CHECK(simplified({}, 1).empty());
 }
 
 TEST_CASE("inserting hand: needs a goal and a random seed", "[hand]") {

@@ -106,8 +106,8 @@ TEST_CASE("outcome: before the end only the checks of all times are evaluated", 
 TEST_CASE("outcome: seated means within both tolerances for the whole hold time at the end", "[sandbox]") {
     Fixture f(json{{"seated", true}});
     CHECK_THROWS_WITH(f.read(), Contains("expected.glb") && Contains("seated") && Contains("goal"));
-    f.roles.goal = sandbox::GoalRegion{
-        .X_WT = {Vec3(10, 0, 0), Quat::Identity()}, .tolerance = 0.5, .toleranceAngle = 0.1, .hold = 3};
+    f.roles.goal =
+        GoalRegion{.X_WT = {Vec3(10, 0, 0), Quat::Identity()}, .tolerance = 0.5, .toleranceAngle = 0.1, .hold = 3};
     sandbox::OutcomeJudge judge(f.read());
     const auto met = [&] {
         bool all = true;

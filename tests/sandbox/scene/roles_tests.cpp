@@ -198,6 +198,17 @@ TEST_CASE("roles: a wrong type or range is one sentence with file, node and fiel
         {{{"role", "tool"}, {"goal", {{"translation", {0, 1}}}}},
          "extras.touchstone.goal.translation must be three numbers"},
         {{{"role", "tool"}, {"goal", {{"rotation", {0, 0, 0, 2}}}}}, "extras.touchstone.goal.rotation"},
+        {{{"role", "tool"}, {"goal", {{"fold", -1}}}}, "extras.touchstone.goal.fold must be a whole number from 0"},
+        {{{"role", "tool"}, {"goal", {{"lead_m", "2 mm"}}}}, "extras.touchstone.goal.lead_m must be a number"},
+        {{{"role", "tool"}, {"goal", {{"way", 3}}}}, "extras.touchstone.goal.way must be the name of a motion"},
+        {{{"role", "tool"}, {"goal", {{"way", json::array()}}}}, "extras.touchstone.goal.way must be"},
+        {{{"role", "tool"}, {"goal", {{"way", {{{"rotation", {0, 0, 0, 1}}}}}}}},
+         "extras.touchstone.goal.way[0].translation must be three numbers"},
+        {{{"role", "tool"}, {"goal", {{"way", {{{"translation", {0, 0, 0}}}, 7}}}}},
+         "extras.touchstone.goal.way[1] must be an object"},
+        {{{"role", "tool"}, {"goal", {{"way", "out"}}}}, "there is no motion 'out'"},
+        {{{"role", "tool"}, {"goal", {{"lead_m", 0.001}, {"way", {{{"translation", {0, 0, 0}}}}}}}},
+         "extras.touchstone.goal.lead_m must be given without way"},
         {{{"role", "tool"}, {"outcome", "fine"}}, "extras.touchstone.outcome must be an object"},
         {json("tool"), "extras.touchstone must be an object"},
     };
@@ -277,6 +288,42 @@ TEST_CASE("roles: a goal node defines the goal by its pose, a goal on the tool b
     CHECK(roles.goal->X_WT.p.isApprox(Vec3(0, 100, 0)));
     CHECK(roles.goal->X_WT.q.isApprox(Quat(0, 0, 0, 1)));
     CHECK(anyContains(roles.warnings, "\"seat\" is also a goal"));
+}
+
+TEST_CASE("roles: a goal knows the thread, equivalent orientations and the way", "[sandbox]") {
+    Scene scene;
+    const Entity tool = addBox(scene, "peg", kSize, {{"role", "tool"}});
+    const auto goal = [&](const json& more) {
+        json mark{{"role", "tool"}, {"goal", {{"translation", {0, 0.1, 0}}, {"tolerance_rad", 0.05}}}};
+        mark["goal"].update(more);
+        setExtras(scene, tool, {{"touchstone", mark}});
+        const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+        CHECK_FALSE(anyContains(roles.warnings, "goal"));
+        return roles.goal.value();
+    };
+    CHECK(goal({{"lead_m", -0.0015}}).lead == -1.5);
+    const Pose turned{{0, 100, 0}, expRotation({0, 1, 0})}, leaning{{0, 100, 0}, expRotation({0.1, 0, 0})};
+    CHECK_FALSE(goal(json::object()).contains(turned));
+    CHECK(goal({{"fold", 0}}).contains(turned));
+    CHECK_FALSE(goal({{"fold", 0}}).contains(leaning));
+
+    const GoalRegion given =
+        goal({{"way", {{{"translation", {0, 0.05, 0}}}, {{"translation", {0, 0.01, 0}}, {"rotation", {0, 1, 0, 0}}}}}});
+    REQUIRE(given.way.size() == 2);
+    CHECK(given.way[0].p.isApprox(Vec3(0, 50, 0)));
+    CHECK(given.way[1].q.isApprox(Quat(0, 0, 1, 0)));
+
+    // The reverse of a motion that leads out: up by 30 mm, then aside by 20.
+    scene.animations.push_back(translation(tool, {0, 1, 2}, {{0, 0.1, 0, 0}, {0, 0.13, 0, 0}, {0.02, 0.13, 0, 0}}));
+    scene.animations.back().name = "out";
+    const GoalRegion found = goal({{"way", "out"}});
+    REQUIRE(found.way.size() >= 2);
+    CHECK(found.way.front().p.isApprox(Vec3(20, 30, 0), 1e-6));
+    CHECK((found.way[1].p - Vec3(0, 30, 0)).norm() < 0.2);
+
+    scene.animations.push_back(translation(tool, {0, 1}, {{0, 0.05, 0, 0}, {0, 0.13, 0, 0}}));
+    scene.animations.back().name = "elsewhere";
+    CHECK_THROWS_WITH(goal({{"way", "elsewhere"}}), Contains("begins 50 mm from it"));
 }
 
 TEST_CASE("roles: roles that the user chose are saved into the file and read back", "[sandbox]") {
