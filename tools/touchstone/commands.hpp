@@ -27,6 +27,7 @@ using AddCommand = void (*)(CLI::App& program, Action& action);
 
 void addRun(CLI::App& program, Action& action);
 void addValidate(CLI::App& program, Action& action);
+void addFit(CLI::App& program, Action& action);
 void addDoctor(CLI::App& program, Action& action);
 void addNew(CLI::App& program, Action& action);
 void addTree(CLI::App& program, Action& action);

@@ -19,8 +19,8 @@ using namespace touchstone;
 
 /// The commands, in the order of --help. A new command is a file with its add function, and a row here.
 constexpr app::AddCommand kCommands[] = {
-    app::addRun,     app::addValidate, app::addDoctor,  app::addNew,   app::addTree,   app::addQp,    app::addExport,
-    app::addRecover, app::addSoak,     app::addCompare, app::addPaper, app::addTrials, app::addBench,
+    app::addRun,    app::addValidate, app::addFit,  app::addDoctor,  app::addNew,   app::addTree,   app::addQp,
+    app::addExport, app::addRecover,  app::addSoak, app::addCompare, app::addPaper, app::addTrials, app::addBench,
 };
 
 constexpr const char* kFooter =
@@ -30,6 +30,7 @@ constexpr const char* kFooter =
     "  touchstone run spline --headless       measure the demonstration of the splined shaft\n"
     "  touchstone tree part.stl --max-error 0.02mm   build the coarsest sphere tree within this error\n"
     "  touchstone bench --quick --out bench   speed against error, as tables, plots and a page\n"
+    "  touchstone fit peg-h7                  measure whether the tool fits, and what to set if not\n"
     "  touchstone doctor                      check this machine\n\n"
     "Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the scene's expected outcome was not met,\n"
     "130 stopped by Ctrl-C, 143 stopped by SIGTERM.\n";

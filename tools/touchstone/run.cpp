@@ -14,6 +14,7 @@
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
 #include "haptics/sandbox/measure/contact_sweep.hpp"
+#include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
@@ -195,7 +196,8 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         };
     }
     const StopRequest stop;
-    const sandbox::HeadlessRun run = sandbox::runHeadless(scene, settings, headless);
+    sandbox::HeadlessRun run = sandbox::runHeadless(scene, settings, headless);
+    run.report.stuck = sandbox::stuckSentence(scene, run.last, run.settings);
     printReport(run.report);
     if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });
     if (table && outputs.good(kTicks)) outputs.write(kTicks, [&] { table->close(); });

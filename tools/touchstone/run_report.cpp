@@ -62,6 +62,7 @@ void printReport(const sandbox::Report& report) {
     else if (report.ended.starts_with("SIG"))
         std::printf("  stopped by %s after %g s of simulated time\n", report.ended.c_str(),
                     static_cast<double>(report.ticks) / report.rate);
+    if (!report.stuck.empty()) std::printf("  %s\n", report.stuck.c_str());
     if (report.pastGoal > 0)
         std::printf("  the tool fell through: it was %.1f mm past its goal without contact\n", report.pastGoal);
     if (!report.safetyFault.empty())

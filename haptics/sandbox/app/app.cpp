@@ -93,6 +93,7 @@ int App::run() {
         if (requests_.frameCamera) frameAll(layout.picture);
         carryOut();
         noteState();
+        noteStuck();
 
         const bool wanted = last && !options_.screenshot.empty();
         engine::Image picture;
@@ -105,6 +106,19 @@ int App::run() {
     }
     if (options_.onEnd) options_.onEnd(session_);
     return options_.scene.empty() || session_.scene() ? 0 : 1;
+}
+
+void App::noteStuck() {
+    if (!session_.running() || !viewed_ || !viewed_->roles.goal) return;
+    const TickRecord& record = session_.snapshot()->record;
+    if (!stuck_.add(*viewed_->roles.goal, record, 1e-6 * double(steadyNanoseconds()))) return;
+    const std::string sentence = stuckSentence(*viewed_, record, session_.settings(), false);
+    if (sentence.empty()) return;
+    const FitCheck* fit = measure_.fit(session_).result();
+    session_.log().say(Message::Kind::Warning, "The tool is " + sentence +
+                                                   (!fit          ? "; \"Check fit\" says whether it fits"
+                                                    : fit->fits() ? ""
+                                                                  : ": " + fit->cause));
 }
 
 void App::noteCost(double cpuMs) {

@@ -45,6 +45,7 @@ class App {
     void handleKeys();
     void carryOut();
     void noteState();
+    void noteStuck();
     void restoreState(const std::optional<UserState>& state);
     void copyCommand();
     void toggleRecording();
@@ -88,6 +89,7 @@ class App {
     std::uint64_t treesFor_ = 0;  ///< number of the scene for which trees were last requested
     ScenePanelState scenePanel_;
     LiveMeasure measure_;
+    StuckWatch stuck_;
     InspectorState inspector_;
     engine::Entity pageNode_;  // node and device of the left panel's pages in the previous frame
     std::string pageDevice_;

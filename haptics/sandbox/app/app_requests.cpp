@@ -92,6 +92,7 @@ void App::carryOut() {
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
     if (requests.copyCommand) copyCommand();
     if (requests.record) toggleRecording();
+    if (requests.checkFit) measure_.checkFit(session_);
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.workspace) session_.setWorkspace(*requests.workspace);
     if (requests.alignWithView && session_.device().control.get()) {

@@ -180,55 +180,14 @@ void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
     writeFile(file, "the sweep", out.view());
 }
 
-struct SweepRun::Job {
-    std::atomic<double> progress = 0;
-    std::atomic<bool> done = false;
-    std::optional<Sweep> sweep;  // once done
-    std::string refusal;
-    std::jthread thread;  // last: joined before what it writes goes
-};
-
-SweepRun::SweepRun() = default;
-SweepRun::~SweepRun() = default;
-
-void SweepRun::cancel() { job_.reset(); }
-
 void SweepRun::start(std::shared_ptr<const World> world, const Settings& settings, const TickRecord& before,
                      const TickRecord& now, const SweepOptions& options) {
-    cancel();
-    refusal_.clear();
-    job_ = std::make_unique<Job>();
-    job_->thread = std::jthread(
-        [job = job_.get(), world = std::move(world), settings, before, now, options](const std::stop_token& stop) {
-            try {
-                if (const auto contact = freezeContact(*world, settings, before, now, options))
-                    job->sweep = sweepContact(*contact, [&](double fraction) {
-                        job->progress = fraction;
-                        return !stop.stop_requested();
-                    });
-                else
-                    job->refusal = "Nothing is near the tool in this tick: bring it into contact, then sweep.";
-            } catch (const std::exception& e) {
-                job->refusal = std::string("The sweep failed: ") + e.what() + ".";
-            }
-            job->done = true;
-        });
-}
-
-void SweepRun::poll() {
-    if (!job_ || !job_->done) return;
-    job_->thread.join();
-    refusal_ = job_->refusal;
-    if (job_->sweep) result_ = std::move(job_->sweep);
-    job_.reset();
-}
-
-double SweepRun::progress() const { return job_ ? job_->progress.load() : 0; }
-
-void SweepRun::forget() {
-    cancel();
-    result_.reset();
-    refusal_.clear();
+    Background::start([world = std::move(world), settings, before, now, options](const MeasureProgress& progress) {
+        const auto contact = freezeContact(*world, settings, before, now, options);
+        if (!contact)
+            throw std::runtime_error("Nothing is near the tool in this tick: bring it into contact, then sweep.");
+        return sweepContact(*contact, progress);
+    });
 }
 
 }  // namespace touchstone::sandbox

@@ -1,6 +1,5 @@
 #pragma once
 // "Sweep this contact": runs every solver with a range of tolerances on the rows of one tick, outside the loop.
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -11,6 +10,7 @@
 
 #include "haptics/loop/step.hpp"
 #include "haptics/qp/row_screen.hpp"
+#include "haptics/sandbox/measure/background.hpp"
 
 namespace touchstone::sandbox {
 
@@ -65,33 +65,11 @@ std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double toleran
 /// Writes CSV, one line for each point. Throws std::runtime_error with one sentence if the file cannot be written.
 void writeSweep(const Sweep& sweep, const std::filesystem::path& file);
 
-/// A sweep on its own thread. Only one thread at a time may call it. Its functions do not wait, except that cancelling
-/// waits for the end of one solve.
-class SweepRun {
+/// A sweep on its own thread.
+class SweepRun : public Background<Sweep> {
   public:
-    SweepRun();
-    ~SweepRun();
-
-    /// Cancels a sweep that is running.
     void start(std::shared_ptr<const World> world, const Settings& settings, const TickRecord& before,
                const TickRecord& now, const SweepOptions& options);
-    void cancel();
-    /// Call once a frame: takes the result over when it is ready.
-    void poll();
-
-    bool running() const { return job_ != nullptr; }
-    double progress() const;
-    /// The last completed sweep; null before the first.
-    const Sweep* result() const { return result_ ? &*result_ : nullptr; }
-    /// One sentence: why the last run has no result; empty if it has one.
-    const std::string& refusal() const { return refusal_; }
-    void forget();
-
-  private:
-    struct Job;
-    std::unique_ptr<Job> job_;
-    std::optional<Sweep> result_;
-    std::string refusal_;
 };
 
 }  // namespace touchstone::sandbox

@@ -97,6 +97,7 @@ ordered_json toJson(const Report& report) {
         {"overlapping", report.overlapping},
         {"by_spheres", report.bySpheres},
         {"repairs", report.repairs},
+        {"stuck", report.stuck},
         {"overruns", report.overruns ? ordered_json(*report.overruns) : ordered_json()},
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},

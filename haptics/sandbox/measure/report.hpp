@@ -38,6 +38,7 @@ struct Report {
     std::uint64_t hash = 0;
     std::string ended;                   ///< why a headless run ended, see RunEnd; empty for a window
     double pastGoal = 0;                 ///< mm by which the tool fell past its goal without contact; 0: it did not
+    std::string stuck;                   ///< stuckSentence() at the end of a headless run
     std::uint64_t safetyTrips = 0;       ///< how often a safety guard began to act, all guards together
     std::vector<std::string> bySpheres;  ///< one sentence for each part that is touched by its spheres, not its mesh
     std::vector<std::string> repairs;    ///< one sentence for each part whose mesh was repaired

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/view/image_file.hpp"
 
@@ -55,6 +56,22 @@ void LiveMeasure::sweep(LiveSession& session) {
     }
     sweeps_.start(worldNow(*session.scene()), session.snapshot()->settings, *history.before(), *history.newest(),
                   panel.sweep);
+}
+
+void LiveMeasure::checkFit(LiveSession& session) {
+    if (!session.scene()) return;
+    try {
+        fit_.start([question = fitQuestion(*session.scene()), settings = session.settings()](
+                       const MeasureProgress& progress) { return sandbox::checkFit(question, settings, progress); });
+    } catch (const std::runtime_error& e) {
+        session.log().say(Message::Kind::Warning, e.what());
+    }
+}
+
+const Background<FitCheck>& LiveMeasure::fit(const LiveSession& session) {
+    if (std::exchange(fitScene_, session.sceneNumber()) != session.sceneNumber()) fit_.forget();
+    fit_.poll();
+    return fit_;
 }
 
 void LiveMeasure::carryOut(const PlotsRequests& requests, LiveSession& session) {

@@ -3,6 +3,7 @@
 #include <glm/glm.hpp>
 
 #include "engine/scene/mesh_data.hpp"
+#include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/panels/panel_plots.hpp"
 #include "haptics/sandbox/session/session.hpp"
 
@@ -19,6 +20,11 @@ class LiveMeasure {
     void sweep(LiveSession& session);
     const SweepRun& sweeps() const { return sweeps_; }
 
+    /// Checks whether the tool fits, with the settings of the session. Replaces a running check.
+    void checkFit(LiveSession& session);
+    /// The newest check of the scene shown. Call once a frame.
+    const Background<FitCheck>& fit(const LiveSession& session);
+
     /// Whether the frame being drawn must be captured; if so, pass it to savePicture() with the window's size in screen
     /// units.
     bool wantsPicture() const { return drawing_; }
@@ -30,7 +36,8 @@ class LiveMeasure {
     void carryOut(const PlotsRequests& requests, LiveSession& session);
 
     SweepRun sweeps_;
-    std::uint64_t scene_ = 0;
+    Background<FitCheck> fit_;
+    std::uint64_t scene_ = 0, fitScene_ = 0;
     Settings drawn_;             ///< settings of the previous frame
     std::filesystem::path png_;  ///< picture to write from the next frame; empty: none
     bool drawing_ = false;       ///< whether that frame is the current one

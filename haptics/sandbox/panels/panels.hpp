@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/ui/widgets.hpp"
+#include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/session/session.hpp"
@@ -33,6 +34,7 @@ struct PanelRequests {
     bool frameCamera = false, frameSelection = false;
     bool undo = false, redo = false, copyCommand = false;
     bool record = false;  ///< start or stop recording
+    bool checkFit = false;
 
     /// Whether the requests close the scene shown: reload it, open another one, or quit.
     bool leaves() const { return open || reload || quit; }
@@ -81,6 +83,11 @@ struct HapticsPanelState {
 /// true when `settings` changed; they then pass checkSettings().
 bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
                       engine::ItemRects* items);
+
+/// Draws the button that checks whether the tool fits, its answer, and a button that takes the settings it advises.
+/// Returns true when `settings` changed.
+bool drawFitPanel(const Background<FitCheck>& fit, Settings& settings, PanelRequests& requests,
+                  engine::ItemRects* items);
 
 struct DevicePanelView {
     const std::string& device;

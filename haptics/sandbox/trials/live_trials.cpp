@@ -117,7 +117,7 @@ void LiveTrials::repeat(LiveSession& session, const char* why) {
 void LiveTrials::finish(LiveSession& session) {
     const Trial trial = options_.queue.front();
     const nlohmann::ordered_json row =
-        trialRow(*session.scene(), protocol_, trial, settings_, *measures_, *end_, last_->X_WT, folder_);
+        trialRow(*session.scene(), protocol_, trial, settings_, *measures_, *end_, *last_, folder_);
     measures_.reset();
     options_.queue.pop_front();
     options_.done(trial, row);

@@ -11,6 +11,7 @@
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/math/hash.hpp"
+#include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/record/recorder.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/threads/rt_thread.hpp"
@@ -123,7 +124,7 @@ ordered_json trialColumns(const Protocol& protocol, const Trial& trial) {
 }
 
 ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial, const Settings& settings,
-                      const TrialMeasures& measures, TrialEnd end, const Pose& X_WT,
+                      const TrialMeasures& measures, TrialEnd end, const TickRecord& last,
                       const std::filesystem::path& folder) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
     const bool approximate = settings.mode != Mode::Penalty && !solverTable()[settings.solver].exact;
@@ -136,8 +137,9 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
     row["tolerance"] = approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr);
     row["stiffness_N_per_mm"] = settings.stiffness;
     measures.write(row, end);
-    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(X_WT, {}, geometryOf(settings));
+    row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(last.X_WT, {}, geometryOf(settings));
     row["safety_trips"] = measures.trips();
+    row["stuck"] = end == TrialEnd::Seated ? "" : stuckSentence(scene, last, settings, false);
     row["recording"] = folder.filename().string();
     for (ordered_json& value : row)  // six significant digits exceed the accuracy of every column
         if (value.is_number_float()) value = std::stod(numberText(value.get<double>()));
@@ -173,7 +175,7 @@ std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& p
     recorder.flush();
     if (!recorder.failure().empty()) throw std::runtime_error(recorder.failure());
     if (!end) return std::nullopt;
-    return trialRow(scene, protocol, trial, settings, measures, *end, tick.X_WT, folder);
+    return trialRow(scene, protocol, trial, settings, measures, *end, tick, folder);
 }
 
 }  // namespace touchstone::sandbox

@@ -46,8 +46,8 @@ std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& conditi
 nlohmann::ordered_json trialColumns(const Protocol& protocol, const Trial& trial);
 /// The row of a trial that ended with the tool at X_WT.
 nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
-                                const Settings& settings, const TrialMeasures& measures, TrialEnd end, const Pose& X_WT,
-                                const std::filesystem::path& folder);
+                                const Settings& settings, const TrialMeasures& measures, TrialEnd end,
+                                const TickRecord& last, const std::filesystem::path& folder);
 
 /// Runs the trial tick by tick in simulated time until it ends or reaches its time limit, and records it into `folder`.
 /// The row is reproducible except for the columns of isMeasuredTime(). Returns nothing when StopRequest::signal()
