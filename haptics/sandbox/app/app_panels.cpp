@@ -123,8 +123,8 @@ void App::drawLeftPanel() {
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
         const Settings& scene = viewed_ ? viewed_->settings : settings;
-        const bool set = drawHapticsPanel(scene, settings, hapticsPanel_, requests_, &items_);
-        if (drawFitPanel(measure_.fit(session_), settings, requests_, &items_) || set) session_.setSettings(settings);
+        if (drawHapticsPanel(scene, measure_.fit(session_), settings, hapticsPanel_, requests_, &items_))
+            session_.setSettings(settings);
     };
     const engine::Entity node = selection_.node();
     const bool isNew = node != pageNode_;

@@ -40,13 +40,13 @@ class RoomFinder {
             finders_.push_back(std::make_unique<FeaturePairFinder>(*world.toolSurface, *obstacle.surface));
     }
 
-    /// The obstacles that the meshes can measure.
-    FitRoom at(const Pose& X_WT) {
+    /// The search ends when there is `enough` room, mm.
+    FitRoom at(const Pose& X_WT, double enough) {
         FitRoom room{.X_WT = X_WT};
         Nearest near = nearest(X_WT);
         room.asPlaced = near.clearance;
-        if (near.clearance <= 0) near = apart(room.X_WT);
-        if (near.clearance > 0) near = widen(room.X_WT, near);
+        if (near.clearance <= 0 && near.clearance < enough) near = apart(room.X_WT, near, enough);
+        if (near.clearance > 0) near = widen(room.X_WT, near, enough);
         room.clearance = std::min(near.clearance, kFitRange);
         room.p_W = near.p_W;
         room.obstacle = near.obstacle;
@@ -54,13 +54,14 @@ class RoomFinder {
     }
 
   private:
-    Nearest nearest(const Pose& X_WT) const {
+    /// `apart`: no parts can overlap.
+    Nearest nearest(const Pose& X_WT, bool apart = false) const {
         Nearest found{.clearance = 2 * kFitRange};
         for (std::size_t k = 0; k < world_.obstacles.size(); ++k) {
             const Obstacle& obstacle = world_.obstacles[k];
             const Pose X_OT = obstacle.X_WO.inverse() * X_WT;
             const auto points = nearestPoints(*world_.toolSurface, *obstacle.surface, X_OT, found.clearance);
-            const bool inside = overlap(*world_.toolSurface, *obstacle.surface, X_OT);
+            const bool inside = !apart && overlap(*world_.toolSurface, *obstacle.surface, X_OT);
             const double clearance = inside   ? -overlapDepth(*world_.toolSurface, *obstacle.surface, X_OT)
                                      : points ? points->distance()
                                               : INFINITY;
@@ -79,10 +80,10 @@ class RoomFinder {
     }
 
     /// Out of an overlap, if there is a way out nearby: tries directions one by one, with ever smaller steps.
-    Nearest apart(Pose& X_WT) const {
-        Nearest best = nearest(X_WT);
-        for (double step = kFitRange / 4; step > kFitRange / 4000 && best.clearance <= 0; step /= 2)
-            for (bool better = true; better && best.clearance <= 0;) {
+    Nearest apart(Pose& X_WT, Nearest best, double enough) const {
+        const auto done = [&] { return best.clearance > 0 || best.clearance >= enough; };
+        for (double step = kFitRange / 4; step > kFitRange / 4000 && !done(); step /= 2)
+            for (bool better = true; better && !done();) {
                 better = false;
                 for (int axis = 0; axis < 6; ++axis)
                     for (const double sign : {1.0, -1.0}) {
@@ -92,18 +93,20 @@ class RoomFinder {
                         best = there;
                         X_WT = tried;
                         better = true;
+                        if (done()) return best;
                     }
             }
         return best;
     }
 
-    Nearest widen(Pose& X_WT, Nearest best) {
+    Nearest widen(Pose& X_WT, Nearest best, double enough) {
         const Pose start = X_WT;
         double step = kFirstStep;
-        for (int i = 0; i < kSteps && step > kLeastStep && best.clearance < kFitRange; ++i) {
+        for (int i = 0; i < kSteps && step > kLeastStep && best.clearance < enough; ++i) {
             const std::optional<Vec6> x = linearized(X_WT, best.clearance, step);
             const Pose tried = x ? after(X_WT, *x) : X_WT;
-            const Nearest there = x ? nearest(tried) : best;
+            // Nothing crosses a surface in a move that is shorter than its distance.
+            const Nearest there = x ? nearest(tried, 4 * step < best.clearance) : best;
             const bool near = (tried * world_.p_TC() - start * world_.p_TC()).norm() <= kFitRange;
             if (there.clearance <= best.clearance + 1e-9 || !near) {
                 step /= 4;
@@ -287,13 +290,14 @@ std::optional<FitCheck> checkFit(const FitQuestion& question, const Settings& se
     const auto poses = goal ? wayOut(*goal, world.reach()) : demonstrated(*question.demonstration, world, settings);
     for (const auto& [depth, X_WT] : poses) {
         if (progress && !progress(double(fit.rooms.size()) / double(poses.size()))) return {};
-        FitRoom room = finder.at(X_WT);
+        // Parts that overlap all along do so by nearly the same; where a little more is not worth a search.
+        const double least = fit.least ? fit.least->clearance : kFitRange, enough = std::min(least, 1.1 * least);
+        FitRoom room = finder.at(X_WT, enough);
         room.depth = depth;
         // At the goal the seat limits the room, so that only an overlap counts.
         const bool seated = goal && !fit.goal && room.clearance > 0;
         if (goal && !fit.goal) fit.goal = room;
-        if (!seated && room.clearance < kFitRange && (!fit.least || room.clearance < fit.least->clearance))
-            fit.least = room;
+        if (!seated && room.clearance < enough) fit.least = room;
         fit.rooms.push_back(room);
     }
     judge(question, settings, fit);

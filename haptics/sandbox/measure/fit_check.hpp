@@ -13,9 +13,10 @@
 
 namespace touchstone::sandbox {
 
-/// The largest clearance that the tool reaches by moving a little from a pose.
+/// A clearance that the tool reaches by moving a little from a pose: the largest one, or one that is larger than at the
+/// poses before.
 struct FitRoom {
-    double clearance = 0;      ///< mm on each side, at most kFitRange; negative: the parts overlap by as much
+    double clearance = 0;      ///< mm on each side, at most kFitRange; negative: the parts overlap
     double asPlaced = 0;       ///< mm, at the pose itself, before the tool moved; negative likewise
     Pose X_WT;                 ///< where the tool has that clearance
     Vec3 p_W = Vec3::Zero();   ///< where the parts are nearest there, mm

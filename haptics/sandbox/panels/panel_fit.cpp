@@ -5,20 +5,12 @@
 
 namespace touchstone::sandbox {
 
-bool drawFitPanel(const Background<FitCheck>& fit, Settings& settings, PanelRequests& requests,
-                  engine::ItemRects* items) {
-    if (!ImGui::CollapsingHeader("Fit", ImGuiTreeNodeFlags_DefaultOpen)) return false;
+bool drawFit(const Background<FitCheck>& fit, Settings& settings, PanelRequests& requests, engine::ItemRects* items) {
     if (fit.running()) {
         char label[40];
         std::snprintf(label, sizeof label, "Measuring, %.0f %%", 100 * fit.progress());
         ImGui::ProgressBar(static_cast<float>(fit.progress()), {-1, 0}, label);
         engine::noteItem(items, "fit progress");
-    } else {
-        requests.checkFit |= ImGui::Button("Check fit", {-1, 0});
-        engine::noteItem(items, "check fit");
-        engine::tooltip(
-            "Measures the clearance between the meshes at the goal and on the way in, and says whether it suffices for "
-            "the geometry in use.\ntouchstone fit");
     }
     if (!fit.refusal().empty()) ImGui::TextWrapped("%s", fit.refusal().c_str());
     const FitCheck* found = fit.result();

@@ -67,22 +67,31 @@ void drawStrength(HapticsPanelState& state, engine::ItemRects* items) {
 
 }  // namespace
 
-bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
-                      engine::ItemRects* items) {
+bool drawHapticsPanel(const Settings& scene, const Background<FitCheck>& fit, Settings& settings,
+                      HapticsPanelState& state, PanelRequests& requests, engine::ItemRects* items) {
     const Settings before = settings;
     bool changed = false;
 
-    const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-    if (ImGui::Button(settings.pause ? "Resume" : "Pause", {half, 0})) {
+    const float third = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
+    if (ImGui::Button(settings.pause ? "Resume" : "Pause", {third, 0})) {
         settings.pause = !settings.pause;
         changed = true;
     }
     engine::noteItem(items, "pause");
     engine::tooltip("Holds the tool in place with zero force.\n--set pause");
     ImGui::SameLine();
-    requests.restart |= ImGui::Button("Reset", {half, 0});
+    requests.restart |= ImGui::Button("Reset", {third, 0});
     engine::noteItem(items, "reset");
     engine::tooltip("Returns device and tool to the start of the scene and restarts the demonstration.\nKey R");
+    ImGui::SameLine();
+    ImGui::BeginDisabled(fit.running());
+    requests.checkFit |= ImGui::Button("Check fit", {third, 0});
+    engine::noteItem(items, "check fit");
+    engine::tooltip(
+        "Measures the clearance between the meshes at the goal and on the way in, and says whether it suffices for "
+        "the geometry in use.\ntouchstone fit");
+    ImGui::EndDisabled();
+    changed |= drawFit(fit, settings, requests, items);
 
     changed |= drawPresets(scene, settings, items);
     if (drawGroup(SettingGroup::Mode, settings, requests.refusal, items)) {

@@ -79,15 +79,14 @@ struct HapticsPanelState {
     double strength = 1;  ///< stiffness of the mouse's hand, relative to its default
 };
 
-/// Draws pause, reset, the presets (derived from `scene`, the scene's own settings) and the tunable settings. Returns
-/// true when `settings` changed; they then pass checkSettings().
-bool drawHapticsPanel(const Settings& scene, Settings& settings, HapticsPanelState& state, PanelRequests& requests,
-                      engine::ItemRects* items);
+/// Draws pause, reset, the check of the fit, the presets (derived from `scene`, the scene's own settings) and the
+/// tunable settings. Returns true when `settings` changed; they then pass checkSettings().
+bool drawHapticsPanel(const Settings& scene, const Background<FitCheck>& fit, Settings& settings,
+                      HapticsPanelState& state, PanelRequests& requests, engine::ItemRects* items);
 
-/// Draws the button that checks whether the tool fits, its answer, and a button that takes the settings it advises.
-/// Returns true when `settings` changed.
-bool drawFitPanel(const Background<FitCheck>& fit, Settings& settings, PanelRequests& requests,
-                  engine::ItemRects* items);
+/// Draws whether the tool fits, and a button that takes the settings that the check advises. Returns true when
+/// `settings` changed.
+bool drawFit(const Background<FitCheck>& fit, Settings& settings, PanelRequests& requests, engine::ItemRects* items);
 
 struct DevicePanelView {
     const std::string& device;

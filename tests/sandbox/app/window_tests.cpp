@@ -358,6 +358,20 @@ TEST_CASE("window: dragging the tolerance while PQP renders changes its error", 
     CHECK(before > 1e-3);
 }
 
+TEST_CASE("window: checks the fit, and says what it found", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    std::string verdict;
+    User user;
+    user.until(isAtRest)
+        .click("check fit")
+        .until([](WindowFrame& frame) { return frame.measure.fit(frame.session).result() != nullptr; })
+        .doing([&](WindowFrame& frame) { verdict = frame.measure.fit(frame.session).result()->verdict; })
+        .until([](WindowFrame& frame) { return frame.items.count("fit verdict") > 0; });
+    REQUIRE(user.use(optionsFor(holdFile(folder))));
+    CHECK_THAT(verdict, Catch::Contains("there is room") || Catch::Contains("to spare"));
+}
+
 TEST_CASE("window: sweeps a contact, the tolerance moves the marker, and the plots are exported", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;

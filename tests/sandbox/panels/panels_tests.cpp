@@ -93,7 +93,7 @@ TEST_CASE("haptics panel: every setting has its own control", "[panels]") {
     Settings settings;
     HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
     bench.click("more", draw);  // opens the remaining settings
     bench.frame(draw);
     for (const SettingInfo& info : settingTable()) {
@@ -107,7 +107,7 @@ TEST_CASE("haptics panel: buttons and sliders change their settings", "[panels]"
     Settings settings;
     HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
 
     bench.click("swap", draw);
     CHECK(settings.solver == findSolver("pqp"));
@@ -138,7 +138,7 @@ TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid on
     Settings settings;
     HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel({}, settings, state, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
     bench.type("stiffness", "12.3456", draw);  // beyond the slider, within the setting's range
     CHECK(settings.stiffness == 12.3456);
     CHECK(requests.refusal.empty());
@@ -340,7 +340,7 @@ TEST_CASE("haptics panel: presets and the strength of the mouse's hand", "[panel
     settings.stiffness = 3;
     HapticsPanelState state;
     PanelRequests requests;
-    const auto draw = [&] { drawHapticsPanel(scene, settings, state, requests, &bench.items); };
+    const auto draw = [&] { drawHapticsPanel(scene, {}, settings, state, requests, &bench.items); };
     bench.click("preset paper", draw);
     CHECK(settings.mode == Mode::Paper);
     CHECK(settings.margin == 0.2);
