@@ -195,7 +195,7 @@ class TimesAhead {
     std::jthread thread_;  // last member: it uses the others
 };
 
-// A tool without contact that is further than this past its goal fell through, mm. An inserting hand turns back at 15.
+// A tool without contact that is further than this past its goal fell through, mm.
 constexpr double kFellThrough = 10;
 
 /// mm that the tool is past the goal along the insertion axis without contact; 0 before or beside the goal.
