@@ -262,6 +262,36 @@ TEST_CASE("program: doctor examines every part", "[program]") {
     CHECK(answer.err.empty());
 }
 
+TEST_CASE("program: a scene in millimeters is asked about, and new scales it", "[program]") {
+    const Program touchstone;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(10), {{"role", "tool"}}, {.translation = {0, 20, 0}});
+    addBox(scene, "plate", {40, 10, 40}, {{"role", "obstacle"}});
+    engine::updateWorldTransforms(scene);
+    engine::writeGltf(scene, touchstone.file("mm.glb"));
+    Answer answer = touchstone("validate " + touchstone.file("mm.glb"));
+    CHECK_THAT(answer.out, Contains("\"plate\" is 57.4 m across: should it be 57.4 mm, as if millimeters") &&
+                               Contains("touchstone new --scene FILE --scale 0.001"));
+    answer = touchstone("new --scene " + touchstone.file("mm.glb") + " --scale 0.001 -o " + touchstone.file("m.glb"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    answer = touchstone("validate " + touchstone.file("m.glb"));
+    CHECK_THAT(answer.out, !Contains("should it be"));
+    answer = touchstone("tree " + touchstone.file("m.glb") + " --leaves 64 --json");
+    CHECK(json::parse(answer.out.substr(0, answer.out.find('\n'))).at("diagonal_mm") == Approx(10 * std::sqrt(3)));
+    CHECK(touchstone("new --scene " + touchstone.file("mm.glb") + " --scale 0 -o " + touchstone.file("0.glb")).code ==
+          2);
+    CHECK(touchstone("new -o " + touchstone.file("0.glb")).code == 2);
+
+    scene.animations.push_back(translation(scene.nodes[0], {0, 1}, {{0, 20, 0, 0}, {0, 5, 0, 0}}));
+    engine::writeGltf(scene, touchstone.file("moved.glb"));
+    answer =
+        touchstone("new --scene " + touchstone.file("moved.glb") + " --scale 0.001 -o " + touchstone.file("0.glb"));
+    CHECK(answer.code == 1);
+    CHECK(isOneSentence(answer.err));
+    CHECK_THAT(answer.err, Contains("it is animated"));
+}
+
 TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]") {
     const Program touchstone;
     // A tetrahedron with edges of 20 mm along the axes, the obstacle twice as large.

@@ -1,7 +1,9 @@
-// touchstone new: makes a scene from two mesh files.
+// touchstone new: makes a scene from two mesh files, or from one of another unit.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "engine/edit/scene_edit.hpp"
+#include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
 #include "engine/scene/mesh_file.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
@@ -17,8 +19,9 @@ namespace {
 using engine::Scene;
 
 struct NewOptions {
-    std::filesystem::path tool, obstacle, output;
+    std::filesystem::path tool, obstacle, scene, output;
     std::string unit = "mm";  ///< mm, cm, m or in
+    double scale = 1;         ///< of the scene
     TreeChoice tree;          ///< of both parts
 };
 
@@ -63,13 +66,25 @@ void print(const char* role, const std::filesystem::path& file, const Box& box) 
     std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
 }
 
+int scaleScene(const NewOptions& options) {
+    if (!(options.scale > 0)) throw UsageError("--scale is a positive number");
+    Scene scene = engine::readGltf(options.scene);
+    engine::applyEdits(scene, sandbox::scaled(scene, options.scale));
+    engine::saveScene(scene, options.output);
+    std::printf("%s: scaled by %g\n", options.output.string().c_str(), options.scale);
+    return kOk;
+}
+
 int makeScene(const NewOptions& options) {
+    if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
+        throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
+    if (!options.scene.empty()) return scaleScene(options);
+    if (options.tool.empty() || options.obstacle.empty())
+        throw UsageError("new needs --tool and --obstacle, or --scene and --scale");
     const double meters = metresPer(options.unit);
     checkChoice(options.tree);
     if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
         throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
-    if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
-        throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
     engine::MeshFile tool = engine::readMeshFile(options.tool, meters);
     engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, meters);
     const Box toolBox = boxOf(tool.mesh), obstacleBox = boxOf(obstacle.mesh);
@@ -98,17 +113,26 @@ int makeScene(const NewOptions& options) {
 }
 
 constexpr const char* kNewFooter =
-    "Example:\n  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n";
+    "Examples:\n"
+    "  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n"
+    "  touchstone new --scene nut.glb --scale 0.001 -o small.glb   millimeters that were taken for meters\n";
 
 }  // namespace
 
 void addNew(CLI::App& program, Action& action) {
     const auto options = std::make_shared<NewOptions>();
-    CLI::App* command = addCommand(program, "new", "Make a scene from two parts in STL, OBJ or PLY files", kNewFooter);
-    command->add_option("--tool", options->tool, "the part that moves with the hand")->required();
-    command->add_option("--obstacle", options->obstacle, "the part that is fixed")->required();
+    CLI::App* command =
+        addCommand(program, "new", "Make a scene from two parts in STL, OBJ or PLY files, or from one of another unit",
+                   kNewFooter);
+    CLI::Option* tool = command->add_option("--tool", options->tool, "the part that moves with the hand");
+    CLI::Option* obstacle = command->add_option("--obstacle", options->obstacle, "the part that is fixed");
+    tool->needs(obstacle);
+    obstacle->needs(tool);
     command->add_option("--unit", options->unit, "unit of the parts' coordinates: mm, cm, m or in")
         ->capture_default_str();
+    CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
+    scene->excludes(tool)->excludes(obstacle);
+    command->add_option("--scale", options->scale, "by which the scene is scaled")->needs(scene);
     addTreeChoice(*command, options->tree);
     command->add_option("-o,--output", options->output, "the scene to write, .glb or .gltf")->required();
     command->callback([options, &action] { action = [options] { return makeScene(*options); }; });

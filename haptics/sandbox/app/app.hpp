@@ -93,6 +93,7 @@ class App {
     InspectorState inspector_;
     engine::Entity pageNode_;  // node and device of the left panel's pages in the previous frame
     std::string pageDevice_;
+    std::uint64_t sizeKept_ = 0;  // the scene whose unit was asked about
     HapticsPanelState hapticsPanel_;
     DevicePanelState devicePanel_;
     MenuState menu_;

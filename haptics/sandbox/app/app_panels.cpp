@@ -161,14 +161,17 @@ void App::drawLeftPanel() {
 }
 
 void App::drawGuideWindow(const engine::Area& picture) {
-    if (!viewed_ || viewed_->missing.empty() || session_.opening()) return;
+    if (!viewed_ || session_.opening()) return;
+    const bool asksUnit = viewed_->unit && sizeKept_ != session_.sceneNumber();
+    if (viewed_->missing.empty() && !asksUnit) return;
     const float em = ImGui::GetFontSize();
     ImGui::SetNextWindowPos({picture.position.x + 0.7f * em, picture.position.y + 0.7f * em});
     ImGui::SetNextWindowSize({18 * em, 0});
     ImGui::Begin("Roles", nullptr,
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
-    drawGuide(*viewed_, selection_.node(), requests_, &items_);
+    if (!viewed_->missing.empty()) drawGuide(*viewed_, selection_.node(), requests_, &items_);
+    if (asksUnit && drawUnitQuestion(*viewed_, *viewed_->unit, requests_, &items_)) sizeKept_ = session_.sceneNumber();
     ImGui::End();
 }
 

@@ -1,5 +1,7 @@
 #include <imgui.h>
 
+#include <cstdio>
+
 #include "haptics/sandbox/panels/panels.hpp"
 
 namespace touchstone::sandbox {
@@ -51,6 +53,24 @@ void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests&
         if (ImGui::Button("Set all others as obstacles", {-1, 0})) requests.markings = all;
         engine::noteItem(items, "guide all");
     }
+}
+
+bool drawUnitQuestion(const HapticScene& scene, const UnitQuestion& question, PanelRequests& requests,
+                      engine::ItemRects* items) {
+    ImGui::TextWrapped("%s", question.text.c_str());
+    char label[40];
+    std::snprintf(label, sizeof label, "Scale the scene by %g", question.scale);
+    const bool scale = ImGui::Button(label, {-1, 0});
+    engine::noteItem(items, "scale scene");
+    engine::tooltip("Scales and moves the nodes at the top of the scene; Ctrl+S writes that into the file.");
+    const bool keep = ImGui::Button("Keep this size", {-1, 0});
+    engine::noteItem(items, "keep size");
+    if (scale) try {
+            requests.edits = scaled(scene.scene, question.scale);
+        } catch (const engine::SceneError& e) {
+            requests.refusal = e.what();
+        }
+    return scale || keep;
 }
 
 }  // namespace touchstone::sandbox

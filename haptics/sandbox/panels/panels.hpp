@@ -75,6 +75,11 @@ void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, I
 /// Draws a guide for assigning roles in a scene that lacks some. `selected` may be null.
 void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, engine::ItemRects* items);
 
+/// Asks whether the scene has the wrong unit. Returns true once the user answered; `requests` then has the edits that
+/// scale it, if it has.
+bool drawUnitQuestion(const HapticScene& scene, const UnitQuestion& question, PanelRequests& requests,
+                      engine::ItemRects* items);
+
 struct HapticsPanelState {
     double strength = 1;  ///< stiffness of the mouse's hand, relative to its default
 };

@@ -21,8 +21,6 @@ namespace {
 using engine::Entity;
 using engine::Scene;
 
-constexpr double kSmallest = 1, kLargest = 1000;  // mm
-
 std::string nameOf(const Scene& scene, Entity node) {
     const std::string& given = scene.registry.get<engine::Name>(node).value;
     return given.empty() ? nodeLabel(scene, node) : engine::printable(given);
@@ -94,6 +92,9 @@ class PartMaker {
         return tree;
     }
 
+    /// About the sizes of the parts made so far.
+    std::optional<UnitQuestion> unit() const { return unitQuestion(labels_, sizes_); }
+
   private:
     TriangleMesh meshOf(Entity node) {
         TriangleMesh mesh = bakedTriangles(scene_, node);
@@ -138,9 +139,11 @@ class PartMaker {
             box.extend(vertex);
         }
         const double size = box.diagonal().norm();
-        if (size >= kSmallest && size <= kLargest) return;
+        labels_.push_back(label);
+        sizes_.push_back(size);
+        if (size >= kSmallestPart && size <= kLargestPart) return;
         std::ostringstream text;
-        text << label << " is " << size << " mm across, outside " << kSmallest << " mm to " << kLargest / 1000
+        text << label << " is " << size << " mm across, outside " << kSmallestPart << " mm to " << kLargestPart / 1000
              << " m: check its unit, since glTF is in meters";
         warnings_.push_back(text.str());
     }
@@ -149,6 +152,8 @@ class PartMaker {
     const SceneOptions& options_;
     std::size_t done_ = 0;
     std::vector<std::string>& warnings_;
+    std::vector<std::string> labels_;
+    std::vector<double> sizes_;  // mm
     std::map<std::uint64_t, Shape> shapes_;
     std::map<std::uint64_t, std::shared_ptr<const SphereTree>> trees_;
 };
@@ -191,6 +196,13 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());
     requireValid(scene, roles.tool, world->X_WT_start, "it starts");
+    made.unit = parts.unit();
+    if (made.unit) {
+        std::ostringstream scale;
+        scale << made.unit->text << " Then touchstone new --scene FILE --scale " << made.unit->scale
+              << " writes it so, and the window asks";
+        made.warnings.push_back(scale.str());
+    }
     if (!options.buildWorld) return made;
 
     const bool all = options.allTrees || geometryOf(settings) == Geometry::Spheres;
@@ -322,6 +334,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     opened.motions = std::move(built.motions);
     opened.defects = std::move(built.defects);
     opened.repairs = std::move(built.repairs);
+    opened.unit = std::move(built.unit);
     if (!opened.motions.empty()) opened.demonstration = opened.motions.front().motion;
     opened.warnings.insert(opened.warnings.end(), built.warnings.begin(), built.warnings.end());
     return opened;

@@ -13,6 +13,7 @@
 #include "haptics/loop/world.hpp"
 #include "haptics/sandbox/scene/outcome.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/scene_unit.hpp"
 
 namespace touchstone::sandbox {
 
@@ -47,6 +48,7 @@ struct SceneWorld {
     std::vector<NamedMotion> motions;   ///< in file order; the first one is the demonstration
     std::vector<std::string> defects;   ///< as in HapticScene
     std::vector<std::string> repairs;   ///< as in HapticScene
+    std::optional<UnitQuestion> unit;   ///< as in HapticScene
     std::vector<std::string> warnings;  ///< unusual sizes, holes in a surface, ignored animations
 };
 
@@ -71,6 +73,7 @@ struct HapticScene {
     /// it can.
     std::vector<std::string> defects;
     std::vector<std::string> repairs;   ///< by body: what the repair of its mesh changed, in words; empty if nothing
+    std::optional<UnitQuestion> unit;   ///< what to ask if the sizes of the parts suggest a wrong unit
     std::string missing;                ///< one sentence: which roles are missing; empty if the scene is complete
     std::vector<std::string> warnings;  ///< from the file, the roles and the world
 };

@@ -57,7 +57,8 @@ void LiveSession::setEdits(std::vector<engine::SceneEdit> edits) {
     const engine::Scene& scene = shown_.scene->scene;
     const auto keepsShapes = [&](const engine::SceneEdit& edit) {
         const auto* place = std::get_if<engine::PlaceNode>(&edit);
-        return !place || movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]);
+        return !place || (place->from.scale == place->to.scale &&
+                          movesRigidly(scene.registry, scene.nodes[static_cast<std::size_t>(place->node)]));
     };
     if (changes && std::all_of(changes->begin(), changes->end(), keepsShapes))
         change(std::move(request), *changes);

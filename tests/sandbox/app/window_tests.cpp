@@ -358,6 +358,32 @@ TEST_CASE("window: dragging the tolerance while PQP renders changes its error", 
     CHECK(before > 1e-3);
 }
 
+TEST_CASE("window: asks about a scene in millimeters, scales it, and saves that", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    engine::Scene scene;
+    addBox(scene, "peg", glm::vec3(10), {{"role", "tool"}}, {.translation = {0, 20, 0}});
+    addBox(scene, "plate", {40, 10, 40}, {{"role", "obstacle"}});
+    updateWorldTransforms(scene);
+    writeGltf(scene, folder.path() / "mm.glb");
+    const auto reach = [](WindowFrame& frame) { return frame.session.scene()->world->reach(); };
+    double before = 0, after = 0;
+    User user;
+    user.until(isRunning)
+        .doing([&](WindowFrame& frame) { before = reach(frame); })
+        .click("scale scene")
+        .until([&](WindowFrame& frame) { return isRunning(frame) && reach(frame) < 100; })
+        .doing([&](WindowFrame& frame) {
+            after = reach(frame);
+            CHECK_FALSE(frame.session.scene()->unit);
+            CHECK(frame.session.save(folder.path() / "m.glb", false));
+        })
+        .until([](WindowFrame& frame) { return frame.items.count("scale scene") == 0; });
+    REQUIRE(user.use(optionsFor(folder.path() / "mm.glb")));
+    CHECK(after == Approx(before / 1000));
+    CHECK(openScene(folder.path() / "m.glb").world->reach() == Approx(after));
+}
+
 TEST_CASE("window: checks the fit, and says what it found", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;

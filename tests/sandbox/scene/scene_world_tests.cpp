@@ -263,6 +263,19 @@ TEST_CASE("scene world: warns about sizes that suggest a wrong unit", "[sandbox]
     CHECK(anyContains(opened.warnings, "\"dwarf\" is 0.173205 mm across"));
 }
 
+TEST_CASE("scene world: asks about the unit that explains all sizes", "[sandbox]") {
+    const auto scaleFor = [](std::vector<double> mm) {
+        const auto asked = sandbox::unitQuestion(std::vector<std::string>(mm.size(), "a part"), mm);
+        return asked ? asked->scale : 1;
+    };
+    CHECK(scaleFor({16'000, 30'000}) == 0.001);  // a nut of 16 m
+    CHECK(scaleFor({800, 30'000}) == 0.01);      // as millimeters the smaller one would be 0.8 mm
+    CHECK(scaleFor({0.016, 0.03}) == 1000);
+    CHECK(scaleFor({1, 1000}) == 1);
+    CHECK(scaleFor({0.1, 30'000}) == 1);  // no unit explains both
+    CHECK(scaleFor({}) == 1);
+}
+
 TEST_CASE("scene world: a role without triangles is refused in one sentence", "[sandbox]") {
     Scene scene;
     addNode(scene, "ghost");

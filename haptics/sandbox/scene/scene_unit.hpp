@@ -1,0 +1,27 @@
+#pragma once
+// Scenes whose coordinates were written in another unit than meters.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/edit/scene_edit.hpp"
+
+namespace touchstone::sandbox {
+
+/// mm: parts of other sizes suggest a wrong unit.
+inline constexpr double kSmallestPart = 1, kLargestPart = 1000;
+
+/// What to ask about parts of unlikely sizes.
+struct UnitQuestion {
+    double scale = 1;  ///< that brings all parts to likely sizes
+    std::string text;  ///< one sentence, a question
+};
+/// `sizes`: of the parts named `labels`, mm. Nothing if all are likely, or if neither millimeters, centimeters nor
+/// inches that were taken for meters, nor millimeters that were converted twice, explain them.
+std::optional<UnitQuestion> unitQuestion(const std::vector<std::string>& labels, const std::vector<double>& sizes);
+
+/// The edits that scale a scene about the origin. Throws engine::SceneError if a root is animated: edits leave
+/// motions as they are.
+std::vector<engine::SceneEdit> scaled(const engine::Scene& scene, double scale);
+
+}  // namespace touchstone::sandbox
