@@ -33,7 +33,7 @@ constexpr const char* kFooter =
     "  touchstone fit peg-h7                  measure whether the tool fits, and what to set if not\n"
     "  touchstone doctor                      check this machine\n\n"
     "Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the scene's expected outcome was not met,\n"
-    "130 stopped by Ctrl-C, 143 stopped by SIGTERM.\n";
+    "or its tool does not fit, 130 stopped by Ctrl-C, 143 stopped by SIGTERM.\n";
 
 int fail(const std::string& sentence, int code) {
     std::fprintf(stderr, "touchstone: %s\n", engine::escaped(sentence).c_str());  // it may quote names out of files
