@@ -140,6 +140,7 @@ Ball touchingBall(const SolidDepth& solid, const Vec3& p, const Vec3& inward, do
         // If the center is in front of the nearest wall, the slack allowed it to pass through a thin part and to leave
         // it.
         const bool out = hit.triangle >= 0 && hit.front;
+        if (!out && radius >= kLargestRadius) return {p, 0};  // the face is folded over, and its ball outside
         if (!out) return {c, std::max(0.0, std::min(hit.distance, radius) - tolerance)};
         if (strict) return {p, 0};
         radius = solid.tangentRadius(p, inward, radius, 0);

@@ -56,7 +56,10 @@ Cover coverFor(const TreeOptions& options, const CoverTask& task, double roundin
         if (growth > 0) cover = smallestCover(task, growth, TreeOptions::kMaxLeaves);
         if (cover.proven && cover.balls.size() <= TreeOptions::kMaxLeaves) return cover;
         throw std::invalid_argument("so small an error needs more than " + std::to_string(TreeOptions::kMaxLeaves) +
-                                    " leaves on this part; choose a larger one");
+                                    " leaves on this part; choose a larger one" +
+                                    (task.mesh.closed() ? ""
+                                                        : ", or close the mesh: where it bounds no volume, spheres of "
+                                                          "that radius cover it as a sheet"));
     }
     const int leaves = std::clamp(options.leaves, 1, TreeOptions::kMaxLeaves);
     const int filling = options.interior == Interior::Solid ? static_cast<int>(kFilling * leaves) : 0;

@@ -200,6 +200,40 @@ TEST_CASE("tree builder: cancelling ends the build at any call", "[tree]") {
     }
 }
 
+TEST_CASE("tree builder: a face that is folded over does not make balls outside", "[tree]") {
+    // A vertex on the diagonal of the top, which lies beyond it: the strip between faces down.
+    TriangleMesh folded = test::boxMesh(Vec3(10, 10, 10));
+    const double top = folded.vertices[folded.triangles[0][0]].z();
+    std::vector<std::array<std::uint32_t, 3>> faces;
+    std::vector<std::array<std::uint32_t, 3>> tops;
+    for (const auto& t : folded.triangles) {
+        const bool flat = std::all_of(t.begin(), t.end(), [&](auto v) { return folded.vertices[v].z() == top; });
+        (flat ? tops : faces).push_back(t);
+    }
+    REQUIRE(tops.size() == 2);
+    // tops[0] is a, b, c with the diagonal from a to c or another order: find the two vertices that both have.
+    const auto has = [](const auto& t, std::uint32_t v) { return std::find(t.begin(), t.end(), v) != t.end(); };
+    int k = 0;
+    while (has(tops[1], tops[0][k])) ++k;
+    const std::uint32_t b = tops[0][k], c = tops[0][(k + 1) % 3], a = tops[0][(k + 2) % 3];
+    const auto m = static_cast<std::uint32_t>(folded.vertices.size());
+    const Vec3 middle = (folded.vertices[a] + folded.vertices[c]) / 2;
+    folded.vertices.push_back(middle + 0.5 * (middle - folded.vertices[b]));
+    faces.insert(faces.end(), {{a, b, m}, {b, c, m}, {a, m, c}, tops[1]});
+    folded.triangles.assign(faces.begin(), faces.end());
+    const double plain = buildSphereTree(test::boxMesh(Vec3(10, 10, 10)), {.leaves = 2000}).certificate.protrusion;
+    const SphereTree tree = buildSphereTree(folded, {.leaves = 2000});
+    CHECK(tree.certificate.closed);
+    CHECK(tree.certificate.covered);
+    CHECK(tree.certificate.protrusion < 1.5 * plain);
+}
+
+TEST_CASE("tree builder: an error out of reach is refused, and open meshes are told to be the cause", "[tree]") {
+    TriangleMesh open = test::boxMesh(Vec3(10, 10, 10));
+    open.triangles.resize(10);
+    CHECK_THROWS_WITH(buildSphereTree(open, {.maxError = 1e-9}), Catch::Contains("or close the mesh"));
+}
+
 TEST_CASE("tree builder: a mesh without area is refused", "[tree]") {
     TriangleMesh line;
     line.vertices = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};
