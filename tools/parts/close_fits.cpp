@@ -137,7 +137,7 @@ void addNutCases(Scene& scene, Entity tool, const WayDown& way, double press) {
 
 Scene makePeg(const SceneOptions& options) {
     const PegFit& fit = options.peg;
-    const double clear = 15, aside = 0.7 * fit.chamfer, pressed = 3, bottom = -fit.depth - 3;
+    const double clear = 15, aside = 0.7 * fit.chamfer, pressed = 3, bottom = -fit.depth - (fit.through ? 0 : pressed);
     Demonstration motion(upright(clear, 0, aside));
     motion.hold(0.3);
     motion.moveTo(upright(-pressed, 0, aside), 0.4);  // chamfer on chamfer
@@ -151,7 +151,8 @@ Scene makePeg(const SceneOptions& options) {
     Scene scene;
     scene.name = "peg";
     scene.extras = fitExtras(fit.clearance);
-    const json outcome{{"seated", true}, {"min_peak_force_N", 2.9}, {"max_infeasible_ticks", 0}};
+    json outcome{{"seated", true}, {"max_infeasible_ticks", 0}};
+    if (!fit.through) outcome["min_peak_force_N"] = 2.9;
     const Entity tool =
         addBody(scene, "peg", upright(clear, 0, aside), shared(peg(fit)), gold(), toolMarking(options.leaves, outcome));
     addBody(scene, "hole", {}, shared(pegHole(fit)), silver(), obstacleMarking(options.leaves));
@@ -182,8 +183,9 @@ void addSplineCases(Scene& scene, Entity tool, const SplineFit& fit) {
 Scene makeNut(const SceneOptions& options) {
     const ThreadFit& fit = options.nut;
     // The nut is tight when it has turned through its play on the plate; the hand turns further. Within the first turn
-    // the thread catches, and five more of them lead down to the plate.
-    const double turns = 6, seconds = 2, press = 10, tight = -fit.playAngle() - 0.1, onTip = fit.pitch * turns;
+    // the thread catches, and the others lead down to the plate.
+    const double turns = std::floor(fit.standing / fit.pitch), seconds = turns / 3, press = 10,
+                 tight = -fit.playAngle() - 0.1, onTip = fit.pitch * turns;
     const WayDown way{onTip + 6, onTip, fit.pitch, tight + kTau * turns, fit.left ? -1.0 : 1.0};
     const glm::dvec3 aside(0.4, 0, 0);
     ToolPose start = way.before(), tip = way.after(0, -press);
