@@ -384,18 +384,38 @@ TEST_CASE("window: asks about a scene in millimeters, scales it, and saves that"
     CHECK(openScene(folder.path() / "m.glb").world->reach() == Approx(after));
 }
 
-TEST_CASE("window: checks the fit, and says what it found", "[ui]") {
+TEST_CASE("window: checks the fit, and takes the settings that mend it", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
-    std::string verdict;
+    engine::Scene scene;  // a cube between walls that leave it 0.1 mm on each side
+    addBox(scene, "cube", glm::vec3(0.01f), {{"role", "tool"}, {"leaves", 64}}, {.translation = {0, 0.02, 0}});
+    for (const double side : {-1.0, 1.0})
+        addBox(scene, "wall", {0.01f, 0.02f, 0.02f}, {{"role", "obstacle"}, {"leaves", 64}},
+               {.translation = {side * 0.0101, 0, 0}});
+    setExtras(scene, addNode(scene, "seat", {}, {}),
+              {{"touchstone", {{"role", "goal"}, {"goal", {{"tolerance_m", 0.001}, {"depth_m", 0.01}}}}}});
+    updateWorldTransforms(scene);
+    writeGltf(scene, folder.path() / "between.glb");
+    WindowRunOptions options = optionsFor(folder.path() / "between.glb");
+    options.session.adjust = [](Settings settings) {
+        settings.geometry = Geometry::Spheres;
+        return settings;
+    };
+    const auto verdict = [](WindowFrame& frame) {
+        const FitCheck* fit = frame.measure.fit(frame.session).result();
+        return fit && frame.items.count("fit verdict") ? fit->verdict : "";
+    };
+    std::string before, after;
     User user;
-    user.until(isAtRest)
+    user.until(isRunning)
         .click("check fit")
-        .until([](WindowFrame& frame) { return frame.measure.fit(frame.session).result() != nullptr; })
-        .doing([&](WindowFrame& frame) { verdict = frame.measure.fit(frame.session).result()->verdict; })
-        .until([](WindowFrame& frame) { return frame.items.count("fit verdict") > 0; });
-    REQUIRE(user.use(optionsFor(holdFile(folder))));
-    CHECK_THAT(verdict, Catch::Contains("there is room") || Catch::Contains("to spare"));
+        .until([&](WindowFrame& frame) { return !(before = verdict(frame)).empty(); })
+        .click("take fit settings")
+        .until([&](WindowFrame& frame) { return (after = verdict(frame)) != before && !after.empty(); })
+        .doing([](WindowFrame& frame) { CHECK(frame.session.settings().geometry == Geometry::Mesh); });
+    REQUIRE(user.use(options));
+    CHECK_THAT(before, Catch::Contains("sphere trees reach out") && Catch::Contains("a clearance of 0.100 mm"));
+    CHECK(after == "goes in with 0.0980 mm to spare");
 }
 
 TEST_CASE("window: sweeps a contact, the tolerance moves the marker, and the plots are exported", "[ui]") {
