@@ -161,7 +161,10 @@ void InsertingHand::look() noexcept {
     Draw draw(random_);
     const InsertingParameters& h = parameters_;
     const Vec3 place = draw.vector(h.placeError), axis = draw.vector(h.axisError);
-    X_WB_ = goal_.X_WT * Pose{place, expRotation({axis.x(), h.twistError * draw.normal(), axis.z()})};
+    const Quat turn = expRotation({axis.x(), h.twistError * draw.normal(), axis.z()});
+    // What is assumed is the place where the insertion begins, whatever the depth below.
+    const Vec3 mouth(0, goal_.depth, 0);
+    X_WB_ = goal_.X_WT * Pose{place + mouth - turn * mouth, turn};
     const auto seen = [&](double deviation) -> Vec3 {
         return draw.vector(deviation).cwiseMax(-deviation).cwiseMin(deviation);
     };
@@ -224,8 +227,13 @@ DeviceReading InsertingHand::read(double t, double dt) noexcept {
     return {.X_WT_device = hand_.advance(X_WB_ * poseOf(segment(), withTremor(t)), felt_, dt), .finished = finished};
 }
 
+/// How far before the end of the first segment an attempt begins, mm on kLever.
+double InsertingHand::begins() const noexcept {
+    return first_ == 0 ? segment().length : std::min(segment().length, first_ + kLift);
+}
+
 void InsertingHand::approach(double dt) noexcept {
-    const Place rest = -segment().length * segment().in - target_;
+    const Place rest = -begins() * segment().in - target_;
     const double mm = rest.head<3>().norm(), turn = rest.tail<3>().norm();
     const double step = parameters_.speed * dt, twist = kTwistSpeed * dt;
     target_.head<3>() += std::min(1.0, step / std::max(mm, 1e-9)) * rest.head<3>();
@@ -397,7 +405,7 @@ void InsertingHand::retreat(double dt) noexcept {
         turn(false, dt);
     else
         comply(dt);
-    const double outside = segment_ > 0 ? segment().length - kPastWay : std::min(segment().length, first_ + kLift);
+    const double outside = segment_ > 0 ? segment().length - kPastWay : begins();
     const bool out = rest > outside || actMs_ > kRetreatMs;
     if (!out) return;
     if (segment_ > 0) {

@@ -76,6 +76,7 @@ class InsertingHand final : public Device {
     void look() noexcept;
     void change(Act act) noexcept;
     void enter(std::size_t segment) noexcept;
+    double begins() const noexcept;
     void approach(double dt) noexcept;
     void press(double dt) noexcept;
     void search(double dt) noexcept;

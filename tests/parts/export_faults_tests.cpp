@@ -21,17 +21,7 @@ struct Part {
 };
 
 ThreadFit thread(double diameter, double pitch, int segments) {
-    const double k = diameter / 16;
-    return {.diameter = diameter,
-            .pitch = pitch,
-            .height = 13 * k,
-            .acrossFlats = 24 * k,
-            .standing = 20 * k,
-            .threaded = 26 * k,
-            .plate = 12 * k,
-            .head = 10 * k,
-            .spacing = 2 * k,
-            .segments = segments};
+    return {.diameter = diameter, .pitch = pitch, .height = 13. / 16 * diameter, .segments = segments};
 }
 
 std::vector<Part> parts() {

@@ -10,7 +10,6 @@
 namespace touchstone::app {
 namespace {
 
-constexpr double kRunOut = 3;    ///< length of the cone at the end of the bolt's thread, mm
 constexpr double kBeyond = 0.3;  ///< radius by which chamfers reach beyond crest and root, mm
 constexpr double kNear = 0.005;  ///< mm: points of a section nearer than this would make needles
 
@@ -113,7 +112,9 @@ void addTurned(Solid& solid, int n, bool outward, const std::function<Profile(in
     }
 }
 
-Outline hexagon(const ThreadFit& fit) { return subdivided(polygon(fit.acrossFlats / std::sqrt(3.0), 6), fit.spacing); }
+Outline hexagon(const ThreadFit& fit) {
+    return subdivided(polygon(fit.acrossFlats() / std::sqrt(3.0), 6), fit.spacing());
+}
 
 /// A part with a thread of the other hand is the mirror image.
 engine::MeshData finished(Solid solid, bool left) {
@@ -125,16 +126,13 @@ engine::MeshData finished(Solid solid, bool left) {
 }
 
 void check(const ThreadFit& fit) {
-    require(fit.pitch > 0 && fit.height > 0 && fit.plate > 0 && fit.head > 0 && fit.standing > 0,
-            "pitch, heights and thicknesses of bolt, nut and plate must be positive");
+    require(fit.pitch > 0 && fit.height > 0, "the pitch and the nut's height must be positive");
     require(fit.minorDiameter() / 2 > 2 * kBeyond, "the bolt must be thicker than its thread is deep");
     require(fit.clearance >= 0 && fit.clearance < fit.pitch / 8,
             "the clearance of a thread must lie between 0 and an eighth of the pitch");
-    require(fit.threaded > kRunOut + fit.pitch && fit.threaded < fit.standing + fit.plate,
-            "the thread must be longer than its run-out and end above the bolt's head");
+    require(fit.standing() >= fit.pitch, "the pitch must be smaller: the bolt has less than one turn above the plate");
     require(fit.height > fit.pitch + 2 * kBeyond + 1.25 * fit.triangle(),
             "the nut must be higher than its chamfers and a turn of the thread");
-    require(fit.acrossFlats > fit.diameter + 2 * fit.spacing, "nut and head must be wider across flats than the bolt");
     require(fit.segments >= 12 && fit.nutSections() >= 12, "bolt and nut need twelve segments or more");
 }
 
@@ -142,22 +140,22 @@ void check(const ThreadFit& fit) {
 
 engine::MeshData bolt(const ThreadFit& fit) {
     check(fit);
-    const double tip = fit.standing, under = -fit.plate, end = tip - fit.threaded;
+    const double tip = fit.standing(), under = -fit.plate(), end = tip - fit.threaded();
     const double shank = fit.diameter / 2, root = fit.minorDiameter() / 2, least = root - kBeyond;
     const Profile chamfer{{under, shank}, {tip - (shank - least), shank}, {tip, least}};
-    const Profile runOut{{under, shank}, {end, shank}, {end + kRunOut, root}, {tip, least}};
+    const Profile runOut{{under, shank}, {end, shank}, {end + fit.runOut(), root}, {tip, least}};
     Solid solid;
     addTurned(solid, fit.segments, true, [&](int i) {
         const Profile cut = thread(fit, 0, fit.pitch * i / fit.segments, under, tip);
         return simplified(combined(combined(cut, chamfer, false), runOut, true), false);
     });
-    addEnd(solid, tip, triangulate(polygon(least, fit.segments), {}, fit.spacing), true);
+    addEnd(solid, tip, triangulate(polygon(least, fit.segments), {}, fit.spacing()), true);
 
     const Outline head = hexagon(fit);
-    const Section sides[] = {{under - fit.head, head}, {under, head}};
-    addWall(solid, sides, fit.head);
-    addEnd(solid, under, triangulate(head, polygon(shank, fit.segments), fit.spacing), true);
-    addEnd(solid, under - fit.head, triangulate(head, {}, fit.spacing), false);
+    const Section sides[] = {{under - fit.head(), head}, {under, head}};
+    addWall(solid, sides, fit.head());
+    addEnd(solid, under, triangulate(head, polygon(shank, fit.segments), fit.spacing()), true);
+    addEnd(solid, under - fit.head(), triangulate(head, {}, fit.spacing()), false);
     return finished(std::move(solid), fit.left);
 }
 
@@ -178,7 +176,7 @@ engine::MeshData nut(const ThreadFit& fit) {
     const Outline outer = hexagon(fit);
     const Section sides[] = {{0, outer}, {fit.height, outer}};
     addWall(solid, sides, fit.height);
-    const PlanarMesh end = triangulate(outer, polygon(wide * out, n), fit.spacing);
+    const PlanarMesh end = triangulate(outer, polygon(wide * out, n), fit.spacing());
     addEnd(solid, fit.height, end, true);
     addEnd(solid, 0, end, false);
     return finished(std::move(solid), fit.left);

@@ -7,25 +7,27 @@
 
 namespace touchstone::app {
 
-/// Lengths in mm. The bolt has the basic profile: flanks at 30° to the radial planes, crests an eighth and roots a
-/// quarter of the pitch wide. The nut has the same profile, moved outward by the clearance on crests, roots and flanks
-/// alike, measured in a section along the axis. Each section lies on its profile; the bolt is inscribed between its
-/// sections and the nut circumscribed, so that they keep the clearance in any phase: with the default counts to 1 µm,
-/// and to 4 µm where the nut surrounds the bolt's chamfer.
+/// Lengths in mm; those that are not given follow from the diameter, about as ISO 4014 has them. The bolt has the basic
+/// profile: flanks at 30° to the radial planes, crests an eighth and roots a quarter of the pitch wide. The nut has the
+/// same profile, moved outward by the clearance on crests, roots and flanks alike, measured in a section along the
+/// axis. Each section lies on its profile; the bolt is inscribed between its sections and the nut circumscribed, so
+/// that they keep the clearance in any phase: with the default counts to 1 µm, and to 4 µm where the nut surrounds the
+/// bolt's chamfer.
 struct ThreadFit {
     double diameter = 16, pitch = 2;
     double clearance = 0.05;  ///< of the flanks, crests and roots
     double height = 8;        ///< of the nut, as ISO 4035 has it for M16
-    double acrossFlats = 24;  ///< of nut and head
-    double standing = 12.5;   ///< height of the bolt's tip above the plate
-    double threaded = 18;     ///< from the bolt's tip to the end of the thread's run-out
-    double plate = 12;        ///< thickness of the plate between nut and head
-    double head = 10;         ///< height of the bolt's head
-    double spacing = 2;       ///< of the points of flat ends
     bool left = false;        ///< a left-handed thread
     int segments = 156;       ///< sections of the bolt around the axis
     int nutSegments = 0;      ///< sections of the nut; 0: twelve more than the bolt has
 
+    double acrossFlats() const { return 1.5 * diameter; }   ///< of nut and head
+    double standing() const { return 0.78125 * diameter; }  ///< height of the bolt's tip above the plate
+    double threaded() const { return 1.125 * diameter; }    ///< from the bolt's tip to the end of the run-out
+    double runOut() const { return 0.1875 * diameter; }     ///< length of the cone at the end of the thread
+    double plate() const { return 0.75 * diameter; }        ///< thickness of the plate between nut and head
+    double head() const { return 0.625 * diameter; }        ///< height of the bolt's head
+    double spacing() const { return 0.125 * diameter; }     ///< of the points of flat ends
     int nutSections() const { return nutSegments ? nutSegments : segments + 12; }
     /// Height of the fundamental triangle, H.
     double triangle() const { return std::sqrt(3.0) / 2 * pitch; }
