@@ -75,17 +75,30 @@ TEST_CASE("inserting hand: starts near the start pose, and knows the goal roughl
           Approx(deviation).epsilon(0.15));  // 600 numbers: one standard deviation of the estimate is 3 %
 }
 
+TEST_CASE("inserting hand: knows the mouth of a hole as well as the goal, however deep", "[hand]") {
+    GoalRegion deep = kGoal;
+    deep.depth = 160;
+    const Vec3 mouth(0, deep.depth, 0);
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        const Vec3 error = hand(seed, deep).belief() * mouth - deep.X_WT * mouth;
+        CHECK((error - (hand(seed).belief().p - kGoal.X_WT.p)).norm() < 1e-9);
+    }
+}
+
 TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up", "[hand]") {
     InsertingHand one = hand(1);
     const Floor floor{0};
-    double least = 1e9, most = -1e9, force = 0;
+    double least = 1e9, most = -1e9, force = 0, highest = -1e9;
     DeviceReading reading;
-    int t = 0;
+    int t = 0, retreats = 0;
     const test::AllocationCounter allocations;
     for (; t < 60'000 && !reading.finished; ++t) {
         reading = one.read(t, 1);
         floor.push(one, reading.X_WT_device);
         force = std::max(force, floor.height - reading.X_WT_device.p.y());
+        retreats += one.act() == InsertingHand::Act::Retreat;
+        if (retreats > 0 && one.act() != InsertingHand::Act::DrawBack)
+            highest = std::max(highest, reading.X_WT_device.p.y());
         if (one.act() != InsertingHand::Act::Press || reading.X_WT_device.p.y() > floor.height) continue;
         const double twist = logRotation(reading.X_WT_device.q).y();
         least = std::min(least, twist);
@@ -97,6 +110,8 @@ TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up
     CHECK(one.act() == InsertingHand::Act::DrawBack);
     CHECK(most - least > 0.8);  // a pitch of eight keys, 0.785
     CHECK(force < 5);
+    CHECK(retreats > 0);
+    CHECK(highest < 8);  // it begins again 5 mm above the floor, not at the start
     CHECK(reading.X_WT_device.p.y() > 20);
 }
 
