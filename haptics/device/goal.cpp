@@ -20,6 +20,14 @@ double distanceToWay(const Pose& from, const Pose& to, const Pose& pose) {
     return (v - t * w).norm();
 }
 
+/// Direction from the end of a piece of the way to its beginning; zero for one that mostly turns.
+Vec3 outOf(const GoalRegion& goal, std::size_t piece) {
+    const Pose& end = piece + 1 < goal.way.size() ? goal.way[piece + 1] : Pose{};
+    const Vec6 move = incrementBetween(end, goal.way[piece]);
+    const double along = move.head<3>().norm(), around = kLever * move.tail<3>().norm();
+    return along > std::max(around, 1e-6) ? Vec3(move.head<3>() / along) : Vec3::Zero();
+}
+
 void simplify(std::span<const Pose> path, double tolerance, std::vector<Pose>& kept) {
     const Pose &first = path.front(), &last = path.back();
     std::size_t farthest = 0;
@@ -42,6 +50,18 @@ double foldedTwist(const Quat& q, int fold) {
     if (fold == 0) return 0;
     const double twist = 2 * std::atan2(q.y(), q.w()), step = 2 * std::numbers::pi / fold;
     return twist - step * std::round(twist / step);
+}
+
+Vec3 GoalRegion::outAtGoal() const {
+    for (std::size_t i = way.size(); i-- > 0;)
+        if (const Vec3 out = outOf(*this, i); !out.isZero()) return out;
+    return Vec3::UnitY();
+}
+
+Vec3 GoalRegion::outAtStart() const {
+    for (std::size_t i = 0; i < way.size(); ++i)
+        if (const Vec3 out = outOf(*this, i); !out.isZero()) return out;
+    return Vec3::UnitY();
 }
 
 double GoalRegion::angle(const Pose& X_WO) const {

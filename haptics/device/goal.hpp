@@ -24,6 +24,11 @@ struct GoalRegion {
     /// Between two of them the tool moves along a line and turns about its node's origin. Empty: straight along -y.
     std::vector<Pose> way = {};
 
+    /// Unit direction, in the frame of the goal, in which the tool leaves the goal, and the way at its outer end; +y,
+    /// or that of the last and first piece of the way that is more than a turn.
+    Vec3 outAtGoal() const;
+    Vec3 outAtStart() const;
+
     double distance(const Pose& X_WO) const { return (X_WO.p - X_WT.p).norm(); }
     /// The rotation about the axis from the goal to X_WO, less those that lead to an equivalent orientation, rad.
     double twist(const Pose& X_WO) const { return foldedTwist(X_WT.q.conjugate() * X_WO.q, fold); }

@@ -319,10 +319,12 @@ std::string stuckSentence(const HapticScene& scene, const TickRecord& last, cons
     const double force = last.wrench_C.force.norm();
     if (!goal || !scene.world || goal->contains(last.X_WT) || force <= kStuckForce) return {};
     const Pose X_GT = goal->X_WT.inverse() * last.X_WT;
-    const double tilt = std::acos(std::clamp((X_GT.q * Vec3::UnitY()).y(), -1.0, 1.0));
-    const double aside = std::hypot(X_GT.p.x(), X_GT.p.z()), turned = std::abs(goal->twist(last.X_WT));
+    const Vec3 out = goal->outAtGoal();
+    const double above = out.dot(X_GT.p), aside = (X_GT.p - above * out).norm();
+    const double tilt = std::acos(std::clamp(out.dot(X_GT.q * out), -1.0, 1.0)),
+                 turned = std::abs(goal->twist(last.X_WT));
     std::string sentence =
-        text("stuck %.1f mm %s the goal at %.1f N", std::abs(X_GT.p.y()), X_GT.p.y() < 0 ? "past" : "above", force);
+        text("stuck %.1f mm %s the goal at %.1f N", std::abs(above), above < 0 ? "past" : "above", force);
     if (tilt > std::min(0.005, goal->toleranceAngle)) sentence += text(", tilted by %.3f rad", tilt);
     if (aside > goal->tolerance) sentence += text(", %.2f mm beside its axis", aside);
     if (turned > goal->toleranceAngle) sentence += text(", turned by %.3f rad from it", turned);

@@ -202,7 +202,9 @@ constexpr double kFellThrough = 10;
 double fallenPast(const GoalRegion& goal, const TickRecord& tick) {
     if (tick.wrench_C.force.norm() > kContactForce) return 0;
     const Vec3 p = (goal.X_WT.inverse() * tick.X_WT).p;
-    return std::hypot(p.x(), p.z()) < -p.y() ? -p.y() : 0;
+    const Vec3 out = goal.outAtGoal();
+    const double past = -out.dot(p);
+    return (p + past * out).norm() < past ? past : 0;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ void PhaseWatch::add(const TickRecord& tick, double dt) {
     const double force = tick.wrench_C.force.norm();
     const Pose X_GT = goal_.X_WT.inverse() * tick.X_WT;
     elapsed_ += dt;
-    depth_ = goal_.depth - X_GT.p.y();
+    depth_ = goal_.depth - out_.dot(X_GT.p);
     if (!touched_ && force > kContactForce) {
         touched_ = elapsed_;
         touchedDepth_ = depth_;
@@ -58,11 +58,11 @@ bool PhaseWatch::updateRest(const TickRecord& tick, double dt) {
 
 Phase PhaseWatch::phaseOf(const Pose& X_GT) const {
     if (!touched_) return Phase::Approach;
-    const double tilt = std::acos(std::clamp((X_GT.q * Vec3::UnitY()).y(), -1.0, 1.0));
+    const double tilt = std::acos(std::clamp(out_.dot(X_GT.q * out_), -1.0, 1.0));
     // Hysteresis: once inserted, the tool must retreat to half the depth to count as out, so the phase does not
     // flicker.
     const double engaged = phase_ >= Phase::Insert ? limits_.engaged / 2 : limits_.engaged;
-    const double aside = std::hypot(X_GT.p.x(), X_GT.p.z());
+    const double aside = (X_GT.p - out_.dot(X_GT.p) * out_).norm();
     // The origin of a tool that leans on the rim is off the axis, by at most the tilt times the depth of the hole.
     const bool over = aside <= goal_.tolerance + limits_.tilt * goal_.depth;
     if (goal_.depth > 0 && depth_ >= engaged && tilt <= limits_.tilt && over) return Phase::Insert;

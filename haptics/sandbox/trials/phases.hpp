@@ -46,7 +46,8 @@ struct PhaseLimits {
 /// over it is aligned until it is seated.
 class PhaseWatch {
   public:
-    explicit PhaseWatch(const GoalRegion& goal, const PhaseLimits& limits = {}) : goal_(goal), limits_(limits) {}
+    explicit PhaseWatch(const GoalRegion& goal, const PhaseLimits& limits = {})
+        : goal_(goal), limits_(limits), out_(goal.outAtStart()) {}
     /// `dt`: length of the tick, ms.
     void add(const TickRecord& tick, double dt);
 
@@ -67,6 +68,7 @@ class PhaseWatch {
 
     GoalRegion goal_;
     PhaseLimits limits_;
+    Vec3 out_;
     Phase phase_ = Phase::Approach;
     std::optional<TrialEnd> end_;
     std::array<double, kPhaseCount> ms_{};

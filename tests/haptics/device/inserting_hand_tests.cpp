@@ -193,6 +193,16 @@ TEST_CASE("goal: a path is simplified to the poses that it needs", "[hand]") {
     CHECK(simplified({}, 1).empty());
 }
 
+TEST_CASE("goal: the tool leaves along +y, or along the way", "[hand]") {
+    GoalRegion goal = kGoal;
+    CHECK(goal.outAtGoal() == Vec3::UnitY());
+    CHECK(goal.outAtStart() == Vec3::UnitY());
+    const Quat turned = expRotation({0, 1, 0});
+    goal.way = {{{30, -8, 0}, turned}, {{0, -8, 0}, turned}, {{0, 0, 0}, turned}};  // aside, up, and locked by a turn
+    CHECK((goal.outAtStart() - Vec3::UnitX()).norm() < 1e-12);
+    CHECK((goal.outAtGoal() + Vec3::UnitY()).norm() < 1e-12);
+}
+
 TEST_CASE("inserting hand: needs a goal and a random seed", "[hand]") {
     const DeviceInfo* insert = findDevice("insert");
     REQUIRE(insert);

@@ -170,6 +170,26 @@ TEST_CASE("phases: drawing back after contact is an abort", "[trials]") {
     CHECK(trial.watch.end() == TrialEnd::Abort);
 }
 
+TEST_CASE("phases: a way that leads up may be followed up, and drawing back is down", "[trials]") {
+    GoalRegion goal = hole();
+    goal.depth = 0;
+    goal.way = {{{0, -45, 0}, Quat::Identity()}};
+    PhaseWatch watch(goal);
+    const auto at = [&](double y, double force) {
+        TickRecord tick;
+        tick.X_WT.p = goal.X_WT * Vec3(0, y, 0);
+        tick.wrench_C.force = {0, force, 0};
+        watch.add(tick, 1);
+    };
+    at(-30, 1);
+    at(-2, 0);
+    CHECK_FALSE(watch.end());
+    at(-44, 0);
+    CHECK_FALSE(watch.end());
+    at(-46, 0);
+    CHECK(watch.end() == TrialEnd::Abort);
+}
+
 TEST_CASE("trials: a guard that keeps acting counts as one trip", "[trials]") {
     TrialMeasures measures(hole(), {});
     const std::uint32_t stale = bit(Trip::StaleReading), clamped = bit(Trip::ForceClamped);
