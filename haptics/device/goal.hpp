@@ -17,7 +17,7 @@ struct GoalRegion {
     double tolerance = 1;         ///< mm between the origins
     double toleranceAngle = 3.2;  ///< rad
     double hold = 0;              ///< ms that the tool must stay in the region
-    double depth = 0;             ///< mm along +y of X_WT, which points out, to where the insertion begins; 0: unknown
+    double depth = 0;             ///< mm along outAtStart() to where the insertion begins; 0: unknown
     int fold = 1;                 ///< number of equivalent orientations about that axis, evenly spaced; 0: all
     double lead = 0;              ///< mm along that axis per turn, positive for a right-handed thread; 0: no thread
     /// Poses X_GT of the tool on its way in, in the frame of the goal, the outermost first; the goal follows the last.

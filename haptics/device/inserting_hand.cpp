@@ -163,7 +163,7 @@ void InsertingHand::look() noexcept {
     const Vec3 place = draw.vector(h.placeError), axis = draw.vector(h.axisError);
     const Quat turn = expRotation({axis.x(), h.twistError * draw.normal(), axis.z()});
     // What is assumed is the place where the insertion begins, whatever the depth below.
-    const Vec3 mouth(0, goal_.depth, 0);
+    const Vec3 mouth = goal_.depth * goal_.outAtStart();
     X_WB_ = goal_.X_WT * Pose{place + mouth - turn * mouth, turn};
     const auto seen = [&](double deviation) -> Vec3 {
         return draw.vector(deviation).cwiseMax(-deviation).cwiseMin(deviation);

@@ -192,6 +192,9 @@ TEST_CASE("thread: impossible dimensions are refused in one sentence", "[parts]"
     fit.diameter = 2;
     CHECK_THROWS_WITH(bolt(fit), Catch::Contains("thicker"));
     fit = {};
+    fit.pitch = 13;
+    CHECK_THROWS_WITH(bolt(fit), Catch::Contains("pitch must be smaller"));
+    fit = {};
     fit.segments = 3;
     CHECK_THROWS_WITH(bolt(fit), Catch::Contains("segments"));
 }

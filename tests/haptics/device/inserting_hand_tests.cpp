@@ -83,6 +83,10 @@ TEST_CASE("inserting hand: knows the mouth of a hole as well as the goal, howeve
         const Vec3 error = hand(seed, deep).belief() * mouth - deep.X_WT * mouth;
         CHECK((error - (hand(seed).belief().p - kGoal.X_WT.p)).norm() < 1e-9);
     }
+    deep.way = {{{160, 0, 0}, Quat::Identity()}};  // in along x
+    const Vec3 side(deep.depth, 0, 0);
+    const Vec3 error = hand(1, deep).belief() * side - deep.X_WT * side;
+    CHECK((error - (hand(1).belief().p - kGoal.X_WT.p)).norm() < 1e-9);
 }
 
 TEST_CASE("inserting hand: presses and searches on a closed floor, then gives up", "[hand]") {
