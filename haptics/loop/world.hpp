@@ -13,12 +13,21 @@ namespace touchstone {
 
 inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps eight bits for the obstacle
 
+/// Coulomb friction of a pair of parts: a contact that sticks holds a tangential force up to atRest F_n, one that slides
+/// resists with sliding F_n. Both 0: no friction.
+struct Friction {
+    double atRest = 0, sliding = 0;
+    bool any() const { return atRest > 0 || sliding > 0; }
+    friend bool operator==(const Friction&, const Friction&) = default;
+};
+
 struct Obstacle {
     std::string name;
     std::shared_ptr<const SphereTree> tree;            ///< null: it is touched by its mesh alone
     Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
     std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
     bool asksForSpheres = false;                       ///< it is touched by its spheres in either geometry
+    Friction friction = {};                            ///< between it and the tool
 
     /// The point about which its travel is measured, in its own frame, and the greatest distance from there, mm.
     Vec3 center() const { return surface ? surface->extent.center : tree->center(); }
