@@ -1,0 +1,326 @@
+#include "haptics/qp/cone_newton.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace touchstone {
+namespace {
+
+/// ρ times the compliance of the springs at the contact. A larger value loses digits; with a smaller one the forces
+/// need more corrections.
+constexpr double kPenalty = 1e4;
+/// Newton steps before a path is tried, and after it. Ticks that differ little from the last one take 2 to 8; steps
+/// that have not converged after 20 mostly circle.
+constexpr int kSteps = 20, kLastSteps = 40;
+/// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
+/// would otherwise send it to and fro.
+constexpr int kHeldSteps = 16;
+/// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
+/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-12 mm for 1 N.
+constexpr double kBalanced = 1e-11, kSettled = 1e-8;
+/// Gap below which a contact that does not take part is crossed, mm.
+constexpr double kCrossed = -1e-10;
+/// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
+/// force has no derivative.
+constexpr double kLeastSlip = 0.05;
+/// Imbalance at a point of a path, relative to the forces, and the same by the law after a step with frozen pieces.
+constexpr double kOnPath = 1e-9, kPastEvent = 1e-3;
+/// Turn of a friction force in one step along a path, rad.
+constexpr double kTurn = 0.3;
+constexpr double kSmallestStep = 1e-8;
+constexpr int kPathSteps = 500, kCorrections = 6;
+/// Number of paths along which a regularized answer is corrected.
+constexpr int kRounds = 2;
+
+double sizeOf(const Vec6& wrench, double lever) {
+    return std::sqrt(wrench.head<3>().squaredNorm() + wrench.tail<3>().squaredNorm() / (lever * lever));
+}
+
+}  // namespace
+
+void ConeNewton::begin(const FrictionProblem& problem) {
+    problem_ = &problem;
+    evaluations_ = 0;
+    const double k = problem.stiffness.head<3>().mean(), kr = problem.stiffness.tail<3>().mean();
+    lever_ = std::sqrt(kr / k);
+    force_ = 1 + sizeOf(problem.stiffness.cwiseProduct(problem.wanted), lever_);
+    for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+        const FrictionContact& c = problem.contacts[i];
+        State& state = states_[i];
+        state = {};
+        state.f0 = state.f = c.startForce;
+        state.drift = state.along = Vec3::Zero();
+        state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
+        state.takesPart = !c.startForce.isZero(0);
+        force_ += c.startForce.norm();
+    }
+}
+
+/// Returns the imbalance G (x - h) - Σ (f, r x f). away: 1 - α.
+Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces) {
+    ++evaluations_;
+    Vec6 imbalance = problem_->stiffness.cwiseProduct(x - wanted);
+    derivative_ = problem_->stiffness.asDiagonal();
+    push_.setZero();
+    change_ = 0;
+    changed_ = false;
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        State& state = states_[i];
+        if (!state.takesPart) continue;
+        const Vec3 v = c.motion(x), slip = v + c.slipped;
+        const double vn = c.n.dot(v);
+        Vec3 w = state.f0 - away * state.drift;
+        const double wn = c.n.dot(w);
+        state.normal = wn - state.weight * (vn + c.gap);
+        Piece piece = Piece::Open;
+        Vec3 f = Vec3::Zero();
+        if (pieces == Pieces::Frozen ? state.piece != Piece::Open : state.normal > 0) {
+            w -= wn * c.n + state.weight * (slip - c.n * c.n.dot(slip));
+            const double size = w.norm(), limit = c.coefficient * state.normal;
+            const Vec3 along = size > 0 ? Vec3(w / size) : Vec3::Zero();
+            state.tangential = size;
+            state.beyond = size - limit;
+            piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
+            if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
+                along.dot(state.along) < 0)
+                piece = Piece::Stick;
+            const Mat3 nn = c.n * c.n.transpose();
+            if (piece == Piece::Stick) {
+                f = state.normal * c.n + w;
+                state.K = state.weight * Mat3::Identity();
+            } else {
+                f = state.normal * c.n + limit * along;
+                double share = limit / size;
+                if (pieces == Pieces::Newton || pieces == Pieces::Held) {
+                    // Newton's step for f⁰ as well: its direction becomes that of the slip at once.
+                    const double gain = 1 / std::max(1 - share, kLeastSlip);
+                    const Vec3 across = state.f0 - wn * c.n - along * along.dot(state.f0);
+                    f -= (gain - 1) * across;
+                    share *= gain;
+                }
+                state.K = state.weight * (nn + share * (Mat3::Identity() - nn - along * along.transpose()) +
+                                          c.coefficient * along * c.n.transpose());
+            }
+            state.along = along;
+            imbalance.head<3>() -= f;
+            imbalance.tail<3>() -= c.r.cross(f);
+            Mat3 X;
+            X << 0, -c.r.z(), c.r.y(), c.r.z(), 0, -c.r.x(), -c.r.y(), c.r.x(), 0;
+            const Mat3 KX = state.K * X;
+            derivative_.topLeftCorner<3, 3>() += state.K;
+            derivative_.topRightCorner<3, 3>() -= KX;
+            derivative_.bottomLeftCorner<3, 3>() += X * state.K;
+            derivative_.bottomRightCorner<3, 3>() -= X * KX;
+            const Vec3 push = state.K * state.drift / state.weight;
+            push_.head<3>() += push;
+            push_.tail<3>() += c.r.cross(push);
+        }
+        change_ = std::max(change_, (f - state.f0).squaredNorm());
+        changed_ = changed_ || piece != state.piece;
+        state.piece = piece;
+        state.f = f;
+    }
+    change_ = std::sqrt(change_);
+    return imbalance;
+}
+
+/// Lets the contact take part that x crosses furthest, and those that it crosses as far. Returns whether there is one.
+bool ConeNewton::addCrossed(const Vec6& x) {
+    const std::size_t m = problem_->contacts.size();
+    double least = kCrossed;
+    for (std::size_t i = 0; i < m; ++i)
+        if (!states_[i].takesPart) least = std::min(least, problem_->contacts[i].distance(x));
+    if (least == kCrossed) return false;
+    for (std::size_t i = 0; i < m; ++i) {
+        State& state = states_[i];
+        if (state.takesPart || problem_->contacts[i].distance(x) > least * (1 - 1e-9)) continue;
+        state.takesPart = true;
+        state.piece = Piece::Open;
+    }
+    return true;
+}
+
+/// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
+bool ConeNewton::newton(Vec6& x, int limit) {
+    const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
+    for (int i = 0, left = limit; left > 0; ++i, --left) {
+        const Vec6 imbalance = evaluate(x, problem_->wanted, 0, i < kHeldSteps ? Pieces::Held : Pieces::Newton);
+        if (sizeOf(imbalance, lever_) <= balanced && change_ <= kSettled * force_ && !changed_) {
+            if (!addCrossed(x)) return true;
+            left = limit;
+            i = 0;
+            if (evaluations_ > kMostEvaluations) return false;
+            continue;
+        }
+        lu_.compute(derivative_);
+        const Vec6 dx = -lu_.solve(imbalance);
+        if (!dx.allFinite()) return false;
+        x += dx;
+        for (std::size_t k = 0; k < problem_->contacts.size(); ++k) {
+            State& state = states_[k];
+            if (!state.takesPart) continue;
+            state.f0 = state.f;
+            if (state.piece != Piece::Open) state.f0 -= state.K * problem_->contacts[k].motion(dx);
+        }
+    }
+    return false;
+}
+
+/// The step along a path to where a contact first changes its piece, or turns its friction too far. (dx, dAlpha): the
+/// direction at the last evaluate().
+double ConeNewton::stepToEvent(const Vec6& dx, double dAlpha) const {
+    double step = 1;
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        const State& state = states_[i];
+        const Vec3 dw = dAlpha * state.drift - state.weight * c.motion(dx);
+        const double dn = c.n.dot(dw);
+        if (state.piece == Piece::Open ? dn > 0 : dn < 0) step = std::min(step, std::max(0.0, -state.normal / dn));
+        if (state.piece == Piece::Open) continue;
+        const Vec3 dt = dw - c.n * dn, wt = state.along * state.tangential;
+        // |w_t + s dw_t|² = µ² (w_n + s dw_n)²
+        const double mu2 = c.coefficient * c.coefficient;
+        const double a = dt.squaredNorm() - mu2 * dn * dn, b = wt.dot(dt) - mu2 * state.normal * dn;
+        const double d = b * b - a * (state.tangential * state.tangential - mu2 * state.normal * state.normal);
+        const double outward = state.piece == Piece::Stick ? 1 : -1;
+        for (const double root : {-std::sqrt(std::max(0.0, d)), std::sqrt(std::max(0.0, d))}) {
+            const double s = (root - b) / a;
+            if (d >= 0 && s > 0 && outward * root > 0) step = std::min(step, s);
+        }
+        if (state.piece == Piece::Slide) {
+            const double turn = (dt - state.along * state.along.dot(dt)).norm();
+            if (turn * step > kTurn * state.tangential) step = kTurn * state.tangential / turn;
+        }
+    }
+    return step;
+}
+
+/// Follows the answers of the problems with the increments h0 + α (h - h0), and with the drifts of the contacts, from x
+/// at α = 0 to α = 1. The path consists of smooth pieces. Where it folds, α falls for a while: the sign of the
+/// determinant tells the direction.
+bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
+    const Vec6 way = problem_->wanted - h0, pull = problem_->stiffness.cwiseProduct(way);
+    const Vec6 metric =
+        problem_->stiffness / std::max(problem_->wanted.dot(problem_->stiffness.cwiseProduct(problem_->wanted)), 1e-12);
+    const std::size_t m = problem_->contacts.size();
+    double alpha = 0, cap = 1;
+    for (int steps = 0; steps < kPathSteps && evaluations_ < kMostEvaluations; ++steps) {
+        evaluate(x, h0 + alpha * way, 1 - alpha, Pieces::ByLaw);
+        lu_.compute(derivative_);
+        const Vec6 slope = lu_.solve(Vec6(pull + push_));
+        const double length = std::sqrt(slope.dot(metric.cwiseProduct(slope)) + 1) * (lu_.determinant() < 0 ? -1 : 1);
+        const Vec6 dx = slope / length;
+        const double dAlpha = 1 / length;
+        if (!dx.allFinite()) return false;
+
+        double step = std::min(cap, stepToEvent(dx, dAlpha)) + kSmallestStep / 10;
+        const bool last = alpha + step * dAlpha >= 1;
+        if (last) step = (1 - alpha) / dAlpha;
+        const Vec6 x0 = x + step * dx;
+        const double alpha0 = last ? 1 : alpha + step * dAlpha;
+        for (std::size_t i = 0; i < m; ++i) {
+            State& state = states_[i];
+            state.normalBefore = state.normal, state.beyondBefore = state.beyond, state.pieceBefore = state.piece;
+        }
+        // Corrects the step across its direction, or at α = 1 for the pose alone.
+        Vec6 y = x0;
+        double a = alpha0;
+        bool onPath = false;
+        for (int i = 0; i < kCorrections && !onPath; ++i) {
+            const Vec6 imbalance = evaluate(y, h0 + a * way, 1 - a, Pieces::Frozen);
+            onPath = sizeOf(imbalance, lever_) <= kOnPath * force_;
+            if (onPath) break;
+            lu_.compute(derivative_);
+            const Vec6 back = -lu_.solve(imbalance);
+            double d = 0;
+            if (!last) {
+                const Vec6 forth = lu_.solve(Vec6(pull + push_));
+                const double across = dx.dot(metric.cwiseProduct(y - x0)) + dAlpha * (a - alpha0);
+                d = -(across + dx.dot(metric.cwiseProduct(back))) / (dx.dot(metric.cwiseProduct(forth)) + dAlpha);
+                y += d * forth;
+                a += d;
+            }
+            y += back;
+            if (!y.allFinite()) break;
+        }
+        double share = 0.5;
+        if (onPath && sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) > kPastEvent * force_) {
+            // The step went past an event that the curved path meets earlier.
+            onPath = false;
+            double least = 1;
+            for (std::size_t i = 0; i < m; ++i) {
+                const State& state = states_[i];
+                if (state.piece == state.pieceBefore) continue;
+                const bool normal = state.pieceBefore == Piece::Open || state.piece == Piece::Open;
+                const double before = normal ? state.normalBefore : state.beyondBefore;
+                const double after = normal ? state.normal : state.beyond;
+                if (before != after) least = std::min(least, before / (before - after));
+            }
+            if (least > 0.05 && least < 1) share = least;
+        }
+        if (onPath) {
+            if (a < -kOnPath) return false;
+            x = y, alpha = a;
+            if (last) return true;
+            cap = std::min(4 * cap, 1.0);
+        } else {
+            cap = share * step;
+            if (step < kSmallestStep) return false;
+        }
+    }
+    return false;
+}
+
+FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& start) noexcept {
+    assert(problem.contacts.size() <= states_.size());
+    const std::size_t m = problem.contacts.size();
+    begin(problem);
+    FrictionResult result;
+    result.x = start;
+    result.status = newton(result.x, kSteps) ? FrictionStatus::Exact : FrictionStatus::None;
+    if (result.status != FrictionStatus::Exact) {
+        for (std::size_t i = 0; i < m; ++i) {
+            const FrictionContact& c = problem.contacts[i];
+            State& state = states_[i];
+            state.f0.setZero();
+            state.takesPart = true;
+            state.piece = Piece::Open;
+            // Different gaps, so that one contact at a time changes its piece.
+            const double away =
+                (c.motion(problem.wanted).norm() + 1e-3) * (0.2 + 0.8 * std::fmod(0.618034 * double(i + 1), 1.0));
+            state.drift = state.weight * away * c.n;
+        }
+        result.x.setZero();
+        if (follow(Vec6::Zero(), result.x)) result.status = FrictionStatus::Regularized;
+        for (int round = 0; round < kRounds && result.status == FrictionStatus::Regularized; ++round) {
+            const Vec6 regularized = result.x;
+            for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f0 = states_[i].f;
+            if (newton(result.x, kLastSteps)) {
+                result.status = FrictionStatus::Exact;
+                break;
+            }
+            // From the answer of the last round, f⁰ grows to its forces.
+            result.x = regularized;
+            for (std::size_t i = 0; i < m; ++i) {
+                State& state = states_[i];
+                state.drift = forces_[i] - (round ? before_[i] : Vec3::Zero());
+                state.f0 = forces_[i];
+                before_[i] = forces_[i];
+                state.piece = Piece::Open;
+            }
+            if (!follow(problem.wanted, result.x)) {
+                result.x = regularized;
+                for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
+                break;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();
+    result.iterations = evaluations_;
+    result.forces = {forces_.data(), m};
+    return result;
+}
+
+}  // namespace touchstone

@@ -1,0 +1,74 @@
+#pragma once
+// The exact solver for Coulomb friction: an augmented Lagrangian, solved by Newton's method in six unknowns.
+#include <Eigen/LU>
+#include <vector>
+
+#include "haptics/qp/friction.hpp"
+
+namespace touchstone {
+
+/// The forces are f_n = max(0, w_n) and f_t = P(w_t) with w = f⁰ - ρ (s, u) and P the projection on the disc of radius
+/// µ f_n. Newton's method finds the pose at which they balance the springs, and each step corrects f⁰, until w and the
+/// law agree. The unknowns are the pose and not the forces, so redundant contacts do no harm; of several distributions
+/// of force the answer is near the start. Only contacts that carry force or are crossed take part.
+///
+/// If the steps circle, the answers are followed along a path of problems that begins without any contact: the wanted
+/// increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
+/// (x·J'f <= 0), so such a path leads from the only answer of the first problem to an answer of the last, over its
+/// folds. Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the
+/// forces at most kMostEvaluations times. Source: Alart and Curnier 1991, condensed to the pose.
+class ConeNewton final : public FrictionSolver {
+  public:
+    /// Maximum number of evaluations, each O(contacts). The Newton steps take 3 to 20; a path takes 50 to 500. A
+    /// smaller bound leaves more ticks without an exact answer; a larger one makes the longest ticks longer.
+    static constexpr int kMostEvaluations = 1500;
+
+    explicit ConeNewton(int capacity)
+        : states_(std::size_t(capacity)), forces_(std::size_t(capacity)), before_(std::size_t(capacity)) {}
+
+    FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override;
+
+  private:
+    using Mat6 = Eigen::Matrix<double, 6, 6>;
+    enum class Piece : std::uint8_t { Open, Stick, Slide };
+    struct State {
+        Vec3 f0, f;
+        Vec3 drift;                         ///< of w along a path, N: w = f⁰ - ρ (s, u) - (1 - α) drift
+        Vec3 along;                         ///< direction of w_t
+        Mat3 K;                             ///< -∂f/∂(motion of the contact), N/mm
+        double weight;                      ///< ρ, N/mm
+        double normal, tangential, beyond;  ///< w_n, |w_t|, and |w_t| - µ w_n
+        double normalBefore, beyondBefore;
+        Piece piece, pieceBefore;
+        bool takesPart;
+    };
+    /// How evaluate() selects the pieces of the forces.
+    enum class Pieces {
+        Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
+        Held,    ///< likewise, but a contact that slid one way does not slide back
+        ByLaw,
+        Frozen,  ///< as at the last evaluation
+    };
+
+    void begin(const FrictionProblem& problem);
+    Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
+    bool newton(Vec6& x, int limit);
+    bool follow(const Vec6& h0, Vec6& x);
+    double stepToEvent(const Vec6& dx, double dAlpha) const;
+    bool addCrossed(const Vec6& x);
+
+    std::vector<State> states_;
+    std::vector<Vec3> forces_, before_;
+    const FrictionProblem* problem_ = nullptr;
+    double force_ = 0;  ///< scale of the forces, N
+    double lever_ = 0;  ///< at which the two springs are equally stiff, mm
+    int evaluations_ = 0;
+    // Of the last evaluate():
+    Mat6 derivative_;       ///< of the imbalance by x
+    Vec6 push_;             ///< -∂imbalance/∂α, of the drifts
+    double change_ = 0;     ///< greatest |f - f⁰|, N
+    bool changed_ = false;  ///< a contact has another piece than before
+    Eigen::PartialPivLU<Mat6> lu_;
+};
+
+}  // namespace touchstone

@@ -1,0 +1,30 @@
+#include "haptics/qp/friction.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace touchstone {
+
+CoulombResiduals coulombResiduals(const FrictionProblem& problem, const Vec6& x, std::span<const Vec3> forces) {
+    assert(forces.size() == problem.contacts.size());
+    CoulombResiduals r;
+    Vec6 balance = problem.stiffness.cwiseProduct(x - problem.wanted);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+        const FrictionContact& c = problem.contacts[i];
+        const double normal = c.n.dot(forces[i]), s = c.distance(x);
+        const Vec3 tangential = forces[i] - normal * c.n, u = c.slip(x);
+        balance.head<3>() -= forces[i];
+        balance.tail<3>() -= c.r.cross(forces[i]);
+        r.overlap_mm = std::max(r.overlap_mm, -s);
+        r.cone_N = std::max({r.cone_N, tangential.norm() - c.coefficient * normal, -normal});
+        r.complementarity_mJ = std::max(r.complementarity_mJ, std::abs(normal * s));
+        r.direction_mJ = std::max(r.direction_mJ, c.coefficient * normal * u.norm() + tangential.dot(u));
+        r.dissipation_mJ -= tangential.dot(u);
+    }
+    const double lever2 = problem.stiffness.tail<3>().sum() / problem.stiffness.head<3>().sum();
+    r.balance_N = std::sqrt(balance.head<3>().squaredNorm() + balance.tail<3>().squaredNorm() / lever2);
+    return r;
+}
+
+}  // namespace touchstone
