@@ -116,8 +116,16 @@ class ContactList {
     /// Whether the move makes this pair deeper.
     virtual bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const = 0;
 
-    /// Exact gap of one pair at X_OT, mm.
-    virtual double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const = 0;
+    /// Where one pair is nearest at X_OT, computed from the shapes, in the obstacle's frame, mm.
+    struct Nearest {
+        Vec3 onTool;
+        Vec3 normal;  ///< of unit length, from the obstacle to the tool; 0 if they meet in a point
+        double gap;   ///< exact
+    };
+    virtual Nearest nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const = 0;
+    double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
+        return nearest(X_OT, toolLeaf, obstacleLeaf).gap;
+    }
 
     /// The fraction of a course, at most `atMost`, up to which nothing touches; pairs that touch at its start must not
     /// get nearer. A lower bound if the tool turns. Has no precondition.

@@ -314,8 +314,10 @@ bool NeighborList::isDeeper(const Pose& before, const Pose& after, const Overlap
            std::min(gap(before, pair.toolLeaf, pair.obstacleLeaf) - kRounding, -tolerance);
 }
 
-double NeighborList::gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
-    return leafGap(tool_->leaf(toolLeaf), obstacle_->leaf(obstacleLeaf), X_OT);
+ContactList::Nearest NeighborList::nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const {
+    const Sphere tool = tool_->leaf(toolLeaf), obstacle = obstacle_->leaf(obstacleLeaf);
+    const Vec3 center = X_OT * tool.center(), normal = (center - obstacle.center()).normalized();
+    return {center - double(tool.r) * normal, normal, leafGap(tool, obstacle, X_OT)};
 }
 
 double NeighborList::freeShare(const Course& course, double atMost) {

@@ -25,7 +25,7 @@ class NeighborList final : public ContactList {
     bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
-    double gap(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const override;
+    Nearest nearest(const Pose& X_OT, int toolLeaf, int obstacleLeaf) const override;
     double freeShare(const Course& course, double atMost) override;
 
   private:

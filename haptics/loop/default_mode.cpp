@@ -55,13 +55,16 @@ constexpr int kTrials = 64;
 /// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
 constexpr double kViolation = 1e-6;
 
-class DefaultTick {
+class DefaultTick final : RowContacts {
   public:
     DefaultTick(Tick& tick, const Pose& device)
         : tick_(tick), state_(tick.state), settings_(tick.settings), device_(device), flying_(!state_.loaded) {
         for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
         if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
         linearizations_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
+        for (const Obstacle& obstacle : state_.world->obstacles) rubs_ = rubs_ || obstacle.friction.any();
+        rubs_ = rubs_ && settings_.friction && settings_.frictionScale > 0;
+        if (!rubs_) state_.forces.forget();
     }
 
     bool run(Wrench& wrench);
@@ -120,6 +123,10 @@ class DefaultTick {
     bool addHeldRows();
     void holdRows(const Vec6& solved, const Vec6& x);
     bool solve(const Vec6& wanted, Step& step);
+    bool solveWithFriction(const Vec6& wanted, Step& step);
+    Place placeOf(std::uint64_t id) const noexcept override;
+    void addLoadedRows();
+    void recordFriction();
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
     bool isStillDeeper(const Measured& measured, const Vec6& x) const;
@@ -144,6 +151,8 @@ class DefaultTick {
     int reversals_ = 0;                           ///< successive steps that took back the one before
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
+    bool rubs_ = false;                           ///< there is friction
+    bool held_ = false;                           ///< no forces with friction were found
     bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
     Vec6 lastMove_ = Vec6::Zero();                ///< the last move of this tick
@@ -290,12 +299,14 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     const double base = settings_.adaptiveMargin ? kBaseMargin * settings_.margin : settings_.margin;
     if (!collectRows(base)) return Found::Failure;
+    if (rubs_) addLoadedRows();
     // Between meshes, a trial step that reaches far crosses pairs that the answer never comes near.
     double reach = ofFeatures_ ? kFirstReach : INFINITY;
     clear_.setConstant(NAN);
     bool done = false;
     for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
+        if (held_) return Found::Blocked;
         cycling_ = cycling_ || (reversals_ > 0 && state_.rows.size() && takesBack(step.x));
         if (cycling_ && addHeldRows()) continue;
         Crossed crossed = Crossed::Nothing;
@@ -401,6 +412,7 @@ void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
+    if (rubs_) return solveWithFriction(wanted, step);
     const QpProblem problem{tick_.stiffness(), wanted, &state_.rows};
     const SolverSettings limits = solverSettings(settings_);
     const bool exact = solverTable()[settings_.solver].exact;
@@ -445,6 +457,84 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     step.elastic = result.status == SolveStatus::Elastic;
     step.slack = step.elastic ? result.slack : 0;
     return true;
+}
+
+/// Adds the rows of features that carry force and that no step has crossed: friction can hold a tool that nothing
+/// pushes. Leaves have a row wherever they are near.
+void DefaultTick::addLoadedRows() {
+    RowSet& added = state_.crossedRows;
+    added.clear();
+    for (const ContactForces::Contact& contact : state_.forces.loaded()) {
+        const int k = obstacleOf(contact.id);
+        const ContactList& list = *state_.lists[k];
+        if (!list.ofFeatures() || list.suspended() || state_.rows.find(contact.id) >= 0) continue;
+        const ContactList::Nearest at =
+            list.nearest(state_.inObstacle(k, state_.graphic), toolLeafOf(contact.id), obstacleLeafOf(contact.id));
+        if (at.gap < list.distance() / 4 || at.gap > trust_) continue;
+        const Vec3 n = state_.R_WO[k] * at.normal, r = state_.X_WO[k] * at.onTool - state_.graphic.p;
+        Vec6 row;
+        row << n, r.cross(n);
+        // A tool that is nearer than the distance that is kept stays there: the crossings see to it.
+        added.push(row, std::max(0.0, at.gap - list.distance()), contact.id);
+    }
+    state_.rows.merge(added);
+}
+
+RowContacts::Place DefaultTick::placeOf(std::uint64_t id) const noexcept {
+    const int k = obstacleOf(id);
+    const Pose X_OT = state_.inObstacle(k, state_.graphic);
+    const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
+    const Vec3 p_T = X_OT.inverse() * p_O;
+    const Friction& friction = state_.world->obstacles[k].friction;
+    return {state_.X_WO[k] * p_O - state_.graphic.p,
+            state_.courses[k].X_OT == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - state_.courses[k].X_OT * p_T)),
+            settings_.frictionScale * std::max(friction.atRest, friction.sliding),
+            settings_.frictionScale * friction.sliding};
+}
+
+bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
+    const std::uint64_t start = tick_.now();
+    const QpProblem problem{tick_.stiffness(), wanted, &state_.rows};
+    const ContactForces::Result result =
+        state_.forces.solve(problem, solverSettings(settings_), *this, *state_.projector);
+    TickRecord& record = tick_.record;
+    record.iterations += result.iterations;
+    record.status = std::max(record.status, result.status);
+    solvedRows_ = state_.rows.size();
+    tick_.addTime(record.solveUs, start);
+    if (result.status == SolveStatus::Invalid) return false;
+    if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
+    if (result.friction == FrictionStatus::Regularized) record.flags |= kFrictionSoft;
+    held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
+    CoulombResiduals& worst = record.coulomb;
+    worst.balance_N = std::max(worst.balance_N, result.residuals.balance_N);
+    worst.overlap_mm = std::max(worst.overlap_mm, result.residuals.overlap_mm);
+    worst.cone_N = std::max(worst.cone_N, result.residuals.cone_N);
+    worst.complementarity_mJ = std::max(worst.complementarity_mJ, result.residuals.complementarity_mJ);
+    worst.direction_mJ = std::max(worst.direction_mJ, result.residuals.direction_mJ);
+    worst.dissipation_mJ = result.residuals.dissipation_mJ;  // of the whole slip since the tick began
+
+    state_.contacts.clear();
+    for (const ContactForces::Contact& contact : state_.forces.loaded())
+        state_.contacts.push_back({contact.id, contact.normal.dot(contact.force)});
+    step.x = step.rendered = result.x;
+    step.length = state_.lengthOf(step.x);
+    step.reachesDevice = step.x == wanted;
+    step.elastic = result.status == SolveStatus::Elastic;
+    step.slack = step.elastic ? result.slack : 0;
+    return true;
+}
+
+void DefaultTick::recordFriction() {
+    TickRecord& record = tick_.record;
+    Vec3 friction = Vec3::Zero();
+    for (const ContactForces::Contact& contact : state_.forces.loaded()) {
+        if (!state_.world->obstacles[obstacleOf(contact.id)].friction.any()) continue;
+        (contact.slides ? record.sliding : record.sticking) += 1;
+        record.slip = std::max(record.slip, contact.slip);
+        friction += contact.force - contact.normal * contact.normal.dot(contact.force);
+    }
+    record.frictionForce = friction.norm();
 }
 
 /// For rows that contradict each other, if the softened answer would deepen an overlap: solves with every negative gap
@@ -509,7 +599,10 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     };
     Vec6 x = capped(step.x);
     if (contact) {
-        if (state_.rows.size() == 0) state_.contacts.clear();
+        if (state_.rows.size() == 0) {
+            state_.contacts.clear();
+            state_.forces.clear();
+        }
         // Where surfaces bend more than the springs resist, each linearization overshoots by the same ratio to the
         // last: the secant leads to where they meet.
         reversals_ = ofFeatures_ && takesBack(x) ? reversals_ + 1 : 0;
@@ -539,6 +632,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         tick_.record.penetration = measured.depth;
     } else {
         state_.contacts.clear();
+        state_.forces.clear();
         tick_.record.penetration = 0;
     }
     if (contact && ofFeatures_)
@@ -595,6 +689,15 @@ bool DefaultTick::run(Wrench& wrench) {
         stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer
         shortened = moved + kArrived < step.length;
     }
+    if (held_) {
+        // The force of the last tick holds the tool at its place inside the cones; that of the springs would not.
+        if (state_.pushing >= 0) return false;
+        state_.graphic = start;
+        state_.forces.restartTick();
+        tick_.record.flags |= kFrictionHeld;
+        wrench = state_.wrench;
+        tick_.loaded = !wrench.isZero();
+    }
     // Linearizations that lead to and fro must not shake a device at rest.
     if (rests && energyAt(start) <= energyAt(state_.graphic) + tick_.stiffness()[0] * kArrived * kArrived / 2) {
         state_.graphic = start;
@@ -609,7 +712,8 @@ bool DefaultTick::run(Wrench& wrench) {
         state_.courses[k] = Course::between(state_.courses[k].X_OT, X_OT, state_.p_TC);
         state_.courses[k].X_OT = X_OT;
     }
-    wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
+    if (!held_) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
+    if (rubs_) recordFriction();
     return true;
 }
 

@@ -97,6 +97,13 @@ constexpr Row kRows[] = {
       "0: 12 between meshes, 2 between spheres",
       0, 64, SettingGroup::Contact, "Linearizations", 0, 16},
      &Settings::linearisations},
+    {{"friction", "",
+      "on: parts whose materials have friction stick and slip, in default mode; off: every part is frictionless", 0, 0,
+      SettingGroup::Contact, "Friction"},
+     &Settings::friction},
+    {{"friction_scale", "", "factor on all coefficients of friction; with a larger value parts stick and jam sooner", 0,
+      100, SettingGroup::Contact, "Friction scale", 0, 3},
+     &Settings::frictionScale},
     {{"adaptive_margin", "",
       "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "
       "which "

@@ -54,6 +54,8 @@ struct Settings {
     /// Maximum number of linearizations in a tick that begins with force; 0: linearizationsOf(). Spelled as the key in
     /// scene files and recordings.
     int linearisations = 0;
+    bool friction = true;        ///< friction of the parts' materials, in default mode
+    double frictionScale = 1;    ///< factor on all coefficients of friction
     bool adaptiveMargin = true;  ///< solve only with the rows that the step would cross
     /// w of ½ w s² when rows contradict each other, for rows of unit length in the metric of G. Chosen by measurement.
     double elasticWeight = 1000;

@@ -84,6 +84,8 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
+    s.forces.forget();
+    s.wrench = {};
     for (auto* lists : {&s.leafLists, &s.featureLists})
         for (auto& list : *lists)
             if (list) list->forget();
@@ -286,6 +288,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     s.place(k, X_WO);
     s.graphic = graphic;
     s.obstacleTravel = 0;
+    s.forces.restartTick();
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;
     tick.record.flags = kObstacleHeld | (tried.flags & kOverlapping);
@@ -337,7 +340,12 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
             hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
         }
     }
-    if (hold) wrench = {};
+    if (hold) {
+        wrench = {};
+        state.forces.forget();
+    }
+    state.forces.endTick();
+    state.wrench = wrench;
     state.device = device;
     state.loaded = !hold && tick.loaded && !wrench.isZero();  // as resume() finds it in a record
 

@@ -9,6 +9,7 @@
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/loop/settings.hpp"
 #include "haptics/loop/world.hpp"
+#include "haptics/qp/friction.hpp"
 #include "haptics/threads/stage_clock.hpp"
 
 namespace touchstone {
@@ -30,6 +31,8 @@ enum TickFlag : std::uint32_t {
     kProjected = 1 << 10,     ///< an approximate answer was projected onto the rows
     kPaused = 1 << 11,        ///< the setting `pause` held the tool
     kObstacleHeld = 1 << 12,  ///< a moving obstacle stayed where it was because the tool could not move out of its way
+    kFrictionSoft = 1 << 14,  ///< friction was solved inside the cones, but contacts gave way by some 0.1 µm
+    kFrictionHeld = 1 << 15,  ///< no forces with friction were found: tool and force stay as the last tick left them
     kOverlapping = 1 << 13,  ///< meshes overlap, as at the start: the tool passes through that obstacle until it is out
 };
 
@@ -83,6 +86,11 @@ struct TickRecord {
     double hover = 0;        ///< greatest true gap over loaded contacts after the move, mm
     double penetration = 0;  ///< deepest overlap of the listed pairs after the move, mm
     KktResiduals kkt;        ///< worst over the tick's linearizations
+
+    int sticking = 0, sliding = 0;  ///< loaded contacts with friction, at the tick's end
+    double slip = 0;                ///< greatest of a loaded contact in this tick, mm
+    double frictionForce = 0;       ///< size of the sum of all friction forces, N
+    CoulombResiduals coulomb;       ///< worst over the tick's linearizations; all 0 without friction
 
     int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;  ///< cut: removed by screening or by shadow_rows
     SolveStatus shadowStatus = SolveStatus::Solved;

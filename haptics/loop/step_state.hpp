@@ -6,6 +6,7 @@
 #include "haptics/collision/clearance.hpp"
 #include "haptics/collision/neighbor_list.hpp"
 #include "haptics/loop/step.hpp"
+#include "haptics/qp/contact_forces.hpp"
 #include "haptics/surface/feature_list.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 
@@ -83,6 +84,8 @@ struct StepState::Impl {
     // Remembered from tick to tick.
     std::uint64_t tick = 0;
     Pose graphic, device;
+    Wrench wrench;                ///< of the last tick, about C
+    ContactForces forces;         ///< with friction
     bool loaded = false;          ///< the last tick put force on the hand (Tick::loaded)
     std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
     /// Answers of the last two ticks, newest first, by linearization; the last entry serves all later linearizations.

@@ -13,8 +13,8 @@ namespace touchstone {
 
 inline constexpr std::size_t kMaxObstacles = 255;  // a contact's identity keeps eight bits for the obstacle
 
-/// Coulomb friction of a pair of parts: a contact that sticks holds a tangential force up to atRest F_n, one that slides
-/// resists with sliding F_n. Both 0: no friction.
+/// Coulomb friction of a pair of parts: a contact that sticks holds a tangential force up to atRest F_n, one that
+/// slides resists with sliding F_n. Both 0: no friction.
 struct Friction {
     double atRest = 0, sliding = 0;
     bool any() const { return atRest > 0 || sliding > 0; }

@@ -17,8 +17,9 @@ constexpr int kSteps = 20, kLastSteps = 40;
 /// would otherwise send it to and fro.
 constexpr int kHeldSteps = 16;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
-/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-12 mm for 1 N.
-constexpr double kBalanced = 1e-11, kSettled = 1e-8;
+/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N. Of contacts that contradict each
+/// other by rounding, the forces drift for ever by up to kDrifting.
+constexpr double kBalanced = 1e-11, kSettled = 1e-10, kDrifting = 1e-8;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
 /// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
@@ -48,7 +49,7 @@ void ConeNewton::begin(const FrictionProblem& problem) {
     for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
         const FrictionContact& c = problem.contacts[i];
         State& state = states_[i];
-        state = {};
+        state.piece = Piece::Open;
         state.f0 = state.f = c.startForce;
         state.drift = state.along = Vec3::Zero();
         state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
@@ -83,6 +84,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             state.tangential = size;
             state.beyond = size - limit;
             piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
+            if (pieces == Pieces::Stick) piece = Piece::Stick;
             if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
                 along.dot(state.along) < 0)
                 piece = Piece::Stick;
@@ -143,11 +145,15 @@ bool ConeNewton::addCrossed(const Vec6& x) {
 }
 
 /// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
-bool ConeNewton::newton(Vec6& x, int limit) {
+bool ConeNewton::newton(Vec6& x, int limit, Pieces first) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
+    double before = 0;
     for (int i = 0, left = limit; left > 0; ++i, --left) {
-        const Vec6 imbalance = evaluate(x, problem_->wanted, 0, i < kHeldSteps ? Pieces::Held : Pieces::Newton);
-        if (sizeOf(imbalance, lever_) <= balanced && change_ <= kSettled * force_ && !changed_) {
+        const Pieces pieces = i == 0 && first == Pieces::Stick ? Pieces::Stick : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
+        const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
+        const bool settled = change_ <= kSettled * force_ || (change_ <= kDrifting * force_ && change_ > before / 2);
+        before = change_;
+        if (sizeOf(imbalance, lever_) <= balanced && settled && !changed_ && pieces != Pieces::Stick) {
             if (!addCrossed(x)) return true;
             left = limit;
             i = 0;
@@ -246,7 +252,8 @@ bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
             if (!y.allFinite()) break;
         }
         double share = 0.5;
-        if (onPath && sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) > kPastEvent * force_) {
+        if (onPath && sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) >
+                          (last ? 10 * kOnPath : kPastEvent) * force_) {
             // The step went past an event that the curved path meets earlier.
             onPath = false;
             double least = 1;
@@ -279,7 +286,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     begin(problem);
     FrictionResult result;
     result.x = start;
-    result.status = newton(result.x, kSteps) ? FrictionStatus::Exact : FrictionStatus::None;
+    result.status = newton(result.x, kSteps, Pieces::Stick) ? FrictionStatus::Exact : FrictionStatus::None;
     if (result.status != FrictionStatus::Exact) {
         for (std::size_t i = 0; i < m; ++i) {
             const FrictionContact& c = problem.contacts[i];
@@ -297,7 +304,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         for (int round = 0; round < kRounds && result.status == FrictionStatus::Regularized; ++round) {
             const Vec6 regularized = result.x;
             for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f0 = states_[i].f;
-            if (newton(result.x, kLastSteps)) {
+            if (newton(result.x, kLastSteps, Pieces::Held)) {
                 result.status = FrictionStatus::Exact;
                 break;
             }

@@ -44,6 +44,7 @@ class ConeNewton final : public FrictionSolver {
     };
     /// How evaluate() selects the pieces of the forces.
     enum class Pieces {
+        Stick,   ///< what pushes sticks: the start, from which slipping contacts are released
         Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
         Held,    ///< likewise, but a contact that slid one way does not slide back
         ByLaw,
@@ -52,7 +53,7 @@ class ConeNewton final : public FrictionSolver {
 
     void begin(const FrictionProblem& problem);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
-    bool newton(Vec6& x, int limit);
+    bool newton(Vec6& x, int limit, Pieces first);
     bool follow(const Vec6& h0, Vec6& x);
     double stepToEvent(const Vec6& dx, double dAlpha) const;
     bool addCrossed(const Vec6& x);

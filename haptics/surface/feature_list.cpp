@@ -205,8 +205,9 @@ bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap&
                            : crossingOf({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_)).has_value();
 }
 
-double FeatureList::gap(const Pose& X_OT, int toolFeature, int obstacleFeature) const {
-    return pairs().nearest(X_OT, {toolFeature, obstacleFeature}).distance();
+ContactList::Nearest FeatureList::nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const {
+    const NearestPoints points = pairs().nearest(X_OT, {toolFeature, obstacleFeature});
+    return {points.onTool, (points.onTool - points.onObstacle).normalized(), points.distance()};
 }
 
 /// A course is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs

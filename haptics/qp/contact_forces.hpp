@@ -1,0 +1,73 @@
+#pragma once
+// The contact forces with friction: which rows carry them, and what is remembered from tick to tick.
+#include <vector>
+
+#include "haptics/qp/cone_newton.hpp"
+#include "haptics/qp/solver.hpp"
+
+namespace touchstone {
+
+/// What the owner of the rows knows of their contacts.
+class RowContacts {
+  public:
+    virtual ~RowContacts() = default;
+    struct Place {
+        Vec3 r = Vec3::Zero();           ///< the contact point from C, mm; only its part along the normal is used
+        Vec3 slipped = Vec3::Zero();     ///< FrictionContact::slipped
+        double atRest = 0, sliding = 0;  ///< the coefficients of friction
+    };
+    virtual Place placeOf(std::uint64_t id) const noexcept = 0;
+};
+
+/// Solves a tick's QpProblem with friction. Only contacts that carry force need their place: those that did in the last
+/// tick, and those that an answer crosses. A contact that stuck in the last tick has the coefficient at rest, one that
+/// slid the other; a new one slides if another contact of its obstacle did. Real time: as FrictionSolver.
+class ContactForces {
+  public:
+    /// Maximum number of contacts in a solve; flat parts touch at some dozens. If more are crossed, the solve fails.
+    static constexpr int kMaxContacts = 256;
+
+    ContactForces() : solver_(kMaxContacts) {
+        contacts_.reserve(kMaxContacts);
+        last_.reserve(kMaxContacts);
+        before_.reserve(kMaxContacts);
+    }
+
+    struct Contact {
+        std::uint64_t id = 0;
+        Vec3 force = Vec3::Zero();   ///< on the tool, N
+        Vec3 normal = Vec3::Zero();  ///< from the obstacle to the tool
+        double slip = 0;             ///< since the tick began, mm
+        bool slides = false;
+    };
+    struct Result {
+        SolveStatus status = SolveStatus::Invalid;  ///< Elastic: there is no friction in the answer
+        FrictionStatus friction = FrictionStatus::None;
+        Vec6 x = Vec6::Zero();
+        int iterations = 0;
+        double slack = 0;  ///< as in SolveResult
+        CoulombResiduals residuals;
+    };
+    /// `frictionless`: the exact solver, which answers first where nothing is remembered.
+    Result solve(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
+                 Solver& frictionless) noexcept;
+    /// Contacts with force in the last solve(), or else in the last tick.
+    std::span<const Contact> loaded() const noexcept { return last_; }
+    /// Keeps the contacts of the last solve() for the next tick.
+    void endTick() noexcept;
+    /// Nothing touches.
+    void clear() noexcept { last_.clear(); }
+    /// Forgets the solves since the last endTick().
+    void restartTick() noexcept { last_ = before_; }
+    void forget() noexcept { last_.clear(), before_.clear(); }
+
+  private:
+    bool add(const QpProblem& problem, const RowContacts& rows, int row, const Vec3& force) noexcept;
+
+    ConeNewton solver_;
+    std::vector<FrictionContact> contacts_;
+    std::vector<Contact> last_;    ///< of the last solve
+    std::vector<Contact> before_;  ///< of the last tick
+};
+
+}  // namespace touchstone

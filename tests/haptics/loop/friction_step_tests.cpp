@@ -1,0 +1,280 @@
+// The tick with friction, judged by Coulomb's law.
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "haptics/loop/step.hpp"
+#include "tests/support/alloc_count.hpp"
+#include "tests/support/mesh_world.hpp"
+#include "tests/support/random.hpp"
+#include "tests/support/wandering_hand.hpp"
+
+namespace touchstone::friction_step_tests {
+
+using namespace touchstone::test;
+
+namespace {
+
+constexpr double kDistance = 0.002;
+
+World with(World world, const Friction& friction) {
+    world.obstacles[0].friction = friction;
+    return world;
+}
+
+/// A block of 10 x 10 x 4 mm that rests on a plane at z = 0, as meshes or as leaves.
+World blockOnPlane(Geometry geometry, const Friction& friction) {
+    if (geometry == Geometry::Mesh)
+        return with(meshWorld(centeredBox(10, 10, 4), centeredBox(100, 100, 6), at(0, 0, 5 + kDistance)), friction);
+    const auto feet = treeOf({{-4, -4, 0, 2}, {4, -4, 0, 2}, {-4, 4, 0, 2}, {4, 4, 0, 2}});
+    return with(worldOf(feet, treeOf({{0, 0, -1e6f, 1e6f}}), at(0, 0, 2)), friction);
+}
+
+/// Leads the device along a line in steps of at most `by` mm; returns the last tick.
+TickRecord lead(const World& world, StepState& state, const Settings& settings, Pose& device, const Vec3& to,
+                double by = 0.01) {
+    TickRecord record;
+    const Vec3 from = device.p;
+    const int steps = std::max(1, int(std::ceil((to - from).norm() / by)));
+    for (int i = 1; i <= steps; ++i) {
+        device.p = from + (to - from) * (double(i) / steps);
+        record = step(world, settings, {device}, state);
+    }
+    return record;
+}
+
+double friction(const TickRecord& record) { return record.wrench_C.force.head<2>().norm(); }
+
+}  // namespace
+
+TEST_CASE("friction: a block holds up to the coefficient at rest, slides against the other, and the force opposes it",
+          "[step][friction]") {
+    const World world = blockOnPlane(Geometry::Mesh, {0.5, 0.3});
+    const Settings settings = settingsFor(Geometry::Mesh);
+    for (int k = 0; k < 64; ++k) {
+        const double angle = 2 * std::numbers::pi * k / 64;
+        const Vec3 along(std::cos(angle), std::sin(angle), 0);
+        CAPTURE(k);
+        StepState state(world);
+        Pose device = world.X_WT_start;
+        const Pose start = lead(world, state, settings, device, device.p - Vec3(0, 0, 2)).X_WT;
+        double held = 0, slid = 0;
+        TickRecord record, before;
+        for (int i = 0; i < 1000; ++i) {
+            device.p += 0.0023 * along;
+            before = record;
+            record = step(world, settings, {device}, state);
+            const double ratio = friction(record) / record.wrench_C.force.z();
+            if (record.sliding == 0)
+                held = std::max(held, ratio);
+            else
+                slid = ratio;
+            // What sticks does not creep.
+            if (record.sliding == 0) REQUIRE((record.X_WT.p - start.p).norm() < 1e-8);
+        }
+        CHECK(held <= 0.5 * (1 + 1e-6));
+        CHECK(held > 0.5 - 0.0023 / 2);  // one more step of the device exceeds it
+        CHECK(slid == Approx(0.3).epsilon(1e-6));
+        CHECK(record.wrench_C.force.z() == Approx(2).epsilon(1e-6));
+        CHECK(record.sliding >= 3);
+        const Vec3 slip = (record.X_WT.p - before.X_WT.p).normalized();
+        CHECK((record.wrench_C.force.head<2>().normalized() + slip.head<2>()).norm() < 1e-6);
+    }
+}
+
+TEST_CASE("friction: on an incline a block holds below the angle of friction and slides above it",
+          "[step][friction]") {
+    const auto geometry = GENERATE(Geometry::Mesh, Geometry::Spheres);
+    const double mu = GENERATE(0.1, 0.4, 1.0);
+    CAPTURE(int(geometry), mu);
+    const World world = blockOnPlane(geometry, {mu, mu});
+    for (const double off : {-1e-6, 1e-6}) {
+        StepState state(world);
+        Pose device = world.X_WT_start;
+        const Settings settings = settingsFor(geometry);
+        const Pose start = lead(world, state, settings, device, device.p + Vec3(0, 0, -1)).X_WT;
+        TickRecord record = lead(world, state, settings, device, device.p + Vec3(mu * (1 + off), 0, 0));
+        for (int i = 0; i < 20; ++i) record = step(world, settings, {device}, state);
+        const double moved = record.X_WT.p.x() - start.p.x();
+        if (off < 0)
+            CHECK(std::abs(moved) < 1e-9);
+        else
+            CHECK(moved == Approx(mu * off).epsilon(0.01));  // until the spring pulls no more than friction holds
+        CHECK(friction(record) == Approx(mu * (1 + std::min(off, 0.0))).epsilon(1e-7));
+    }
+}
+
+TEST_CASE("friction: a block that sticks does not creep however the hand trembles", "[step][friction]") {
+    const World world = blockOnPlane(Geometry::Mesh, {0.5, 0.5});
+    const Settings settings = settingsFor(Geometry::Mesh);
+    StepState state(world);
+    Pose device = world.X_WT_start;
+    const double normal = 3;
+    Pose start = lead(world, state, settings, device, device.p + Vec3(0, 0, -normal)).X_WT;
+    const TickRecord pressed = lead(world, state, settings, device, device.p + Vec3(0.9 * 0.5 * normal, 0, 0));
+    start = pressed.X_WT;
+    Random random(7);
+    double creep = 0;
+    for (int tick = 0; tick < 60'000; ++tick) {
+        const Pose noisy{device.p + 0.005 * random.vector(), expRotation(1e-4 * random.vector()) * device.q};
+        const TickRecord record = step(world, settings, {noisy}, state);
+        REQUIRE((record.flags & (kFrictionHeld | kFrictionSoft)) == 0);
+        creep = std::max(creep, (record.X_WT.p - start.p).norm());
+    }
+    CHECK(creep <= 1e-6);
+    CHECK(pressed.wrench_C.force.x() == Approx(-0.9 * 0.5 * normal).epsilon(1e-6));
+}
+
+TEST_CASE("friction: a wedge that was pressed in stays if its half angle is below that of friction",
+          "[step][friction]") {
+    // Two walls that lean outward by 0.1 rad; the wedge fits between them.
+    const double half = 0.1;
+    const auto wedge = [&](double bottom, double top, double z0, double z1) {
+        TriangleMesh m = centeredBox(1, 10, 1);
+        for (Vec3& p : m.vertices) {
+            const double width = p.z() < 0 ? bottom : top;
+            p = Vec3(p.x() < 0 ? -width : width, p.y(), p.z() < 0 ? z0 : z1);
+        }
+        return m;
+    };
+    const double slope = std::tan(half);
+    TriangleMesh walls = moved(centeredBox(20, 30, 20), 1, Vec3(0, 0, -10));
+    // Each wall is a box of which the inner side leans.
+    for (const double side : {-1.0, 1.0}) {
+        TriangleMesh wall = centeredBox(1, 30, 1);
+        for (Vec3& p : wall.vertices) {
+            const double z = p.z() < 0 ? 0 : 20;
+            const bool inner = p.x() * side < 0;
+            p = Vec3(side * (inner ? 3 + slope * z : 9), p.y(), z);
+        }
+        walls = joined(walls, wall);
+    }
+    for (const double mu : {0.8 * slope, 1.25 * slope}) {
+        CAPTURE(mu);
+        const World world =
+            with(meshWorld(wedge(4, 4 + 10 * slope, 0, 10), walls, at(0, 0, 11)), {mu, mu});
+        const Settings settings = settingsFor(Geometry::Mesh);
+        StepState state(world);
+        Pose device = world.X_WT_start;
+        const TickRecord pressed = lead(world, state, settings, device, Vec3(0, 0, 5));
+        CHECK(pressed.wrench_C.force.z() > 3);
+        const double rest = pressed.X_WT.p.z();
+        // The hand lets go, then pulls with 0.05 N.
+        TickRecord record = lead(world, state, settings, device, Vec3(0, 0, rest));
+        record = lead(world, state, settings, device, Vec3(0, 0, rest + 0.05));
+        for (int i = 0; i < 50; ++i) record = step(world, settings, {device}, state);
+        if (mu > slope)
+            CHECK(record.X_WT.p.z() == Approx(rest).margin(1e-6));
+        else
+            CHECK(record.X_WT.p.z() > rest + 0.04);
+    }
+}
+
+TEST_CASE("friction: an obstacle that moves drags the tool along", "[step][friction]") {
+    for (const double mu : {0.0, 0.5}) {
+        const World world = blockOnPlane(Geometry::Mesh, {mu, mu});
+        const Settings settings = settingsFor(Geometry::Mesh);
+        StepState state(world);
+        Pose device = world.X_WT_start;
+        lead(world, state, settings, device, device.p + Vec3(0, 0, -2));
+        const std::vector<Pose> target{at(0.4, 0, 0)};
+        TickRecord record;
+        for (int i = 0; i < 50; ++i) { record = step(world, settings, {device, {}, target}, state);
+ if(i<5) printf("%d x %.9f ob %.9f flags %x it %d lin %d stick %d slide %d slip %g fz %g fx %g\n", i, record.X_WT.p.x(), state.obstacles()[0].p.x(), record.flags, record.iterations, record.linearisations, record.sticking, record.sliding, record.slip, record.wrench_C.force.z(), record.wrench_C.force.x());}
+        CHECK(state.obstacles()[0].p.x() == Approx(0.4));
+        CHECK(record.X_WT.p.x() == Approx(mu > 0 ? 0.4 : 0).margin(1e-6));
+    }
+}
+
+TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer obeys the law", "[step][friction]") {
+    struct Case {
+        const char* name;
+        TriangleMesh tool, obstacle;
+        double size;
+    };
+    const std::vector<Case> cases{
+        {"blob and blob", blobMesh(4, 24, 13), blobMesh(5, 22, 11), 6},
+        {"bar in a ring", centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), 4},
+        {"cylinder and box", cylinderMesh(3, 6), centeredBox(7, 6, 5), 5},
+    };
+    const auto which = GENERATE(range(0, 3));
+    const double mu = GENERATE(0.2, 0.5, 0.9);
+    const Case& c = cases[which];
+    CAPTURE(c.name, mu);
+    const World world = with(meshWorld(c.tool, c.obstacle, at(0, 0, 30)), {mu, mu});
+    const Settings settings = settingsFor(Geometry::Mesh);
+    StepState state(world);
+    WanderingHand hand(unsigned(41 + which), c.size);
+    int loaded = 0, sticking = 0, soft = 0, held = 0;
+    for (int tick = 0; tick < 3000; ++tick) {
+        const TickRecord record = step(world, settings, {hand.next()}, state);
+        REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
+        REQUIRE(record.coulomb.balance_N < 1e-6);
+        REQUIRE(record.coulomb.cone_N < 1e-6);
+        loaded += !record.wrench_C.isZero();
+        sticking += record.sticking > 0;
+        soft += (record.flags & kFrictionSoft) != 0;
+        held += (record.flags & kFrictionHeld) != 0;
+        if (record.flags & (kFrictionSoft | kFrictionHeld)) continue;
+        REQUIRE(record.coulomb.complementarity_mJ < 1e-6);
+        REQUIRE(record.coulomb.direction_mJ < 1e-6);
+        REQUIRE(record.coulomb.dissipation_mJ > -1e-8);
+    }
+    CAPTURE(loaded, sticking, soft, held);
+    CHECK(sticking > loaded / 10);
+    CHECK(soft <= loaded / 20);
+    CHECK(held <= loaded / 500);
+}
+
+TEST_CASE("friction: without coefficients, or switched off, the tick is that of a frictionless world to the bit",
+          "[step][friction]") {
+    const auto hashOf = [](const Friction& friction, bool on, double scale) {
+        const World world = with(meshWorld(centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), at(0, 0, 30)), friction);
+        Settings settings = settingsFor(Geometry::Mesh);
+        settings.friction = on;
+        settings.frictionScale = scale;
+        StepState state(world);
+        WanderingHand hand(3, 4);
+        std::uint64_t hash = 0;
+        for (int tick = 0; tick < 1000; ++tick) hash = hashTick(step(world, settings, {hand.next()}, state), hash);
+        return hash;
+    };
+    const std::uint64_t without = hashOf({}, true, 1);
+    CHECK(hashOf({0.4, 0.4}, false, 1) == without);
+    CHECK(hashOf({0.4, 0.4}, true, 0) == without);
+    const std::uint64_t rough = hashOf({0.4, 0.4}, true, 1);
+    CHECK(rough != without);
+    CHECK(hashOf({0.4, 0.4}, true, 1) == rough);
+    CHECK(hashOf({0.8, 0.8}, true, 0.5) == rough);
+}
+
+TEST_CASE("friction: ticks allocate nothing, whatever the settings", "[step][friction]") {
+    Random random(11);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int world = 0; world < 20; ++world) {
+        const double sliding = 1.2 * unit(random.engine);
+        const World w = with(withMeshes(worldOf(blob(300, 15, 6), blob(300, 20, 7), at(0, 45, 0)), blobMesh(15, 24, 13),
+                                        blobMesh(20, 22, 11)),
+                             {sliding + 0.5 * unit(random.engine), sliding});
+        StepState state(w);
+        WanderingHand hand(unsigned(world), 25);
+        Settings settings = settingsFor(world % 2 ? Geometry::Mesh : Geometry::Spheres);
+        std::vector<Pose> targets{Pose{}};
+        for (int tick = 0; tick < 500; ++tick) {
+            if (tick % 10 == 0) {
+                settings.stiffness = std::pow(10, -1 + 2 * unit(random.engine));
+                settings.torsion = std::pow(10, 2 + 2 * unit(random.engine));
+                settings.frictionScale = 2 * unit(random.engine);
+                settings.rate = 250 + 3000 * unit(random.engine);
+                if (tick % 50 == 0) targets[0] = at(unit(random.engine), unit(random.engine), unit(random.engine));
+            }
+            const Pose device = hand.next();
+            const AllocationCounter allocations;
+            const TickRecord record = step(w, settings, {device, {}, targets}, state);
+            REQUIRE(allocations.count() == 0);
+            REQUIRE((record.flags & kNonFinite) == 0);
+            REQUIRE(record.wrench_C.isFinite());
+        }
+    }
+}
+
+}  // namespace touchstone::friction_step_tests
