@@ -55,6 +55,9 @@ constexpr int kTrials = 64;
 /// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
 constexpr double kViolation = 1e-6;
 
+/// Features that carried force still touch if their distance is at most this multiple of the one that is kept.
+constexpr double kTouching = 1.001;
+
 class DefaultTick final : RowContacts {
   public:
     DefaultTick(Tick& tick, const Pose& device)
@@ -468,14 +471,17 @@ void DefaultTick::addLoadedRows() {
         const int k = obstacleOf(contact.id);
         const ContactList& list = *state_.lists[k];
         if (!list.ofFeatures() || list.suspended() || state_.rows.find(contact.id) >= 0) continue;
-        const ContactList::Nearest at =
-            list.nearest(state_.inObstacle(k, state_.graphic), toolLeafOf(contact.id), obstacleLeafOf(contact.id));
-        if (at.gap < list.distance() / 4 || at.gap > trust_) continue;
-        const Vec3 n = state_.R_WO[k] * at.normal, r = state_.X_WO[k] * at.onTool - state_.graphic.p;
+        const Pose before = state_.before(k, state_.graphic), now = state_.inObstacle(k, state_.graphic);
+        const ContactList::Nearest at = list.nearest(before, toolLeafOf(contact.id), obstacleLeafOf(contact.id));
+        // Features that have left each other may stand beside each other, where the line between them is no normal.
+        if (at.gap < list.distance() / 4 || at.gap > list.distance() * kTouching) continue;
+        const Vec3 p = now * (before.inverse() * at.onTool);
+        const Vec3 n = state_.R_WO[k] * at.normal, r = state_.X_WO[k] * p - state_.graphic.p;
         Vec6 row;
         row << n, r.cross(n);
         // A tool that is nearer than the distance that is kept stays there: the crossings see to it.
-        added.push(row, std::max(0.0, at.gap - list.distance()), contact.id);
+        const double gap = std::max(0.0, at.gap - list.distance()) + at.normal.dot(p - at.onTool);
+        added.push(row, gap, contact.id);
     }
     state_.rows.merge(added);
 }

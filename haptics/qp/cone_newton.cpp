@@ -253,7 +253,7 @@ bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
         }
         double share = 0.5;
         if (onPath && sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) >
-                          (last ? 10 * kOnPath : kPastEvent) * force_) {
+                          (last ? kOnPath : kPastEvent) * force_) {
             // The step went past an event that the curved path meets earlier.
             onPath = false;
             double least = 1;
