@@ -494,8 +494,7 @@ RowContacts::Place DefaultTick::placeOf(std::uint64_t id) const noexcept {
     const Friction& friction = state_.world->obstacles[k].friction;
     return {state_.X_WO[k] * p_O - state_.graphic.p,
             state_.courses[k].X_OT == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - state_.courses[k].X_OT * p_T)),
-            settings_.frictionScale * std::max(friction.atRest, friction.sliding),
-            settings_.frictionScale * friction.sliding};
+            settings_.frictionScale * friction.atRest, settings_.frictionScale * friction.sliding};
 }
 
 bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
@@ -512,13 +511,7 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
     if (result.friction == FrictionStatus::Regularized) record.flags |= kFrictionSoft;
     held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
-    CoulombResiduals& worst = record.coulomb;
-    worst.balance_N = std::max(worst.balance_N, result.residuals.balance_N);
-    worst.overlap_mm = std::max(worst.overlap_mm, result.residuals.overlap_mm);
-    worst.cone_N = std::max(worst.cone_N, result.residuals.cone_N);
-    worst.complementarity_mJ = std::max(worst.complementarity_mJ, result.residuals.complementarity_mJ);
-    worst.direction_mJ = std::max(worst.direction_mJ, result.residuals.direction_mJ);
-    worst.dissipation_mJ = result.residuals.dissipation_mJ;  // of the whole slip since the tick began
+    record.coulomb = worstOf(record.coulomb, result.residuals);  // heat: of the whole slip since the tick began
 
     state_.contacts.clear();
     for (const ContactForces::Contact& contact : state_.forces.loaded())

@@ -17,9 +17,10 @@ constexpr int kSteps = 20, kLastSteps = 40;
 /// would otherwise send it to and fro.
 constexpr int kHeldSteps = 16;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
-/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N. Of contacts that contradict each
-/// other by rounding, the forces drift for ever by up to kDrifting.
-constexpr double kBalanced = 1e-11, kSettled = 1e-10, kDrifting = 1e-8;
+/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N. Of contacts that
+/// contradict each other by up to 1e-10 mm the forces drift by up to kDrifting in a step, N, or by
+/// kDriftingShare of the forces.
+constexpr double kBalanced = 1e-11, kForcesSettled = 1e-10, kDrifting = 1e-6, kDriftingShare = 1e-8;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
 /// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
@@ -32,7 +33,7 @@ constexpr double kTurn = 0.3;
 constexpr double kSmallestStep = 1e-8;
 constexpr int kPathSteps = 500, kCorrections = 6;
 /// Number of paths along which a regularized answer is corrected.
-constexpr int kRounds = 2;
+constexpr int kPathRounds = 2;
 
 double sizeOf(const Vec6& wrench, double lever) {
     return std::sqrt(wrench.head<3>().squaredNorm() + wrench.tail<3>().squaredNorm() / (lever * lever));
@@ -149,9 +150,12 @@ bool ConeNewton::newton(Vec6& x, int limit, Pieces first) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
     double before = 0;
     for (int i = 0, left = limit; left > 0; ++i, --left) {
-        const Pieces pieces = i == 0 && first == Pieces::Stick ? Pieces::Stick : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
+        const Pieces pieces = i == 0 && first == Pieces::Stick ? Pieces::Stick
+                              : i < kHeldSteps                 ? Pieces::Held
+                                                               : Pieces::Newton;
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
-        const bool settled = change_ <= kSettled * force_ || (change_ <= kDrifting * force_ && change_ > before / 2);
+        const bool settled = change_ <= kForcesSettled * force_ ||
+                             (change_ <= std::max(kDrifting, kDriftingShare * force_) && change_ > before / 2);
         before = change_;
         if (sizeOf(imbalance, lever_) <= balanced && settled && !changed_ && pieces != Pieces::Stick) {
             if (!addCrossed(x)) return true;
@@ -252,8 +256,8 @@ bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
             if (!y.allFinite()) break;
         }
         double share = 0.5;
-        if (onPath && sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) >
-                          (last ? kOnPath : kPastEvent) * force_) {
+        if (onPath &&
+            sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) > (last ? kOnPath : kPastEvent) * force_) {
             // The step went past an event that the curved path meets earlier.
             onPath = false;
             double least = 1;
@@ -301,7 +305,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         }
         result.x.setZero();
         if (follow(Vec6::Zero(), result.x)) result.status = FrictionStatus::Regularized;
-        for (int round = 0; round < kRounds && result.status == FrictionStatus::Regularized; ++round) {
+        for (int round = 0; round < kPathRounds && result.status == FrictionStatus::Regularized; ++round) {
             const Vec6 regularized = result.x;
             for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f0 = states_[i].f;
             if (newton(result.x, kLastSteps, Pieces::Held)) {

@@ -13,7 +13,7 @@ constexpr double kAccepted = 1e-9;
 /// Slip of a contact in a tick above which it slides, mm. What sticks gives way by less than 1e-11 mm.
 constexpr double kSlips = 1e-9;
 /// Maximum number of rounds in which crossed rows are added. Three are usual.
-constexpr int kRounds = 64;
+constexpr int kCrossedRounds = 64;
 
 /// Calls visit(row) for every row with J x + g <= limit.
 template <class Visit>
@@ -90,7 +90,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     }
     FrictionResult answer;
     bool crosses = true, fits = true;
-    for (int round = 0; crosses && fits && round < kRounds; ++round) {
+    for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
         answer = solver_.solve({problem.stiffness, problem.wanted, contacts_}, start);
         result.iterations += answer.iterations;
         if (answer.status == FrictionStatus::None) break;

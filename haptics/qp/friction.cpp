@@ -27,4 +27,13 @@ CoulombResiduals coulombResiduals(const FrictionProblem& problem, const Vec6& x,
     return r;
 }
 
+CoulombResiduals worstOf(const CoulombResiduals& a, const CoulombResiduals& b) {
+    return {std::max(a.balance_N, b.balance_N),
+            std::max(a.overlap_mm, b.overlap_mm),
+            std::max(a.cone_N, b.cone_N),
+            std::max(a.complementarity_mJ, b.complementarity_mJ),
+            std::max(a.direction_mJ, b.direction_mJ),
+            b.dissipation_mJ};
+}
+
 }  // namespace touchstone

@@ -52,6 +52,9 @@ struct CoulombResiduals {
 /// Pre: one force for each contact.
 CoulombResiduals coulombResiduals(const FrictionProblem& problem, const Vec6& x, std::span<const Vec3> forces);
 
+/// The worse of each residual; the dissipation is that of `b`.
+CoulombResiduals worstOf(const CoulombResiduals& a, const CoulombResiduals& b);
+
 enum class FrictionStatus : std::uint8_t {
     Exact,        ///< forces and increment obey the law to rounding
     Regularized,  ///< they balance inside the cones, but contacts give way by up to their force over the solver's ρ

@@ -205,9 +205,14 @@ bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap&
                            : crossingOf({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_)).has_value();
 }
 
+/// The normal of a face is its own, since a vertex at its rim may be nearest to the rim.
 ContactList::Nearest FeatureList::nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const {
     const NearestPoints points = pairs().nearest(X_OT, {toolFeature, obstacleFeature});
-    return {points.onTool, (points.onTool - points.onObstacle).normalized(), points.distance()};
+    Vec3 normal = (points.onTool - points.onObstacle).normalized();
+    if (kindOf(toolFeature) == PairKind::VertexFace) normal = obstacle_->features.faces[obstacleFeature].normal;
+    if (kindOf(toolFeature) == PairKind::FaceVertex)
+        normal = -(X_OT.q * tool_->features.faces[featureOf(toolFeature)].normal);
+    return {points.onTool, normal, points.distance()};
 }
 
 /// A course is free if no pair on it comes so near that the bend of its turn could bring the two together; near pairs

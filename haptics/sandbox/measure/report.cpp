@@ -108,6 +108,20 @@ ordered_json toJson(const Report& report) {
     };
     if (!report.gauge.empty() && report.ticks > 0)
         json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
+    const Report::FrictionReport& friction = report.friction;
+    if (friction.sticking + friction.sliding + friction.held > 0)
+        json["friction"] = {{"ticks_sticking", friction.sticking},
+                            {"ticks_sliding", friction.sliding},
+                            {"ticks_soft", friction.soft},
+                            {"ticks_held", friction.held},
+                            {"slip_mm", most(friction.slip)},
+                            {"force_N", most(friction.force)},
+                            {"balance_N", friction.coulomb.balance_N},
+                            {"overlap_mm", friction.coulomb.overlap_mm},
+                            {"cone_N", friction.coulomb.cone_N},
+                            {"complementarity_mJ", friction.coulomb.complementarity_mJ},
+                            {"direction_mJ", friction.coulomb.direction_mJ},
+                            {"dissipated_mJ", friction.coulomb.dissipation_mJ}};
     if (!report.ended.empty()) json["ended"] = report.ended;
     if (report.pastGoal > 0) json["fell_past_goal_mm"] = report.pastGoal;
     if (report.frameCpuMs.max) {
@@ -145,6 +159,15 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     infeasible_ += (record.flags & kInfeasible) != 0;
     badInput_ += (record.flags & kBadInput) != 0;
     overlapping_ += (record.flags & kOverlapping) != 0;
+    friction_.sticking += record.sticking > 0;
+    friction_.sliding += record.sliding > 0;
+    friction_.soft += (record.flags & kFrictionSoft) != 0;
+    friction_.held += (record.flags & kFrictionHeld) != 0;
+    friction_.slip = std::max(friction_.slip, record.slip);
+    friction_.force = std::max(friction_.force, record.frictionForce);
+    const double heat = friction_.coulomb.dissipation_mJ + record.coulomb.dissipation_mJ;
+    friction_.coulomb = worstOf(friction_.coulomb, record.coulomb);
+    friction_.coulomb.dissipation_mJ = heat;
 }
 
 void RunStatistics::addTimes(const TickRecord& record) {
@@ -177,6 +200,7 @@ void RunStatistics::write(Report& report) const {
     report.infeasible = infeasible_;
     report.badInput = badInput_;
     report.overlapping = overlapping_;
+    report.friction = friction_;
     report.hash = hash_;
     if (gauge_) report.gauge = gauge_->name;
     report.depth = depth_;

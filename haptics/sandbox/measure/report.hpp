@@ -29,7 +29,15 @@ struct Report {
     Percentiles forceChange;                     ///< N/ms
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
-    std::uint64_t infeasible = 0;           ///< ticks
+    std::uint64_t infeasible = 0;  ///< ticks
+    /// Of ticks with friction; all 0 without.
+    struct FrictionReport {
+        std::uint64_t sticking = 0, sliding = 0;  ///< ticks in which a contact stuck, slid
+        std::uint64_t soft = 0, held = 0;         ///< ticks with kFrictionSoft, kFrictionHeld
+        double slip = 0, force = 0;               ///< greatest slip in a tick, mm, and friction force, N
+        CoulombResiduals coulomb;                 ///< the worst; dissipation_mJ is the sum
+    };
+    FrictionReport friction;
     std::uint64_t overlapping = 0;          ///< ticks in which the tool passed through an obstacle that it began in
     std::uint64_t badInput = 0;             ///< ticks with an invalid device pose, which hold the tool
     std::optional<std::uint64_t> overruns;  ///< late ticks; absent if no clock paces the run
@@ -77,6 +85,7 @@ class RunStatistics {
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;
     std::uint64_t infeasible_ = 0, badInput_ = 0, overlapping_ = 0;
+    Report::FrictionReport friction_;
     std::uint64_t hash_ = 0;
     Vec3 lastForce_ = Vec3::Zero();
 };

@@ -101,6 +101,7 @@ HealthItem tickItem(const LoopSnapshot& s) {
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
     if (r.flags & kOverlapping) value += ", parts overlap";
+    if (r.sticking + r.sliding > 0) value += engine::formatted(", %d stick, %d slide", r.sticking, r.sliding);
     return {
         .name = "Tick",
         .value = value,

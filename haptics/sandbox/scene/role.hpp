@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/scene/rigid_bodies.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 
@@ -29,8 +30,9 @@ inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
-    bool spheres = false;                                ///< touched by its spheres in either geometry
-    std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
+    bool spheres = false;                                   ///< touched by its spheres in either geometry
+    std::optional<double> stiffness = {}, torsion = {};     ///< of the tool: N/mm, mN·m/rad
+    std::optional<engine::FrictionMaterial> friction = {};  ///< nothing: frictionless
 };
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.

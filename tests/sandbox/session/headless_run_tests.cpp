@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
@@ -44,6 +45,37 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
     CHECK(run.report.shadowForceError.max);
     CHECK_FALSE(run.report.overruns);
     CHECK(run.last.tick == 800);
+}
+
+TEST_CASE("headless run: the friction of the materials is felt, reported, and can be switched off", "[sandbox]") {
+    engine::Scene rough = pressScene();
+    for (const engine::Entity node : rough.nodes) {
+        nlohmann::json& mark = (*rough.registry.get<engine::NodeMarking>(node).extras)["touchstone"];
+        mark["staticFriction"] = 0.5;
+        mark["dynamicFriction"] = 0.3;
+        mark["frictionCombine"] = "maximum";
+        mark.erase("outcome");
+    }
+    const sandbox::HapticScene scene =
+        sandbox::openScene(std::move(rough), {.treeCache = {}, .progress = {}, .allTrees = true});
+    CHECK(scene.world->obstacles[0].friction == Friction{0.5, 0.3});
+    Settings settings = scene.settings;
+    const sandbox::Report report = sandbox::runHeadless(scene, settings, kUntimed).report;
+    // Pushed in by 2 mm at 1 N/mm, and 4 mm to the side.
+    const double normal = 2 + settings.contactDistance;
+    CHECK(report.friction.force <= 0.5 * normal * (1 + 1e-6));
+    CHECK(report.friction.force > 0.49 * normal);
+    CHECK(report.friction.sticking > 50);
+    CHECK(report.friction.sliding > 200);
+    CHECK(report.friction.held == 0);
+    CHECK(report.friction.coulomb.worst_N() < 1e-6);
+    CHECK(report.friction.coulomb.dissipation_mJ == Approx(0.3 * normal * (4 - 0.3 * normal)).epsilon(0.1));
+    CHECK(sandbox::toJson(report).contains("friction"));
+
+    settings.friction = false;
+    const sandbox::Report off = sandbox::runHeadless(scene, settings, kUntimed).report;
+    CHECK(off.hash == sandbox::runHeadless(pressed(), pressed().settings, kUntimed).report.hash);
+    CHECK_FALSE(sandbox::toJson(off).contains("friction"));
 }
 
 TEST_CASE("headless run: bit-reproducible, with or without timing or shadow, at any tolerance of the shadow",

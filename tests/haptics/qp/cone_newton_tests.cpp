@@ -1,0 +1,151 @@
+// The exact solver for friction, alone, judged by answers that follow from Coulomb's law.
+#include <catch2/catch.hpp>
+#include <numbers>
+#include <random>
+
+#include "haptics/qp/cone_newton.hpp"
+#include "tests/support/alloc_count.hpp"
+
+namespace touchstone::cone_newton_tests {
+
+using test::AllocationCounter;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+const Vec6 kStiffness = (Vec6() << 1, 1, 1, 1000, 1000, 1000).finished();
+
+/// A pad at r whose floor is its lower side, pressed with `force` N.
+FrictionContact pad(const Vec3& r, double mu, double force) {
+    FrictionContact c;
+    c.r = r;
+    c.coefficient = mu;
+    c.startForce = Vec3(0, 0, force);
+    return c;
+}
+
+Vec6 wantedOf(double x, double y, double z, double turn = 0) { return (Vec6() << x, y, z, 0, 0, turn).finished(); }
+
+/// The torque of friction about z on a tool that is pressed with 2 N and turned by the hand by `turn` rad.
+double torqueOf(const std::vector<FrictionContact>& contacts, double turn) {
+    ConeNewton solver(int(contacts.size()));
+    const FrictionProblem problem{kStiffness, wantedOf(0, 0, -2, turn), contacts};
+    const FrictionResult result = solver.solve(problem, Vec6::Zero());
+    REQUIRE(result.status == FrictionStatus::Exact);
+    const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
+    REQUIRE(residuals.worst_N() < 1e-6);
+    REQUIRE(residuals.direction_mJ < 1e-6);
+    double torque = 0;
+    for (std::size_t i = 0; i < contacts.size(); ++i) torque += contacts[i].r.cross(result.forces[i]).z();
+    return -torque;
+}
+
+}  // namespace
+
+TEST_CASE("friction solver: a ring of pads that is spun resists with µ F r", "[qp][friction]") {
+    const double mu = 0.4, force = 2, radius = 8;
+    for (int n = 3; n <= 64; ++n) {
+        CAPTURE(n);
+        std::vector<FrictionContact> ring;
+        for (int i = 0; i < n; ++i)
+            ring.push_back(pad({radius * std::cos(2 * kPi * i / n), radius * std::sin(2 * kPi * i / n), -3}, mu, 0.01));
+        CHECK(torqueOf(ring, 0.1) == Approx(mu * force * radius).epsilon(1e-6));
+        // Below that torque it holds.
+        const double held = 0.9 * mu * force * radius;
+        CHECK(torqueOf(ring, held / 1000) == Approx(held).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("friction solver: a disc of even pressure that is spun resists with 2/3 µ F R", "[qp][friction]") {
+    const double mu = 0.4, force = 2, radius = 10;
+    std::vector<FrictionContact> disc;
+    for (int i = 0; i < 1000; ++i) {  // Vogel's spiral covers a disc evenly
+        const double r = radius * std::sqrt((i + 0.5) / 1000), angle = i * kPi * (3 - std::sqrt(5.0));
+        disc.push_back(pad({r * std::cos(angle), r * std::sin(angle), 0}, mu, force / 1000));
+    }
+    CHECK(torqueOf(disc, 0.1) == Approx(2.0 / 3 * mu * force * radius).epsilon(1e-3));
+}
+
+TEST_CASE("friction solver: a sliding block is pulled back with µ F along its slip, and does not hover",
+          "[qp][friction]") {
+    const double mu = 0.3;
+    for (int k = 0; k < 64; ++k) {
+        const Vec3 along(std::cos(2 * kPi * k / 64), std::sin(2 * kPi * k / 64), 0);
+        const std::vector<FrictionContact> feet{pad({5, 5, 0}, mu, 0.5), pad({-5, 5, 0}, mu, 0.5),
+                                                pad({5, -5, 0}, mu, 0.5), pad({-5, -5, 0}, mu, 0.5)};
+        ConeNewton solver(4);
+        const FrictionProblem problem{kStiffness, wantedOf(3 * along.x(), 3 * along.y(), -2), feet};
+        const FrictionResult result = solver.solve(problem, Vec6::Zero());
+        REQUIRE(result.status == FrictionStatus::Exact);
+        const Vec3 force = kStiffness.head<3>().cwiseProduct(result.x.head<3>() - problem.wanted.head<3>());
+        CHECK(force.head<2>().norm() / force.z() == Approx(mu).epsilon(1e-9));
+        CHECK((force.head<2>().normalized() + along.head<2>()).norm() < 1e-9);
+        CHECK((result.x.head<3>() - (3 - 2 * mu) * along).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("friction solver: of random contacts most answers are exact, and the others balance inside the cones or are flagged",
+          "[qp][friction]") {
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto direction = [&] { return Vec3(normal(random), normal(random), normal(random)).normalized(); };
+    ConeNewton solver(32), again(32);
+    int exact = 0, soft = 0, none = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+        const Vec3 facing = direction();
+        const double mu = std::array{0.2, 0.5, 0.9}[std::size_t(trial % 3)];
+        std::vector<FrictionContact> contacts(1 + random() % 18);
+        for (FrictionContact& c : contacts) {
+            c.n = (facing + 0.9 * unit(random) * direction()).normalized();
+            c.r = (10 + 40 * unit(random)) * direction();
+            c.gap = 0.05 * unit(random) * unit(random);
+            c.coefficient = mu;
+        }
+        Vec6 wanted;
+        wanted << -(0.5 + 3 * unit(random)) * facing + 0.5 * direction(), 0.01 * direction();
+        const FrictionProblem problem{kStiffness, wanted, contacts};
+        const AllocationCounter allocations;
+        const FrictionResult result = solver.solve(problem, Vec6::Zero());
+        REQUIRE(allocations.count() == 0);
+        REQUIRE(result.x.allFinite());
+        REQUIRE(again.solve(problem, Vec6::Zero()).x == result.x);
+        exact += result.status == FrictionStatus::Exact;
+        soft += result.status == FrictionStatus::Regularized;
+        none += result.status == FrictionStatus::None;
+        if (result.status == FrictionStatus::None) continue;
+        const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
+        CHECK(residuals.worst_N() < 1e-6);
+        CHECK(residuals.overlap_mm < (result.status == FrictionStatus::Exact ? 1e-9 : 2e-3));
+        if (result.status != FrictionStatus::Exact) continue;
+        CHECK(residuals.complementarity_mJ < 1e-8);
+        CHECK(residuals.direction_mJ < 1e-6);
+        // Gaps are not negative and nothing else moves, so friction cannot drive the hand.
+        CHECK(result.x.dot(kStiffness.cwiseProduct(result.x - wanted)) < 1e-9);
+    }
+    CAPTURE(exact, soft, none);
+    CHECK(exact >= 1940);
+    CHECK(none <= 30);
+}
+
+TEST_CASE("friction solver: the residuals see each way in which an answer can be wrong", "[qp][friction]") {
+    std::vector<FrictionContact> contacts{pad({0, 0, 0}, 0.5, 0)};
+    const FrictionProblem problem{kStiffness, wantedOf(1, 0, -2), contacts};
+    const auto residualsOf = [&](const Vec3& x, const Vec3& force) {
+        Vec6 all = Vec6::Zero();
+        all.head<3>() = x;
+        return coulombResiduals(problem, all, std::array{force});
+    };
+    const CoulombResiduals right = residualsOf({0, 0, 0}, {-1, 0, 2});  // sticks at the edge of its cone
+    CHECK(right.worst_N() < 1e-15);
+    CHECK(right.overlap_mm + right.complementarity_mJ + std::abs(right.direction_mJ) < 1e-15);
+    CHECK(residualsOf({0, 0, 0}, {-1, 0, 2.1}).balance_N == Approx(0.1));
+    CHECK(residualsOf({0, 0, 0}, {-1.5, 0, 2}).cone_N == Approx(0.5));
+    CHECK(residualsOf({0, 0, 0}, {0, 0, -1}).cone_N == Approx(1));
+    CHECK(residualsOf({0, 0, -0.1}, {-1, 0, 2}).overlap_mm == Approx(0.1));
+    CHECK(residualsOf({0, 0, 0.1}, {-1, 0, 2}).complementarity_mJ == Approx(0.2));
+    CHECK(residualsOf({0.1, 0, 0}, {-0.5, 0, 2}).direction_mJ == Approx(0.05));
+    CHECK(residualsOf({0.1, 0, 0}, {-1, 0, 2}).dissipation_mJ == Approx(0.1));
+}
+
+}  // namespace touchstone::cone_newton_tests
