@@ -29,53 +29,7 @@ ColliderGeometry readGeometry(const Scene& scene, Entity node, Fields body, std:
     return geometry;
 }
 
-/// The material of a collider: nothing if it names none.
-std::optional<FrictionMaterial> readMaterial(const Scene& scene, Fields& collider) {
-    const bool inDocument = scene.extensions->is_object() && scene.extensions->contains(kExtension);
-    std::optional<Fields> document;
-    if (inDocument)
-        document.emplace(scene, "file", std::string("extensions.") + kExtension, scene.extensions->at(kExtension));
-    const nlohmann::json* materials = document ? document->find("physicsMaterials") : nullptr;
-    if (materials && !materials->is_array()) document->fail("physicsMaterials", "an array");
-    if (!collider.find("physicsMaterial")) return {};
-    if (!materials || materials->empty())
-        collider.fail("physicsMaterial", "absent, since the file has no physicsMaterials");
-    const auto index = collider.whole("physicsMaterial", 0, static_cast<int>(materials->size()) - 1);
-    Fields fields(scene, "file",
-                  std::string("extensions.") + kExtension + ".physicsMaterials[" + std::to_string(*index) + "]",
-                  materials->at(static_cast<std::size_t>(*index)));
-    return readFriction(fields);
-}
-
 }  // namespace
-
-FrictionMaterial readFriction(Fields& fields) {
-    // Rubber on rubber reaches 2; more than 10 is a mistake of the unit or of the exporter.
-    constexpr double kMostFriction = 10;
-    FrictionMaterial material;
-    const auto atRest = fields.number("staticFriction", 0, kMostFriction);
-    const auto sliding = fields.number("dynamicFriction", 0, kMostFriction);
-    const auto combine = fields.choice("frictionCombine", kFrictionCombineNames);
-    material.staticFriction = atRest.value_or(material.staticFriction);
-    material.dynamicFriction = sliding.value_or(material.dynamicFriction);
-    if (combine) material.combine = static_cast<FrictionCombine>(*combine);
-    material.complete = atRest && sliding && combine;
-    return material;
-}
-
-double combined(double a, double b, FrictionCombine combine) {
-    switch (combine) {
-        case FrictionCombine::Average:
-            return (a + b) / 2;
-        case FrictionCombine::Minimum:
-            return std::min(a, b);
-        case FrictionCombine::Maximum:
-            return std::max(a, b);
-        case FrictionCombine::Multiply:
-            break;
-    }
-    return a * b;
-}
 
 std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std::vector<std::string>& warnings) {
     const NodeMarking* marking = scene.registry.find<NodeMarking>(node);
@@ -84,10 +38,7 @@ std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std:
                   marking->extensions->at(kExtension));
     RigidBodyMark mark;
     mark.motion = fields.object("motion").has_value();
-    if (auto collider = fields.object("collider")) {
-        mark.collider = readGeometry(scene, node, *collider, warnings);
-        mark.friction = readMaterial(scene, *collider);
-    }
+    if (const auto collider = fields.object("collider")) mark.collider = readGeometry(scene, node, *collider, warnings);
     if (const auto trigger = fields.object("trigger")) {
         mark.trigger = true;
         mark.triggerGeometry = readGeometry(scene, node, *trigger, warnings);
@@ -95,6 +46,21 @@ std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std:
     if (fields.find("joint"))
         warnings.push_back(nodeLabel(scene, node) + ": joints are not supported: the body is free");
     return mark;
+}
+
+std::string frictionWarning(const Scene& scene) {
+    if (!scene.extensions->is_object() || !scene.extensions->contains(kExtension)) return {};
+    const nlohmann::json& extension = scene.extensions->at(kExtension);
+    if (!extension.is_object() || !extension.contains("physicsMaterials")) return {};
+    const nlohmann::json& materials = extension.at("physicsMaterials");
+    const bool rough = std::any_of(materials.begin(), materials.end(), [](const nlohmann::json& material) {
+        const auto above = [&](const char* key) {
+            return material.is_object() && material.contains(key) && material.at(key).is_number() &&
+                   material.at(key) > 0;
+        };
+        return above("staticFriction") || above("dynamicFriction");
+    });
+    return rough ? "the file defines friction, which is not simulated: contact is frictionless" : "";
 }
 
 }  // namespace touchstone::engine

@@ -1,12 +1,9 @@
 #pragma once
 // Reads KHR_physics_rigid_bodies.
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "engine/scene/fields.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace touchstone::engine {
@@ -18,27 +15,8 @@ struct ColliderGeometry {
     int mesh = -1;  ///< glTF mesh
 };
 
-/// How the coefficients of two materials combine. Of two rules the earlier one holds.
-enum class FrictionCombine : std::uint8_t { Average, Minimum, Maximum, Multiply };
-inline constexpr std::array kFrictionCombineNames{"average", "minimum", "maximum", "multiply"};
-
-/// The friction of a material of KHR_physics_rigid_bodies; the values are the schema's defaults.
-struct FrictionMaterial {
-    double staticFriction = 0.6, dynamicFriction = 0.6;
-    FrictionCombine combine = FrictionCombine::Average;
-    bool complete = false;  ///< the file gives all three
-    friend bool operator==(const FrictionMaterial&, const FrictionMaterial&) = default;
-};
-
-/// Reads the keys staticFriction, dynamicFriction and frictionCombine. Throws SceneError as Fields does.
-FrictionMaterial readFriction(Fields& fields);
-
-/// The coefficient of a pair from those of its materials.
-double combined(double a, double b, FrictionCombine combine);
-
 struct RigidBodyMark {
-    bool motion = false;                       ///< the node moves as a separate body
-    std::optional<FrictionMaterial> friction;  ///< of the collider's material
+    bool motion = false;  ///< the node moves as a separate body
     bool trigger = false;
     std::optional<ColliderGeometry> collider;
     std::optional<ColliderGeometry> triggerGeometry;
@@ -48,5 +26,8 @@ struct RigidBodyMark {
 /// features (implicit shapes, hulls) become warnings. Returns nothing if the node does not have the extension. Throws
 /// SceneError for wrong types and for invalid indices.
 std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std::vector<std::string>& warnings);
+
+/// A warning if the file's physics materials have friction, which is not simulated; else empty.
+std::string frictionWarning(const Scene& scene);
 
 }  // namespace touchstone::engine

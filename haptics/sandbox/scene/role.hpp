@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/scene/rigid_bodies.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 
@@ -30,9 +29,8 @@ inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
-    bool spheres = false;                                   ///< touched by its spheres in either geometry
-    std::optional<double> stiffness = {}, torsion = {};     ///< of the tool: N/mm, mN·m/rad
-    std::optional<engine::FrictionMaterial> friction = {};  ///< nothing: frictionless
+    bool spheres = false;                                ///< touched by its spheres in either geometry
+    std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
 };
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
@@ -82,7 +81,6 @@ class RoleReader {
     GoalRegion regionOf(Entity node);
     void readScene();
     void describeRoles();
-    void describeFriction();
 
     std::string label(Entity node) const { return nodeLabel(scene_, node); }
     template <class... Text>
@@ -135,8 +133,6 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
     // The file has N/m and N·m/rad, the settings N/mm and mN·m/rad; the ranges are those of the settings.
     if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
-    if (fields.find("staticFriction") || fields.find("dynamicFriction") || fields.find("frictionCombine"))
-        body.friction = engine::readFriction(fields);
     scene_.registry.add(node, body);
     // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
@@ -158,7 +154,6 @@ void RoleReader::readNode(Entity node) {
     if (const auto body = engine::readRigidBody(scene_, node, found_.warnings)) {
         const bool moving = movesWithBody(scene_, node);
         if (body->collider) scene_.registry.add(node, *body->collider);
-        if (body->friction) scene_.registry.get<BodyMarking>(node).friction = body->friction;
         if (body->motion) {
             physical = Role::Tool;
             why = "KHR_physics_rigid_bodies gives it a motion";
@@ -341,38 +336,6 @@ void RoleReader::describeRoles() {
     }
 }
 
-void RoleReader::describeFriction() {
-    const BodyMarking* tool = found_.tool ? scene_.registry.find<BodyMarking>(found_.tool) : nullptr;
-    bool any = tool && tool->friction;
-    for (const Entity obstacle : found_.obstacles)
-        any = any || scene_.registry.get<BodyMarking>(obstacle).friction.has_value();
-    if (!any) return;
-    const auto check = [&](Entity node) {
-        const auto& friction = scene_.registry.get<BodyMarking>(node).friction;
-        if (!friction) return;
-        if (!friction->complete)
-            found_.interpreted.push_back(label(node) +
-                                         " has a material that lacks some of staticFriction, "
-                                         "dynamicFriction and frictionCombine: 0.6, 0.6 and average are used for them");
-        if (friction->staticFriction < friction->dynamicFriction)
-            warn(label(node),
-                 " sticks with less friction than it slides with: the larger coefficient is used for both");
-    };
-    if (tool) check(found_.tool);
-    for (const Entity obstacle : found_.obstacles) {
-        check(obstacle);
-        if (!found_.tool) continue;
-        const Friction friction = frictionOf(*tool, scene_.registry.get<BodyMarking>(obstacle));
-        std::ostringstream text;
-        if (friction.any())
-            text << "coefficient " << friction.atRest << " at rest, " << friction.sliding << " sliding";
-        else
-            text << "none";
-        found_.interpreted.push_back("friction of " + label(found_.tool) + " on " + label(obstacle) + ": " +
-                                     text.str());
-    }
-}
-
 SceneRoles RoleReader::read() {
     readFit();
     for (const Entity node : scene_.nodes)
@@ -394,21 +357,11 @@ SceneRoles RoleReader::read() {
     chooseGauge();
     readScene();
     describeRoles();
-    describeFriction();
+    if (const std::string friction = engine::frictionWarning(scene_); !friction.empty()) warn(friction);
     return std::move(found_);
 }
 
 }  // namespace
-
-Friction frictionOf(const BodyMarking& tool, const BodyMarking& obstacle) {
-    if (!tool.friction || !obstacle.friction) return {};
-    const auto rule = std::min(tool.friction->combine, obstacle.friction->combine);
-    const auto of = [&](double engine::FrictionMaterial::*coefficient) {
-        return engine::combined((*tool.friction).*coefficient, (*obstacle.friction).*coefficient, rule);
-    };
-    const double sliding = of(&engine::FrictionMaterial::dynamicFriction);
-    return {std::max(of(&engine::FrictionMaterial::staticFriction), sliding), sliding};
-}
 
 SceneRoles assignRoles(Scene& scene) {
     for (const Entity node : scene.nodes) {

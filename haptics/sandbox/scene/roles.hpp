@@ -6,7 +6,7 @@
 
 #include "engine/scene/scene.hpp"
 #include "haptics/device/goal.hpp"
-#include "haptics/loop/world.hpp"
+#include "haptics/loop/settings.hpp"
 #include "haptics/math/rigid.hpp"
 #include "haptics/sandbox/scene/gauge.hpp"
 #include "haptics/sandbox/scene/role.hpp"
@@ -31,10 +31,6 @@ struct SceneRoles {
 /// the first in file order counts. Throws engine::SceneError naming file, node and field if a value has the wrong type
 /// or range.
 SceneRoles assignRoles(engine::Scene& scene);
-
-/// The friction between tool and obstacle: none unless both have a material. Of the two rules the one of higher
-/// precedence combines the coefficients: average, minimum, maximum, multiply (KHR_physics_rigid_bodies).
-Friction frictionOf(const BodyMarking& tool, const BodyMarking& obstacle);
 
 /// Default settings, for spheres those of the scene's clearance, changed by the tool's stiffness and torsion and by the
 /// scene's extras.touchstone.settings (the keys of settingTable()). Throws engine::SceneError with the sentence of

@@ -191,9 +191,7 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
                                     .tree = nullptr,
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
                                     .surface = surfaceOf(obstacle),
-                                    .asksForSpheres = scene.registry.get<BodyMarking>(obstacle).spheres,
-                                    .friction = frictionOf(scene.registry.get<BodyMarking>(roles.tool),
-                                                           scene.registry.get<BodyMarking>(obstacle))});
+                                    .asksForSpheres = scene.registry.get<BodyMarking>(obstacle).spheres});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());

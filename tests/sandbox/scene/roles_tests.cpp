@@ -159,104 +159,11 @@ TEST_CASE("roles: unsupported features of the physics extension are named", "[sa
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
                {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
+    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
-    for (const char* word : {"implicit shapes", "convexHull", "joints"}) CHECK(anyContains(roles.warnings, word));
+    for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
+        CHECK(anyContains(roles.warnings, word));
     CHECK(sandbox::bakedTriangles(scene, body).triangles.size() == 12);
-}
-
-namespace {
-
-/// A tool and an obstacle by the physics extension, with these materials; null: none.
-Scene physicalPair(const json& tool, const json& obstacle) {
-    Scene scene;
-    json materials = json::array();
-    const auto colliderOf = [&](const json& material) {
-        json collider = {{"geometry", json::object()}};
-        if (material.is_null()) return collider;
-        collider["physicsMaterial"] = materials.size();
-        materials.push_back(material);
-        return collider;
-    };
-    addPhysics(scene, addBox(scene, "peg", kSize), {{"motion", json::object()}, {"collider", colliderOf(tool)}});
-    addPhysics(scene, addBox(scene, "block", kSize), {{"collider", colliderOf(obstacle)}});
-    if (!materials.empty()) (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = materials;
-    return scene;
-}
-
-Friction frictionIn(Scene& scene, sandbox::SceneRoles* roles = nullptr) {
-    const sandbox::SceneRoles found = sandbox::assignRoles(scene);
-    if (roles) *roles = found;
-    return sandbox::frictionOf(scene.registry.get<sandbox::BodyMarking>(found.tool),
-                               scene.registry.get<sandbox::BodyMarking>(found.obstacles.at(0)));
-}
-
-json material(double atRest, double sliding, const char* combine) {
-    return {{"staticFriction", atRest}, {"dynamicFriction", sliding}, {"frictionCombine", combine}};
-}
-
-}  // namespace
-
-TEST_CASE("roles: the friction of a pair follows from both materials, by the rule of higher precedence", "[sandbox]") {
-    const std::array rules{"average", "minimum", "maximum", "multiply"};
-    const std::array atRest{0.6, 0.4, 0.8, 0.32}, sliding{0.4, 0.2, 0.6, 0.12};  // of (0.4, 0.2) and (0.8, 0.6)
-    for (std::size_t a = 0; a < 4; ++a)
-        for (std::size_t b = 0; b < 4; ++b) {
-            CAPTURE(rules[a], rules[b]);
-            Scene scene = physicalPair(material(0.4, 0.2, rules[a]), material(0.8, 0.6, rules[b]));
-            sandbox::SceneRoles roles;
-            const Friction friction = frictionIn(scene, &roles);
-            CHECK(friction.atRest == Approx(atRest[std::min(a, b)]));
-            CHECK(friction.sliding == Approx(sliding[std::min(a, b)]));
-            CHECK(anyContains(roles.interpreted, "friction of"));
-            CHECK_FALSE(anyContains(roles.interpreted, "lacks"));
-        }
-    for (const json& none : {json(), material(0.5, 0.5, "average")}) {
-        Scene scene = physicalPair(none, nullptr);
-        CHECK_FALSE(frictionIn(scene).any());
-    }
-}
-
-TEST_CASE("roles: a material without keys has the defaults of the schema, and one that sticks less is raised",
-          "[sandbox]") {
-    Scene scene = physicalPair(json::object(), json::object());
-    sandbox::SceneRoles roles;
-    CHECK(frictionIn(scene, &roles) == Friction{0.6, 0.6});
-    CHECK(anyContains(roles.interpreted, "lacks"));
-    Scene less = physicalPair(material(0.1, 0.5, "average"), material(0.1, 0.5, "average"));
-    CHECK(frictionIn(less, &roles) == Friction{0.5, 0.5});
-    CHECK(anyContains(roles.warnings, "sticks with less friction"));
-}
-
-TEST_CASE("roles: extras give friction where the physics extension is absent", "[sandbox]") {
-    Scene scene;
-    json tool = material(0.3, 0.2, "minimum"), block = material(0.5, 0.4, "maximum");
-    tool["role"] = "tool";
-    block["role"] = "obstacle";
-    addBox(scene, "peg", kSize, tool);
-    addBox(scene, "block", kSize, block);
-    sandbox::SceneRoles roles;
-    CHECK(frictionIn(scene, &roles) == Friction{0.3, 0.2});
-    CHECK_FALSE(anyContains(roles.warnings, "Friction"));
-}
-
-TEST_CASE("roles: a bad material is refused in a sentence that names it and the field", "[sandbox]") {
-    struct Case {
-        json material;
-        const char* words;
-    };
-    for (const Case& c :
-         {Case{{{"staticFriction", -0.1}}, "physicsMaterials[0].staticFriction"},
-          Case{{{"dynamicFriction", "high"}}, "physicsMaterials[0].dynamicFriction"},
-          Case{{{"staticFriction", 11}}, "physicsMaterials[0].staticFriction"},
-          Case{{{"frictionCombine", "sum"}}, "physicsMaterials[0].frictionCombine"}, Case{3, "physicsMaterials[0]"}}) {
-        Scene scene = physicalPair(c.material, nullptr);
-        CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains(c.words));
-    }
-    Scene scene = physicalPair(json::object(), nullptr);
-    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array();
-    CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains("physicsMaterial"));
-    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = 3;
-    CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains("physicsMaterials"));
 }
 
 TEST_CASE("roles: unknown keys are named as warnings", "[sandbox]") {
