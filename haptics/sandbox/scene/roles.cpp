@@ -357,7 +357,6 @@ SceneRoles RoleReader::read() {
     chooseGauge();
     readScene();
     describeRoles();
-    if (const std::string friction = engine::frictionWarning(scene_); !friction.empty()) warn(friction);
     return std::move(found_);
 }
 
