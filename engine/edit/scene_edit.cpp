@@ -6,6 +6,7 @@
 
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "engine/scene/rigid_bodies.hpp"
 #include "engine/scene/transforms.hpp"
 
 namespace touchstone::engine {
@@ -13,6 +14,7 @@ namespace {
 
 /// Components that saveScene() collects: what was edited.
 struct ExtrasEdited {};
+struct RigidBodyEdited {};
 struct PlaceEdited {};
 struct NameEdited {};
 struct LooksEdited {  // on an entity of its own
@@ -51,6 +53,17 @@ struct Applier {
         if (!node) return;
         setExtras(scene, node, *edit.extras);
         scene.registry.add(node, ExtrasEdited{});
+    }
+    void operator()(const SetRigidBody& edit) const {
+        if (edit.node == -1) {
+            (*scene.extensions)[kRigidBodies] = *edit.body;
+            return;
+        }
+        const Entity node = nodeAt(scene, edit.node);
+        NodeMarking* marking = node ? scene.registry.find<NodeMarking>(node) : nullptr;
+        if (!marking) return;
+        (*marking->extensions)[kRigidBodies] = *edit.body;
+        scene.registry.add(node, RigidBodyEdited{});
     }
     void operator()(const PlaceNode& edit) const {
         const Entity node = nodeAt(scene, edit.node);
@@ -160,6 +173,11 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     scene.registry.each<ExtrasEdited, NodeMarking>([&](Entity node, const ExtrasEdited&, const NodeMarking& marking) {
         update.nodes[nodeIndex(scene, node)] = *marking.extras;
     });
+    scene.registry.each<RigidBodyEdited, NodeMarking>(
+        [&](Entity node, const RigidBodyEdited&, const NodeMarking& marking) {
+            update.rigidBodies[nodeIndex(scene, node)] = marking.extensions->at(kRigidBodies);
+        });
+    if (scene.extensions->contains(kRigidBodies)) update.rigidBodies[-1] = scene.extensions->at(kRigidBodies);
     scene.registry.each<PlaceEdited, LocalTransform>([&](Entity node, const PlaceEdited&, const LocalTransform& local) {
         update.places[nodeIndex(scene, node)] = local;
     });

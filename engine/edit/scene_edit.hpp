@@ -26,6 +26,11 @@ struct SetExtras {
     JsonValue extras;  ///< in place of the node's extras; null removes them
     friend bool operator==(const SetExtras&, const SetExtras&) = default;
 };
+struct SetRigidBody {
+    int node = -1;   ///< -1: the file's root, which has the physics materials
+    JsonValue body;  ///< in place of its KHR_physics_rigid_bodies
+    friend bool operator==(const SetRigidBody&, const SetRigidBody&) = default;
+};
 struct PlaceNode {
     int node = -1;
     LocalTransform from, to;  ///< in the parent's frame
@@ -47,7 +52,7 @@ struct AddPart {
     JsonValue extras;  ///< of the new node
     friend bool operator==(const AddPart&, const AddPart&) = default;
 };
-using SceneEdit = std::variant<SetExtras, PlaceNode, PaintMaterial, RenameNode, AddPart>;
+using SceneEdit = std::variant<SetExtras, SetRigidBody, PlaceNode, PaintMaterial, RenameNode, AddPart>;
 
 /// Appends an edit. Merges it with an earlier one of the same kind and object if both have `from` and `to`.
 void append(std::vector<SceneEdit>& edits, SceneEdit edit);

@@ -1,10 +1,11 @@
-// updateGltf() of gltf_write.hpp: saves markings, transforms, names and materials into an existing file.
+// updateGltf() of gltf_write.hpp: saves markings, physics, transforms, names and materials into an existing file.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_check.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_write.hpp"
+#include "engine/scene/rigid_bodies.hpp"
 
 namespace touchstone::engine {
 namespace fs = std::filesystem;
@@ -21,16 +22,26 @@ ordered_json& objectOf(const fs::path& file, ordered_json& document, const char*
     return document[array][static_cast<std::size_t>(index)];
 }
 
+/// Unchanged values keep the order of their keys.
+void replaceValue(ordered_json& object, const char* key, const json& value) {
+    if (!object.contains(key) || json::parse(object[key].dump()) != value) object[key] = value;
+}
+
 void replaceExtras(const fs::path& file, ordered_json& document, const char* array, const char* kind,
                    const std::map<int, json>& update) {
     for (const auto& [index, extras] : update) {
         ordered_json& object = objectOf(file, document, array, kind, index);
         if (extras.is_null())
             object.erase("extras");
-        else if (!object.contains("extras") ||
-                 json::parse(object["extras"].dump()) != extras)  // unchanged extras keep the order of their keys
-            object["extras"] = extras;
+        else
+            replaceValue(object, "extras", extras);
     }
+}
+
+void replaceRigidBodies(const fs::path& file, ordered_json& document, const std::map<int, json>& update) {
+    for (const auto& [index, body] : update)
+        replaceValue((index == -1 ? document : objectOf(file, document, "nodes", "node", index))["extensions"],
+                     kRigidBodies, body);
 }
 
 void replacePlaces(const fs::path& file, ordered_json& document, const std::map<int, LocalTransform>& update) {
@@ -82,6 +93,7 @@ void updateGltf(const fs::path& in, const fs::path& out, const GltfUpdate& updat
     replacePlaces(in, document, update.places);
     for (const auto& [index, name] : update.names) objectOf(in, document, "nodes", "node", index)["name"] = name;
     replaceLooks(in, document, update.materials);
+    replaceRigidBodies(in, document, update.rigidBodies);
 
     std::error_code error;
     const auto folder = [](const fs::path& file) {

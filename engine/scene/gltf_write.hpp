@@ -18,13 +18,15 @@ void writeGltf(const Scene& scene, const std::filesystem::path& file);
 std::vector<std::uint8_t> pngBytes(const Image& image);
 
 /// Changes to an existing file, by glTF index: extras of nodes and scenes (a null value removes them), local transforms
-/// and names of nodes, and base color, metalness and roughness of materials.
+/// and names of nodes, base color, metalness and roughness of materials, and the KHR_physics_rigid_bodies of nodes and,
+/// as -1, of the root.
 struct GltfUpdate {
     std::map<int, nlohmann::json> nodes;
     std::map<int, nlohmann::json> scenes;
     std::map<int, LocalTransform> places;
     std::map<int, std::string> names;
     std::map<int, Material> materials;
+    std::map<int, nlohmann::json> rigidBodies = {};
 };
 
 /// Copies `in` to `out` with only these changes; the two may be the same file. Buffers are copied byte for byte, and

@@ -1,14 +1,12 @@
 #include "engine/scene/rigid_bodies.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "engine/scene/fields.hpp"
+#include "engine/scene/physics_materials.hpp"
 
 namespace touchstone::engine {
 namespace {
-
-constexpr const char* kExtension = "KHR_physics_rigid_bodies";
 
 ColliderGeometry readGeometry(const Scene& scene, Entity node, Fields body, std::vector<std::string>& warnings) {
     ColliderGeometry geometry;
@@ -29,16 +27,26 @@ ColliderGeometry readGeometry(const Scene& scene, Entity node, Fields body, std:
     return geometry;
 }
 
+std::optional<int> readMaterial(const Scene& scene, Fields& collider) {
+    if (!collider.find("physicsMaterial")) return {};
+    const auto count = static_cast<int>(physicsMaterialCount(scene));
+    if (count == 0) collider.fail("physicsMaterial", "left out, since the file has no physics materials");
+    return collider.whole("physicsMaterial", 0, count - 1);
+}
+
 }  // namespace
 
 std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std::vector<std::string>& warnings) {
     const NodeMarking* marking = scene.registry.find<NodeMarking>(node);
-    if (!marking || !marking->extensions->is_object() || !marking->extensions->contains(kExtension)) return {};
-    Fields fields(scene, nodeLabel(scene, node), std::string("extensions.") + kExtension,
-                  marking->extensions->at(kExtension));
+    if (!marking || !marking->extensions->is_object() || !marking->extensions->contains(kRigidBodies)) return {};
+    Fields fields(scene, nodeLabel(scene, node), std::string("extensions.") + kRigidBodies,
+                  marking->extensions->at(kRigidBodies));
     RigidBodyMark mark;
     mark.motion = fields.object("motion").has_value();
-    if (const auto collider = fields.object("collider")) mark.collider = readGeometry(scene, node, *collider, warnings);
+    if (auto collider = fields.object("collider")) {
+        mark.collider = readGeometry(scene, node, *collider, warnings);
+        mark.material = readMaterial(scene, *collider);
+    }
     if (const auto trigger = fields.object("trigger")) {
         mark.trigger = true;
         mark.triggerGeometry = readGeometry(scene, node, *trigger, warnings);
@@ -46,21 +54,6 @@ std::optional<RigidBodyMark> readRigidBody(const Scene& scene, Entity node, std:
     if (fields.find("joint"))
         warnings.push_back(nodeLabel(scene, node) + ": joints are not supported: the body is free");
     return mark;
-}
-
-std::string frictionWarning(const Scene& scene) {
-    if (!scene.extensions->is_object() || !scene.extensions->contains(kExtension)) return {};
-    const nlohmann::json& extension = scene.extensions->at(kExtension);
-    if (!extension.is_object() || !extension.contains("physicsMaterials")) return {};
-    const nlohmann::json& materials = extension.at("physicsMaterials");
-    const bool rough = std::any_of(materials.begin(), materials.end(), [](const nlohmann::json& material) {
-        const auto above = [&](const char* key) {
-            return material.is_object() && material.contains(key) && material.at(key).is_number() &&
-                   material.at(key) > 0;
-        };
-        return above("staticFriction") || above("dynamicFriction");
-    });
-    return rough ? "the file defines friction, which is not simulated: contact is frictionless" : "";
 }
 
 }  // namespace touchstone::engine

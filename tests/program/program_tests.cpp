@@ -147,6 +147,39 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[p
     CHECK(isOneSentence(answer.err));
 }
 
+TEST_CASE("program: validate lists the friction of each obstacle and the tool, and what was assumed", "[program]") {
+    const Program touchstone;
+    engine::Scene made = pressScene();
+    addBox(made, "wall", glm::vec3(0.01f), {{"role", "obstacle"}}, {.translation = {0.1, 0, 0}});
+    for (int node : {0, 1})
+        addPhysics(made, made.nodes[std::size_t(node)],
+                   {{"collider", {{"geometry", {{"node", node}}}, {"physicsMaterial", node}}}});
+    (*made.registry.get<engine::NodeMarking>(made.nodes[0]).extensions)["KHR_physics_rigid_bodies"]["motion"] =
+        json::object();
+    json& materials = (*made.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"];
+    materials = json::array({{{"name", "steel"}, {"staticFriction", 0.2}, {"dynamicFriction", 0.1}},
+                             {{"staticFriction", 0.8}, {"dynamicFriction", 0.9}, {"frictionCombine", "maximum"}}});
+    updateWorldTransforms(made);
+    engine::writeGltf(made, touchstone.file("rough.glb"));
+    const Answer answer = touchstone("validate " + touchstone.file("rough.glb"));
+    INFO(answer.err);
+    CHECK(answer.code == 0);
+    CHECK_THAT(answer.out,
+               Contains("\n  tool and slab: friction 0.55 at rest, 0.5 sliding, the average of both materials\n") &&
+                   Contains("\n  tool and wall: no friction, since the obstacle sets none\n") &&
+                   Contains("\n  physics material 0 \"steel\" sets no frictionCombine, so the defaults are used: "
+                            "average\n") &&
+                   Contains("warning: physics material 1: staticFriction 0.8 is below dynamicFriction 0.9, so that 0.9 "
+                            "is used for both\n"));
+    materials[1]["staticFriction"] = -1;
+    engine::writeGltf(made, touchstone.file("wrong.glb"));
+    const Answer wrong = touchstone("validate " + touchstone.file("wrong.glb"));
+    CHECK(wrong.code == 1);
+    CHECK(isOneSentence(wrong.err));
+    CHECK_THAT(wrong.err, Contains("wrong.glb: physics material 1: ") &&
+                              Contains("physicsMaterials[1].staticFriction must be a number from 0 to 1000"));
+}
+
 TEST_CASE("program: what was repaired in a mesh is said by validate, run, its report and tree", "[program]") {
     const Program touchstone;
     engine::Scene made = pressScene();

@@ -1,6 +1,7 @@
-// touchstone validate: how a scene's nodes were interpreted, and whether it can be run.
+// touchstone validate: how a scene's nodes were interpreted, the friction of its parts, and whether it can be run.
 #include <cstdio>
 
+#include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/console.hpp"
@@ -32,6 +33,13 @@ int validate(const std::string& pathOrName) {
         describe("tool", world.toolSurface.get(), world.tool.get());
         for (const Obstacle& obstacle : world.obstacles)
             describe(obstacle.name, obstacle.surface.get(), obstacle.tree.get());
+        const auto markingOf = [&](engine::Entity part) -> const sandbox::BodyMarking& {
+            return scene.scene.registry.get<sandbox::BodyMarking>(part);
+        };
+        for (std::size_t k = 0; k < world.obstacles.size(); ++k)
+            std::printf(
+                "  tool and %s: %s\n", world.obstacles[k].name.c_str(),
+                sandbox::frictionWords(markingOf(scene.roles.tool), markingOf(scene.roles.obstacles[k])).c_str());
         if (const double depth = PenetrationMeter(world).depth(world.X_WT_start, {}, geometryOf(scene.settings));
             depth > 0)
             std::printf("  warning: tool and obstacles overlap by %.3f mm at the start: move them apart\n", depth);
@@ -61,8 +69,9 @@ constexpr const char* kValidateFooter = "Example:\n  touchstone validate part.gl
 
 void addValidate(CLI::App& program, Action& action) {
     const auto scene = std::make_shared<std::string>();
-    CLI::App* command =
-        addCommand(program, "validate", "Report how a scene's nodes were interpreted, and why", kValidateFooter);
+    CLI::App* command = addCommand(
+        program, "validate", "Report how a scene's nodes were interpreted, and why, and the friction of its parts",
+        kValidateFooter);
     command->add_option("SCENE", *scene, kSceneHelp)->required();
     command->callback([scene, &action] { action = [scene] { return validate(*scene); }; });
 }

@@ -8,6 +8,7 @@
 #include <glm/gtx/euler_angles.hpp>
 
 #include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
@@ -204,6 +205,68 @@ void drawTouched(const HapticScene& scene, Geometry geometry, engine::Entity nod
     }
 }
 
+void drawFriction(const HapticScene& scene, engine::Entity node, int index, InspectorState& state,
+                  PanelRequests& requests, engine::ItemRects* items) {
+    const BodyMarking* body = scene.scene.registry.find<BodyMarking>(node);
+    if (!body) return;
+    const auto choose = [&](const std::optional<engine::FrictionMaterial>& friction) {
+        requests.markings = {ChooseFriction{index, friction}};
+    };
+    ImGui::Separator();
+    bool hasFriction = body->friction.has_value();
+    if (ImGui::Checkbox("Friction", &hasFriction))
+        choose(hasFriction ? std::optional(engine::FrictionMaterial{engine::kDefaultFriction, engine::kDefaultFriction,
+                                                                    engine::FrictionCombine::Average})
+                           : std::nullopt);
+    engine::noteItem(items, "friction");
+    engine::tooltip("Gives this part a material with Coulomb friction. A pair of parts has friction if both have one.");
+    if (!body->friction) return;
+    const engine::FrictionMaterial& now = body->friction->values;
+    const std::string help = frictionHelp(scene, node);
+    if (!state.editingFriction) state.friction = {now.staticOr(), now.dynamicOr()};
+    state.editingFriction = false;
+    const auto drawCoefficient = [&](const char* label, const char* id, double& value, const char* text) {
+        constexpr double kLow = 0, kHigh = engine::kMaxFriction;
+        drawLabel(label);
+        ImGui::DragScalar(id, ImGuiDataType_Double, &value, 0.005f, &kLow, &kHigh, "%.3g",
+                          ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat);
+        const bool done = ImGui::IsItemDeactivatedAfterEdit();
+        state.editingFriction |= ImGui::IsItemActive();
+        engine::noteItem(items, id + 2);
+        engine::tooltip((text + (" Drag, or Ctrl+click to type." + help)).c_str());
+        return done;
+    };
+    if (drawCoefficient(
+            "Static", "##static friction", state.friction.x,
+            "Coefficient of friction of a contact that sticks. The dynamic coefficient is used if it is larger."))
+        choose(engine::FrictionMaterial{.staticFriction = state.friction.x});
+    if (drawCoefficient("Dynamic", "##dynamic friction", state.friction.y,
+                        "Coefficient of friction of a contact that slides."))
+        choose(engine::FrictionMaterial{.dynamicFriction = state.friction.y});
+    drawLabel("Combine");
+    if (ImGui::BeginCombo("##combine", name(now.combineOr()))) {
+        for (std::size_t k = 0; k < engine::kFrictionCombineNames.size(); ++k) {
+            const auto rule = engine::FrictionCombine(k);
+            if (ImGui::Selectable(name(rule), rule == now.combineOr()) && rule != now.combineOr())
+                choose(engine::FrictionMaterial{.frictionCombine = rule});
+            engine::noteItem(items, std::string("combine ") + name(rule));
+        }
+        ImGui::EndCombo();
+    }
+    engine::noteItem(items, "combine");
+    engine::tooltip(
+        "How the coefficients of this part and of the one it touches become those of the pair. If the two "
+        "parts differ, average comes before minimum, maximum and multiply." +
+        help);
+    if (node != scene.roles.tool && scene.roles.tool) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextDisabled("With the tool: %s",
+                            frictionWords(scene.scene.registry.get<BodyMarking>(scene.roles.tool), *body).c_str());
+        ImGui::PopTextWrapPos();
+        engine::noteItem(items, "friction words");
+    }
+}
+
 /// Conversion of one color channel between linear light and sRGB.
 float toScreen(float linear) {
     return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
@@ -270,6 +333,23 @@ void drawName(const HapticScene& scene, engine::Entity node, int index, Inspecto
 
 }  // namespace
 
+std::string frictionHelp(const HapticScene& scene, engine::Entity part) {
+    const engine::Registry& registry = scene.scene.registry;
+    const PartFriction& friction = *registry.get<BodyMarking>(part).friction;
+    std::string others;
+    const auto note = [&](engine::Entity other) {
+        const BodyMarking* body = other ? registry.find<BodyMarking>(other) : nullptr;
+        if (friction.material >= 0 && other != part && body && body->friction &&
+            body->friction->material == friction.material)
+            others += (others.empty() ? "" : ", ") + nodeText(scene.scene, other);
+    };
+    note(scene.roles.tool);
+    for (const engine::Entity obstacle : scene.roles.obstacles) note(obstacle);
+    return "\nStored in " + sourceOf(scene.scene, part, friction) + "." +
+           (others.empty() ? "" : " Other parts share this material: an edit changes " + others + " too.") +
+           "\nAn edit reloads the scene.";
+}
+
 void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state,
                    PanelRequests& requests, engine::ItemRects* items) {
     if (state.node != node) {
@@ -296,6 +376,7 @@ void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, I
     engine::noteItem(items, "frame");
     engine::tooltip("Moves the camera so that the node fills the view.\nKey F");
     drawTouched(scene, geometry, node, index, state, requests, items);
+    drawFriction(scene, node, index, state, requests, items);
     drawLooks(scene, node, requests, items);
 }
 

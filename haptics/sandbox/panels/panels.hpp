@@ -24,7 +24,7 @@ struct PanelRequests {
     std::optional<Workspace> workspace;
     bool reconnect = false, alignWithView = false;
     std::vector<engine::SceneEdit> edits;  ///< of the scene shown
-    std::vector<Marking> markings;         ///< of the shown scene: roles and trees
+    std::vector<Marking> markings;         ///< of the shown scene: roles, trees and friction
     std::optional<std::filesystem::path> save;
     bool saveSettings = false;                 ///< include the settings in `save`
     std::optional<engine::StandardView> view;  ///< new direction of the camera
@@ -60,17 +60,22 @@ void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& displ
 struct InspectorState {
     engine::Entity node;                     ///< node that the other members refer to
     bool placing = false, choosing = false;  ///< pose or tree is being edited
-    glm::dvec3 position{0}, angles{0};       ///< pose being edited: mm, degrees about x, y, z
-    TreeOptions tree;                        ///< tree options being edited
-    bool ownAxes = false;                    ///< the gizmo uses the node's axes
+    bool editingFriction = false;
+    glm::dvec3 position{0}, angles{0};  ///< pose being edited: mm, degrees about x, y, z
+    TreeOptions tree;                   ///< tree options being edited
+    glm::dvec2 friction{0};             ///< static and dynamic friction being edited
+    bool ownAxes = false;               ///< the gizmo uses the node's axes
     bool naming = false;
     std::array<char, 128> name{};  ///< name being typed
 };
 
-/// Draws the selected node: name, pose, role, materials, and by what it is touched in this geometry of the tick: its
-/// mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
+/// Draws the selected node: name, pose, role, friction, materials, and by what it is touched in this geometry of the
+/// tick: its mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
 void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state,
                    PanelRequests& requests, engine::ItemRects* items);
+
+/// Where an edit of the part's friction is written, and which other parts change with it. Pre: the part has friction.
+std::string frictionHelp(const HapticScene& scene, engine::Entity part);
 
 /// Draws a guide for assigning roles in a scene that lacks some. `selected` may be null.
 void drawGuide(const HapticScene& scene, engine::Entity selected, PanelRequests& requests, engine::ItemRects* items);

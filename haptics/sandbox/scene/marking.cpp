@@ -5,6 +5,7 @@
 
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/rigid_bodies.hpp"
+#include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 
 namespace touchstone::sandbox {
@@ -37,6 +38,15 @@ json withTree(json extras, const TreeOptions& tree) {
     return extras;
 }
 
+json withFriction(json extras, const std::optional<engine::FrictionMaterial>& friction) {
+    json& mark = extras["touchstone"];
+    if (friction)
+        engine::writeFriction(mark, *friction);
+    else
+        for (const char* key : {"staticFriction", "dynamicFriction", "frictionCombine"}) mark.erase(key);
+    return extras;
+}
+
 class Marker {
   public:
     Marker(std::vector<SceneEdit>& edits, const Scene& scene) : edits_(edits), scene_(scene) {}
@@ -52,6 +62,16 @@ class Marker {
     void operator()(const ChooseTree& marking) const {
         if (isNode(marking.node))
             append({engine::SetExtras{marking.node, withTree(extrasOf(marking.node), marking.tree)}});
+    }
+    void operator()(const ChooseFriction& marking) const {
+        if (!isNode(marking.node)) return;
+        const std::vector<Entity> colliders = collidersOf(scene_, nodeAt(marking.node));
+        if (colliders.empty())
+            append({engine::SetExtras{marking.node, withFriction(extrasOf(marking.node), marking.friction)}});
+        else if (marking.friction)
+            setMaterial(colliders, *marking.friction);
+        else
+            removeMaterial(colliders);
     }
     void operator()(const AddBody& marking) const {
         std::vector<SceneEdit> made;
@@ -79,6 +99,50 @@ class Marker {
             engine::failIn(scene_.file, nodeLabel(scene_, nodeAt(index)),
                            "its extras are not a JSON object: make them one to mark the node");
         return extras;
+    }
+    /// The KHR_physics_rigid_bodies of a node, or of the root as -1, after the newest edit.
+    json rigidBodyOf(int index) const {
+        const json& extensions =
+            index == -1 ? *scene_.extensions : *scene_.registry.get<engine::NodeMarking>(nodeAt(index)).extensions;
+        json body = extensions.is_object() ? extensions.value(engine::kRigidBodies, json::object()) : json::object();
+        for (const SceneEdit& edit : edits_)
+            if (const auto* set = std::get_if<engine::SetRigidBody>(&edit); set && set->node == index)
+                body = *set->body;
+        return body;
+    }
+    void setMaterial(const std::vector<Entity>& colliders, const engine::FrictionMaterial& friction) const {
+        json file = rigidBodyOf(-1);
+        json& materials = file["physicsMaterials"];
+        std::vector<SceneEdit> made;
+        std::optional<std::size_t> used;
+        for (const Entity node : colliders)
+            if (const json collider = rigidBodyOf(nodeIndex(scene_, node)).at("collider");
+                !used && collider.contains("physicsMaterial"))
+                used = collider.at("physicsMaterial").get<std::size_t>();
+        if (used) {
+            engine::writeFriction(materials.at(*used), friction);
+        } else {
+            json added = json::object();
+            engine::writeFriction(added, friction);
+            materials.push_back(added);
+            for (const Entity node : colliders) {
+                json body = rigidBodyOf(nodeIndex(scene_, node));
+                body["collider"]["physicsMaterial"] = materials.size() - 1;
+                made.push_back(engine::SetRigidBody{nodeIndex(scene_, node), body});
+            }
+        }
+        made.push_back(engine::SetRigidBody{-1, file});
+        append(made);
+    }
+    /// The material stays in the file: other parts may use it, and indices must not change.
+    void removeMaterial(const std::vector<Entity>& colliders) const {
+        std::vector<SceneEdit> made;
+        for (const Entity node : colliders) {
+            json body = rigidBodyOf(nodeIndex(scene_, node));
+            body["collider"].erase("physicsMaterial");
+            made.push_back(engine::SetRigidBody{nodeIndex(scene_, node), body});
+        }
+        append(made);
     }
     void checkRoleIsFree(int index) const {
         std::vector<std::string> unused;

@@ -1,5 +1,5 @@
 #pragma once
-// Roles and sphere trees that the user chooses, as edits of the nodes' extras.
+// Roles, sphere trees and friction that the user chooses, as edits of the nodes' extras and of physics materials.
 #include <filesystem>
 #include <optional>
 #include <variant>
@@ -21,13 +21,20 @@ struct ChooseTree {
     TreeOptions tree;
     friend bool operator==(const ChooseTree&, const ChooseTree&) = default;
 };
+/// Sets the friction of the tool or of an obstacle where the part has it: in the physics material of its colliders,
+/// which other parts may share, or in its extras if it has no collider. Colliders without a material get a new one.
+struct ChooseFriction {
+    int node = -1;
+    std::optional<engine::FrictionMaterial> friction;  ///< changes the keys that have a value; nothing: removes all
+    friend bool operator==(const ChooseFriction&, const ChooseFriction&) = default;
+};
 /// Adds the shapes of another glTF file as one body.
 struct AddBody {
     std::filesystem::path file;
     Role role = Role::Obstacle;
     friend bool operator==(const AddBody&, const AddBody&) = default;
 };
-using Marking = std::variant<GiveRole, ChooseTree, AddBody>;
+using Marking = std::variant<GiveRole, ChooseTree, ChooseFriction, AddBody>;
 
 /// Appends the edits for the marking. `edits` are those of `scene`, some of which it may not contain yet: their extras
 /// count. If another node becomes the tool, the old tool becomes visual. Throws engine::SceneError, without changing

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/scene/physics_materials.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 
@@ -26,11 +27,18 @@ inline const char* name(Role role) { return kRoleNames[static_cast<std::size_t>(
 inline constexpr int kMinLeaves = 8;
 inline constexpr double kMinError = 1e-6, kMaxError = 1e3;
 
+/// The material of a part that has friction, and where it comes from.
+struct PartFriction {
+    engine::FrictionMaterial values;
+    int material = -1;  ///< physics material of the file; -1: the extras of the node
+};
+
 /// Component of the tool and of obstacles.
 struct BodyMarking {
     TreeOptions tree;
     bool spheres = false;                                ///< touched by its spheres in either geometry
     std::optional<double> stiffness = {}, torsion = {};  ///< of the tool: N/mm, mN·m/rad
+    std::optional<PartFriction> friction = {};           ///< nothing: the part is frictionless
 };
 
 /// The node itself or its nearest ancestor that has a role; null if there is none.

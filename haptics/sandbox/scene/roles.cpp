@@ -12,6 +12,7 @@
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
+#include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -133,6 +134,8 @@ void RoleReader::readMark(Entity node, engine::Fields& fields, std::optional<Rol
     // The file has N/m and N·m/rad, the settings N/mm and mN·m/rad; the ranges are those of the settings.
     if (const auto k = fields.number("stiffness_N_per_m", 1, 1e5)) body.stiffness = *k / 1000;
     if (const auto k = fields.number("torsion_Nm_per_rad", 1e-3, 1e3)) body.torsion = *k * 1000;
+    if (const engine::FrictionMaterial friction = engine::readFriction(fields); !friction.empty())
+        body.friction = {friction, -1};
     scene_.registry.add(node, body);
     // Their contents are read later, when tool and goal are known.
     for (const char* key : {"goal", "gauge", "outcome"}) fields.object(key);
@@ -357,7 +360,9 @@ SceneRoles RoleReader::read() {
     chooseGauge();
     readScene();
     describeRoles();
-    if (const std::string friction = engine::frictionWarning(scene_); !friction.empty()) warn(friction);
+    std::vector<Entity> parts = found_.obstacles;
+    if (found_.tool) parts.insert(parts.begin(), found_.tool);
+    assignFriction(scene_, parts, found_.interpreted, found_.warnings);
     return std::move(found_);
 }
 

@@ -11,6 +11,7 @@
 #include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
+#include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -185,13 +186,16 @@ SceneWorld buildWorld(const Scene& scene, const SceneRoles& roles, const Setting
         return std::move(shape.surface);
     };
     world->toolSurface = surfaceOf(roles.tool);
-    world->toolAsksForSpheres = scene.registry.get<BodyMarking>(roles.tool).spheres;
+    const auto& tool = scene.registry.get<BodyMarking>(roles.tool);
+    world->toolAsksForSpheres = tool.spheres;
     for (const Entity obstacle : roles.obstacles) {
+        const auto& body = scene.registry.get<BodyMarking>(obstacle);
         world->obstacles.push_back({.name = nameOf(scene, obstacle),
                                     .tree = nullptr,
                                     .X_WO = toPose(engine::worldPose(scene.registry, obstacle)),
                                     .surface = surfaceOf(obstacle),
-                                    .asksForSpheres = scene.registry.get<BodyMarking>(obstacle).spheres});
+                                    .asksForSpheres = body.spheres,
+                                    .friction = frictionBetween(tool, body)});
         requireValid(scene, obstacle, world->obstacles.back().X_WO, "it is");
     }
     world->X_WT_start = startOf(scene, roles.tool, made.motions.empty() ? nullptr : made.motions.front().motion.get());

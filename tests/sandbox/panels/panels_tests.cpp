@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "engine/scene/rigid_bodies.hpp"
 #include "haptics/sandbox/panels/panel_plots.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/panels/status_bar.hpp"
@@ -312,6 +313,76 @@ TEST_CASE("inspector: renames and paints a node", "[panels]") {
     CHECK(metal.to.metallic > 0.8f);
     CHECK(metal.to.roughness == metal.from.roughness);
     CHECK(metal.to.baseColor == metal.from.baseColor);  // showing a color does not change it
+}
+
+TEST_CASE("inspector: gives a part friction, changes its values and takes it away", "[panels]") {
+    Bench bench;
+    engine::Scene made = holdScene();
+    const bool shared = GENERATE(false, true);
+    if (shared)
+        for (int node = 0; node < 2; ++node)
+            addPhysics(made, made.nodes[std::size_t(node)],
+                       {{"collider", {{"geometry", {{"node", node}}}, {"physicsMaterial", 0}}}});
+    if (shared) {
+        (*made.registry.get<engine::NodeMarking>(made.nodes[0]).extensions)[engine::kRigidBodies]["motion"] =
+            nlohmann::json::object();
+        (*made.extensions)[engine::kRigidBodies]["physicsMaterials"] =
+            nlohmann::json::array({{{"staticFriction", 0.7}, {"dynamicFriction", 0.5}}});
+    }
+    HapticScene scene = openScene(std::move(made), {.treeCache = {}, .progress = {}, .buildWorld = false});
+    InspectorState state;
+    PanelRequests requests;
+    const auto draw = [&] {
+        drawInspector(scene, Geometry::Mesh, scene.scene.nodes[1], state, requests, &bench.items);
+    };
+    const auto chosen = [&] {
+        REQUIRE(requests.markings.size() == 1);
+        const Marking marking = requests.markings[0];
+        const auto& friction = std::get<ChooseFriction>(marking);
+        CHECK(friction.node == 1);
+        applyMarking(scene.scene, marking);  // as the session does
+        scene.roles = assignRoles(scene.scene);
+        requests = {};
+        return friction.friction;
+    };
+    using enum engine::FrictionCombine;
+    if (!shared) {
+        bench.frame(draw);
+        CHECK(bench.items.count("static friction") == 0);
+        bench.click("friction", draw, 0.1f);
+        CHECK(chosen() == engine::FrictionMaterial{0.6, 0.6, Average});
+    }
+    bench.type("static friction", "1.25", draw);
+    CHECK(chosen() == engine::FrictionMaterial{.staticFriction = 1.25});
+    bench.type("dynamic friction", "-3", draw);  // values are clamped
+    CHECK(chosen() == engine::FrictionMaterial{.dynamicFriction = 0});
+    bench.click("combine", draw);
+    bench.click("combine multiply", draw);
+    CHECK(chosen() == engine::FrictionMaterial{.frictionCombine = Multiply});
+    bench.frame(draw);
+    CHECK(bench.items.count("friction words") == 1);
+    const auto& friction = scene.scene.registry.get<BodyMarking>(scene.scene.nodes[1]).friction;
+    REQUIRE(friction);
+    CHECK(friction->values == engine::FrictionMaterial{1.25, 0.0, Multiply});
+    CHECK(friction->material == (shared ? 0 : -1));
+    CHECK(scene.scene.registry.get<BodyMarking>(scene.roles.tool).friction.has_value() == shared);
+    bench.click("friction", draw, 0.1f);
+    CHECK(chosen() == std::nullopt);
+    bench.frame(draw);
+    CHECK(bench.items.count("static friction") == 0);
+}
+
+TEST_CASE("inspector: the page of a part names the parts that share its friction", "[panels]") {
+    engine::Scene made = holdScene();
+    for (const int node : {0, 1})
+        addPhysics(made, made.nodes[std::size_t(node)],
+                   {{"collider", {{"geometry", {{"node", node}}}, {"physicsMaterial", 0}}}});
+    (*made.extensions)[engine::kRigidBodies]["physicsMaterials"] = nlohmann::json::array({{{"name", "rubber"}}});
+    const HapticScene scene = openScene(std::move(made), {.treeCache = {}, .progress = {}, .buildWorld = false});
+    const auto help = [&](std::size_t node) { return frictionHelp(scene, scene.scene.nodes[node]); };
+    CHECK(help(0).find("physics material 0 \"rubber\"") != std::string::npos);
+    CHECK(help(0).find("changes slab too") != std::string::npos);
+    CHECK(help(1).find("changes cube too") != std::string::npos);
 }
 
 TEST_CASE("guide: asks for the tool, then for the obstacles of a scene without roles", "[panels]") {

@@ -159,10 +159,8 @@ TEST_CASE("roles: unsupported features of the physics extension are named", "[sa
     const Entity body = addBox(scene, "body", kSize);
     addPhysics(scene, body,
                {{"collider", {{"geometry", {{"shape", 0}, {"convexHull", true}}}}}, {"joint", {{"joint", 0}}}});
-    (*scene.extensions)["KHR_physics_rigid_bodies"]["physicsMaterials"] = json::array({{{"staticFriction", 0.5}}});
     const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
-    for (const char* word : {"implicit shapes", "convexHull", "joints", "friction"})
-        CHECK(anyContains(roles.warnings, word));
+    for (const char* word : {"implicit shapes", "convexHull", "joints"}) CHECK(anyContains(roles.warnings, word));
     CHECK(sandbox::bakedTriangles(scene, body).triangles.size() == 12);
 }
 

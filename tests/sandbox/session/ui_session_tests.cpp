@@ -376,6 +376,33 @@ TEST_CASE("session: builds another tree beside the running loop and keeps the us
     CHECK(session.running());
 }
 
+TEST_CASE("session: an edit of friction reaches the running world, and undo takes it back", "[session]") {
+    const TempFolder folder;
+    LiveSession session(uncached());
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntilRunning(session));
+    const auto reopened = [&](std::uint64_t number) {
+        return waitUntil([&] {
+            session.update();
+            return session.sceneNumber() == number && session.running();
+        });
+    };
+    const auto friction = [&] { return session.scene()->world->obstacles[0].friction; };
+    CHECK_FALSE(friction().any());
+    const auto before = session.newest().edits;
+    const engine::FrictionMaterial rough{0.8, 0.4, engine::FrictionCombine::Average};
+    session.mark({ChooseFriction{0, rough}, ChooseFriction{1, rough}});
+    REQUIRE(reopened(2));
+    CHECK(friction() == Friction{0.8, 0.4});
+    session.mark({ChooseFriction{1, engine::FrictionMaterial{.staticFriction = 1}}});
+    REQUIRE(reopened(3));
+    CHECK(friction().atRest == 0.9);
+    session.setEdits(before);
+    REQUIRE(reopened(4));
+    CHECK_FALSE(friction().any());
+    CHECK(errors(session).empty());
+}
+
 TEST_CASE("session: a saved scene is read back with its settings", "[session]") {
     const TempFolder folder;
     const auto saved = folder.path() / "saved.glb";
