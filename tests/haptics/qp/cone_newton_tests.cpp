@@ -84,7 +84,7 @@ TEST_CASE("friction solver: a sliding block is pulled back with µ F along its s
     }
 }
 
-TEST_CASE("friction solver: of random contacts most answers are exact, and the others balance inside the cones or are flagged",
+TEST_CASE("friction solver: of random contacts most answers are exact, the others balance in the cones or are flagged",
           "[qp][friction]") {
     std::mt19937_64 random(5);
     std::normal_distribution<double> normal;
