@@ -471,6 +471,7 @@ void DefaultTick::addLoadedRows() {
         const int k = obstacleOf(contact.id);
         const ContactList& list = *state_.lists[k];
         if (!list.ofFeatures() || list.suspended() || state_.rows.find(contact.id) >= 0) continue;
+        if (state_.rows.size() + added.size() == state_.rows.capacity()) break;
         const Pose before = state_.before(k, state_.graphic), now = state_.inObstacle(k, state_.graphic);
         const ContactList::Nearest at = list.nearest(before, toolLeafOf(contact.id), obstacleLeafOf(contact.id));
         // Features that have left each other may stand beside each other, where the line between them is no normal.

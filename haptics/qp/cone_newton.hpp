@@ -16,11 +16,12 @@ namespace touchstone {
 /// increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
 /// (x·J'f <= 0), so such a path leads from the only answer of the first problem to an answer of the last, over its
 /// folds. Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the
-/// forces at most kMostEvaluations times. Source: Alart and Curnier 1991, condensed to the pose.
+/// forces about kMostEvaluations times at most. Source: Alart and Curnier 1991, condensed to the pose.
 class ConeNewton final : public FrictionSolver {
   public:
-    /// Maximum number of evaluations, each O(contacts). The Newton steps take 3 to 20; a path takes 50 to 500. A
-    /// smaller bound leaves more ticks without an exact answer; a larger one makes the longest ticks longer.
+    /// Bound on the evaluations, each O(contacts); the last round may exceed it by its corrections. The Newton steps
+    /// take 3 to 20; a path takes 50 to 500. A smaller bound leaves more ticks without an exact answer; a larger one
+    /// makes the longest ticks longer.
     static constexpr int kMostEvaluations = 1500;
 
     explicit ConeNewton(int capacity)

@@ -129,6 +129,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
         const double slip = c.slip(answer.x).norm();
         last_.push_back({c.id, force, c.n, slip, slip > kSlips});
     }
+    std::sort(last_.begin(), last_.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
     return result;
 }
 
