@@ -60,6 +60,14 @@ class Draw {
 /// The part of a rotation that is about y, rad.
 double twistOf(const Quat& q) { return 2 * std::atan2(q.y(), q.w()); }
 
+/// The least rotation that takes y to the unit vector `to`; of -y, half a turn about x. Quat::FromTwoVectors is the
+/// same but takes a singular value decomposition for -y, in which GCC 12 sees uninitialized values on AVX-512.
+Quat rotationFromY(const Vec3& to) {
+    if (to.y() <= -1 + 1e-12) return Quat(0, 1, 0, 0);
+    const double s = std::sqrt(2 * (1 + to.y()));
+    return Quat(s / 2, to.z() / s, 0, -to.x() / s);
+}
+
 }  // namespace
 
 InsertingHand::InsertingHand(const Pose& X_WT_start, const GoalRegion& goal, const InsertingParameters& parameters)
@@ -107,7 +115,7 @@ std::vector<InsertingHand::Segment> InsertingHand::segmentsOf(const GoalRegion& 
         Vec3 out = segment.turns ? Vec3(move.tail<3>()) : Vec3(-move.head<3>());
         out.normalize();
         if (segment.turns && out.y() < 0) out = -out;
-        segment.X_GS = {way[i + 1].p, Quat::FromTwoVectors(Vec3::UnitY(), out)};
+        segment.X_GS = {way[i + 1].p, rotationFromY(out)};
         segment.q_ST = segment.X_GS.q.conjugate() * way[i + 1].q;
         const Place start = placeOf(segment, way[i], Place::Zero());
         segment.length = start.norm();
