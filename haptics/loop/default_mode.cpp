@@ -65,8 +65,7 @@ class DefaultTick final : RowContacts {
         for (const ContactList* list : state_.lists) (list->ofFeatures() ? ofFeatures_ : ofLeaves_) = true;
         if (ofFeatures_ && !ofLeaves_) trust_ = margin_ = kTrust;
         linearizations_ = linearizationsOf(settings_, ofFeatures_ ? Geometry::Mesh : Geometry::Spheres);
-        for (const Obstacle& obstacle : state_.world->obstacles) rubs_ = rubs_ || obstacle.friction.any();
-        rubs_ = rubs_ && settings_.friction && settings_.frictionScale > 0;
+        rubs_ = hasFriction(*state_.world, settings_);
         if (!rubs_) state_.forces.forget();
     }
 
@@ -86,6 +85,8 @@ class DefaultTick final : RowContacts {
         bool reachesDevice = false;  ///< x is the whole way to the device
         bool elastic = false;        ///< the rows contradict each other
         double slack = 0;            ///< of an elastic answer
+        bool rubs = false;           ///< with friction: forces were found
+        bool exact = false;          ///< with friction: by the exact solver
     };
     struct Measured {
         bool deeper = false;        ///< a pair got deeper
@@ -127,6 +128,7 @@ class DefaultTick final : RowContacts {
     void holdRows(const Vec6& solved, const Vec6& x);
     bool solve(const Vec6& wanted, Step& step);
     bool solveWithFriction(const Vec6& wanted, Step& step);
+    SolveResult project(const Vec6& x);
     Place placeOf(std::uint64_t id) const noexcept override;
     void addLoadedRows();
     void recordFriction();
@@ -336,7 +338,11 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     flying_ = state_.rows.size() == 0 && !fitsCappedSteps(wanted) && !isNear(settings_.margin);
     if (isFlight(wanted, step)) return Found::Flight;
     if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size()) {
-        tick_.runShadow({tick_.stiffness(), wanted, &state_.rows}, step.rendered);
+        const auto contacts = state_.forces.contacts();
+        if (!rubs_)
+            tick_.runShadow({tick_.stiffness(), wanted, &state_.rows}, step.rendered);
+        else if (step.rubs && !contacts.empty())
+            tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, step.rendered, step.exact);
         shadowRan_ = true;
     }
     return Found::Contact;
@@ -442,16 +448,11 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     } else {
         if (tick_.audit) state_.rememberContacts(state_.rows, state_.reference->solve(problem, limits));
         if (result.kkt.primal_mm > kViolation) {
-            const std::uint64_t again = tick_.now();
-            const SolveResult onto = state_.projector->solve({problem.stiffness, result.x, &state_.rows}, limits);
+            const SolveResult onto = project(result.x);
             if (onto.status == SolveStatus::Invalid) return false;
-            if (onto.status == SolveStatus::Elastic) tick_.record.flags |= kInfeasible;
-            tick_.record.projection = std::max(tick_.record.projection, state_.lengthOf(onto.x - result.x));
-            tick_.record.flags |= kProjected;
             result.x = onto.x;
             result.slack = onto.slack;
             result.status = onto.status;
-            tick_.addTime(tick_.record.solveUs, again);
         }
     }
     step.x = result.x;
@@ -460,6 +461,18 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     step.elastic = result.status == SolveStatus::Elastic;
     step.slack = step.elastic ? result.slack : 0;
     return true;
+}
+
+/// Moves an approximate answer onto the rows.
+SolveResult DefaultTick::project(const Vec6& x) {
+    const std::uint64_t start = tick_.now();
+    const SolveResult onto = state_.projector->solve({tick_.stiffness(), x, &state_.rows}, solverSettings(settings_));
+    tick_.addTime(tick_.record.solveUs, start);
+    if (onto.status == SolveStatus::Invalid) return onto;
+    if (onto.status == SolveStatus::Elastic) tick_.record.flags |= kInfeasible;
+    tick_.record.projection = std::max(tick_.record.projection, state_.lengthOf(onto.x - x));
+    tick_.record.flags |= kProjected;
+    return onto;
 }
 
 /// Adds the rows of features that carry force and that no step has crossed: friction can hold a tool that nothing
@@ -492,17 +505,20 @@ RowContacts::Place DefaultTick::placeOf(std::uint64_t id) const noexcept {
     const Pose X_OT = state_.inObstacle(k, state_.graphic);
     const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
     const Vec3 p_T = X_OT.inverse() * p_O;
-    const Friction& friction = state_.world->obstacles[k].friction;
+    const Friction friction = state_.world->obstacles[k].frictionIn(settings_);
     return {state_.X_WO[k] * p_O - state_.graphic.p,
             state_.courses[k].X_OT == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - state_.courses[k].X_OT * p_T)),
-            settings_.frictionScale * friction.atRest, settings_.frictionScale * friction.sliding};
+            friction.atRest, friction.sliding};
 }
 
 bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     const std::uint64_t start = tick_.now();
     const QpProblem problem{tick_.stiffness(), wanted, &state_.rows};
-    const ContactForces::Result result =
-        state_.forces.solve(problem, solverSettings(settings_), *this, *state_.projector);
+    const bool exact = frictionSolverTable()[settings_.frictionSolver].exact;
+    FrictionSolver& solver = *state_.frictionRenderers[settings_.frictionSolver];
+    solver.limitWork(settings_.solverWork);
+    ContactForces::Result result =
+        state_.forces.solve(problem, solverSettings(settings_), *this, *state_.projector, solver, exact);
     TickRecord& record = tick_.record;
     record.iterations += result.iterations;
     record.status = std::max(record.status, result.status);
@@ -511,13 +527,27 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     if (result.status == SolveStatus::Invalid) return false;
     if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
     if (result.friction == FrictionStatus::Regularized) record.flags |= kFrictionSoft;
+    if (result.replaced) {
+        record.status = std::max(record.status, SolveStatus::IterationLimit);
+        record.flags |= kIterationLimit;
+    }
     held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
-    record.coulomb = worstOf(record.coulomb, result.residuals);  // heat: of the whole slip since the tick began
+    record.coulomb = worstOf(record.coulomb, result.residuals);
 
     state_.contacts.clear();
     for (const ContactForces::Contact& contact : state_.forces.loaded())
         state_.contacts.push_back({contact.id, contact.normal.dot(contact.force)});
-    step.x = step.rendered = result.x;
+    step.rubs = result.status == SolveStatus::Solved && result.friction != FrictionStatus::None;
+    step.exact = exact || result.replaced;
+    step.rendered = result.x;
+    if (step.rubs && result.friction == FrictionStatus::Approximate && result.overlap > kViolation) {
+        const SolveResult onto = project(result.x);
+        if (onto.status == SolveStatus::Invalid) return false;
+        result.x = onto.x;
+        result.status = onto.status;
+        result.slack = onto.slack;
+    }
+    step.x = result.x;
     step.length = state_.lengthOf(step.x);
     step.reachesDevice = step.x == wanted;
     step.elastic = result.status == SolveStatus::Elastic;
@@ -525,14 +555,20 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     return true;
 }
 
+/// Pre: the courses are those of the tick's start. The slip is that of the tick and not of its solves, whose steps may
+/// be capped.
 void DefaultTick::recordFriction() {
     TickRecord& record = tick_.record;
+    record.coulomb.dissipation_mJ = 0;
     Vec3 friction = Vec3::Zero();
     for (const ContactForces::Contact& contact : state_.forces.loaded()) {
-        if (!state_.world->obstacles[obstacleOf(contact.id)].friction.any()) continue;
+        if (!state_.world->obstacles[obstacleOf(contact.id)].frictionIn(settings_).any()) continue;
         (contact.slides ? record.sliding : record.sticking) += 1;
-        record.slip = std::max(record.slip, contact.slip);
-        friction += contact.force - contact.normal * contact.normal.dot(contact.force);
+        const Vec3& n = contact.normal;
+        const Vec3 moved = placeOf(contact.id).slipped, slip = moved - n * n.dot(moved);
+        record.slip = std::max(record.slip, slip.norm());
+        record.coulomb.dissipation_mJ -= contact.force.dot(slip);
+        friction += contact.force - n * n.dot(contact.force);
     }
     record.frictionForce = friction.norm();
 }
@@ -690,8 +726,9 @@ bool DefaultTick::run(Wrench& wrench) {
         shortened = moved + kArrived < step.length;
     }
     if (held_) {
-        // The force of the last tick holds the tool at its place inside the cones; that of the springs would not.
-        if (state_.pushing >= 0) return false;
+        // The force of the last tick holds the tool at its place inside the cones; that of the springs would not. An
+        // obstacle that moved in this tick may have taken that place.
+        if (state_.obstacleTravel > 0) return false;
         state_.graphic = start;
         state_.forces.restartTick();
         tick_.record.flags |= kFrictionHeld;
@@ -706,6 +743,7 @@ bool DefaultTick::run(Wrench& wrench) {
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearization_;
     tick_.record.hover = state_.hoverAt(state_.graphic);
+    if (rubs_) recordFriction();
 
     for (int k = 0; k < int(state_.lists.size()); ++k) {
         const Pose X_OT = state_.inObstacle(k, state_.graphic);
@@ -713,7 +751,6 @@ bool DefaultTick::run(Wrench& wrench) {
         state_.courses[k].X_OT = X_OT;
     }
     if (!held_) wrench = tick_.coupling(incrementBetween(device_, state_.graphic));
-    if (rubs_) recordFriction();
     return true;
 }
 

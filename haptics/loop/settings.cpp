@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "haptics/math/numbers.hpp"
+#include "haptics/qp/friction_table.hpp"
 
 namespace touchstone {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 struct SolverName {
     int Settings::*index;
     bool mayBeNone;
+    bool friction = false;  ///< of frictionSolverTable()
 };
 
 using Field = std::variant<double Settings::*, int Settings::*, std::int64_t Settings::*, bool Settings::*,
@@ -99,11 +101,26 @@ constexpr Row kRows[] = {
      &Settings::linearisations},
     {{"friction", "",
       "on: parts whose materials have friction stick and slip, in default mode; off: every part is frictionless", 0, 0,
-      SettingGroup::Contact, "Friction"},
+      SettingGroup::Friction, "Friction"},
      &Settings::friction},
+    {{"friction_coefficient", "",
+      "coefficient of friction of every pair of parts, at rest and sliding, instead of that of their materials; with a "
+      "larger value parts stick and jam sooner; 0: the materials' own",
+      0, 1000, SettingGroup::Friction, "Coefficient of friction", 0, 1},
+     &Settings::frictionCoefficient},
     {{"friction_scale", "", "factor on all coefficients of friction; with a larger value parts stick and jam sooner", 0,
-      100, SettingGroup::Contact, "Friction scale", 0, 3},
+      100, SettingGroup::Friction, "Friction scale", 0, 3},
      &Settings::frictionScale},
+    {{"friction_solver", "",
+      "solver that moves the tool where there is friction; the others are baselines, whose answers are projected onto "
+      "the constraints",
+      0, 0, SettingGroup::Friction, "Friction solver"},
+     SolverName{&Settings::frictionSolver, false, true}},
+    {{"friction_shadow", "",
+      "second solver where there is friction, run on the same contacts to measure its time and error; with the shadow "
+      "none there is none",
+      0, 0, SettingGroup::Friction, "Friction shadow"},
+     SolverName{&Settings::frictionShadow, false, true}},
     {{"adaptive_margin", "",
       "on: solve only with the rows that the step would cross; off: with the rows of all pairs within the margin, "
       "which "
@@ -210,10 +227,20 @@ std::string alternatives(std::span<const std::string_view> names) {
     return all;
 }
 
-std::string solverNames(bool mayBeNone) {
-    std::string names;
-    for (const SolverInfo& solver : solverTable()) names += (names.empty() ? "" : ", ") + std::string(solver.name);
-    return mayBeNone ? names + ", none" : names;
+std::vector<std::string> namesOf(const SolverName& setting) {
+    std::vector<std::string> names;
+    const auto add = [&](const auto& table) {
+        for (const auto& solver : table) names.emplace_back(solver.name);
+    };
+    setting.friction ? add(frictionSolverTable()) : add(solverTable());
+    if (setting.mayBeNone) names.emplace_back("none");
+    return names;
+}
+
+std::string oneOf(const SolverName& setting) {
+    std::string all;
+    for (const std::string& name : namesOf(setting)) all += (all.empty() ? "one of " : ", ") + name;
+    return all;
 }
 
 std::string range(const SettingInfo& info, bool whole) { return rangeWords(info.min, info.max, info.unit, whole); }
@@ -239,38 +266,38 @@ std::string setSetting(Settings& settings, std::string_view key, std::string_vie
         settings.*member = static_cast<std::remove_reference_t<decltype(settings.*member)>>(*number);
         return {};
     };
-    return std::visit(Overload{
-                          [&](double Settings::*member) -> std::string {
-                              const auto number = readNumber(value, info.min, info.max);
-                              if (!number) return refuse(info, value, range(info, false));
-                              settings.*member = *number;
-                              return {};
-                          },
-                          [&](int Settings::*member) { return setWhole(member); },
-                          [&](std::int64_t Settings::*member) { return setWhole(member); },
-                          [&](bool Settings::*member) -> std::string {
-                              const bool on = value == "on" || value == "true";
-                              if (!on && value != "off" && value != "false") return refuse(info, value, "on or off");
-                              settings.*member = on;
-                              return {};
-                          },
-                          [&]<Enumeration E>(E Settings::*member) -> std::string {
-                              const auto names = namesOf(member);
-                              const auto found = std::find(names.begin(), names.end(), value);
-                              if (found == names.end()) return refuse(info, value, alternatives(names));
-                              settings.*member = static_cast<E>(found - names.begin());
-                              return {};
-                          },
-                          [&](SolverName solver) -> std::string {
-                              const bool none = solver.mayBeNone && value == "none";
-                              const int index = none ? -1 : findSolver(value);
-                              if (index < 0 && !none)
-                                  return refuse(info, value, "one of " + solverNames(solver.mayBeNone));
-                              settings.*solver.index = index;
-                              return {};
-                          },
-                      },
-                      row->field);
+    return std::visit(
+        Overload{
+            [&](double Settings::*member) -> std::string {
+                const auto number = readNumber(value, info.min, info.max);
+                if (!number) return refuse(info, value, range(info, false));
+                settings.*member = *number;
+                return {};
+            },
+            [&](int Settings::*member) { return setWhole(member); },
+            [&](std::int64_t Settings::*member) { return setWhole(member); },
+            [&](bool Settings::*member) -> std::string {
+                const bool on = value == "on" || value == "true";
+                if (!on && value != "off" && value != "false") return refuse(info, value, "on or off");
+                settings.*member = on;
+                return {};
+            },
+            [&]<Enumeration E>(E Settings::*member) -> std::string {
+                const auto names = namesOf(member);
+                const auto found = std::find(names.begin(), names.end(), value);
+                if (found == names.end()) return refuse(info, value, alternatives(names));
+                settings.*member = static_cast<E>(found - names.begin());
+                return {};
+            },
+            [&](SolverName solver) -> std::string {
+                const bool none = solver.mayBeNone && value == "none";
+                const int index = none ? -1 : solver.friction ? findFrictionSolver(value) : findSolver(value);
+                if (index < 0 && !none) return refuse(info, value, oneOf(solver));
+                settings.*solver.index = index;
+                return {};
+            },
+        },
+        row->field);
 }
 
 std::vector<std::string> settingChoices(std::string_view key) {
@@ -279,15 +306,10 @@ std::vector<std::string> settingChoices(std::string_view key) {
     const auto names = [](std::span<const std::string_view> of) {
         return std::vector<std::string>(of.begin(), of.end());
     };
-    return std::visit(Overload{[&]<Enumeration E>(E Settings::*member) { return names(namesOf(member)); },
-                               [&](SolverName name) {
-                                   std::vector<std::string> all;
-                                   for (const SolverInfo& solver : solverTable()) all.emplace_back(solver.name);
-                                   if (name.mayBeNone) all.emplace_back("none");
-                                   return all;
-                               },
-                               [](auto) { return std::vector<std::string>(); }},
-                      row->field);
+    return std::visit(
+        Overload{[&]<Enumeration E>(E Settings::*member) { return names(namesOf(member)); },
+                 [](SolverName name) { return namesOf(name); }, [](auto) { return std::vector<std::string>(); }},
+        row->field);
 }
 
 std::string getSetting(const Settings& settings, std::string_view key) {
@@ -300,7 +322,7 @@ std::string getSetting(const Settings& settings, std::string_view key) {
                           },
                           [&](SolverName solver) -> std::string {
                               const int index = settings.*solver.index;
-                              return index < 0 ? "none" : std::string(solverTable()[index].name);
+                              return index < 0 ? "none" : namesOf(solver)[static_cast<std::size_t>(index)];
                           },
                           [&](auto member) { return text(settings.*member); },
                       },
@@ -317,6 +339,14 @@ SolverSettings solverSettings(const Settings& settings) {
     return s;
 }
 
+std::string checkAskedFriction(const Settings& settings, std::string_view key) {
+    const bool asked =
+        settings.friction && (key == "friction" || (key == "friction_coefficient" && settings.frictionCoefficient > 0));
+    if (!asked || settings.mode == Mode::Default) return {};
+    return std::string(kModeNames[static_cast<std::size_t>(settings.mode)]) + " mode is frictionless: leave out " +
+           std::string(key) + ", or choose default mode";
+}
+
 std::string checkSettings(const Settings& settings) {
     for (const auto& [info, field] : kRows) {
         const auto number = [&, &info = info](auto member, bool whole) -> std::string {
@@ -330,9 +360,9 @@ std::string checkSettings(const Settings& settings) {
                 [&](std::int64_t Settings::*member) { return number(member, true); },
                 [&, &info = info](SolverName solver) -> std::string {
                     const int index = settings.*solver.index;
-                    if (index >= (solver.mayBeNone ? -1 : 0) && index < static_cast<int>(solverTable().size()))
-                        return {};
-                    return refuse(info, text(index), "one of " + solverNames(solver.mayBeNone));
+                    const std::size_t count = solver.friction ? frictionSolverTable().size() : solverTable().size();
+                    if (index >= (solver.mayBeNone ? -1 : 0) && index < static_cast<int>(count)) return {};
+                    return refuse(info, text(index), oneOf(solver));
                 },
                 [](auto) { return std::string(); },
             },

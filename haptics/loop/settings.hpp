@@ -35,6 +35,8 @@ struct Settings {
     double contactDistance = 0.002;  ///< δ, mm: distance that is kept between the features of meshes
     int solver = kExactSolver;       ///< index into solverTable()
     int shadow = 1;                  ///< likewise; -1 for none
+    int frictionSolver = 0;          ///< index into frictionSolverTable(): moves the tool where there is friction
+    int frictionShadow = 3;          ///< likewise: the shadow where there is friction, unless `shadow` is none
     double stiffness = 1;            ///< k_t, N/mm; the paper's value
     double torsion = 1000;           ///< k_r, mN·m/rad; the paper's value
     double tolerance = 0.01;  ///< of an approximate solver or shadow: N; in paper mode N·mm, where it is the paper's
@@ -54,9 +56,10 @@ struct Settings {
     /// Maximum number of linearizations in a tick that begins with force; 0: linearizationsOf(). Spelled as the key in
     /// scene files and recordings.
     int linearisations = 0;
-    bool friction = true;        ///< friction of the parts' materials, in default mode
-    double frictionScale = 1;    ///< factor on all coefficients of friction
-    bool adaptiveMargin = true;  ///< solve only with the rows that the step would cross
+    bool friction = true;            ///< friction of the parts' materials, in default mode
+    double frictionCoefficient = 0;  ///< µ of every pair, instead of the materials'; 0: the materials'
+    double frictionScale = 1;        ///< factor on all coefficients of friction
+    bool adaptiveMargin = true;      ///< solve only with the rows that the step would cross
     /// w of ½ w s² when rows contradict each other, for rows of unit length in the metric of G. Chosen by measurement.
     double elasticWeight = 1000;
     int paperRows = 1024;  ///< maximum number of pairs, the deepest, in paper mode
@@ -90,7 +93,7 @@ inline int linearizationsOf(const Settings& settings, Geometry geometry) {
 SolverSettings solverSettings(const Settings& settings);
 
 /// Where the haptics panel shows a setting, in the order of the table.
-enum class SettingGroup : std::uint8_t { None, Mode, Coupling, Solvers, Approximate, Contact, More };
+enum class SettingGroup : std::uint8_t { None, Mode, Coupling, Solvers, Approximate, Contact, Friction, More };
 
 /// One setting by name: the table row that the command line, scene files, panels and help read.
 struct SettingInfo {
@@ -113,6 +116,9 @@ std::vector<std::string> settingChoices(std::string_view key);
 std::string setSetting(Settings& settings, std::string_view key, std::string_view value);
 /// The value as text that setSetting() reads back to the same bits. Pre: key is in the table.
 std::string getSetting(const Settings& settings, std::string_view key);
+/// One sentence if a setting asks for friction in a mode that has none; empty otherwise. Only where a user names the
+/// setting is that a mistake: a scene's materials have no effect in such a mode.
+std::string checkAskedFriction(const Settings& settings, std::string_view key);
 /// Checks that all values are in their ranges and consistent. Returns an empty string, or one sentence that says what
 /// is wrong.
 std::string checkSettings(const Settings& settings);

@@ -49,6 +49,11 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
         renderers.push_back(info.make(kRowCapacity));
         shadows.push_back(info.make(kShadowRowCapacity));
     }
+    for (const FrictionSolverInfo& info : frictionSolverTable()) {
+        frictionRenderers.push_back(info.make(ContactForces::kMaxContacts));
+        frictionShadows.push_back(info.make(ContactForces::kMaxContacts));
+    }
+    frictionReference = std::make_unique<ConeNewton>(ContactForces::kMaxContacts);
     projector = solverTable()[kExactSolver].make(kRowCapacity);
     reference = solverTable()[kExactSolver].make(kRowCapacity);
     deepest.reserve(kPaperRowCapacity);
@@ -114,7 +119,9 @@ void StepState::Impl::place(int obstacle, const Pose& X) {
 void StepState::Impl::use(Geometry geometry, double contactDistance) {
     for (std::size_t k = 0; k < lists.size(); ++k) {
         const bool mesh = world->byMeshes(k, geometry);
-        checked = checked && lists[k] && lists[k]->ofFeatures() == mesh;
+        const bool changed = lists[k] && lists[k]->ofFeatures() != mesh;
+        checked = checked && lists[k] && !changed;
+        if (changed) forces.forget();  // its contacts are features of the other geometry
         lists[k] = (mesh ? featureLists : leafLists)[k].get();
         lists[k]->keepApart(mesh ? contactDistance : 0);
     }
@@ -165,7 +172,11 @@ const Within& StepState::asked() const noexcept { return impl->asked; }
 
 const TickInput& StepState::input() const { return impl->given; }
 
+std::span<const ContactForce> StepState::frictionContacts() const noexcept { return impl->forces.loaded(); }
 std::unique_ptr<Solver>& StepState::renderer(int solver) { return impl->renderers[static_cast<std::size_t>(solver)]; }
+std::unique_ptr<FrictionSolver>& StepState::frictionRenderer(int solver) {
+    return impl->frictionRenderers[static_cast<std::size_t>(solver)];
+}
 
 void StepState::Impl::rememberContacts(const RowSet& from, const SolveResult& result) {
     contacts.clear();
@@ -245,6 +256,25 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     if (record.shadowRowsCut || !(renderedIsExact || solverTable()[settings.shadow].exact))
         exact = state.reference->solve(shared, s).x;
     const WrenchError error = wrenchError(shared, shadow.x, exact);
+    record.shadowForceError = error.force_N;
+    record.shadowTorqueError = error.torque_mNm;
+}
+
+void Tick::runFrictionShadow(const FrictionProblem& problem, const Vec6& rendered, bool exact) {
+    const std::uint64_t start = now();
+    FrictionSolver& solver = *state.frictionShadows[settings.frictionShadow];
+    solver.limitWork(settings.shadowWork);
+    const FrictionResult shadow = solver.solve(problem, Vec6::Zero());
+    record.shadowRows = int(problem.contacts.size());
+    record.shadowIterations = shadow.iterations;
+    record.shadowStatus = shadow.status == FrictionStatus::None ? SolveStatus::IterationLimit : SolveStatus::Solved;
+    addTime(record.shadowUs, start);
+
+    // As for the shadow without friction.
+    Vec6 truth = rendered;
+    if (!exact && !frictionSolverTable()[settings.frictionShadow].exact)
+        truth = state.frictionReference->solve(problem, rendered).x;
+    const WrenchError error = wrenchError({problem.stiffness, problem.wanted, nullptr}, shadow.x, truth);
     record.shadowForceError = error.force_N;
     record.shadowTorqueError = error.torque_mNm;
 }
@@ -355,6 +385,12 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
     record.wrench_o = wrench;
     record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(wrench.force);
     return record;
+}
+
+bool hasFriction(const World& world, const Settings& settings) {
+    return settings.mode == Mode::Default &&
+           std::any_of(world.obstacles.begin(), world.obstacles.end(),
+                       [&](const Obstacle& obstacle) { return obstacle.frictionIn(settings).any(); });
 }
 
 double trueClearance(const World& world, const Pose& X_WT, double atMost, std::span<const Pose> X_WO,

@@ -18,7 +18,7 @@ namespace touchstone {
 enum TickFlag : std::uint32_t {
     kInfeasible = 1 << 0,      ///< the rows contradicted each other; the softened answer was used
     kNotDeeper = 1 << 1,       ///< ... and was replaced by the answer that deepens no overlap
-    kIterationLimit = 1 << 2,  ///< the work limit ended a solve
+    kIterationLimit = 1 << 2,  ///< the work limit ended a solve, or a friction baseline had no answer (ContactForces)
     kNonFinite = 1 << 3,       ///< the answer was not finite: tool held, zero force
     kRowsTruncated = 1 << 4,   ///< there were more pairs than rows
     kListOverflow = 1 << 5,    ///< there were more list entries than memory: tool held, zero force
@@ -92,8 +92,9 @@ struct TickRecord {
     double frictionForce = 0;       ///< size of the sum of all friction forces, N
     CoulombResiduals coulomb;       ///< worst over the tick's linearizations; all 0 without friction
 
-    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;  ///< cut: removed by screening or by shadow_rows
-    SolveStatus shadowStatus = SolveStatus::Solved;
+    /// Rows, with friction contacts, that the shadow received; cut: removed by screening or by shadow_rows.
+    int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;
+    SolveStatus shadowStatus = SolveStatus::Solved;      ///< with friction IterationLimit where it had no answer
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs
@@ -142,12 +143,20 @@ class StepState {
     /// The input of the last step().
     const TickInput& input() const;
 
+    /// The contacts that carried force in the last tick, in order of their id; empty if there was no friction.
+    std::span<const ContactForce> frictionContacts() const noexcept;
+
     /// The solver that moves the tool, by index into solverTable(). A caller may replace it by one that observes it.
     std::unique_ptr<Solver>& renderer(int solver);
+    /// Likewise with friction, by index into frictionSolverTable().
+    std::unique_ptr<FrictionSolver>& frictionRenderer(int solver);
 
     struct Impl;
     std::unique_ptr<Impl> impl;
 };
+
+/// Whether parts rub on each other with these settings: default mode, and friction of any pair.
+bool hasFriction(const World& world, const Settings& settings);
 
 /// One tick. Pre: `state` was made for `world`. Pure: the result depends only on the arguments; no lock, log, I/O,
 /// allocation, throw or clock. If the tick fails, the record has a flag, the tool is held and the force is zero.

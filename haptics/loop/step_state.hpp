@@ -7,6 +7,7 @@
 #include "haptics/collision/neighbor_list.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/qp/contact_forces.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/surface/feature_list.hpp"
 #include "haptics/surface/surface_overlap.hpp"
 
@@ -67,6 +68,9 @@ struct StepState::Impl {
     std::vector<std::unique_ptr<Solver>> shadows;    ///< likewise
     std::unique_ptr<Solver> projector;  ///< exact: projects approximate answers and solves the not-deeper rows
     std::unique_ptr<Solver> reference;  ///< exact: for audits and the shadow's error
+    std::vector<std::unique_ptr<FrictionSolver>> frictionRenderers;  ///< by index into frictionSolverTable()
+    std::vector<std::unique_ptr<FrictionSolver>> frictionShadows;    ///< likewise
+    std::unique_ptr<FrictionSolver> frictionReference;               ///< exact: for the shadow's error
     struct DeepPair {
         double gap;
         std::uint64_t id;
@@ -149,6 +153,8 @@ struct Tick {
     void note(const SolveResult& result);
     /// Runs the shadow on the problem; `rendered` is the rendering solver's answer to it.
     void runShadow(const QpProblem& problem, const Vec6& rendered);
+    /// Likewise with friction. `exact`: whether `rendered` is the answer of an exact solver.
+    void runFrictionShadow(const FrictionProblem& problem, const Vec6& rendered, bool exact);
 };
 
 /// The modes. Each moves `state.graphic` toward `device` and sets `wrench`. If it returns false, the tool is held and

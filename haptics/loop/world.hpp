@@ -27,11 +27,19 @@ struct Obstacle {
     Pose X_WO;                                         ///< obstacle's node in the scene frame, at the first tick
     std::shared_ptr<const Surface> surface = nullptr;  ///< null: it is touched by its spheres alone
     bool asksForSpheres = false;                       ///< it is touched by its spheres in either geometry
-    Friction friction = {};                            ///< between it and the tool
+    Friction friction = {};                            ///< between it and the tool, by their materials
 
     /// The point about which its travel is measured, in its own frame, and the greatest distance from there, mm.
     Vec3 center() const { return surface ? surface->extent.center : tree->center(); }
     double reach() const { return surface ? surface->extent.reach : tree->reach(); }
+
+    /// Friction between it and the tool with these settings.
+    Friction frictionIn(const Settings& settings) const {
+        if (!settings.friction) return {};
+        const double every = settings.frictionCoefficient;
+        const Friction pair = every > 0 ? Friction{every, every} : friction;
+        return {settings.frictionScale * pair.atRest, settings.frictionScale * pair.sliding};
+    }
 };
 
 /// Tree and surface of the tool are given in the tool node's frame, whose origin is o. Increments and torques of the

@@ -10,17 +10,28 @@ namespace {
 /// ρ times the compliance of the springs at the contact. A larger value loses digits; with a smaller one the forces
 /// need more corrections.
 constexpr double kPenalty = 1e4;
-/// Newton steps before a path is tried, and after it. Ticks that differ little from the last one take 2 to 8; steps
-/// that have not converged after 20 mostly circle.
-constexpr int kSteps = 20, kLastSteps = 40;
+/// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
+/// converged after 20 mostly circle.
+constexpr int kSteps = 20;
 /// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
 /// would otherwise send it to and fro.
 constexpr int kHeldSteps = 16;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
-/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N. Of contacts that
-/// contradict each other by up to 1e-10 mm the forces drift by up to kDrifting in a step, N, or by
-/// kDriftingShare of the forces.
-constexpr double kBalanced = 1e-11, kForcesSettled = 1e-10, kDrifting = 1e-6, kDriftingShare = 1e-8;
+/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N.
+constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10;
+/// Overlap, gap under load and slip of what sticks at which an answer is exact, mm. Rows contradict each other by about
+/// as much, since they are rounded; the forces of such contacts never settle. Up to the second an answer is
+/// regularized.
+constexpr double kExact = 1e-9, kRegularized = 3e-4;
+/// Rounds with f⁰ held, Newton steps of each, and the factor by which ρ grows up to kMostGrowth times its first value.
+/// Nearly parallel contacts settle slowly with a small ρ; with a large one the steps circle. Then ρ falls back by the
+/// square of the factor, which becomes smaller; after kFalls that it is given up.
+/// If the error has not halved in kStalledRounds and is above kContradicts, mm, there may be no answer.
+constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 10;
+constexpr double kContradicts = 1e-7;
+/// Imbalance of a round, N, which rounding causes if ρ is large.
+constexpr double kMostImbalance = 1e-7;
+constexpr double kGrowth = 10, kLeastGrowth = 2, kMostGrowth = 1e4;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
 /// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
@@ -32,8 +43,6 @@ constexpr double kOnPath = 1e-9, kPastEvent = 1e-3;
 constexpr double kTurn = 0.3;
 constexpr double kSmallestStep = 1e-8;
 constexpr int kPathSteps = 500, kCorrections = 6;
-/// Number of paths along which a regularized answer is corrected.
-constexpr int kPathRounds = 2;
 
 double sizeOf(const Vec6& wrench, double lever) {
     return std::sqrt(wrench.head<3>().squaredNorm() + wrench.tail<3>().squaredNorm() / (lever * lever));
@@ -43,9 +52,9 @@ double sizeOf(const Vec6& wrench, double lever) {
 
 void ConeNewton::begin(const FrictionProblem& problem) {
     problem_ = &problem;
-    evaluations_ = 0;
     const double k = problem.stiffness.head<3>().mean(), kr = problem.stiffness.tail<3>().mean();
     lever_ = std::sqrt(kr / k);
+    stiffness_ = k;
     force_ = 1 + sizeOf(problem.stiffness.cwiseProduct(problem.wanted), lever_);
     for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
         const FrictionContact& c = problem.contacts[i];
@@ -145,21 +154,37 @@ bool ConeNewton::addCrossed(const Vec6& x) {
     return true;
 }
 
+/// How far the contacts that take part are from the law: the greatest overlap, mm; of gap and force under it, and of
+/// slip and lack of friction against it, the smaller, mm, forces over k; and the energy of all of these, mJ.
+ConeNewton::Error ConeNewton::errorAt(const Vec6& x) const {
+    double distance = 0, energy = 0;
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        const State& state = states_[i];
+        if (!state.takesPart) continue;
+        const double normal = c.n.dot(state.f), s = c.distance(x);
+        const Vec3 u = c.slip(x);
+        const double slip = u.norm(), lost = std::max(0.0, c.coefficient * normal * slip + state.f.dot(u));
+        distance = std::max({distance, -s, std::min(s, normal / stiffness_)});
+        if (slip > 0) distance = std::max(distance, std::min(slip, lost / slip / stiffness_));
+        energy += std::max(0.0, normal * s) + lost;
+    }
+    return {distance, energy};
+}
+
 /// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
-bool ConeNewton::newton(Vec6& x, int limit, Pieces first) {
+bool ConeNewton::newton(Vec6& x) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
     double before = 0;
-    for (int i = 0, left = limit; left > 0; ++i, --left) {
-        const Pieces pieces = i == 0 && first == Pieces::Stick ? Pieces::Stick
-                              : i < kHeldSteps                 ? Pieces::Held
-                                                               : Pieces::Newton;
+    for (int i = 0, left = kSteps; left > 0; ++i, --left) {
+        const Pieces pieces = i == 0 ? Pieces::Stick : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
-        const bool settled = change_ <= kForcesSettled * force_ ||
-                             (change_ <= std::max(kDrifting, kDriftingShare * force_) && change_ > before / 2);
+        const bool settled =
+            change_ <= kForcesSettled * force_ || (change_ > before / 2 && errorAt(x).worst() <= kExact);
         before = change_;
-        if (sizeOf(imbalance, lever_) <= balanced && settled && !changed_ && pieces != Pieces::Stick) {
+        if (sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Stick && settled) {
             if (!addCrossed(x)) return true;
-            left = limit;
+            left = kSteps;
             i = 0;
             if (evaluations_ > kMostEvaluations) return false;
             continue;
@@ -176,6 +201,69 @@ bool ConeNewton::newton(Vec6& x, int limit, Pieces first) {
         }
     }
     return false;
+}
+
+/// Newton's method for the pose with f⁰ held. Returns whether it converged, with the forces f. weight: ρ over its first
+/// value, by which rounding grows.
+bool ConeNewton::findPose(Vec6& x, double weight) {
+    for (int i = 0; i < kRoundSteps; ++i) {
+        const Vec6 imbalance = evaluate(x, problem_->wanted, 0, Pieces::ByLaw);
+        if (sizeOf(imbalance, lever_) <= std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance))
+            return true;
+        lu_.compute(derivative_);
+        const Vec6 dx = lu_.solve(imbalance);
+        if (!dx.allFinite()) return false;
+        x -= dx;
+    }
+    return false;
+}
+
+/// Rounds from x and the forces f⁰, in which all contacts take part. What it finds is in x and in the forces f.
+FrictionStatus ConeNewton::climb(Vec6& x) {
+    const std::size_t m = problem_->contacts.size();
+    for (std::size_t i = 0; i < m; ++i) {
+        states_[i].takesPart = true;
+        states_[i].drift = Vec3::Zero();
+        forces_[i] = states_[i].before = states_[i].f0;
+    }
+    Vec6 found = x, best = x;
+    Error least{INFINITY, INFINITY};
+    double weight = 1, growth = kGrowth;
+    for (int round = 0, climbed = 0, stalled = 0, falls = 0; round < kRounds && evaluations_ < kMostEvaluations;
+         ++round) {
+        double factor;
+        if (findPose(x, weight)) {
+            found = x;
+            const Error error = errorAt(x);
+            ++stalled;
+            // Forces of contacts that contradict each other grow without end and to no avail.
+            if (error.worst() <= least.worst() / 2 || error.worst() <= kExact) {
+                least = error;
+                best = x;
+                stalled = 0;
+                for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f;
+            }
+            if (least.worst() <= kExact || (stalled >= kStalledRounds && least.distance > kContradicts)) break;
+            factor = std::min(growth, kMostGrowth / weight);
+            if (++climbed % 5 == 0) growth = std::min(kGrowth, 2 * growth);
+            for (std::size_t i = 0; i < m; ++i) states_[i].before = states_[i].f;
+        } else {
+            if (++falls > kFalls) break;
+            x = found;
+            factor = 1 / (growth * growth);
+            growth = std::max(kLeastGrowth, std::sqrt(growth));
+            climbed = 0;
+        }
+        weight *= factor;
+        for (std::size_t i = 0; i < m; ++i) {
+            states_[i].weight *= factor;
+            states_[i].f0 = states_[i].before;
+        }
+    }
+    x = best;
+    for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
+    if (least.worst() <= kExact) return FrictionStatus::Exact;
+    return least.distance <= kRegularized ? FrictionStatus::Regularized : FrictionStatus::None;
 }
 
 /// The step along a path to where a contact first changes its piece, or turns its friction too far. (dx, dAlpha): the
@@ -207,17 +295,18 @@ double ConeNewton::stepToEvent(const Vec6& dx, double dAlpha) const {
     return step;
 }
 
-/// Follows the answers of the problems with the increments h0 + α (h - h0), and with the drifts of the contacts, from x
-/// at α = 0 to α = 1. The path consists of smooth pieces. Where it folds, α falls for a while: the sign of the
+/// Follows the answers of the problems with the increments α h, and with the drifts of the contacts, from x at α = 0 to
+/// α = 1. The path consists of smooth pieces. Where it folds, α falls for a while: the sign of the
 /// determinant tells the direction.
-bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
-    const Vec6 way = problem_->wanted - h0, pull = problem_->stiffness.cwiseProduct(way);
+bool ConeNewton::follow(Vec6& x) {
+    const Vec6& way = problem_->wanted;
+    const Vec6 pull = problem_->stiffness.cwiseProduct(way);
     const Vec6 metric =
         problem_->stiffness / std::max(problem_->wanted.dot(problem_->stiffness.cwiseProduct(problem_->wanted)), 1e-12);
     const std::size_t m = problem_->contacts.size();
     double alpha = 0, cap = 1;
     for (int steps = 0; steps < kPathSteps && evaluations_ < kMostEvaluations; ++steps) {
-        evaluate(x, h0 + alpha * way, 1 - alpha, Pieces::ByLaw);
+        evaluate(x, alpha * way, 1 - alpha, Pieces::ByLaw);
         lu_.compute(derivative_);
         const Vec6 slope = lu_.solve(Vec6(pull + push_));
         const double length = std::sqrt(slope.dot(metric.cwiseProduct(slope)) + 1) * (lu_.determinant() < 0 ? -1 : 1);
@@ -239,7 +328,7 @@ bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
         double a = alpha0;
         bool onPath = false;
         for (int i = 0; i < kCorrections && !onPath; ++i) {
-            const Vec6 imbalance = evaluate(y, h0 + a * way, 1 - a, Pieces::Frozen);
+            const Vec6 imbalance = evaluate(y, a * way, 1 - a, Pieces::Frozen);
             onPath = sizeOf(imbalance, lever_) <= kOnPath * force_;
             if (onPath) break;
             lu_.compute(derivative_);
@@ -257,7 +346,7 @@ bool ConeNewton::follow(const Vec6& h0, Vec6& x) {
         }
         double share = 0.5;
         if (onPath &&
-            sizeOf(evaluate(y, h0 + a * way, 1 - a, Pieces::ByLaw), lever_) > (last ? kOnPath : kPastEvent) * force_) {
+            sizeOf(evaluate(y, a * way, 1 - a, Pieces::ByLaw), lever_) > (last ? kOnPath : kPastEvent) * force_) {
             // The step went past an event that the curved path meets earlier.
             onPath = false;
             double least = 1;
@@ -288,44 +377,32 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     assert(problem.contacts.size() <= states_.size());
     const std::size_t m = problem.contacts.size();
     begin(problem);
+    evaluations_ = 0;
     FrictionResult result;
     result.x = start;
-    result.status = newton(result.x, kSteps, Pieces::Stick) ? FrictionStatus::Exact : FrictionStatus::None;
+    result.status = newton(result.x) ? FrictionStatus::Exact : FrictionStatus::None;
     if (result.status != FrictionStatus::Exact) {
+        result.x = start;
+        for (std::size_t i = 0; i < m; ++i) states_[i].f0 = problem.contacts[i].startForce;
+        result.status = climb(result.x);
+    }
+    if (result.status != FrictionStatus::Exact) {
+        begin(problem);
         for (std::size_t i = 0; i < m; ++i) {
             const FrictionContact& c = problem.contacts[i];
             State& state = states_[i];
             state.f0.setZero();
             state.takesPart = true;
-            state.piece = Piece::Open;
             // Different gaps, so that one contact at a time changes its piece.
             const double away =
                 (c.motion(problem.wanted).norm() + 1e-3) * (0.2 + 0.8 * std::fmod(0.618034 * double(i + 1), 1.0));
             state.drift = state.weight * away * c.n;
         }
         result.x.setZero();
-        if (follow(Vec6::Zero(), result.x)) result.status = FrictionStatus::Regularized;
-        for (int round = 0; round < kPathRounds && result.status == FrictionStatus::Regularized; ++round) {
-            const Vec6 regularized = result.x;
-            for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f0 = states_[i].f;
-            if (newton(result.x, kLastSteps, Pieces::Held)) {
-                result.status = FrictionStatus::Exact;
-                break;
-            }
-            // From the answer of the last round, f⁰ grows to its forces.
-            result.x = regularized;
-            for (std::size_t i = 0; i < m; ++i) {
-                State& state = states_[i];
-                state.drift = forces_[i] - (round ? before_[i] : Vec3::Zero());
-                state.f0 = forces_[i];
-                before_[i] = forces_[i];
-                state.piece = Piece::Open;
-            }
-            if (!follow(problem.wanted, result.x)) {
-                result.x = regularized;
-                for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
-                break;
-            }
+        result.status = FrictionStatus::None;
+        if (follow(result.x)) {
+            for (std::size_t i = 0; i < m; ++i) states_[i].f0 = states_[i].f;
+            result.status = climb(result.x);
         }
     }
     for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();

@@ -12,20 +12,20 @@ namespace touchstone {
 /// law agree. The unknowns are the pose and not the forces, so redundant contacts do no harm; of several distributions
 /// of force the answer is near the start. Only contacts that carry force or are crossed take part.
 ///
-/// If the steps circle, the answers are followed along a path of problems that begins without any contact: the wanted
-/// increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
+/// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows.
+/// If that circles as well, the answers are followed along a path of problems that begins without any contact: the
+/// wanted increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
 /// (x·J'f <= 0), so such a path leads from the only answer of the first problem to an answer of the last, over its
 /// folds. Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the
 /// forces about kMostEvaluations times at most. Source: Alart and Curnier 1991, condensed to the pose.
 class ConeNewton final : public FrictionSolver {
   public:
     /// Bound on the evaluations, each O(contacts); the last round may exceed it by its corrections. The Newton steps
-    /// take 3 to 20; a path takes 50 to 500. A smaller bound leaves more ticks without an exact answer; a larger one
-    /// makes the longest ticks longer.
+    /// take 3 to 20, rounds with growing ρ 2 to 150, a path 50 to 900. A smaller bound leaves more ticks without an
+    /// exact answer; a larger one makes the longest ticks longer.
     static constexpr int kMostEvaluations = 1500;
 
-    explicit ConeNewton(int capacity)
-        : states_(std::size_t(capacity)), forces_(std::size_t(capacity)), before_(std::size_t(capacity)) {}
+    explicit ConeNewton(int capacity) : states_(std::size_t(capacity)), forces_(std::size_t(capacity)) {}
 
     FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override;
 
@@ -34,6 +34,7 @@ class ConeNewton final : public FrictionSolver {
     enum class Piece : std::uint8_t { Open, Stick, Slide };
     struct State {
         Vec3 f0, f;
+        Vec3 before;                        ///< f of the last round
         Vec3 drift;                         ///< of w along a path, N: w = f⁰ - ρ (s, u) - (1 - α) drift
         Vec3 along;                         ///< direction of w_t
         Mat3 K;                             ///< -∂f/∂(motion of the contact), N/mm
@@ -54,16 +55,24 @@ class ConeNewton final : public FrictionSolver {
 
     void begin(const FrictionProblem& problem);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
-    bool newton(Vec6& x, int limit, Pieces first);
-    bool follow(const Vec6& h0, Vec6& x);
+    bool newton(Vec6& x);
+    FrictionStatus climb(Vec6& x);
+    bool findPose(Vec6& x, double weight);
+    struct Error {
+        double distance, energy;  ///< mm, mJ
+        double worst() const { return distance > energy ? distance : energy; }
+    };
+    Error errorAt(const Vec6& x) const;
+    bool follow(Vec6& x);
     double stepToEvent(const Vec6& dx, double dAlpha) const;
     bool addCrossed(const Vec6& x);
 
     std::vector<State> states_;
-    std::vector<Vec3> forces_, before_;
+    std::vector<Vec3> forces_;
     const FrictionProblem* problem_ = nullptr;
-    double force_ = 0;  ///< scale of the forces, N
-    double lever_ = 0;  ///< at which the two springs are equally stiff, mm
+    double force_ = 0;      ///< scale of the forces, N
+    double stiffness_ = 0;  ///< k, N/mm
+    double lever_ = 0;      ///< at which the two springs are equally stiff, mm
     int evaluations_ = 0;
     // Of the last evaluate():
     Mat6 derivative_;       ///< of the imbalance by x

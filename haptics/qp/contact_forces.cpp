@@ -9,9 +9,10 @@ namespace {
 
 /// Largest violation of a row that an answer may have, and gap up to which a row touches before anything is remembered,
 /// mm.
-constexpr double kAccepted = 1e-9;
-/// Slip of a contact in a tick above which it slides, mm. What sticks gives way by less than 1e-11 mm.
-constexpr double kSlips = 1e-9;
+constexpr double kTouches = 1e-9;
+/// Slip of a contact in a tick above which it slides, mm: 0.1 µm/s at 1 kHz. Contacts that take over load from others
+/// give way by less, and what sticks by up to 1e-9 mm.
+constexpr double kSlips = 1e-7;
 /// Maximum number of rounds in which crossed rows are added. Three are usual.
 constexpr int kCrossedRounds = 64;
 
@@ -49,14 +50,69 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
         slides = known ? contact.slides : slides || contact.slides;
     }
     c.coefficient = slides ? place.sliding : place.atRest;
+    // What sticks stays even nearer than the distance that is kept: friction may be greater than what pushes it out.
+    if (known && !slides) c.gap = std::max(0.0, c.gap);
     contacts_.push_back(c);
+    startForces_.push_back(force);
     return true;
 }
 
+/// Lets a tool that is nearer than the distance that is kept stay there. Friction may be greater than what pushes it
+/// out, and then there is no other answer. Returns whether there is such a contact.
+bool ContactForces::stayInside() noexcept {
+    bool any = false;
+    for (FrictionContact& c : contacts_) {
+        any = any || c.gap < 0;
+        c.gap = std::max(0.0, c.gap);
+    }
+    return any;
+}
+
+void ContactForces::restoreStartForces() noexcept {
+    for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = startForces_[i];
+}
+
+/// Solves, and adds the rows that the answer crosses, until it crosses no more. Returns whether there is an answer.
+bool ContactForces::solveWith(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows, Vec6 start,
+                              FrictionResult& answer, Result& result) noexcept {
+    const auto solveOnce = [&] {
+        answer = solver.solve({problem.stiffness, problem.wanted, contacts_}, start);
+        result.iterations += answer.iterations;
+    };
+    bool crosses = true, fits = true;
+    for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
+        solveOnce();
+        const bool approximate = answer.status == FrictionStatus::Approximate;
+        if (answer.status != FrictionStatus::Exact && !approximate && stayInside()) solveOnce();
+        if (answer.status == FrictionStatus::None) return false;
+        start = answer.x;
+        for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = answer.forces[i];
+        const auto isKnown = [&](int row) {
+            const auto same = [&](const FrictionContact& c) { return c.id == problem.rows->id(row); };
+            return std::any_of(contacts_.begin(), contacts_.end(), same);
+        };
+        double least = 0;
+        result.overlap = 0;
+        forEachBelow(*problem.rows, answer.x, -kTouches, [&](int row, double s) {
+            result.overlap = std::max(result.overlap, -s);
+            if (s < least && !isKnown(row)) least = s;
+        });
+        crosses = least < 0;
+        if (!crosses) break;
+        // An approximate answer takes more rounds than there are rows to add one by one.
+        forEachBelow(*problem.rows, answer.x, approximate ? -kTouches : least * (1 - 1e-9), [&](int row, double) {
+            if (!isKnown(row)) fits = add(problem, rows, row, Vec3::Zero()) && fits;
+        });
+    }
+    return !crosses && fits;
+}
+
 ContactForces::Result ContactForces::solve(const QpProblem& problem, const SolverSettings& settings,
-                                           const RowContacts& rows, Solver& frictionless) noexcept {
+                                           const RowContacts& rows, Solver& frictionless, FrictionSolver& solver,
+                                           bool exact) noexcept {
     Result result;
     contacts_.clear();
+    startForces_.clear();
     Vec6 start = Vec6::Zero();
     for (const Contact& contact : last_) {
         const int row = problem.rows->find(contact.id);
@@ -80,35 +136,26 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
         double total = 0;
         int touching = 0;
         for (const Multiplier& m : multipliers) total += m.value;
-        forEachBelow(*problem.rows, result.x, kAccepted, [&](int, double) { ++touching; });
+        forEachBelow(*problem.rows, result.x, kTouches, [&](int, double) { ++touching; });
         touching = std::min(touching, kMaxContacts);
         // All that touch begin alike, so that the pressure of flat contacts is even.
-        forEachBelow(*problem.rows, result.x, kAccepted, [&](int row, double) {
+        forEachBelow(*problem.rows, result.x, kTouches, [&](int row, double) {
             add(problem, rows, row, total / touching * problem.rows->row(row).head<3>());
         });
         start = result.x;
     }
     FrictionResult answer;
-    bool crosses = true, fits = true;
-    for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
-        answer = solver_.solve({problem.stiffness, problem.wanted, contacts_}, start);
-        result.iterations += answer.iterations;
-        if (answer.status == FrictionStatus::None) break;
-        start = answer.x;
-        for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = answer.forces[i];
-        double least = 0;
-        forEachBelow(*problem.rows, answer.x, -kAccepted, [&](int, double s) { least = std::min(least, s); });
-        const std::size_t known = contacts_.size();
-        if (least < 0) {
-            forEachBelow(*problem.rows, answer.x, least * (1 - 1e-9), [&](int row, double) {
-                const auto same = [&](const FrictionContact& c) { return c.id == problem.rows->id(row); };
-                if (std::none_of(contacts_.begin(), contacts_.end(), same))
-                    fits = add(problem, rows, row, Vec3::Zero()) && fits;
-            });
-        }
-        crosses = contacts_.size() > known;
+    const std::size_t touching = contacts_.size();
+    bool solved = solveWith(solver, problem, rows, start, answer, result);
+    if (!solved && !exact) {
+        contacts_.resize(touching);
+        startForces_.resize(touching);
+        restoreStartForces();
+        solved = solveWith(exact_, problem, rows, start, answer, result);
+        result.replaced = solved;
     }
-    result.friction = crosses || !fits ? FrictionStatus::None : answer.status;
+    restoreStartForces();
+    result.friction = solved ? answer.status : FrictionStatus::None;
     if (result.friction != FrictionStatus::Exact) {
         solveWithout();
         if (result.status != SolveStatus::Solved) {
@@ -127,7 +174,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
         const double normal = c.n.dot(force);
         if (!(normal > 0)) continue;
         const double slip = c.slip(answer.x).norm();
-        last_.push_back({c.id, force, c.n, slip, slip > kSlips});
+        last_.push_back({c.id, force, c.n, slip > kSlips});
     }
     std::sort(last_.begin(), last_.end(), [](const Contact& a, const Contact& b) { return a.id < b.id; });
     return result;

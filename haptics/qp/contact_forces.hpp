@@ -21,36 +21,36 @@ class RowContacts {
 
 /// Solves a tick's QpProblem with friction. Only contacts that carry force need their place: those that did in the last
 /// tick, and those that an answer crosses. A contact that stuck in the last tick has the coefficient at rest, one that
-/// slid the other; a new one slides if another contact of its obstacle did. Real time: as FrictionSolver.
+/// slid the other; a new one slides if another contact of its obstacle did. Where a baseline has no answer, the exact
+/// solver takes over, so that no baseline holds a tool that could move. Real time: as FrictionSolver.
 class ContactForces {
   public:
     /// Maximum number of contacts in a solve; flat parts touch at some dozens. If more are crossed, the solve fails.
     static constexpr int kMaxContacts = 256;
 
-    ContactForces() : solver_(kMaxContacts) {
+    ContactForces() : exact_(kMaxContacts) {
         contacts_.reserve(kMaxContacts);
+        startForces_.reserve(kMaxContacts);
         last_.reserve(kMaxContacts);
         before_.reserve(kMaxContacts);
     }
 
-    struct Contact {
-        std::uint64_t id = 0;
-        Vec3 force = Vec3::Zero();   ///< on the tool, N
-        Vec3 normal = Vec3::Zero();  ///< from the obstacle to the tool
-        double slip = 0;             ///< since the tick began, mm
-        bool slides = false;
-    };
+    using Contact = ContactForce;
     struct Result {
         SolveStatus status = SolveStatus::Invalid;  ///< Elastic: there is no friction in the answer
         FrictionStatus friction = FrictionStatus::None;
         Vec6 x = Vec6::Zero();
+        bool replaced = false;  ///< the answer is that of the exact solver, because `solver` had none
         int iterations = 0;
-        double slack = 0;  ///< as in SolveResult
+        double slack = 0;    ///< as in SolveResult
+        double overlap = 0;  ///< largest violation of a row, mm
         CoulombResiduals residuals;
     };
-    /// `frictionless`: the exact solver, which answers first where nothing is remembered.
+    /// `frictionless`: the exact solver, which answers first where nothing is remembered. `exact`: whether `solver` is.
     Result solve(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
-                 Solver& frictionless) noexcept;
+                 Solver& frictionless, FrictionSolver& solver, bool exact) noexcept;
+    /// Of the last solve(), with the forces that it started from.
+    std::span<const FrictionContact> contacts() const noexcept { return contacts_; }
     /// Contacts with force in the last solve(), or else in the last tick.
     std::span<const Contact> loaded() const noexcept { return last_; }
     /// Keeps the contacts of the last solve() for the next tick.
@@ -63,11 +63,16 @@ class ContactForces {
 
   private:
     bool add(const QpProblem& problem, const RowContacts& rows, int row, const Vec3& force) noexcept;
+    bool stayInside() noexcept;
+    void restoreStartForces() noexcept;
+    bool solveWith(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows, Vec6 start,
+                   FrictionResult& answer, Result& result) noexcept;
 
-    ConeNewton solver_;
+    ConeNewton exact_;
     std::vector<FrictionContact> contacts_;
-    std::vector<Contact> last_;    ///< of the last solve
-    std::vector<Contact> before_;  ///< of the last tick
+    std::vector<Vec3> startForces_;  ///< of contacts_, before any round
+    std::vector<Contact> last_;      ///< of the last solve
+    std::vector<Contact> before_;    ///< of the last tick
 };
 
 }  // namespace touchstone

@@ -1,5 +1,6 @@
 #include "haptics/qp/convex_friction.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace touchstone {
 namespace {
 
 constexpr int kConvexFacets = 8;
+constexpr std::int64_t kMostWork = 10'000'000;  ///< rows x iterations
 
 class ConvexFriction final : public FrictionSolver {
   public:
@@ -21,8 +23,10 @@ class ConvexFriction final : public FrictionSolver {
           edges_(std::size_t(kConvexFacets * capacity)),
           forces_(std::size_t(capacity)) {
         settings_.tolerance = tolerance;
-        settings_.workLimit = 10'000'000;
+        settings_.workLimit = kMostWork;
     }
+
+    void limitWork(std::int64_t limit) noexcept override { settings_.workLimit = std::min(limit, kMostWork); }
 
     FrictionResult solve(const FrictionProblem& problem, const Vec6&) noexcept override {
         assert(problem.contacts.size() <= forces_.size());

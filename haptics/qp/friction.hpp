@@ -69,6 +69,14 @@ struct FrictionResult {
     std::span<const Vec3> forces;  ///< on the tool, one for each contact, N; valid until the next call
 };
 
+/// A contact that carries force.
+struct ContactForce {
+    std::uint64_t id = 0;        ///< as in RowSet
+    Vec3 force = Vec3::Zero();   ///< on the tool, N
+    Vec3 normal = Vec3::Zero();  ///< from the obstacle to the tool
+    bool slides = false;
+};
+
 /// Solves FrictionProblem. Pre: finite entries, at most as many contacts as its memory was made for. Real time: no
 /// allocation, lock or throw in solve().
 class FrictionSolver {
@@ -76,6 +84,9 @@ class FrictionSolver {
     virtual ~FrictionSolver() = default;
     /// `start`: an increment near the expected answer.
     virtual FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept = 0;
+    /// Bounds the work of each later solve, in rows x iterations of PQP, as SolverSettings::workLimit. It ends sooner
+    /// than by the solver's own bounds, never later. A solver without long iterations ignores it.
+    virtual void limitWork(std::int64_t) noexcept {}
 };
 
 }  // namespace touchstone

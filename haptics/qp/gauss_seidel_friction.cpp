@@ -8,6 +8,9 @@
 namespace touchstone {
 namespace {
 
+/// A visit of a contact takes as long as this number of rows x iterations of PQP.
+constexpr int kRowsPerVisit = 2;
+
 class GaussSeidelFriction final : public FrictionSolver {
   public:
     GaussSeidelFriction(int capacity, const GaussSeidelSettings& settings)
@@ -28,12 +31,16 @@ class GaussSeidelFriction final : public FrictionSolver {
         const Vec6 pull = problem.stiffness.cwiseProduct(problem.wanted);
         const double lever = std::sqrt(problem.stiffness.tail<3>().sum() / problem.stiffness.head<3>().sum());
         const double settled = settings_.tolerance * (1 + pull.head<3>().norm() + pull.tail<3>().norm() / lever);
-        for (bool ended = false; !ended && result.iterations < settings_.maxSweeps; ++result.iterations)
+        const std::int64_t visits = workLimit_ / kRowsPerVisit;
+        const auto most = std::min<std::int64_t>(settings_.maxSweeps, visits / std::max<std::int64_t>(1, m));
+        for (bool ended = false; !ended && result.iterations < most; ++result.iterations)
             ended = sweep(problem, result.x) <= settled;
         result.status = result.x.allFinite() ? FrictionStatus::Approximate : FrictionStatus::None;
         result.forces = {forces_.data(), m};
         return result;
     }
+
+    void limitWork(std::int64_t limit) noexcept override { workLimit_ = limit; }
 
   private:
     struct Compliance {
@@ -79,6 +86,7 @@ class GaussSeidelFriction final : public FrictionSolver {
     }
 
     GaussSeidelSettings settings_;
+    std::int64_t workLimit_ = INT64_MAX;
     std::vector<Compliance> compliances_;
     std::vector<Vec3> forces_;
 };

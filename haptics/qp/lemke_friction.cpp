@@ -11,14 +11,20 @@ namespace touchstone {
 namespace {
 
 /// Smallest entry to pivot on, and difference of two ratios that counts as none. The tableau is scaled so that its
-/// entries are about 1; rounding grows with the pivots, to some 1e-13.
-constexpr double kLeastPivot = 1e-10, kSameRatio = 1e-11;
+/// entries are about 1, and rounding grows with the pivots. Where contacts repeat each other, as at the corner of a
+/// mesh, it leaves entries of some 1e-10, and a pivot on one of them spoils the tableau.
+constexpr double kLeastPivot = 1e-8, kSameRatio = 1e-11;
 constexpr int kPivotsPerUnknown = 10;
+/// Largest violation of an answer, mm, and N per stiffness: a spoiled tableau is far beyond.
+constexpr double kAccepted = 1e-6;
+/// A pivot changes this number of entries in the time of one row x iteration of PQP.
+constexpr int kEntriesPerRow = 100;
 
 class LemkeFriction final : public FrictionSolver {
   public:
     LemkeFriction(int capacity, int facets);
     FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override;
+    void limitWork(std::int64_t limit) noexcept override { workLimit_ = limit; }
 
   private:
     void fill(const FrictionProblem& problem);
@@ -30,6 +36,7 @@ class LemkeFriction final : public FrictionSolver {
     const double* row(int i) const { return &tableau_[std::size_t(i) * std::size_t(n_ + 2)]; }
 
     int facets_;
+    std::int64_t workLimit_ = INT64_MAX;
     int n_ = 0;         ///< unknowns
     double unit_ = 1;   ///< N: forces in the tableau are multiples of it, so that its entries are about 1
     int mostContacts_;  ///< in a tableau
@@ -142,7 +149,8 @@ bool LemkeFriction::follow(int& pivots) {
     for (int i = 0; i < n_; ++i)  // the last of equal rows is the least in the order of ε
         if (row(i)[n_ + 1] < 0 && (leaving < 0 || row(i)[n_ + 1] <= row(leaving)[n_ + 1])) leaving = i;
     if (leaving < 0) return true;
-    for (int column = n_; pivots < kPivotsPerUnknown * n_;) {
+    const auto most = std::min<std::int64_t>(kPivotsPerUnknown * n_, workLimit_ / (1 + n_ * n_ / kEntriesPerRow));
+    for (int column = n_; pivots < most;) {
         const int left = basic_[std::size_t(leaving)];
         pivot(leaving, column);
         ++pivots;
@@ -170,15 +178,25 @@ FrictionResult LemkeFriction::solve(const FrictionProblem& problem, const Vec6& 
         return place >= n_ ? 0 : unit_ * std::max(0.0, row(place)[n_ + 1]);
     };
     Vec6 wrench = Vec6::Zero();
+    double beyond = 0;  // of the largest tangential force beyond its pyramid
     for (std::size_t i = 0; i < m; ++i) {
+        double room = 0;
         for (int k = 0; k <= facets_; ++k) {
             const Vec6& along = wrenches_[i * std::size_t(facets_ + 1) + std::size_t(k)];
             const double value = valueOf(int(i) * (facets_ + 2) + k);
             forces_[i] += value * along.head<3>();
             wrench += value * along;
+            room += k == 0 ? problem.contacts[i].coefficient * value : -value;
         }
+        beyond = std::max(beyond, -room);
     }
-    result.x = problem.wanted + wrench.cwiseQuotient(problem.stiffness);
+    const Vec6 x = problem.wanted + wrench.cwiseQuotient(problem.stiffness);
+    for (const FrictionContact& c : problem.contacts) beyond = std::max(beyond, -unit_ * c.distance(x));
+    if (beyond > kAccepted * unit_) {
+        std::fill_n(forces_.begin(), m, Vec3::Zero());
+        return result;
+    }
+    result.x = x;
     result.status = FrictionStatus::Approximate;
     return result;
 }

@@ -16,12 +16,12 @@ inline constexpr int kMostLemkeUnknowns = 240;
 /// by lexicographic pivots, so degenerate contacts do not make it cycle. The answer is exact for the pyramid: a
 /// friction force is between cos(π/facets) and 1 of that of the cone, and its direction is wrong by at most π/facets.
 ///
-/// Status: Approximate with an answer. None if the path ends in a ray, after 10 pivots per unknown, or if there are
-/// more contacts than kMostLemkeUnknowns allows: then x is `start` and all forces are zero, since an intermediate
-/// basis balances nothing. iterations: pivots. startForce is ignored: Lemke's path begins without force. Shapes: up to
-/// `capacity` contacts, `facets` even and >= 4. Units: mm, N. Real time: as FrictionSolver; O(unknowns²) a pivot.
-/// Source: Stewart and Trinkle 1996; Lemke 1965; Cottle, Pang and Stone, The Linear Complementarity Problem, 4.4 and
-/// 4.9.
+/// Status: Approximate with an answer. None if the path ends in a ray, after 10 pivots per unknown or by limitWork(),
+/// if rounding spoiled the answer, or if there are more contacts than kMostLemkeUnknowns allows: then x is `start` and
+/// all forces are zero, since an intermediate basis balances nothing. iterations: pivots. startForce is ignored:
+/// Lemke's path begins without force. Shapes: up to `capacity` contacts, `facets` even and >= 4. Units: mm, N. Real
+/// time: as FrictionSolver; O(unknowns²) a pivot. Source: Stewart and Trinkle 1996; Lemke 1965; Cottle, Pang and Stone,
+/// The Linear Complementarity Problem, 4.4 and 4.9.
 std::unique_ptr<FrictionSolver> makeLemkeFriction(int capacity, int facets);
 
 }  // namespace touchstone

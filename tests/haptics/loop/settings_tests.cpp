@@ -6,6 +6,8 @@
 #include <limits>
 #include <random>
 
+#include "haptics/qp/friction_table.hpp"
+
 namespace touchstone::settings_tests {
 
 TEST_CASE("settings: the defaults are in range and consistent, and their text equals the struct", "[loop]") {
@@ -140,6 +142,26 @@ TEST_CASE("settings: values set directly in the struct are checked, too", "[loop
     settings = {};
     settings.shadow = -2;
     CHECK(checkSettings(settings).find("shadow must be one of") == 0);
+    settings = {};
+    settings.frictionSolver = static_cast<int>(frictionSolverTable().size());
+    CHECK(checkSettings(settings).find("friction_solver must be one of cone-newton, ") == 0);
+    settings = {};
+    settings.frictionShadow = -1;
+    CHECK(checkSettings(settings).find("friction_shadow must be one of") == 0);
+}
+
+TEST_CASE("settings: friction solvers have names of their own", "[settings]") {
+    Settings settings;
+    CHECK(frictionSolverTable()[static_cast<std::size_t>(settings.frictionSolver)].exact);
+    CHECK(getSetting(settings, "friction_shadow") == "convex");
+    for (const FrictionSolverInfo& info : frictionSolverTable()) {
+        CHECK(setSetting(settings, "friction_solver", info.name).empty());
+        CHECK(getSetting(settings, "friction_solver") == info.name);
+    }
+    for (const char* key : {"friction_solver", "friction_shadow"})
+        for (const char* wrong : {"pqp", "none", ""}) CHECK_FALSE(setSetting(settings, key, wrong).empty());
+    CHECK_FALSE(setSetting(settings, "solver", "lemke-8").empty());
+    CHECK(settingChoices("friction_solver").size() == frictionSolverTable().size());
 }
 
 }  // namespace touchstone::settings_tests

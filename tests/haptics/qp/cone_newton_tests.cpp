@@ -56,6 +56,35 @@ TEST_CASE("friction solver: a ring of pads that is spun resists with µ F r", "[
     }
 }
 
+TEST_CASE("friction solver: a peg that touches its hole at two points jams as Whitney's diagram says",
+          "[qp][friction]") {
+    // The lower end touches the left wall, the right side the mouth of the hole.
+    const double mu = 0.3, radius = 4, depth = 10, push = 1;
+    FrictionContact tip, mouth;
+    tip.n = Vec3::UnitX(), tip.r = Vec3(-radius, 0, 0);
+    mouth.n = -Vec3::UnitX(), mouth.r = Vec3(radius, 0, depth);
+    tip.coefficient = mouth.coefficient = mu;
+    mouth.id = 1;
+    const std::vector<FrictionContact> contacts{tip, mouth};
+    for (double side = -0.9; side < 1; side += 0.2) {
+        const double across = side * push / mu;
+        CAPTURE(across);
+        const auto jams = [&](double torque) {
+            ConeNewton solver(2);
+            Vec6 wanted = wantedOf(across, 0, -push);
+            wanted[4] = torque / kStiffness[4];
+            const FrictionResult result = solver.solve({kStiffness, wanted, contacts}, Vec6::Zero());
+            REQUIRE(result.status == FrictionStatus::Exact);
+            return result.x.norm() < 1e-9;
+        };
+        // Both points slide inward at the boundary: the forces across, along and about the peg give the torque there.
+        const double mouthForce = (push / mu + across) / 2;
+        const double boundary = mu * radius * across + depth * mouthForce;
+        CHECK(jams(boundary + 1e-6 * depth * push));
+        CHECK_FALSE(jams(boundary - 1e-6 * depth * push));
+    }
+}
+
 TEST_CASE("friction solver: a disc of even pressure that is spun resists with 2/3 µ F R", "[qp][friction]") {
     const double mu = 0.4, force = 2, radius = 10;
     std::vector<FrictionContact> disc;

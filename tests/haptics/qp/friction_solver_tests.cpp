@@ -365,6 +365,33 @@ TEST_CASE("every friction solver: solve() allocates nothing, and an answer depen
     }
 }
 
+TEST_CASE("friction solvers: a work limit ends what iterates, and a larger one changes nothing", "[qp][friction]") {
+    std::mt19937_64 random(5);
+    const RandomProblem made = randomProblem(random, 1);
+    for (const FrictionSolverInfo& info : frictionSolverTable()) {
+        CAPTURE(info.name);
+        const auto solver = info.make(64);
+        RandomProblem many = made;
+        many.wanted.head<3>() = -3 * made.contacts[0].n + made.contacts[0].n.unitOrthogonal();
+        many.contacts = feet(made.contacts[0].n, 0.5);
+        solver->limitWork(1'000'000'000);
+        const FrictionResult whole = solver->solve(many.problem(), Vec6::Zero());
+        const Vec6 x = whole.x;
+        const int iterations = whole.iterations;
+        CHECK(whole.status != FrictionStatus::None);
+        solver->limitWork(64);
+        const FrictionResult ended = solver->solve(many.problem(), Vec6::Zero());
+        if (info.exact) {  // bounded without it
+            CHECK(ended.iterations == iterations);
+            CHECK(ended.x == x);
+        } else {
+            CHECK(ended.iterations < iterations);
+            CHECK(ended.iterations <= 11);
+            CHECK((ended.status == FrictionStatus::None) == (info.name != "gauss-seidel"));
+        }
+    }
+}
+
 TEST_CASE("every friction solver: without contacts the increment is the wanted one", "[qp][friction]") {
     const FrictionProblem problem{kStiffness, wantedOf({1, 2, 3}), {}};
     for (const FrictionSolverInfo& info : frictionSolverTable()) {
