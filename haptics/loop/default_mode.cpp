@@ -51,10 +51,6 @@ constexpr double kTrust = 0.25;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
-/// An approximate answer that violates a row by more than this is projected onto the rows, mm. kOverlapTolerance is 500
-/// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
-constexpr double kViolation = 1e-6;
-
 /// Features that carried force still touch if their distance is at most this multiple of the one that is kept.
 constexpr double kTouching = 1.001;
 
@@ -128,7 +124,7 @@ class DefaultTick final : RowContacts {
     void holdRows(const Vec6& solved, const Vec6& x);
     bool solve(const Vec6& wanted, Step& step);
     bool solveWithFriction(const Vec6& wanted, Step& step);
-    SolveResult project(const Vec6& x);
+    bool take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step);
     Place placeOf(std::uint64_t id) const noexcept override;
     void addLoadedRows();
     void recordFriction();
@@ -422,57 +418,20 @@ void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     if (rubs_) return solveWithFriction(wanted, step);
-    const QpProblem problem{tick_.stiffness(), wanted, &state_.rows};
-    const SolverSettings limits = solverSettings(settings_);
-    const bool exact = solverTable()[settings_.solver].exact;
-
-    const std::uint64_t start = tick_.now();
-    const QpProblem screened{problem.stiffness, wanted,
-                             exact ? problem.rows : &tick_.screened(state_.screen, state_.rows)};
-    SolveResult result = state_.renderers[settings_.solver]->solve(screened, limits);
-    if (!exact) {
-        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // `wanted` violates no row
-        if (screened.rows->size() < problem.rows->size()) {
-            result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
-            tick_.record.screenInexact += !RowScreen::isExact(settings_.screening, result.x, state_.reach, trust_);
-        }
-    }
-    solvedRows_ = screened.rows->size();
-    tick_.note(result);
-    tick_.addTime(tick_.record.solveUs, start);
-    if (result.status == SolveStatus::Invalid) return false;
-
-    step.rendered = result.x;
-    if (exact) {
-        state_.rememberContacts(state_.rows, result);
-    } else {
-        if (tick_.audit) state_.rememberContacts(state_.rows, state_.reference->solve(problem, limits));
-        if (result.kkt.primal_mm > kViolation) {
-            const SolveResult onto = project(result.x);
-            if (onto.status == SolveStatus::Invalid) return false;
-            result.x = onto.x;
-            result.slack = onto.slack;
-            result.status = onto.status;
-        }
-    }
-    step.x = result.x;
-    step.length = state_.lengthOf(step.x);
-    step.reachesDevice = step.x == wanted;
-    step.elastic = result.status == SolveStatus::Elastic;
-    step.slack = step.elastic ? result.slack : 0;
-    return true;
+    const Tick::Solved solved = tick_.solve(wanted, trust_);
+    solvedRows_ = solved.rows;
+    step.rendered = solved.rendered;
+    return take(solved.x, solved.status, solved.slack, wanted, step);
 }
 
-/// Moves an approximate answer onto the rows.
-SolveResult DefaultTick::project(const Vec6& x) {
-    const std::uint64_t start = tick_.now();
-    const SolveResult onto = state_.projector->solve({tick_.stiffness(), x, &state_.rows}, solverSettings(settings_));
-    tick_.addTime(tick_.record.solveUs, start);
-    if (onto.status == SolveStatus::Invalid) return onto;
-    if (onto.status == SolveStatus::Elastic) tick_.record.flags |= kInfeasible;
-    tick_.record.projection = std::max(tick_.record.projection, state_.lengthOf(onto.x - x));
-    tick_.record.flags |= kProjected;
-    return onto;
+/// Takes an answer as the step. Returns false if there is none.
+bool DefaultTick::take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step) {
+    step.x = x;
+    step.length = state_.lengthOf(x);
+    step.reachesDevice = x == wanted;
+    step.elastic = status == SolveStatus::Elastic;
+    step.slack = step.elastic ? slack : 0;
+    return status != SolveStatus::Invalid;
 }
 
 /// Adds the rows of features that carry force and that no step has crossed: friction can hold a tool that nothing
@@ -540,19 +499,10 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     step.rubs = result.status == SolveStatus::Solved && result.friction != FrictionStatus::None;
     step.exact = exact || result.replaced;
     step.rendered = result.x;
-    if (step.rubs && result.friction == FrictionStatus::Approximate && result.overlap > kViolation) {
-        const SolveResult onto = project(result.x);
-        if (onto.status == SolveStatus::Invalid) return false;
-        result.x = onto.x;
-        result.status = onto.status;
-        result.slack = onto.slack;
-    }
-    step.x = result.x;
-    step.length = state_.lengthOf(step.x);
-    step.reachesDevice = step.x == wanted;
-    step.elastic = result.status == SolveStatus::Elastic;
-    step.slack = step.elastic ? result.slack : 0;
-    return true;
+    if (!step.rubs || result.friction != FrictionStatus::Approximate || result.overlap <= kViolation)
+        return take(result.x, result.status, result.slack, wanted, step);
+    const SolveResult onto = tick_.project(result.x);
+    return take(onto.x, onto.status, onto.slack, wanted, step);
 }
 
 /// Pre: the courses are those of the tick's start. The slip is that of the tick and not of its solves, whose steps may

@@ -36,7 +36,7 @@ constexpr double kMaxPaperRows = 1024, kMaxShadowRows = 4096, kMaxWork = 1e12;
 constexpr Row kRows[] = {
     {{"mode", "",
       "default: the method that a hand should feel; paper: the paper's method as written, with its failures; penalty: "
-      "the tool sinks in and is pushed back, without a solver",
+      "the tool sinks in and is pushed back, without a solver; god-object: the tool stops wherever a new pair touches",
       0, 0, SettingGroup::Mode, "Mode"},
      &Settings::mode},
     {{"geometry", "",
@@ -165,7 +165,7 @@ constexpr auto kInfos = [] {
     return infos;
 }();
 
-constexpr std::string_view kModeNames[] = {"default", "paper", "penalty"};
+constexpr std::string_view kModeNames[] = {"default", "paper", "penalty", "god-object"};
 constexpr std::string_view kGeometryNames[] = {"mesh", "spheres"};
 constexpr std::string_view kScreeningNames[] = {"none", "screen", "cluster"};
 

@@ -12,9 +12,10 @@
 namespace touchstone {
 
 enum class Mode : std::uint8_t {
-    Default,  ///< pairs within a margin, half-space rows, trust cap: what a hand should feel
-    Paper,    ///< Yu, Wang and Zhang as written, for comparison
-    Penalty,  ///< springs against overlaps behind a virtual coupling, for comparison
+    Default,    ///< pairs within a margin, half-space rows, trust cap: what a hand should feel
+    Paper,      ///< Yu, Wang and Zhang as written, for comparison
+    Penalty,    ///< springs against overlaps behind a virtual coupling, for comparison
+    GodObject,  ///< constrained by the pairs that touch, up to where the next one does, for comparison
 };
 /// The names on the command line, in the order of the enumeration.
 std::span<const std::string_view> modeNames();

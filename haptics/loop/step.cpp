@@ -219,6 +219,50 @@ void Tick::note(const SolveResult& result) {
     record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
 }
 
+Tick::Solved Tick::solve(const Vec6& wanted, double trust) {
+    const QpProblem problem{stiffness(), wanted, &state.rows};
+    const SolverSettings limits = solverSettings(settings);
+    const bool exact = solverTable()[settings.solver].exact;
+
+    const std::uint64_t start = now();
+    const QpProblem given{problem.stiffness, wanted, exact ? problem.rows : &screened(state.screen, state.rows)};
+    SolveResult result = state.renderers[settings.solver]->solve(given, limits);
+    if (!exact) {
+        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // `wanted` violates no row
+        if (given.rows->size() < problem.rows->size()) {
+            result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
+            record.screenInexact += !RowScreen::isExact(settings.screening, result.x, state.reach, trust);
+        }
+    }
+    note(result);
+    addTime(record.solveUs, start);
+    Solved solved{result.x, result.x, result.status, result.slack, given.rows->size()};
+    if (result.status == SolveStatus::Invalid) return solved;
+    if (exact) {
+        state.rememberContacts(state.rows, result);
+    } else {
+        if (audit) state.rememberContacts(state.rows, state.reference->solve(problem, limits));
+        if (result.kkt.primal_mm > kViolation) {
+            const SolveResult onto = project(result.x);
+            solved.x = onto.x;
+            solved.status = onto.status;
+            solved.slack = onto.slack;
+        }
+    }
+    return solved;
+}
+
+SolveResult Tick::project(const Vec6& x) {
+    const std::uint64_t start = now();
+    const SolveResult onto = state.projector->solve({stiffness(), x, &state.rows}, solverSettings(settings));
+    addTime(record.solveUs, start);
+    if (onto.status == SolveStatus::Invalid) return onto;
+    if (onto.status == SolveStatus::Elastic) record.flags |= kInfeasible;
+    record.projection = std::max(record.projection, state.lengthOf(onto.x - x));
+    record.flags |= kProjected;
+    return onto;
+}
+
 void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     const std::uint64_t start = now();
     const bool paper = settings.mode == Mode::Paper;
@@ -285,7 +329,7 @@ namespace {
 bool advance(Tick& tick, const Pose& device, Wrench& wrench) {
     StepState::Impl& state = tick.state;
     const Pose before = state.graphic;
-    constexpr decltype(&defaultTick) kTicks[] = {defaultTick, paperTick, penaltyTick};  // by Mode
+    constexpr decltype(&defaultTick) kTicks[] = {defaultTick, paperTick, penaltyTick, godObjectTick};  // by Mode
     const bool done = kTicks[static_cast<std::size_t>(tick.settings.mode)](tick, device, wrench);
     if (done && state.graphic.isFinite() && wrench.isFinite()) return true;
     if (done) tick.record.flags |= kNonFinite;

@@ -28,6 +28,9 @@ inline constexpr int kShadowRowCapacity = 4096;
 /// The accuracy target for penetration is 1 µm, and the second-order error of a rotation is up to t²/2ρ (2 µm on the
 /// bunny). A larger value lets overlaps grow from tick to tick; a smaller one halves moves for the sake of rounding.
 inline constexpr double kOverlapTolerance = 0.5e-3;
+/// An approximate answer that violates a row by more than this is projected onto the rows, mm. kOverlapTolerance is 500
+/// times as large. A larger value lets violations through; a smaller one projects answers that are correct to rounding.
+inline constexpr double kViolation = 1e-6;
 
 /// Poses of the tick are those of C: p is C in the world, q the tool's rotation.
 struct StepState::Impl {
@@ -151,6 +154,17 @@ struct Tick {
     }
     /// Adds status, iterations and residuals of a solve to the record.
     void note(const SolveResult& result);
+    struct Solved {
+        Vec6 x, rendered;  ///< `rendered`: x before a projection
+        SolveStatus status = SolveStatus::Invalid;
+        double slack = 0;
+        int rows = 0;  ///< after screening
+    };
+    /// Finds the increment nearest to `wanted` on the state's rows, with the rendering solver, and keeps the contacts
+    /// that carry load. An approximate answer is projected onto the rows. trust: of the step, mm, for the screening.
+    Solved solve(const Vec6& wanted, double trust);
+    /// Moves an approximate answer onto the state's rows.
+    SolveResult project(const Vec6& x);
     /// Runs the shadow on the problem; `rendered` is the rendering solver's answer to it.
     void runShadow(const QpProblem& problem, const Vec6& rendered);
     /// Likewise with friction. `exact`: whether `rendered` is the answer of an exact solver.
@@ -162,5 +176,6 @@ struct Tick {
 bool defaultTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool paperTick(Tick& tick, const Pose& device, Wrench& wrench);
 bool penaltyTick(Tick& tick, const Pose& device, Wrench& wrench);
+bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench);
 
 }  // namespace touchstone

@@ -178,8 +178,9 @@ Settings settingsOf(const QpCommand& command) {
 /// Returns kFailed if a line is broken; the other lines are still answered.
 int solveQps(const QpCommand& command) {
     const Settings settings = settingsOf(command);
-    if (settings.mode == Mode::Penalty)
-        throw UsageError("--mode penalty does not solve quadratic programs: use default or paper");
+    if (settings.mode != Mode::Default && settings.mode != Mode::Paper)
+        throw UsageError("--mode " + std::string(modeNames()[static_cast<std::size_t>(settings.mode)]) +
+                         " has no form of its own: use default or paper");
     std::ifstream in(command.file, std::ios::binary);
     if (!in || std::filesystem::is_directory(command.file))
         throw std::runtime_error("cannot read '" + command.file.string() + "': check that the file exists");

@@ -74,7 +74,8 @@ struct Way {
 const std::vector<Way> kWays{{Mode::Default, Geometry::Mesh},
                              {Mode::Default, Geometry::Spheres},
                              {Mode::Paper, Geometry::Spheres},
-                             {Mode::Penalty, Geometry::Spheres}};
+                             {Mode::Penalty, Geometry::Spheres},
+                             {Mode::GodObject, Geometry::Spheres}};
 
 using Script = std::function<DeviceReading(int call)>;
 

@@ -102,7 +102,7 @@ TEST_CASE("settings: error messages say what is accepted", "[loop]") {
     CHECK(setSetting(settings, "paper_work", "1e8") == "");
     CHECK(settings.paperWork == 100'000'000);
     CHECK(setSetting(settings, "pause", "maybe") == "pause must be on or off, not 'maybe'");
-    CHECK(setSetting(settings, "mode", "papery") == "mode must be default, paper or penalty, not 'papery'");
+    CHECK(setSetting(settings, "mode", "papery") == "mode must be default, paper, penalty or god-object, not 'papery'");
     std::string solvers;
     for (const SolverInfo& info : solverTable()) solvers += std::string(info.name) + ", ";
     CHECK(setSetting(settings, "solver", "none") == "solver must be one of " + solvers + "not 'none'");

@@ -378,7 +378,8 @@ TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[
     const auto [mode, geometry] = GENERATE(table<Mode, Geometry>({{Mode::Default, Geometry::Mesh},
                                                                   {Mode::Default, Geometry::Spheres},
                                                                   {Mode::Paper, Geometry::Spheres},
-                                                                  {Mode::Penalty, Geometry::Spheres}}));
+                                                                  {Mode::Penalty, Geometry::Spheres},
+                                                                  {Mode::GodObject, Geometry::Spheres}}));
     for (int solver = 0; solver < int(solverTable().size()); ++solver) {
         CAPTURE(int(mode), int(geometry), solver);
         StepState state(world);
