@@ -75,6 +75,16 @@ inline engine::Scene pressScene() {
     return scene;
 }
 
+/// The same with friction of both parts. The cube slides in a direction between the facets of a friction pyramid.
+inline engine::Scene rubScene(double coefficient = 0.4) {
+    engine::Scene scene = pressScene();
+    for (const engine::Entity node : scene.nodes)
+        for (const char* key : {"staticFriction", "dynamicFriction"})
+            (*scene.registry.get<engine::NodeMarking>(node).extras)["touchstone"][key] = coefficient;
+    for (glm::dvec4& p : scene.animations[0].channels[0].values) p.z = 0.41 * p.x;
+    return scene;
+}
+
 /// The same with a goal: the cube is put down on the slab and stays for `hold` seconds.
 inline engine::Scene downScene(double hold = 0.3) {
     engine::Scene scene = pressScene();

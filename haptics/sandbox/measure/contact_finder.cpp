@@ -20,6 +20,7 @@ constexpr double kCellsPerReach = 30;  // contacts within a cell of this size lo
 
 ContactFinder::ContactFinder(std::shared_ptr<const World> world)
     : world_(std::move(world)),
+      repeated_(*world_),
       reach_(world_->reach()),
       leaves_(world_->obstacles.size()),
       features_(world_->obstacles.size()),
@@ -130,7 +131,7 @@ void ContactFinder::solveLeaves(const TickRecord& record, const Settings& settin
 void ContactFinder::repeatTick(const TickRecord& record, const Settings& settings) {
     loads_.clear();
     if (!state_) {
-        state_ = std::make_unique<StepState>(*world_);
+        state_ = std::make_unique<StepState>(repeated_);
         std::unique_ptr<Solver>& renderer = state_->renderer(kExactSolver);
         renderer = std::make_unique<WatchedSolver>(
             std::move(renderer), [this](const QpProblem& problem, const SolveResult& result) {
@@ -139,6 +140,13 @@ void ContactFinder::repeatTick(const TickRecord& record, const Settings& setting
                     loads_.push_back({problem.rows->id(m.row), problem.rows->row(m.row).head<3>(), m.value});
             });
     }
+    // The repeated tick knows of no contact that slid before.
+    const bool slides = record.sliding > 0 && record.sticking == 0;
+    for (std::size_t k = 0; k < repeated_.obstacles.size(); ++k) {
+        Friction& friction = repeated_.obstacles[k].friction;
+        friction = world_->obstacles[k].friction;
+        if (slides) friction.atRest = friction.sliding;
+    }
     Settings once = settings;
     once.solver = kExactSolver;
     once.shadow = -1;
@@ -146,19 +154,31 @@ void ContactFinder::repeatTick(const TickRecord& record, const Settings& setting
     once.pause = false;
     state_->begin({.tick = record.tick, .X_WT = record.X_WT, .X_WT_device = record.X_WT_device, .loadedBefore = true},
                   X_WO_);
-    step(*world_, once, {.X_WT_device = record.X_WT_device}, *state_);
+    step(repeated_, once, {.X_WT_device = record.X_WT_device}, *state_);
+    if (!state_->frictionContacts().empty()) loads_.clear();
+    for (const ContactForce& contact : state_->frictionContacts()) {
+        const double normal = contact.normal.dot(contact.force);
+        loads_.push_back({contact.id, contact.normal, normal, contact.force - normal * contact.normal});
+    }
     for (const Load& load : loads_) {
         const int tool = toolLeafOf(load.id), other = obstacleLeafOf(load.id);
         const auto k = std::size_t(obstacleOf(load.id));
         const Pose X_OT = X_WO_[k].inverse() * record.X_WT;
-        if (world_->byMeshes(k, Geometry::Mesh)) {
+        ContactPoint point{.n_W = load.n_W, .load = load.newtons, .friction_W = load.friction_W};
+        if (world_->byMeshes(k, geometryOf(settings))) {
             const NearestPoints near = features(k).nearest(X_OT, {tool, other});
-            contacts_.push_back({X_WO_[k] * near.onTool, load.n_W, near.distance(), load.newtons});
+            point.p_W = X_WO_[k] * near.onTool;
+            point.gap = near.distance();
         } else {
             const Sphere leaf = world_->tool->leaf(tool);
-            contacts_.push_back({record.X_WT * leaf.center() - double(leaf.r) * load.n_W, load.n_W,
-                                 leafGap(leaf, world_->obstacles[k].tree->leaf(other), X_OT), load.newtons});
+            point.p_W = record.X_WT * leaf.center() - double(leaf.r) * load.n_W;
+            point.gap = leafGap(leaf, world_->obstacles[k].tree->leaf(other), X_OT);
         }
+        const Friction friction = world_->obstacles[k].frictionIn(settings);
+        constexpr double kGreatest = 0.999;
+        point.slides = record.sliding > 0 && point.friction_W.norm() >= kGreatest * friction.sliding * point.load;
+        point.coefficient = point.slides ? friction.sliding : friction.atRest;
+        contacts_.push_back(point);
     }
 }
 
@@ -178,7 +198,10 @@ std::span<const ContactPoint> ContactFinder::find(const TickRecord& record, cons
             if (world_->byMeshes(k, geometry)) addFeatures(record, k, marginShare_ * margin);
         repeatTick(record, settings);
     } else if (!contacts_.empty()) {
-        solveLeaves(record, settings);
+        if (hasFriction(*world_, settings))
+            repeatTick(record, settings);
+        else
+            solveLeaves(record, settings);
     }
     thin(most);
     return contacts_;

@@ -12,10 +12,13 @@
 namespace touchstone::sandbox {
 
 struct ContactPoint {
-    Vec3 p_W = Vec3::Zero();  ///< on the tool's surface, mm
-    Vec3 n_W = Vec3::Zero();  ///< unit, from the obstacle to the tool
-    double gap = 0;           ///< mm, negative where two spheres overlap
-    double load = 0;          ///< N along n_W: the exact solver's multiplier on the contact's row
+    Vec3 p_W = Vec3::Zero();         ///< on the tool's surface, mm
+    Vec3 n_W = Vec3::Zero();         ///< unit, from the obstacle to the tool
+    double gap = 0;                  ///< mm, negative where two spheres overlap
+    double load = 0;                 ///< N along n_W: the exact solver's multiplier on the contact's row
+    Vec3 friction_W = Vec3::Zero();  ///< on the tool, N, in the tangent plane
+    double coefficient = 0;          ///< of friction, of a contact that carries load
+    bool slides = false;             ///< its friction is as great as it can be, in a tick in which contacts slid
 };
 
 /// Two leaves and their gap, mm.
@@ -50,6 +53,7 @@ class ContactFinder {
         std::uint64_t id;
         Vec3 n_W;
         double newtons;
+        Vec3 friction_W = Vec3::Zero();
     };
     bool anyMeshes(Geometry geometry) const;
     void collectLeaves(const TickRecord& record, Geometry geometry, double margin);
@@ -61,6 +65,7 @@ class ContactFinder {
     void thin(int most);
 
     std::shared_ptr<const World> world_;
+    World repeated_;  ///< of repeated ticks, whose friction is that of the tick
     std::vector<Pose> X_WO_;
     double reach_;
     std::vector<std::unique_ptr<NeighborList>> leaves_;         ///< by obstacle, made when first needed

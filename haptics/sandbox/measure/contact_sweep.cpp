@@ -7,6 +7,8 @@
 
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/statistics.hpp"
+#include "haptics/qp/cone_newton.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
 #include "haptics/threads/rt_thread.hpp"
@@ -24,6 +26,18 @@ std::vector<double> tolerancesOf(const SolverInfo& info) {
     const int steps = static_cast<int>(std::lround(std::log10(kCoarsest / kFinest) * kPerDecade));
     for (int i = 0; i <= steps; ++i) tolerances.push_back(kCoarsest * std::pow(10, -i / kPerDecade));
     return tolerances;
+}
+
+/// Median time of repeated solves, µs; nothing when cancelled. `solve` returns the time of one.
+std::optional<double> timeRepeated(const std::function<bool()>& goOn, const std::function<double()>& solve) {
+    std::vector<double> times;
+    double spent = 0;
+    for (int k = 0; k < kMaxRepetitions && (k < kMinRepetitions || spent < kRepetitionsUs); ++k) {
+        if (!goOn()) return {};
+        times.push_back(solve());
+        spent += times.back();
+    }
+    return percentile(times, 50);
 }
 
 /// One solver on the contact, called as the tick calls it.
@@ -45,10 +59,7 @@ class SolverRun {
         const StageClock clock = stageClock();
         const bool screens = !info_.exact && !settings.paperForm;
         const Screening screening = screens ? set.screening : Screening::None;
-        std::vector<double> times;
-        double spent = 0;
-        for (int k = 0; k < kMaxRepetitions && (k < kMinRepetitions || spent < kRepetitionsUs); ++k) {
-            if (!goOn()) return false;
+        const auto us = timeRepeated(goOn, [&] {
             solver_->reset();
             const auto screened = [&] { return &screen_.run(contact_.rows, screening, contact_.reach, set.trust); };
             if (contact_.options.warm && !settings.paperForm)
@@ -56,8 +67,7 @@ class SolverRun {
             const std::uint64_t start = clock.now();
             const QpProblem now{contact_.stiffness, contact_.wanted, screened()};
             const SolveResult result = solver_->solve(now, settings);
-            times.push_back(static_cast<double>(clock.now() - start) * clock.microseconds);
-            spent += times.back();
+            const double spent = static_cast<double>(clock.now() - start) * clock.microseconds;
             const WrenchError error = wrenchError(now, result.x, exact_);
             point = {.solver = index_,
                      .tolerance = tolerance,
@@ -65,9 +75,10 @@ class SolverRun {
                      .torqueError = error.torque_mNm,
                      .iterations = result.iterations,
                      .status = result.status};
-        }
-        point.us = *percentile(times, 50);
-        return true;
+            return spent;
+        });
+        point.us = us.value_or(0);
+        return us.has_value();
     }
 
   private:
@@ -79,30 +90,75 @@ class SolverRun {
     Vec6 exact_;
 };
 
+/// Likewise with friction. False when cancelled.
+bool runFriction(const FrozenContact& contact, int solver, const Vec6& exact, const std::function<bool()>& goOn,
+                 SweepPoint& point) {
+    const auto made = frictionSolverTable()[static_cast<std::size_t>(solver)].make(int(contact.contacts.size()));
+    made->limitWork(contact.settings.solverWork);
+    std::vector<FrictionContact> contacts = contact.contacts;
+    Vec6 begin = Vec6::Zero();
+    if (contact.options.warm) {
+        const FrictionResult before = made->solve({contact.stiffness, contact.wantedBefore, contacts}, begin);
+        if (before.status != FrictionStatus::None) begin = before.x;
+        for (std::size_t i = 0; i < contacts.size(); ++i)
+            if (before.status != FrictionStatus::None) contacts[i].startForce = before.forces[i];
+    }
+    const FrictionProblem problem{contact.stiffness, contact.wanted, contacts};
+    const StageClock clock = stageClock();
+    const auto us = timeRepeated(goOn, [&] {
+        const std::uint64_t start = clock.now();
+        const FrictionResult result = made->solve(problem, begin);
+        const double spent = static_cast<double>(clock.now() - start) * clock.microseconds;
+        const WrenchError error = wrenchError({contact.stiffness, contact.wanted, nullptr}, result.x, exact);
+        point = {.solver = solver,
+                 .forceError = error.force_N,
+                 .torqueError = error.torque_mNm,
+                 .iterations = result.iterations,
+                 .status = result.status == FrictionStatus::None ? SolveStatus::Invalid : SolveStatus::Solved};
+        return spent;
+    });
+    point.us = us.value_or(0);
+    return us.has_value();
+}
+
 }  // namespace
 
 std::optional<FrozenContact> freezeContact(const World& world, const Settings& settings, const TickRecord& before,
                                            const TickRecord& now, const SweepOptions& options) {
     Settings exact = settings;
     exact.solver = kExactSolver;
+    exact.frictionSolver = 0;
     exact.shadow = -1;
     exact.pause = false;
     if (options.allRows) exact.adaptiveMargin = false;
     std::optional<FrozenContact> largest;
+    const auto freeze = [&](int size, const Vec6& stiffness, const Vec6& wanted) {
+        if (largest && std::max(largest->rows.size(), int(largest->contacts.size())) > size) return false;
+        largest = FrozenContact{.stiffness = stiffness,
+                                .wanted = wanted,
+                                .wantedBefore = wanted,
+                                .options = options,
+                                .settings = settings,
+                                .reach = world.reach(),
+                                .tick = now.tick};
+        return true;
+    };
     StepState state(world);
     std::unique_ptr<Solver>& renderer = state.renderer(kExactSolver);
-    renderer =
-        std::make_unique<WatchedSolver>(std::move(renderer), [&](const QpProblem& problem, const SolveResult& result) {
-            if (result.status == SolveStatus::Invalid) return;
-            if (largest && largest->rows.size() > problem.rows->size()) return;
-            largest = FrozenContact{.rows = *problem.rows,
-                                    .stiffness = problem.stiffness,
-                                    .wanted = problem.wanted,
-                                    .wantedBefore = problem.wanted,
-                                    .options = options,
-                                    .settings = settings,
-                                    .reach = world.reach(),
-                                    .tick = now.tick};
+    renderer = std::make_unique<WatchedSolver>(std::move(renderer), [&](const QpProblem& problem,
+                                                                        const SolveResult& result) {
+        if (result.status != SolveStatus::Invalid && freeze(problem.rows->size(), problem.stiffness, problem.wanted))
+            largest->rows = *problem.rows;
+    });
+    std::unique_ptr<FrictionSolver>& frictionRenderer = state.frictionRenderer(exact.frictionSolver);
+    frictionRenderer = std::make_unique<WatchedFrictionSolver>(
+        std::move(frictionRenderer), [&](const FrictionProblem& problem, const FrictionResult& result) {
+            if (result.status == FrictionStatus::None ||
+                !freeze(int(problem.contacts.size()), problem.stiffness, problem.wanted))
+                return;
+            largest->contacts.assign(problem.contacts.begin(), problem.contacts.end());
+            // An answer as the start would favor what iterates from there.
+            for (FrictionContact& contact : largest->contacts) contact.startForce.setZero();
         });
     state.resume(before);
     step(world, exact, {now.X_WT_device}, state);
@@ -115,22 +171,36 @@ std::optional<FrozenContact> freezeContact(const World& world, const Settings& s
 
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress) {
     const auto table = solverTable();
-    std::size_t planned = 0;
-    for (const SolverInfo& info : table) planned += tolerancesOf(info).size();
+    std::size_t planned = contact.rubs() ? frictionSolverTable().size() : 0;
+    for (const SolverInfo& info : table) planned += contact.rubs() ? 0 : tolerancesOf(info).size();
 
-    Sweep sweep{.tick = contact.tick, .rows = contact.rows.size(), .mode = contact.settings.mode, .points = {}};
+    Sweep sweep{.tick = contact.tick,
+                .rows = contact.rubs() ? int(contact.contacts.size()) : contact.rows.size(),
+                .mode = contact.settings.mode,
+                .friction = contact.rubs(),
+                .points = {}};
     const auto goOn = [&] {
         return !progress || progress(static_cast<double>(sweep.points.size()) / static_cast<double>(planned));
     };
-    const auto reference = table[kExactSolver].make(contact.rows.size());
-    const Vec6 exact =
-        reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
-    for (std::size_t solver = 0; solver < table.size(); ++solver) {
-        SolverRun run(contact, static_cast<int>(solver), exact);
-        for (const double tolerance : tolerancesOf(table[solver])) {
+    if (contact.rubs()) {
+        ConeNewton reference(int(contact.contacts.size()));
+        const Vec6 exact = reference.solve({contact.stiffness, contact.wanted, contact.contacts}, Vec6::Zero()).x;
+        for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
             SweepPoint point;
-            if (!run.run(tolerance, goOn, point)) return std::nullopt;
+            if (!runFriction(contact, solver, exact, goOn, point)) return std::nullopt;
             sweep.points.push_back(point);
+        }
+    } else {
+        const auto reference = table[kExactSolver].make(contact.rows.size());
+        const Vec6 exact =
+            reference->solve({contact.stiffness, contact.wanted, &contact.rows}, solverSettings(contact.settings)).x;
+        for (std::size_t solver = 0; solver < table.size(); ++solver) {
+            SolverRun run(contact, static_cast<int>(solver), exact);
+            for (const double tolerance : tolerancesOf(table[solver])) {
+                SweepPoint point;
+                if (!run.run(tolerance, goOn, point)) return std::nullopt;
+                sweep.points.push_back(point);
+            }
         }
     }
     // A solver without an answer is no point of the front.
@@ -144,6 +214,11 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
     }
     for (const std::size_t i : paretoFront(points)) sweep.points[which[i]].onFront = true;
     return sweep;
+}
+
+std::string_view Sweep::nameOf(const SweepPoint& point) const {
+    const auto index = static_cast<std::size_t>(point.solver);
+    return friction ? frictionSolverTable()[index].name : solverTable()[index].name;
 }
 
 std::optional<SweepPoint> pointAt(const Sweep& sweep, int solver, double tolerance) {
@@ -174,9 +249,8 @@ void writeSweep(const Sweep& sweep, const std::filesystem::path& file) {
     out << "tick,rows,mode,solver,tolerance,time_us,force_error_N,torque_error_mNm,iterations,status,on_front\n";
     for (const SweepPoint& p : sweep.points)
         out << sweep.tick << ',' << sweep.rows << ',' << modeNames()[static_cast<std::size_t>(sweep.mode)] << ','
-            << solverTable()[static_cast<std::size_t>(p.solver)].name << ',' << p.tolerance << ',' << p.us << ','
-            << p.forceError << ',' << p.torqueError << ',' << p.iterations << ',' << name(p.status) << ','
-            << int(p.onFront) << '\n';
+            << sweep.nameOf(p) << ',' << p.tolerance << ',' << p.us << ',' << p.forceError << ',' << p.torqueError
+            << ',' << p.iterations << ',' << name(p.status) << ',' << int(p.onFront) << '\n';
     writeFile(file, "the sweep", out.view());
 }
 
@@ -185,7 +259,9 @@ void SweepRun::start(std::shared_ptr<const World> world, const Settings& setting
     Background::start([world = std::move(world), settings, before, now, options](const MeasureProgress& progress) {
         const auto contact = freezeContact(*world, settings, before, now, options);
         if (!contact)
-            throw std::runtime_error("Nothing is near the tool in this tick: bring it into contact, then sweep.");
+            throw std::runtime_error(hasFriction(*world, settings)
+                                         ? "Nothing touches the tool in this tick: press it into contact, then sweep."
+                                         : "Nothing is near the tool in this tick: bring it into contact, then sweep.");
         return sweepContact(*contact, progress);
     });
 }

@@ -23,40 +23,49 @@ struct SweepOptions {
 
 /// The largest problem that the exact solver solves in a tick.
 struct FrozenContact {
-    RowSet rows;
+    RowSet rows{0};
+    /// With friction: the contacts that carry force or are crossed, without the forces of earlier ticks; then there are
+    /// no rows.
+    std::vector<FrictionContact> contacts = {};
     Vec6 stiffness, wanted;
     Vec6 wantedBefore;  ///< for the device pose one tick earlier
     SweepOptions options;
     Settings settings;
     double reach = 0;  ///< reach of the tool, mm, for screening
     std::uint64_t tick = 0;
+
+    bool rubs() const { return !contacts.empty(); }
 };
 
-/// Repeats the tick `now`, which follows `before`, with memory of its own, so that the loop is not involved. Nothing if
-/// there are no rows. Takes tens of milliseconds.
+/// Repeats the tick `now`, which follows `before`, with memory of its own, so that the loop is not involved. It knows
+/// nothing of earlier ticks: with friction, contacts begin at rest. Nothing if there are no rows, or with friction no
+/// contacts. Takes tens of milliseconds.
 std::optional<FrozenContact> freezeContact(const World& world, const Settings& settings, const TickRecord& before,
                                            const TickRecord& now, const SweepOptions& options);
 
 /// The result of one solver at one tolerance.
 struct SweepPoint {
-    int solver = 0;                          ///< index into solverTable()
-    double tolerance = 0;                    ///< as in Settings; 0 if the solver is exact
+    int solver = 0;                          ///< index into solverTable(), with friction frictionSolverTable()
+    double tolerance = 0;                    ///< as in Settings; 0 if the solver is exact, and with friction
     double us = 0;                           ///< median of the repetitions
     double forceError = 0, torqueError = 0;  ///< N, mN·m, against the exact answer, before any projection
     int iterations = 0;
-    SolveStatus status = SolveStatus::Solved;
-    bool onFront = false;  ///< no other point is both faster and more accurate
+    SolveStatus status = SolveStatus::Solved;  ///< with friction Invalid if there is no answer
+    bool onFront = false;                      ///< no other point is both faster and more accurate
 };
 
 struct Sweep {
     std::uint64_t tick = 0;
-    int rows = 0;
+    int rows = 0;  ///< with friction: contacts
     Mode mode = Mode::Default;
-    std::vector<SweepPoint> points;  ///< in the order of solverTable(), for each solver from coarse to fine
+    bool friction = false;
+    std::vector<SweepPoint> points;  ///< in the order of the table, for each solver from coarse to fine
+
+    std::string_view nameOf(const SweepPoint& point) const;
 };
 
-/// Runs every solver with the limits of the settings. `progress` receives 0 to 1 and cancels by returning false; then
-/// there is no result.
+/// Runs every solver, with friction every friction solver, with the limits of the settings. `progress` receives 0 to 1
+/// and cancels by returning false; then there is no result.
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 
 /// Time and error of a solver at any tolerance, interpolated on logarithmic axes; nothing without points.

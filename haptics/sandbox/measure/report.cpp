@@ -47,6 +47,8 @@ Report reportOf(std::string scene, std::string device, const Settings& settings)
     report.mode = getSetting(settings, "mode");
     report.solver = getSetting(settings, "solver");
     report.shadow = getSetting(settings, "shadow");
+    report.frictionSolver = getSetting(settings, "friction_solver");
+    report.frictionShadow = settings.shadow < 0 ? "none" : getSetting(settings, "friction_shadow");
     report.device = std::move(device);
     report.rate = settings.rate;
     for (const SettingInfo& info : settingTable())
@@ -110,10 +112,13 @@ ordered_json toJson(const Report& report) {
         json["gauge"] = {{"name", report.gauge}, {"deepest_mm", report.depth.deepest}, {"last_mm", report.depth.last}};
     const Report::FrictionReport& friction = report.friction;
     if (friction.sticking + friction.sliding + friction.held > 0)
-        json["friction"] = {{"ticks_sticking", friction.sticking},
+        json["friction"] = {{"solver", report.frictionSolver},
+                            {"shadow", report.frictionShadow},
+                            {"ticks_sticking", friction.sticking},
                             {"ticks_sliding", friction.sliding},
                             {"ticks_soft", friction.soft},
                             {"ticks_held", friction.held},
+                            {"ticks_replaced", friction.replaced},
                             {"slip_mm", most(friction.slip)},
                             {"force_N", most(friction.force)},
                             {"balance_N", friction.coulomb.balance_N},
@@ -163,6 +168,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     friction_.sliding += record.sliding > 0;
     friction_.soft += (record.flags & kFrictionSoft) != 0;
     friction_.held += (record.flags & kFrictionHeld) != 0;
+    friction_.replaced += record.sticking + record.sliding > 0 && (record.flags & kIterationLimit) != 0;
     friction_.slip = std::max(friction_.slip, record.slip);
     friction_.force = std::max(friction_.force, record.frictionForce);
     const double heat = friction_.coulomb.dissipation_mJ + record.coulomb.dissipation_mJ;

@@ -18,6 +18,7 @@ namespace touchstone::sandbox {
 /// the safety stage. Residuals are the worst of the run. Percentiles without values are null in JSON.
 struct Report {
     std::string scene, mode, solver, shadow;
+    std::string frictionSolver, frictionShadow;  ///< of ticks with friction
     std::string device;
     double rate = 0;  ///< Hz
     std::uint64_t ticks = 0;
@@ -34,6 +35,7 @@ struct Report {
     struct FrictionReport {
         std::uint64_t sticking = 0, sliding = 0;  ///< ticks in which a contact stuck, slid
         std::uint64_t soft = 0, held = 0;         ///< ticks with kFrictionSoft, kFrictionHeld
+        std::uint64_t replaced = 0;               ///< ticks that the exact solver took over from a baseline
         double slip = 0, force = 0;               ///< greatest slip in a tick, mm, and friction force, N
         CoulombResiduals coulomb;                 ///< the worst; dissipation_mJ is the sum
     };

@@ -1,9 +1,10 @@
 #pragma once
-// Observes the problems that a tick solves: it replaces a solver of StepState::renderer().
+// Observes the problems that a tick solves: it replaces a solver of StepState::renderer() or frictionRenderer().
 #include <functional>
 #include <memory>
 #include <utility>
 
+#include "haptics/qp/friction.hpp"
 #include "haptics/qp/solver.hpp"
 
 namespace touchstone::sandbox {
@@ -23,6 +24,25 @@ class WatchedSolver final : public Solver {
 
   private:
     std::unique_ptr<Solver> solver_;
+    Watch watch_;
+};
+
+/// Likewise with friction.
+class WatchedFrictionSolver final : public FrictionSolver {
+  public:
+    using Watch = std::function<void(const FrictionProblem&, const FrictionResult&)>;
+    WatchedFrictionSolver(std::unique_ptr<FrictionSolver> solver, Watch watch)
+        : solver_(std::move(solver)), watch_(std::move(watch)) {}
+
+    FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override {
+        const FrictionResult result = solver_->solve(problem, start);
+        watch_(problem, result);
+        return result;
+    }
+    void limitWork(std::int64_t limit) noexcept override { solver_->limitWork(limit); }
+
+  private:
+    std::unique_ptr<FrictionSolver> solver_;
     Watch watch_;
 };
 

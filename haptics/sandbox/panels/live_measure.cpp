@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "engine/view/image_file.hpp"
@@ -35,16 +36,20 @@ void LiveMeasure::draw(LiveSession& session, engine::ItemRects* items) {
         panel.held.reset();
         panel.behind = 0;
     }
-    if (settings.solver != drawn_.solver || settings.shadow != drawn_.shadow || settings.mode != drawn_.mode)
-        panel.firstCloudTick = session.history().pushed();
+    const auto solvers = [](const Settings& s) {
+        return std::tuple(s.solver, s.shadow, s.frictionSolver, s.frictionShadow, s.friction, s.mode);
+    };
+    if (solvers(settings) != solvers(drawn_)) panel.firstCloudTick = session.history().pushed();
     drawn_ = settings;
 
     drawing_ = !png_.empty();
     panel.showValues = !drawing_;
     PlotsRequests requests;
     const std::optional<double> progress = sweeps_.running() ? std::optional(sweeps_.progress()) : std::nullopt;
-    drawPlotsPanel({session.history(), settings, sweeps_.result(), progress, sweeps_.refusal()}, panel, requests,
-                   items);
+    const auto& scene = session.scene();
+    const bool friction = scene && scene->world && hasFriction(*scene->world, settings);
+    drawPlotsPanel({session.history(), settings, sweeps_.result(), progress, sweeps_.refusal(), friction}, panel,
+                   requests, items);
     carryOut(requests, session);
 }
 

@@ -115,6 +115,8 @@ bool drawHapticsPanel(const Settings& scene, const Background<FitCheck>& fit, Se
     changed |= drawGroup(SettingGroup::Approximate, settings, requests.refusal, items);
     drawHeading("Contact");
     changed |= drawGroup(SettingGroup::Contact, settings, requests.refusal, items);
+    drawHeading("Friction");
+    changed |= drawGroup(SettingGroup::Friction, settings, requests.refusal, items);
     ImGui::Spacing();
     if (ImGui::CollapsingHeader("More settings"))
         changed |= drawGroup(SettingGroup::More, settings, requests.refusal, items);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/scene/text.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
 
 namespace touchstone::sandbox {
@@ -35,6 +36,7 @@ class Panel {
         if (ImGui::BeginTabBar("plots")) {
             tab(PlotsTab::Time, "Time", &Panel::drawTime);
             tab(PlotsTab::Contact, "Contact", &Panel::drawContact);
+            tab(PlotsTab::Friction, "Friction", &Panel::drawFriction);
             tab(PlotsTab::Trade, "Speed vs. error", &Panel::drawTrade);
             ImGui::EndTabBar();
         }
@@ -208,17 +210,33 @@ class Panel {
              true);
     }
 
+    void drawFriction() {
+        const float height = heightOf(4);
+        plot("Contacts with friction", "", height,
+             {{"stick", of(Channel::Sticking), kGreen}, {"slide", of(Channel::Sliding), kViolet}});
+        plot("Friction force", "N", height, {{"sum", of(Channel::FrictionForce), kBlue}});
+        plot("Slip", "mm", height, {{"greatest", of(Channel::Slip), kOrange}}, true);
+        plot("Distance from Coulomb's law", "", height,
+             {{"cone, N", of(Channel::ConeViolation), kRed},
+              {"complementarity, mJ", of(Channel::Complementarity), kOrange}},
+             true);
+    }
+
     /// An exact shadow is the reference for the rendering solver, so the rendering solver's time is plotted then.
     bool shadowIsExact() const {
-        const int shadow = view_.settings.shadow;
-        return shadow >= 0 && solverTable()[static_cast<std::size_t>(shadow)].exact;
+        const Settings& settings = view_.settings;
+        if (settings.shadow < 0) return false;
+        return view_.friction ? frictionSolverTable()[static_cast<std::size_t>(settings.frictionShadow)].exact
+                              : solverTable()[static_cast<std::size_t>(settings.shadow)].exact;
     }
 
     engine::Layer cloud() const {
-        const int measured = shadowIsExact() ? view_.settings.solver : view_.settings.shadow;
+        const Settings& settings = view_.settings;
         engine::Layer layer{.name = {}, .points = {}, .color = kViolet};
-        if (measured < 0) return layer;
-        layer.name = "ticks: " + std::string(solverTable()[static_cast<std::size_t>(measured)].name);
+        if (settings.shadow < 0) return layer;
+        const char* shadow = view_.friction ? "friction_shadow" : "shadow";
+        const char* solver = view_.friction ? "friction_solver" : "solver";
+        layer.name = "ticks: " + getSetting(settings, shadowIsExact() ? solver : shadow);
         // Leave out ticks of other solvers.
         const std::uint64_t since = history_->pushed() - std::min(state_.firstCloudTick, history_->pushed());
         engine::Stretch stretch = stretch_;
@@ -233,9 +251,8 @@ class Panel {
     }
 
     std::string note(const SweepPoint& p) const {
-        const SolverInfo& info = solverTable()[static_cast<std::size_t>(p.solver)];
-        std::string words(info.name);
-        if (!info.exact)
+        std::string words(view_.sweep->nameOf(p));
+        if (p.tolerance > 0)
             words += engine::formatted(" at %.3g %s", p.tolerance, view_.sweep->mode == Mode::Paper ? "N·mm" : "N");
         words += engine::formatted("\n%.3g µs, %.3g N, %.3g mN·m, %d iterations", p.us, p.forceError, p.torqueError,
                                    p.iterations);
@@ -259,10 +276,12 @@ class Panel {
         for (const SweepPoint* p : best) front.points.push_back(place(*p));
         layers.push_back(front);
 
-        constexpr std::array kColors{kGreen, kOrange, kBlue, kRed};
-        for (std::size_t solver = 0; solver < solverTable().size(); ++solver) {
-            const SolverInfo& info = solverTable()[solver];
-            engine::Layer curve{.name = std::string(info.name), .points = {}, .color = kColors[solver % 4]};
+        constexpr std::array kColors{kGreen, kOrange, kBlue, kRed, kWhite, kGray};
+        const bool friction = view_.sweep->friction;
+        const std::size_t solvers = friction ? frictionSolverTable().size() : solverTable().size();
+        for (std::size_t solver = 0; solver < solvers; ++solver) {
+            const std::string_view name = friction ? frictionSolverTable()[solver].name : solverTable()[solver].name;
+            engine::Layer curve{.name = std::string(name), .points = {}, .color = kColors[solver % kColors.size()]};
             curve.style = engine::Layer::Style::Line;
             for (const SweepPoint& p : view_.sweep->points) {
                 if (p.solver != static_cast<int>(solver) || p.status == SolveStatus::Invalid) continue;
@@ -270,7 +289,7 @@ class Panel {
                 curve.notes.push_back(note(p));
             }
             layers.push_back(curve);
-            if (info.exact) continue;
+            if (friction || solverTable()[solver].exact) continue;
             engine::Layer marker{.name = {}, .points = {}, .color = kWhite};
             marker.style = engine::Layer::Style::Marker;
             if (const auto at = pointAt(*view_.sweep, static_cast<int>(solver), view_.settings.tolerance)) {
@@ -313,7 +332,8 @@ class Panel {
             engine::noteItem(items_, "sweep");
             engine::tooltip(
                 "Runs every solver at all its tolerances on the rows of the newest tick, in parallel to the loop. "
-                "Times are medians of repeated solves.");
+                "Where there is friction, runs every friction solver on its contacts. Times are medians of repeated "
+                "solves.");
             ImGui::SameLine();
             ImGui::Checkbox("all rows", &state_.sweep.allRows);
             engine::noteItem(items_, "all rows");
@@ -330,10 +350,11 @@ class Panel {
         if (!view_.refusal.empty())
             ImGui::TextColored({1, 0.78f, 0.35f, 1}, "%s", view_.refusal.c_str());
         else if (view_.sweep)
-            ImGui::TextDisabled("Sweep of tick %llu, %d rows", static_cast<unsigned long long>(view_.sweep->tick),
-                                view_.sweep->rows);
+            ImGui::TextDisabled("Sweep of tick %llu, %d %s", static_cast<unsigned long long>(view_.sweep->tick),
+                                view_.sweep->rows, view_.sweep->friction ? "contacts with friction" : "rows");
         else
-            ImGui::TextDisabled("Each point is a tick. A sweep adds one curve per solver.");
+            ImGui::TextDisabled("Each point is a tick. A sweep adds one %s per solver.",
+                                view_.friction ? "point" : "curve");
     }
 
     /// Applies zoom and drag of the mouse over the plots.

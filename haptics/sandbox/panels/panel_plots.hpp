@@ -12,7 +12,7 @@
 
 namespace touchstone::sandbox {
 
-enum class PlotsTab { Time, Contact, Trade };
+enum class PlotsTab { Time, Contact, Friction, Trade };
 
 struct PlotsPanelState {
     double seconds = 4;                         ///< time span across the width, s
@@ -27,7 +27,7 @@ struct PlotsPanelState {
     StretchTimes times;                         ///< of the stretch, held briefly to stay readable
     double timesAt = -1;                        ///< ImGui time when `times` was taken
     glm::vec4 area{0};                          ///< rectangle of tabs and plots, as in ItemRects
-    std::array<float, 3> textHeight{};          ///< per tab, the largest height of the text between its plots
+    std::array<float, 4> textHeight{};          ///< per tab, the largest height of the text between its plots
     float width = 0;                            ///< window width for which `textHeight` is valid
 };
 
@@ -37,6 +37,7 @@ struct PlotsView {
     const Sweep* sweep = nullptr;         ///< null: none yet
     std::optional<double> sweepProgress;  ///< of a running sweep, 0 to 1
     const std::string& refusal;           ///< why there is no sweep, one sentence; empty: no failure
+    bool friction = false;                ///< hasFriction(): the friction solver and its shadow are in use
 };
 
 /// What the user requested in a frame.

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "haptics/qp/friction_table.hpp"
+
 namespace touchstone::sandbox {
 namespace {
 
@@ -34,6 +36,8 @@ bool drawChoice(const char* id, const std::vector<std::string>& names, std::stri
                 chosen = true;
             }
             if (const int solver = findSolver(name); solver >= 0) engine::tooltip(solverTable()[solver].summary);
+            if (const int solver = findFrictionSolver(name); solver >= 0)
+                engine::tooltip(frictionSolverTable()[solver].summary);
         }
         ImGui::EndCombo();
     }

@@ -9,7 +9,9 @@ namespace {
 
 constexpr std::array<DisplaySwitch, 11> kSwitches{{
     {"contacts", 'C', "Contacts", &DisplayOptions::contacts,
-     "Pairs in contact with their normals, colored from yellow to red by the force they carry, or blue without force."},
+     "Pairs in contact with their normals, colored from yellow to red by the force they carry, or blue without force. "
+     "With friction also the cone of possible forces and the force: green if the contact sticks, magenta if it "
+     "slides."},
     {"forces", 'V', "Force", &DisplayOptions::arrows,
      "Force (red) and torque (violet) on the hand, drawn at C. Arrow lengths are compressed."},
     {"ghost", 'G', "Ghost", &DisplayOptions::ghost, "The device pose as a ghost of the tool, with a line to it."},

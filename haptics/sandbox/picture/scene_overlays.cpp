@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "engine/scene/text.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr glm::vec4 kForceColor{1.00f, 0.36f, 0.22f, 1}, kTorqueColor{0.66f, 0.48f, 1.00f, 1};
 constexpr glm::vec4 kContactColor{0.30f, 0.85f, 0.95f, 1}, kClearanceColor{0.55f, 1.00f, 0.60f, 1};
+constexpr glm::vec4 kSticksColor{0.35f, 0.95f, 0.50f, 1}, kSlidesColor{1.00f, 0.30f, 0.90f, 1};
 constexpr glm::vec3 kLightLoad{1.00f, 0.82f, 0.25f}, kHeavyLoad{1.00f, 0.16f, 0.08f};
 constexpr glm::vec3 kTraceOld{0.25f, 0.32f, 0.45f}, kTraceNew{0.85f, 0.95f, 1.00f};
 constexpr double kLoaded = 1e-3;  // N: contacts below this are drawn as unloaded
@@ -219,8 +221,27 @@ void SceneOverlays::addContacts(engine::Frame& frame, double unit) const {
         const float weight = static_cast<float>(contact->load / most);
         const glm::vec4 color = loaded ? glm::vec4(glm::mix(kLightLoad, kHeavyLoad, weight), 1) : kContactColor;
         frame.lines.push_back({p, q, color, loaded ? 3.5f : 1.5f});
+        if (loaded && contact->coefficient > 0) addCone(frame, *contact, length);
         frame.lines.push_back({p, p, color, loaded ? 10 + 4 * weight : 6.f});
     }
+}
+
+/// The cone that Coulomb's law allows, as high as the normal, and the force within it.
+void SceneOverlays::addCone(engine::Frame& frame, const ContactPoint& contact, double length) {
+    constexpr int kSides = 16;
+    const glm::vec4 color = contact.slides ? kSlidesColor : kSticksColor;
+    const Vec3 across = contact.n_W.unitOrthogonal(), other = contact.n_W.cross(across);
+    const auto rim = [&](int i) {
+        const double angle = 2 * std::numbers::pi * i / kSides;
+        return point(contact.p_W + length * (contact.n_W + contact.coefficient *
+                                                               (std::cos(angle) * across + std::sin(angle) * other)));
+    };
+    for (int i = 0; i < kSides; ++i) {
+        frame.lines.push_back({rim(i), rim(i + 1), color, 1.5f});
+        if (i % 4 == 0) frame.lines.push_back({point(contact.p_W), rim(i), color, 1});
+    }
+    const Vec3 tip = contact.p_W + length * (contact.n_W + contact.friction_W / contact.load);
+    frame.lines.push_back({point(contact.p_W), point(tip), color, 3.5f});
 }
 
 void SceneOverlays::addArrows(engine::Frame& frame, const TickRecord& record, bool values, double unit) const {

@@ -84,6 +84,7 @@ class SceneOverlays {
     void findNearest(const Pose& X_WT, Geometry geometry);
     void findGaps(const TickRecord& record, Geometry geometry, bool spheres);
     void addContacts(engine::Frame& frame, double unit) const;
+    static void addCone(engine::Frame& frame, const ContactPoint& contact, double length);
     void addArrows(engine::Frame& frame, const TickRecord& record, bool values, double unit) const;
     void addTree(engine::Frame& frame, const SphereTree& tree, const Pose& X_WB, int level, bool tool,
                  const std::vector<float>* gaps) const;

@@ -82,9 +82,14 @@ class Pass {
 
   private:
     static void watch(StepState& state, const Settings& settings, const HeadlessOptions& options) {
-        if (!options.onSolve) return;
-        std::unique_ptr<Solver>& renderer = state.renderer(settings.solver);
-        renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+        if (options.onSolve) {
+            std::unique_ptr<Solver>& renderer = state.renderer(settings.solver);
+            renderer = std::make_unique<WatchedSolver>(std::move(renderer), options.onSolve);
+        }
+        if (options.onFrictionSolve) {
+            std::unique_ptr<FrictionSolver>& renderer = state.frictionRenderer(settings.frictionSolver);
+            renderer = std::make_unique<WatchedFrictionSolver>(std::move(renderer), options.onFrictionSolve);
+        }
     }
 
     bool endWith(RunEnd end) {
@@ -129,6 +134,7 @@ class TimedPass {
             return unshadowed(adjust ? adjust(recorded) : recorded);
         };
         options.onSolve = nullptr;
+        options.onFrictionSolve = nullptr;
         return options;
     }
 

@@ -34,6 +34,8 @@ struct HeadlessOptions {
     std::function<void(const TickRecord&, double penetration)> onTick = {};
     /// Called with every problem of the rendering solver and its answer.
     std::function<void(const QpProblem&, const SolveResult&)> onSolve = {};
+    /// Likewise with friction.
+    std::function<void(const FrictionProblem&, const FrictionResult&)> onFrictionSolve = {};
 };
 
 struct HeadlessRun {

@@ -21,7 +21,9 @@ Settings withGeometry(Settings settings, Geometry geometry) {
 }
 
 Settings withSolversSwapped(Settings settings) {
-    if (settings.shadow >= 0) std::swap(settings.solver, settings.shadow);
+    if (settings.shadow < 0) return settings;
+    std::swap(settings.solver, settings.shadow);
+    std::swap(settings.frictionSolver, settings.frictionShadow);
     return settings;
 }
 

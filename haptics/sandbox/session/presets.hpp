@@ -14,7 +14,7 @@ namespace touchstone::sandbox {
 Settings withMode(Settings settings, Mode mode);
 /// The settings in another geometry.
 Settings withGeometry(Settings settings, Geometry geometry);
-/// Exchanges rendering and shadow solver; unchanged without a shadow.
+/// Exchanges rendering and shadow solver, with friction and without; unchanged without a shadow.
 Settings withSolversSwapped(Settings settings);
 
 struct Preset {

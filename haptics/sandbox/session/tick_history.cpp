@@ -36,6 +36,12 @@ constexpr std::array<ChannelField, kChannelCount> kChannels{{
     {Channel::Separation, "separation_mm"},
     {Channel::Penetration, "penetration_listed_mm"},
     {Channel::Hover, "hover_mm"},
+    {Channel::Sticking, "sticking"},
+    {Channel::Sliding, "sliding"},
+    {Channel::FrictionForce, "friction_N"},
+    {Channel::Slip, "slip_mm"},
+    {Channel::ConeViolation, "coulomb_cone_N"},
+    {Channel::Complementarity, "coulomb_complementarity_mJ"},
 }};
 static_assert([] {
     for (std::size_t i = 0; i < kChannelCount; ++i)

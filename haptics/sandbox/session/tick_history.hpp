@@ -33,8 +33,14 @@ enum class Channel {
     Separation,         ///< distance from tool pose to device pose at the tool node's origin, mm
     Penetration,        ///< deepest overlap of the listed pairs, mm
     Hover,              ///< greatest true gap over loaded contacts, mm
+    Sticking,           ///< contacts with friction that stick
+    Sliding,            ///< contacts with friction that slide
+    FrictionForce,      ///< |sum of all friction forces|, N
+    Slip,               ///< greatest slip of a loaded contact in the tick, mm
+    ConeViolation,      ///< of Coulomb's law, N
+    Complementarity,    ///< force under a gap, mJ
 };
-inline constexpr std::size_t kChannelCount = 20;
+inline constexpr std::size_t kChannelCount = 26;
 
 /// Keeps every channel of the newest ticks in ring buffers, and the last two records in full.
 class TickHistory {

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <random>
 
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tests/support/solvers.hpp"
@@ -21,13 +22,16 @@ namespace {
 
 /// Two consecutive ticks of the cube pressed into the slab, and the largest problem of the second tick.
 struct Pressed {
-    HapticScene scene = openScene(holdScene(), {.treeCache = {}, .progress = {}, .allTrees = true});
+    HapticScene scene;
     Settings settings = scene.settings;
     TickRecord before, now;
     std::optional<RowSet> rows;
     Vec6 wanted = Vec6::Zero();
 
-    explicit Pressed(double seconds, Mode mode = Mode::Default, Geometry geometry = Geometry::Spheres) {
+    explicit Pressed(double seconds, Mode mode = Mode::Default, Geometry geometry = Geometry::Spheres)
+        : Pressed(holdScene(), seconds, mode, geometry) {}
+    Pressed(engine::Scene made, double seconds, Mode mode, Geometry geometry)
+        : scene(openScene(std::move(made), {.treeCache = {}, .progress = {}, .allTrees = true})) {
         settings.mode = mode;
         settings.geometry = geometry;
         settings.shadow = -1;
@@ -152,6 +156,67 @@ TEST_CASE("sweep: every solver at every tolerance has the error of a separate so
     if (warm) return;
     for (const int solver : approximateSolvers())
         CHECK(pointAt(*sweep, solver, 1)->forceError > pointAt(*sweep, solver, 1e-6)->forceError);
+}
+
+TEST_CASE("sweep: with friction, every friction solver has the error of a separate solve", "[sweep][friction]") {
+    const bool warm = GENERATE(false, true);
+    const Geometry geometry = GENERATE(Geometry::Spheres, Geometry::Mesh);
+    // The cube slides between the facets of a friction pyramid.
+    Pressed pressed(rubScene(), 0.45, Mode::Default, geometry);
+    REQUIRE(pressed.now.sliding > 0);
+    const auto contact =
+        freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {.warm = warm});
+    REQUIRE(contact);
+    CHECK(contact->rubs());
+    CHECK(contact->rows.size() == 0);
+    CHECK(int(contact->contacts.size()) >= pressed.now.sliding + pressed.now.sticking);
+    for (const FrictionContact& c : contact->contacts) {
+        CHECK(c.coefficient == Approx(0.4));
+        CHECK(c.startForce == Vec3::Zero());
+    }
+    const auto sweep = sweepContact(*contact);
+    REQUIRE(sweep);
+    CHECK(sweep->friction);
+    CHECK(sweep->rows == int(contact->contacts.size()));
+    REQUIRE(sweep->points.size() == frictionSolverTable().size());
+    const FrictionProblem problem{contact->stiffness, contact->wanted, contact->contacts};
+    const auto exact = frictionSolverTable()[0].make(64);
+    const Vec6 truth = exact->solve(problem, Vec6::Zero()).x;
+    bool front = false;
+    for (std::size_t i = 0; i < sweep->points.size(); ++i) {
+        const SweepPoint& point = sweep->points[i];
+        const FrictionSolverInfo& info = frictionSolverTable()[i];
+        CAPTURE(info.name);
+        CHECK(sweep->nameOf(point) == info.name);
+        CHECK(point.us > 0);
+        CHECK(point.iterations > 0);
+        CHECK(point.tolerance == 0);
+        CHECK(point.status == SolveStatus::Solved);
+        front = front || point.onFront;
+        if (info.name == "cone-newton" || info.name == "gauss-seidel") CHECK(point.forceError < 1e-6);
+        if (info.name.starts_with("lemke") || info.name.starts_with("convex")) CHECK(point.forceError > 1e-3);
+        if (warm) continue;
+        const auto solver = info.make(64);
+        CHECK(point.forceError == Approx(wrenchError({contact->stiffness, contact->wanted, nullptr},
+                                                     solver->solve(problem, Vec6::Zero()).x, truth)
+                                             .force_N)
+                                      .margin(1e-9));
+    }
+    CHECK(front);
+    CHECK_FALSE(sweepContact(*contact, [](double) { return false; }));
+
+    const TempFolder folder;
+    writeSweep(*sweep, folder.path() / "sweep.csv");
+    std::ifstream in(folder.path() / "sweep.csv");
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    for (const FrictionSolverInfo& info : frictionSolverTable())
+        CHECK(text.find("," + std::string(info.name) + ",") != std::string::npos);
+
+    pressed.settings.friction = false;
+    const auto without = freezeContact(*pressed.scene.world, pressed.settings, pressed.before, pressed.now, {});
+    REQUIRE(without);
+    CHECK_FALSE(without->rubs());
+    CHECK(without->rows.size() > 0);
 }
 
 TEST_CASE("sweep: the marker between two tolerances lies between their points", "[sweep]") {

@@ -183,4 +183,46 @@ TEST_CASE("overlays: between meshes the nearest pair is that of the surfaces", "
     }
 }
 
+TEST_CASE("contacts: with friction they carry their share of it, and tell whether they slide", "[contacts]") {
+    const auto geometry = GENERATE(Geometry::Mesh, Geometry::Spheres);
+    CAPTURE(int(geometry));
+    World made = geometry == Geometry::Mesh
+                     ? meshWorld(centeredBox(10, 10, 4), centeredBox(100, 100, 6), at(0, 0, 5.1))
+                     : worldOf(treeOf({{-4, -4, 0, 2}, {4, -4, 0, 2}, {-4, 4, 0, 2}, {4, 4, 0, 2}}),
+                               treeOf({{0, 0, -1e6f, 1e6f}}), at(0, 0, 2.1));
+    made.obstacles[0].friction = {0.5, 0.3};
+    const auto world = std::make_shared<const World>(made);
+    const Settings settings = settingsFor(geometry);
+    StepState state(*world);
+    ContactFinder finder(world);
+    Pose device = world->X_WT_start;
+    TickRecord record;
+    const auto lead = [&](const Vec3& by) {
+        for (int i = 0; i < 100; ++i) {
+            device.p += by / 100;
+            record = step(*world, settings, {device}, state);
+        }
+    };
+    const auto expect = [&](bool slides, double coefficient) {
+        Vec3 sum = Vec3::Zero();
+        int loaded = 0;
+        for (const ContactPoint& contact : finder.find(record, settings, 0.1)) {
+            sum += contact.load * contact.n_W + contact.friction_W;
+            if (contact.load < 1e-3) continue;
+            ++loaded;
+            CHECK(contact.slides == slides);
+            CHECK(contact.coefficient == coefficient);
+            CHECK(contact.friction_W.norm() <= coefficient * contact.load * (1 + 1e-6));
+        }
+        CHECK(loaded >= 3);
+        CHECK((sum - record.wrench_C.force).norm() < 1e-3);
+    };
+    lead({0, 0, -2});
+    lead({0.5, 0, 0});
+    expect(false, 0.5);
+    lead({3, 0, 0});
+    expect(true, 0.3);
+    CHECK(record.wrench_C.force.x() == Approx(0.3 * record.wrench_C.force.z() * -1).epsilon(1e-3));
+}
+
 }  // namespace touchstone::mesh_contacts_tests

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/scene/rigid_bodies.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/panels/panel_plots.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/panels/status_bar.hpp"
@@ -501,7 +502,10 @@ TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweep
     std::optional<double> progress;
     PlotsPanelState state;
     PlotsRequests asked;
-    const auto draw = [&] { drawPlotsPanel({history, settings, swept, progress, ""}, state, asked, &bench.items); };
+    bool friction = false;
+    const auto draw = [&] {
+        drawPlotsPanel({history, settings, swept, progress, "", friction}, state, asked, &bench.items);
+    };
 
     bench.click("1 s", draw);
     CHECK(state.seconds == 1);
@@ -547,6 +551,9 @@ TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweep
 
     ImGui::GetIO().MousePos = {-100, -100};
     bench.click("hold plots", draw);  // closes the popup
+    bench.click("tab Friction", draw);
+    bench.frame(draw);
+    CHECK(bench.items.count("plot Slip") == 1);
     bench.click("tab Contact", draw);
     bench.frame(draw);
     CHECK(bench.items.count("plot Solver residuals") == 1);
@@ -559,6 +566,19 @@ TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweep
     swept = &sweep;
     bench.frame(draw);
     CHECK(ImGui::GetDrawData()->TotalVtxCount > without);  // curves, front and marker
+    // With friction, one point for each friction solver, without a marker at the tolerance.
+    Sweep rubbed;
+    rubbed.friction = friction = true;
+    swept = nullptr;
+    bench.frame(draw);
+    const int none = ImGui::GetDrawData()->TotalVtxCount;
+    for (int i = 0; i < int(frictionSolverTable().size()); ++i)
+        rubbed.points.push_back({.solver = i, .us = 1.0 + i, .forceError = 1e-3 * i, .onFront = i == 0});
+    swept = &rubbed;
+    bench.frame(draw);
+    CHECK(ImGui::GetDrawData()->TotalVtxCount > none);
+    swept = &sweep;
+    friction = false;
     progress = 0.5;
     bench.click("cancel sweep", draw, 0.5f);
     CHECK(asked.cancelSweep);

@@ -225,6 +225,8 @@ TEST_CASE("session: a mode selects its published solvers, and swapping twice cha
     const Settings swapped = withSolversSwapped(start);
     CHECK(swapped.solver == start.shadow);
     CHECK(swapped.shadow == start.solver);
+    CHECK(swapped.frictionSolver == start.frictionShadow);
+    CHECK(swapped.frictionShadow == start.frictionSolver);
     CHECK(withSolversSwapped(swapped).solver == start.solver);
 }
 
