@@ -8,6 +8,7 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/loop/settings.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
 
@@ -243,6 +244,52 @@ TEST_CASE("bench: the mesh suite measures meshes alone, with and without the thr
                          {{"hard-05-teleport", true}, one},
                          {{rest, false}, all},
                          {{rest, true}, all}});
+}
+
+TEST_CASE("bench: the friction solvers are measured on the same contacts, with the errors of their laws", "[program]") {
+    const Program touchstone;
+    const std::string csv = touchstone.file("friction.csv");
+    const Answer answer = touchstone("bench friction --quick --csv " + csv);
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    const Table table = tableOf(csv);
+    REQUIRE(table.size() == 2 * (1 + frictionSolverTable().size()));
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const auto& row = table[i];
+        const std::string name = row.at("solver");
+        const auto number = [&](const char* column) { return std::stod(row.at(column)); };
+        INFO(name << " on " << row.at("feet"));
+        CHECK(number("feet") == (i < table.size() / 2 ? 3 : 18));
+        CHECK(number("p999_us") >= number("median_us"));
+        CHECK(number("ticks") >= 500);
+        CHECK_THAT(answer.out, Catch::Contains(" " + name + " "));
+        if (row.at("friction") == "false") {
+            CHECK(name == kExactName);
+            CHECK(row.at("error_max_N").empty());
+            continue;
+        }
+        CHECK(number("contacts_p50") == Approx(number("feet")).margin(2));
+        const bool faceted = name.starts_with("lemke"), relaxed = name.starts_with("convex");
+        if (number("missing_share") < 0.5) CHECK((number("error_max_N") > 0.01) == (faceted || relaxed));
+        if (relaxed) CHECK(number("hover_max_mm") > 1e-3);
+        if (name == "cone-newton") {
+            CHECK(number("error_max_N") < 1e-9);
+            CHECK(number("hover_max_mm") < 1e-9);
+            CHECK(number("missing_share") < 0.02);
+        }
+    }
+    // The part of the docs that shows it.
+    fs::create_directory(touchstone.file("docs"));
+    const std::string docs = touchstone.file("docs/benchmarks.md");
+    std::ofstream(docs) << "before <!-- friction: made by tools/document_bench --><!-- end of friction --> after";
+    const std::string make = "cd '" + touchstone.file("") +
+                             "' && python3 '" TOUCHSTONE_SOURCE_DIR "/tools/friction_page.py' friction.csv 2>/dev/null";
+    REQUIRE(std::system(make.c_str()) == 0);
+    const std::string text = textOf(docs);
+    CHECK_THAT(text, Catch::StartsWith("before ") && Catch::EndsWith(" after"));
+    for (const FrictionSolverInfo& info : frictionSolverTable())
+        for (const char* feet : {"| 3 | `", "| 18 | `"})
+            CHECK_THAT(text, Catch::Contains(feet + std::string(info.name)));
 }
 
 TEST_CASE("bench: wrong usage is one sentence", "[program]") {

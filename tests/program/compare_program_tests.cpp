@@ -6,6 +6,7 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/device/motion.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
 
@@ -34,7 +35,7 @@ Table compared(const Program& touchstone, const std::string& args, const std::st
 TEST_CASE("compare: every solver is given the same motion, and is in the table, the ticks and the figures",
           "[program]") {
     const Program touchstone;
-    const auto table = compared(touchstone, pressFile(touchstone) + " --mode paper,default,penalty", "all");
+    const auto table = compared(touchstone, pressFile(touchstone) + " --mode paper,default,god-object,penalty", "all");
     std::set<std::string> cases, devices;
     for (const auto& row : table) {
         INFO(row.at("case"));
@@ -48,14 +49,15 @@ TEST_CASE("compare: every solver is given the same motion, and is in the table, 
         CHECK(row.at("force_error_max_N").empty() == row.at("solver").empty());  // penalty has no rows to solve
         if (row.at("solver") == kExactName) CHECK(std::stod(row.at("force_error_max_N")) < 1e-9);
         if (row.at("solver") == kExactName) CHECK(std::stod(row.at("force_difference_max_N")) == 0);
-        if (row.at("mode") == "default") CHECK(std::stod(row.at("penetration_max_mm")) <= 1e-3);
+        if (row.at("mode") == "default" || row.at("mode") == "god-object")
+            CHECK(std::stod(row.at("penetration_max_mm")) <= 1e-3);
         std::string ticks = "all/ticks-" + row.at("case") + ".csv";
         std::replace(ticks.begin(), ticks.end(), ' ', '-');
         CHECK(tableOf(touchstone.file(ticks)).size() == std::stoul(row.at("ticks")));
     }
     std::set<std::string> expected{"penalty"};
     for (const SolverInfo& solver : solverTable())
-        for (const char* mode : {"paper ", "default "}) expected.insert(mode + std::string(solver.name));
+        for (const char* mode : {"paper ", "default ", "god-object "}) expected.insert(mode + std::string(solver.name));
     CHECK(cases == expected);
     CHECK(table.size() == cases.size());
     CHECK(devices.size() == 1);
@@ -70,6 +72,47 @@ TEST_CASE("compare: every solver is given the same motion, and is in the table, 
     const std::string force = textOf(touchstone.file("all/force.svg"));
     for (const std::string& name : expected) CHECK_THAT(force, Catch::Contains(">" + name + "<"));
     CHECK_THAT(force, Catch::Contains(">force, N<") && Catch::Contains(">simulated time, ms<"));
+}
+
+TEST_CASE("compare: every friction solver is given the same motion, and its errors are those of its law", "[program]") {
+    const Program touchstone;
+    const std::string file = touchstone.file("rub.glb");
+    engine::writeGltf(rubScene(), file);
+    std::string names;
+    for (const FrictionSolverInfo& info : frictionSolverTable())
+        names += (names.empty() ? "" : ",") + std::string(info.name);
+    const auto table = compared(touchstone, file + " --friction-solvers " + names, "friction");
+    REQUIRE(table.size() == frictionSolverTable().size());
+    std::set<std::string> devices;
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const auto& row = table[i];
+        const std::string name = row.at("friction_solver");
+        INFO(name);
+        const auto number = [&](const char* column) { return std::stod(row.at(column)); };
+        CHECK(name == frictionSolverTable()[i].name);
+        CHECK(row.at("case") == "default " + name);
+        devices.insert(row.at("device_hash"));
+        CHECK(number("step_p999_us") >= number("step_p50_us"));
+        CHECK(number("solve_mean_us") > 0);
+        CHECK(number("penetration_max_mm") <= 1e-3);
+        CHECK(number("cone_max_N") < 1e-4);
+        const bool faceted = name.starts_with("lemke"), relaxed = name.starts_with("convex");
+        CHECK((number("force_error_max_N") > 1e-3) == (faceted || relaxed));
+        CHECK((number("complementarity_max_mJ") > 1e-3) == relaxed);
+        if (name == "cone-newton") {
+            CHECK(number("force_error_max_N") < 1e-9);
+            CHECK(number("force_difference_max_N") == 0);
+            CHECK(number("direction_max_mJ") < 1e-6);
+            CHECK(number("ticks_iteration_limit") == 0);
+        }
+        CHECK(tableOf(touchstone.file("friction/ticks-default-" + name + ".csv")).size() ==
+              std::stoul(row.at("ticks")));
+    }
+    CHECK(devices.size() == 1);
+    CHECK_THAT(textOf(touchstone.file("friction/force.svg")), Catch::Contains(">default lemke-8<"));
+    const Answer printed = touchstone("compare " + file + " --friction-solvers convex,cone-newton --runs 1");
+    CHECK_THAT(printed.out, Catch::Contains("hover mm") && Catch::Contains("\nconvex ") &&
+                                Catch::Contains("\ncone-newton ") && Catch::Contains("same device poses"));
 }
 
 TEST_CASE("compare: without matplotlib one sentence says so, and the tables are complete", "[program]") {
@@ -137,6 +180,10 @@ TEST_CASE("compare: what cannot be compared is one sentence", "[program]") {
              {"", 2, ""},
              {press + " --solvers simplex", 2, "simplex"},
              {press + " --mode papery", 2, "papery"},
+             {press + " --friction-solvers pqp", 2, "friction_solver must be one of cone-newton"},
+             {press + " --friction-solvers convex --mode paper", 2, "--mode"},
+             {press + " --friction-solvers convex --solvers pqp", 2, "--solvers"},
+             {press + " --friction-solvers convex", 1, "nothing has friction"},
              {press + " --mode paper --tolerance none", 2, "tolerance"},
              {press + " --set trust=3", 2, "trust"},
              {press + " --out /proc/no", 1, "/proc/no"},

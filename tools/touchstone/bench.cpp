@@ -1,5 +1,6 @@
 // touchstone bench: measures a sweep, writes the results, and merges the shards of a sweep.
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -148,7 +149,8 @@ constexpr const char* kBenchFooter =
     "  touchstone bench --quick --out quick\n"
     "  touchstone bench --suite hard --shard 2/8 --out part-2\n"
     "  touchstone bench merge part-* --out hard\n"
-    "  touchstone bench qp --csv qp.csv\n";
+    "  touchstone bench qp --csv qp.csv\n"
+    "  touchstone bench friction --csv friction.csv\n";
 
 const CLI::App* addBenchMerge(CLI::App& bench, Action& action) {
     const auto options = std::make_shared<BenchMergeCommand>();
@@ -176,9 +178,11 @@ void addBench(CLI::App& program, Action& action) {
                      "with each solver; mesh: contact between meshes, with and without the thread that finds lists")
         ->capture_default_str();
     command->add_option("--shard", options->shard, "K/N: measure the K-th of N parts, for `touchstone bench merge`");
-    const CLI::App *qp = addBenchQp(*command, action), *merge = addBenchMerge(*command, action);
-    command->callback([options, qp, merge, &action] {
-        if (!qp->parsed() && !merge->parsed()) action = [options] { return bench(*options); };
+    const std::array parts{addBenchQp(*command, action), addBenchFriction(*command, action),
+                           addBenchMerge(*command, action)};
+    command->callback([options, parts, &action] {
+        if (std::none_of(parts.begin(), parts.end(), [](const CLI::App* part) { return part->parsed(); }))
+            action = [options] { return bench(*options); };
     });
 }
 

@@ -78,7 +78,13 @@ std::vector<QpCost> measureQp(int rows, bool quick);
 std::string benchPage(const nlohmann::ordered_json& results, const std::vector<Figure>& figures,
                       const std::filesystem::path& folder);
 
+/// CPU times of `count` equal pieces of work of about this duration, µs: they show how much of the percentiles is due
+/// to the machine alone.
+std::vector<double> timeConstant(std::size_t count, double us);
+
 /// Adds `touchstone bench qp` below `bench`.
 const CLI::App* addBenchQp(CLI::App& bench, Action& action);
+/// Likewise `touchstone bench friction`.
+const CLI::App* addBenchFriction(CLI::App& bench, Action& action);
 
 }  // namespace touchstone::app

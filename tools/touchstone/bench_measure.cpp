@@ -142,8 +142,8 @@ void work(std::uint64_t rounds) {
     for (std::uint64_t i = 0; i < rounds; ++i) x = x * 0.999999 + 1e-6;
 }
 
-/// CPU times of `count` equal pieces of work, each about as long as the median tick: they show how much of the
-/// percentiles is due to the machine alone.
+}  // namespace
+
 std::vector<double> timeConstant(std::size_t count, double us) {
     static const double roundsPerUs = [] {
         constexpr std::uint64_t kRounds = 2'000'000;
@@ -161,6 +161,8 @@ std::vector<double> timeConstant(std::size_t count, double us) {
     }
     return times;
 }
+
+namespace {
 
 /// The sizes of the parts as far as the world has them.
 void addSizes(BenchRow& row, const World& world) {

@@ -8,6 +8,8 @@
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/math/statistics.hpp"
+#include "haptics/qp/contact_forces.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
@@ -30,6 +32,7 @@ struct CompareCommand {
     std::string motion;  ///< folder of a recording, or a scene
     std::string device;  ///< of a scene; empty: its demonstration
     std::vector<std::string> solvers, modes{"default"};
+    std::vector<std::string> frictionSolvers;  ///< instead of solvers and modes; empty: not compared
     std::optional<double> seconds;
     std::optional<std::string> tolerance;  ///< as text, checked like settings
     std::vector<std::string> set;          ///< KEY=VALUE
@@ -45,7 +48,8 @@ Settings settingsFor(const ComparedMotion& motion, const CompareCase& what, cons
     if (!what.solver.empty()) choice.solver = what.solver;
     choice.shadow = "none";
     choice.tolerance = motion.tolerance;
-    choice.set = motion.set;
+    if (!what.friction.empty()) choice.set.push_back("friction_solver=" + what.friction);
+    choice.set.insert(choice.set.end(), motion.set.begin(), motion.set.end());
     return checkedWithCommandLine(usual, choice);
 }
 
@@ -69,6 +73,14 @@ class Comparing {
             if (truth.status == SolveStatus::Solved)
                 error = std::max(error, wrenchError(problem, result.x, truth.x).force_N);
         };
+        ConeNewton exactFriction(ContactForces::kMaxContacts);
+        options_.onFrictionSolve = [&](const FrictionProblem& problem, const FrictionResult& result) {
+            if (result.status == FrictionStatus::None) return;
+            const FrictionResult truth = exactFriction.solve(problem, Vec6::Zero());
+            if (truth.status == FrictionStatus::Exact)
+                error = std::max(error,
+                                 wrenchError({problem.stiffness, problem.wanted, nullptr}, result.x, truth.x).force_N);
+        };
         options_.onTick = [&](const TickRecord& record, double penetration) {
             run.ticks.push_back(record);
             run.penetration.push_back(penetration);
@@ -81,6 +93,7 @@ class Comparing {
         run.settings = judged.settings;
         run.hash = judged.report.hash;
         options_.onSolve = nullptr;
+        options_.onFrictionSolve = nullptr;
         options_.onTick = nullptr;
     }
 
@@ -134,7 +147,9 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     std::array<int, 4> statuses{};
     int over = 0, pairs = 0;
     std::int64_t truncated = 0;
+    CoulombResiduals coulomb;
     for (const TickRecord& tick : run.ticks) {
+        coulomb = worstOf(coulomb, tick.coulomb);
         step.push_back(tick.totalUs);
         collision.push_back(tick.collisionUs);
         solve.push_back(tick.solveUs);
@@ -150,11 +165,14 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     std::copy_if(run.forceError.begin(), run.forceError.end(), std::back_inserter(errors),
                  [](double error) { return error >= 0; });
     const bool approximate = !run.what.solver.empty() && !solverTable()[run.settings.solver].exact;
-    ordered_json row{
-        {"case", run.what.name()},      {"mode", run.what.mode},
-        {"solver", run.what.solver},    {"tolerance", approximate ? ordered_json(run.settings.tolerance) : nullptr},
-        {"ticks", run.ticks.size()},    {"device_hash", hexadecimal(run.deviceHash)},
-        {"hash", hexadecimal(run.hash)}};
+    ordered_json row{{"case", run.what.name()},
+                     {"mode", run.what.mode},
+                     {"solver", run.what.solver},
+                     {"friction_solver", run.what.friction},
+                     {"tolerance", approximate ? ordered_json(run.settings.tolerance) : nullptr},
+                     {"ticks", run.ticks.size()},
+                     {"device_hash", hexadecimal(run.deviceHash)},
+                     {"hash", hexadecimal(run.hash)}};
     for (const auto& [name, values] :
          {std::pair{"step", step}, std::pair{"collision", collision}, std::pair{"solve", solve}}) {
         const Percentiles p = percentiles(values);
@@ -183,6 +201,9 @@ ordered_json rowOf(const ComparedRun& run, const ComparedRun* exact) {
     row["hover_p99_mm"] = orNull(percentile(hover, 99));
     row["hover_max_mm"] = orNull(percentile(hover, 100));
     row["force_max_N"] = orNull(percentile(force, 100));
+    row["cone_max_N"] = coulomb.cone_N;
+    row["complementarity_max_mJ"] = coulomb.complementarity_mJ;
+    row["direction_max_mJ"] = coulomb.direction_mJ;
     for (const SolveStatus status :
          {SolveStatus::Solved, SolveStatus::Elastic, SolveStatus::IterationLimit, SolveStatus::Invalid}) {
         std::string column = std::string("ticks_") + name(status);
@@ -212,8 +233,22 @@ void printTable(const std::vector<ordered_json>& rows) {
             at("force_difference_max_N"), at("penetration_max_mm"), at("hover_p99_mm"), at("ticks_solved"),
             at("ticks_elastic"), at("ticks_iteration_limit"), at("ticks_invalid"));
     }
-    std::printf("%.0f ticks each, of the same device poses: %s\n", cellOf(rows.front(), "ticks"),
-                rows.front().at("device_hash").get<std::string>().c_str());
+}
+
+void printFrictionTable(const std::vector<ordered_json>& rows) {
+    std::printf("%-21s %24s %9s %17s %8s %10s %10s %19s %11s %6s\n", "", "step us", "solve us", "force error N",
+                "cone N", "compl. mJ", "direct. mJ", "hover mm", "deepest mm", "ticks");
+    std::printf("%-21s %24s %9s %17s %8s %10s %10s %19s %11s %6s\n", "", "p50 / p99 / p99.9", "mean", "p50 / max",
+                "max", "max", "max", "p99 / max", "max", "none");
+    for (const ordered_json& row : rows) {
+        const auto at = [&](const char* key) { return cellOf(row, key); };
+        std::printf("%-21s %8.1f %7.1f %7.1f %9.1f %8.2g %8.2g %8.2g %10.2g %10.2g %9.2g %9.2g %11.2g %6.0f\n",
+                    row.at("friction_solver").get<std::string>().c_str(), at("step_p50_us"), at("step_p99_us"),
+                    at("step_p999_us"), at("solve_mean_us"), at("force_error_p50_N"), at("force_error_max_N"),
+                    at("cone_max_N"), at("complementarity_max_mJ"), at("direction_max_mJ"), at("hover_p99_mm"),
+                    at("hover_max_mm"), at("penetration_max_mm"), at("ticks_iteration_limit"));
+    }
+    std::printf("ticks none: those for which the solver had no answer, so that the exact solver took over\n");
 }
 
 }  // namespace
@@ -230,6 +265,17 @@ std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const st
             if (solves) cases.push_back({mode, solver});
         }
         if (!solves) cases.push_back({mode, ""});
+    }
+    return cases;
+}
+
+std::vector<CompareCase> frictionCasesOf(const std::vector<std::string>& solvers) {
+    std::vector<CompareCase> cases;
+    for (const std::string& solver : solvers) {
+        cases.push_back({"default", std::string(solverTable()[kExactSolver].name), solver});
+        SettingsChoice choice;
+        choice.set = {"friction_solver=" + solver};
+        withCommandLine({}, choice);  // throws for a name that does not exist
     }
     return cases;
 }
@@ -261,7 +307,9 @@ std::vector<ordered_json> comparisonRows(const std::vector<ComparedRun>& runs) {
     std::vector<ordered_json> rows;
     for (const ComparedRun& run : runs) {
         const auto exact = std::find_if(runs.begin(), runs.end(), [&](const ComparedRun& other) {
-            return other.what.mode == run.what.mode && other.what.solver == solverTable()[kExactSolver].name;
+            const std::string_view exactFriction = run.what.friction.empty() ? "" : frictionSolverTable()[0].name;
+            return other.what.mode == run.what.mode && other.what.solver == solverTable()[kExactSolver].name &&
+                   other.what.friction == exactFriction;
         });
         rows.push_back(rowOf(run, exact == runs.end() ? nullptr : &*exact));
     }
@@ -283,7 +331,9 @@ void writeComparison(const std::vector<ComparedRun>& runs, const fs::path& folde
 namespace {
 
 int compare(const CompareCommand& command) {
-    const std::vector<CompareCase> cases = casesOf(command.modes, command.solvers);
+    const bool friction = !command.frictionSolvers.empty();
+    const std::vector<CompareCase> cases =
+        friction ? frictionCasesOf(command.frictionSolvers) : casesOf(command.modes, command.solvers);
     if (!command.out.empty()) makeFolder(command.out, "the comparison");
     const bool recorded = sandbox::isRecording(command.motion);
     if (recorded && !command.device.empty())
@@ -300,8 +350,15 @@ int compare(const CompareCommand& command) {
     motion.seconds = command.seconds;
     motion.tolerance = command.tolerance;
     motion.set = command.set;
+    if (friction && !hasFriction(*scene.world, settingsFor(motion, cases.front(), scene.settings)))
+        throw std::runtime_error(file.string() +
+                                 ": nothing has friction, so --friction-solvers has nothing to compare: give the tool "
+                                 "and a part a physics material, or leave the option out");
     const std::vector<ComparedRun> runs = compareMotion(motion, cases, command.runs);
-    printTable(comparisonRows(runs));
+    const std::vector<ordered_json> rows = comparisonRows(runs);
+    friction ? printFrictionTable(rows) : printTable(rows);
+    std::printf("%.0f ticks each, of the same device poses: %s\n", cellOf(rows.front(), "ticks"),
+                rows.front().at("device_hash").get<std::string>().c_str());
     if (command.out.empty()) return kOk;
     writeComparison(runs, command.out);
     drawFigures("compare", command.out);
@@ -311,7 +368,8 @@ int compare(const CompareCommand& command) {
 constexpr const char* kCompareFooter =
     "Examples:\n"
     "  touchstone compare bunnies --device demo:figure-5 --mode paper,default --out compared\n"
-    "  touchstone run spline --record push && touchstone compare push --mode default,penalty\n";
+    "  touchstone run spline --record push && touchstone compare push --mode default,penalty\n"
+    "  touchstone compare part.glb --friction-solvers cone-newton,lemke-8,gauss-seidel\n";
 
 }  // namespace
 
@@ -322,12 +380,22 @@ void addCompare(CLI::App& program, Action& action) {
     command->add_option("RECORDING|SCENE", options->motion, "folder that `touchstone run --record` wrote, or a scene")
         ->required();
     for (const SolverInfo& solver : solverTable()) options->solvers.emplace_back(solver.name);
-    command->add_option("--solvers", options->solvers, "comma-separated, of " + namesOf(solverTable()))
+    CLI::Option* solvers =
+        command->add_option("--solvers", options->solvers, "comma-separated, of " + namesOf(solverTable()))
+            ->delimiter(',')
+            ->capture_default_str();
+    CLI::Option* modes = command
+                             ->add_option("--mode", options->modes,
+                                          "comma-separated: default, paper, god-object, penalty (which has no solver)")
+                             ->delimiter(',')
+                             ->capture_default_str();
+    command
+        ->add_option("--friction-solvers", options->frictionSolvers,
+                     "instead of solvers and modes: default mode with each of these, comma-separated, of " +
+                         namesOf(frictionSolverTable()))
         ->delimiter(',')
-        ->capture_default_str();
-    command->add_option("--mode", options->modes, "comma-separated: default, paper, penalty (which has no solver)")
-        ->delimiter(',')
-        ->capture_default_str();
+        ->excludes(solvers)
+        ->excludes(modes);
     command->add_option("--device", options->device,
                         "the device that moves the tool of a scene: demo:NAME, replay:FILE");
     command->add_option("--seconds", options->seconds, "duration (default: until the motion ends)")

@@ -8,13 +8,20 @@
 
 namespace touchstone::app {
 
-/// A mode and, if the mode has one, a solver.
+/// A mode and, if the mode has one, a solver; or default mode with a friction solver.
 struct CompareCase {
     std::string mode, solver;
-    std::string name() const { return solver.empty() ? mode : mode + " " + solver; }
+    std::string friction = {};  ///< empty: that of the scene, which is not compared
+    std::string name() const {
+        const std::string& compared = friction.empty() ? solver : friction;
+        return compared.empty() ? mode : mode + " " + compared;
+    }
 };
 /// Every mode with every solver; penalty mode has none. Throws UsageError for a name that does not exist.
 std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const std::vector<std::string>& solvers);
+
+/// Default mode with every friction solver. Throws UsageError likewise.
+std::vector<CompareCase> frictionCasesOf(const std::vector<std::string>& solvers);
 
 /// A motion, and the settings that all cases share.
 struct ComparedMotion {
@@ -30,8 +37,8 @@ struct ComparedRun {
     Settings settings;
     std::vector<TickRecord> ticks;    ///< times are the medians of the timed runs, thread CPU time
     std::vector<double> penetration;  ///< true penetration of each tick, mm
-    /// Force error of each tick relative to the exact solver on the same rows, N: the largest of its linearizations;
-    /// negative without rows, or if they are infeasible.
+    /// Force error of each tick relative to the exact solver on the same rows, with friction on the same contacts, N:
+    /// the largest of its solves; negative without rows, or without an exact answer.
     std::vector<double> forceError;
     std::uint64_t deviceHash = 0;  ///< of the device's poses
     std::uint64_t hash = 0;        ///< of the results, as in a report

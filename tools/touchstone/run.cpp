@@ -41,7 +41,7 @@ struct RunOptions {
     SettingsChoice settings;
     std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
-    std::string plots;       ///< the plots that a window shows first: time, contact or trade
+    std::string plots;       ///< the plots that a window shows first: time, contact, friction or trade
     std::string select;      ///< name of the node that is selected in the window at the start
 };
 
@@ -229,9 +229,10 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
 
 std::optional<sandbox::PlotsTab> tabOf(const std::string& name) {
     if (name.empty()) return std::nullopt;
-    return name == "time"      ? sandbox::PlotsTab::Time
-           : name == "contact" ? sandbox::PlotsTab::Contact
-                               : sandbox::PlotsTab::Trade;
+    return name == "time"       ? sandbox::PlotsTab::Time
+           : name == "contact"  ? sandbox::PlotsTab::Contact
+           : name == "friction" ? sandbox::PlotsTab::Friction
+                                : sandbox::PlotsTab::Trade;
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
@@ -372,10 +373,12 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--device", options->device,
                     "the device that moves the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
     run->add_option("--mode", settings.mode,
-                    "default; paper: " + paperModeHelp() + "; or penalty: springs against overlaps, for comparison");
+                    "default; paper: " + paperModeHelp() +
+                        "; penalty: springs against overlaps, for comparison; or god-object: constrained by the pairs "
+                        "that touch, for comparison");
     run->add_option("--geometry", settings.geometry,
-                    "by what parts touch in default mode. mesh: their triangles; "
-                    "spheres: their sphere trees (default)");
+                    "by what parts touch in default mode. mesh: their triangles (default); "
+                    "spheres: their sphere trees");
     run->add_option("--solver", settings.solver, "solver that moves the tool: " + namesOf(solverTable()));
     run->add_option("--shadow", settings.shadow, "second solver, measured on the same rows: one of these, or none");
     run->add_option("--tolerance", settings.tolerance, kToleranceHelp);
@@ -389,8 +392,9 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--sweep", options->sweep,
                     "solve the rows of one tick with every solver over its tolerances, to a CSV file: headless the "
                     "last tick; in a window, which also plots it, the tick at three fifths of --seconds");
-    run->add_option("--plots", options->plots, "the plots that the window shows first: time, contact or trade")
-        ->check(CLI::IsMember({"time", "contact", "trade"}));
+    run->add_option("--plots", options->plots,
+                    "the plots that the window shows first: time, contact, friction or trade")
+        ->check(CLI::IsMember({"time", "contact", "friction", "trade"}));
     run->add_option("--select", options->select, "name of the part that is selected in the window at the start");
     run->add_option("--screenshot", options->screenshot, "write a picture of the last tick to a PNG file");
     run->add_option("--show", options->show,

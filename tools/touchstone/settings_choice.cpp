@@ -28,11 +28,9 @@ Settings withCommandLine(Settings settings, const SettingsChoice& choice) {
         if (equals == std::string::npos) throw UsageError("--set takes KEY=VALUE, not '" + pair + "'");
         setFromOption(settings, pair.substr(0, equals), pair.substr(equals + 1), "--set");
     }
-    // The other modes have no friction. A scene's materials have no effect there; asking for it is a mistake.
     for (const std::string& pair : choice.set)
-        if (settings.mode != Mode::Default && settings.friction && pair.starts_with("friction="))
-            throw UsageError(std::string(modeNames()[static_cast<std::size_t>(settings.mode)]) +
-                             " mode is frictionless: leave out --set " + pair + ", or choose --mode default");
+        if (const std::string wrong = checkAskedFriction(settings, pair.substr(0, pair.find('='))); !wrong.empty())
+            throw UsageError("--set " + pair + ": " + wrong);
     return settings;
 }
 

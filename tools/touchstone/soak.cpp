@@ -15,6 +15,7 @@
 
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/math/statistics.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
 #include "tools/touchstone/command_line.hpp"
@@ -168,6 +169,8 @@ class Soak {
         settings.torsion = random(200, 4000);
         settings.solver = choose(static_cast<int>(solverTable().size()));
         settings.shadow = choose(static_cast<int>(solverTable().size()) + 1) - 1;
+        settings.frictionSolver = choose(static_cast<int>(frictionSolverTable().size()));
+        settings.frictionShadow = choose(static_cast<int>(frictionSolverTable().size()));
         settings.linearisations = 1 + choose(3);
         settings.adaptiveMargin = choose(2) == 0;
         settings.pause = choose(8) == 0;
