@@ -151,13 +151,14 @@ struct Energy {
 };
 
 /// Case 14: a simulated hand presses, holds, releases and ends clear of contact.
-Energy pressed(const sandbox::HapticScene& scene, Geometry geometry, const HandParameters& hand, int delay,
-               double rate) {
+Energy pressed(const sandbox::HapticScene& scene, Geometry geometry, const HandParameters& hand, int delay, double rate,
+               double friction = 0) {
     const auto press = std::find_if(scene.motions.begin(), scene.motions.end(),
                                     [](const NamedMotion& m) { return m.name == "hard-14-press"; });
     REQUIRE(press != scene.motions.end());
     Settings settings = exactAlone(scene, geometry);
     settings.rate = rate;
+    settings.frictionCoefficient = friction;
     auto device = std::make_unique<HeldMotion>(press->motion, hand, delay);
     const HeldMotion& held = *device;
     TickDriver driver(std::make_unique<Session>(scene.world, settings, std::move(device)));
@@ -191,6 +192,21 @@ TEST_CASE("hard: a simulated hand gains no energy where damping suffices (case 1
     INFO("work " << energy.work << " mJ, gain " << energy.gain << " mJ, on the way at most " << energy.most);
     CHECK(energy.gain <= 1e-9);  // rounding of sums of about 10 mJ
     if (delay <= 1) CHECK(energy.most <= 1);
+}
+
+TEST_CASE("hard: friction gives a simulated hand no energy (case 14)", "[hard][long]") {
+    const sandbox::HapticScene scene = open("bunnies", Geometry::Mesh);
+    const double friction = GENERATE(0.2, 0.9), damping = GENERATE(0.55, 1.65);  // the least with no delay and with one
+    CAPTURE(friction, damping);
+    const int delay = damping > 1 ? 1 : 0;
+    const HandParameters hand = HandParameters::fromTranslation(0.05, 1, damping);
+    const Energy with = pressed(scene, Geometry::Mesh, hand, delay, 1000, friction);
+    const Energy without = pressed(scene, Geometry::Mesh, hand, delay, 1000);
+    INFO("work " << with.work << " mJ, gain " << with.gain << " mJ, on the way at most " << with.most);
+    INFO("without friction: work " << without.work << " mJ, gain " << without.gain);
+    CHECK(with.gain <= 1e-9);
+    CHECK(with.most <= 1);
+    CHECK(with.work < without.work);  // friction takes energy
 }
 
 TEST_CASE("hard: with too little damping a simulated hand gains energy, unless the rate is ten times higher (case 14)",

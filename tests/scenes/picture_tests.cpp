@@ -40,6 +40,8 @@ constexpr PictureCase kCases[]{
     {"spline-section", "spline", 1.4, "no-values,section,trace", "", "no-section"},
     {"spline-inside", "spline", 2.8, "no-values,section,clearance", "contact", "section:x"},
     {"dental-pocket", "dental-inflamed", 5.4, "no-values,section:z", "contact", "no-section"},
+    {"drawer-jammed", "drawer", 4.4, "no-values", "top", "no-forces,no-ghost"},
+    {"incline", "incline", 2.6, "no-values", "contact", "no-contacts,no-forces"},
     {"wedge", "wedge", 2.2, "no-values", "front", "no-ghost"},
 };
 

@@ -85,4 +85,17 @@ TEST_CASE("random hands: between meshes nothing overlaps in some scenes, for a m
     }
 }
 
+TEST_CASE("random hands: the geometry can change while friction holds the tool", "[scenes][slow]") {
+    for (const char* name : {"drawer", "incline"}) {
+        INFO(name);
+        const std::string file = TOUCHSTONE_BINARY_DIR "/scenes/" + std::string(name) + ".glb";
+        play(openBundled(file, true), {.ticks = 2000, .seed = 2, .swapping = true});
+    }
+}
+
+TEST_CASE("random hands: rails that move do not run into a drawer that friction holds", "[scenes][slow]") {
+    // Some ticks find no forces with friction after a rail has pushed the drawer.
+    play(openBundled(TOUCHSTONE_BINARY_DIR "/scenes/drawer.glb"), {.ticks = 3000, .seed = 1, .moving = true});
+}
+
 }  // namespace touchstone::random_hand_tests

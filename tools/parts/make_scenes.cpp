@@ -73,6 +73,16 @@ void addOptions(CLI::App& command, std::string_view scene, app::SceneOptions& op
         number("--segments", fit.segments, "sections of the bolt around its axis");
         number("--nut-segments", fit.nutSegments,
                "sections of the nut around its axis; 0: twelve more than the bolt's");
+    } else if (scene == "incline") {
+        command.add_option("--slope", options.slope, "angle of the plane, rad")
+            ->check(CLI::Range(0.0, 1.0))
+            ->capture_default_str();
+    } else if (scene == "drawer") {
+        app::DrawerFit& fit = options.drawer;
+        number("--length", fit.length, "length of the drawer along the rails, mm");
+        number("--width", fit.width, "width of the drawer, mm");
+        number("--clearance", fit.clearance, "clearance of drawer and rail on each side, mm");
+        number("--bar", fit.bar, "length of the bar, mm");
     } else if (scene == "pebbles") {
         number("--triangles", options.triangles, "number of triangles of each pebble, about");
     } else if (scene == "dental") {

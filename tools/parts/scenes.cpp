@@ -8,6 +8,7 @@
 #include "tools/parts/angles.hpp"
 #include "tools/parts/assembly.hpp"
 #include "tools/parts/close_fits.hpp"
+#include "tools/parts/friction_scenes.hpp"
 #include "tools/parts/hard_cases.hpp"
 #include "tools/parts/paper_motions.hpp"
 #include "tools/parts/scene_kit.hpp"
@@ -235,6 +236,8 @@ constexpr SceneInfo kScenes[] = {
     {"lock", "a key is inserted into its lock, turned and held", makeLock},
     {"peg", "a round peg finds a hole that leaves it 0.01 mm on each side", makePeg, kPegFiles},
     {"nut", "a nut is screwed onto its bolt until it sits on a plate", makeNut},
+    {"incline", "a block on an incline sticks, breaks away and slides", makeIncline},
+    {"drawer", "a drawer slides in its rails, and jams when it is pulled too far off its center", makeDrawer},
     {"pebbles", "one bumpy pebble is pressed on another, slides and turns on it", makePebbles, {}, false},
 };
 

@@ -8,6 +8,7 @@
 #include "engine/scene/scene.hpp"
 #include "tools/parts/bayonet.hpp"
 #include "tools/parts/dental.hpp"
+#include "tools/parts/drawer.hpp"
 #include "tools/parts/gears.hpp"
 #include "tools/parts/hook.hpp"
 #include "tools/parts/lock.hpp"
@@ -26,6 +27,8 @@ struct SceneOptions {
     LockFit lock;
     PegFit peg;
     ThreadFit nut;
+    double slope = 0.35;  ///< of `incline`, rad: the angle of its plane
+    DrawerFit drawer;
     int triangles = 20'000;  ///< of each part of `pebbles`
     int leaves = 0;          ///< of each body's sphere tree; 0: the default of the scene
     std::filesystem::path bunny = "/usr/share/glmark2/models/bunny.obj";  ///< of `bunnies` and `wedge`
