@@ -45,11 +45,10 @@ def interval(line, of="mean"):
     return number(line[of]) + (f" [{number(low)}, {number(high)}]" if low else "")
 
 
-def study():
+def study(name, measures):
     measures = [("seated_rate", "share seated"), ("time_s of seated", "time until seated, s"), ("search_s", "search, s"),
-                ("force_peak_N", "peak force, N"), ("torque_peak_mNm", "peak torque, mN·m"), ("contacts_mean", "contacts"),
-                ("residual_penetration_mm", "residual penetration, mm")]
-    lines = rows("clearance-study", "summary.csv")
+                ("force_peak_N", "peak force, N"), ("torque_peak_mNm", "peak torque, mN·m"), *measures]
+    lines = rows(name, "summary.csv")
     out = ["| condition | trials | " + " | ".join(title for _, title in measures) + " |", "|---" * (len(measures) + 2) + "|"]
     for condition in dict.fromkeys(line["condition"] for line in lines):
         own = {line["measure"]: line for line in lines if line["condition"] == condition}
@@ -61,8 +60,12 @@ program = json.loads((folder / "five-trials" / "trial-0001" / "recording.json").
 PICTURES.mkdir(parents=True, exist_ok=True)
 text = [BEGIN, f"Results (commit {program['commit']}, {program['compiler']}):", "", *five(), "",
         "A larger study, [`docs/examples/clearance-study.json`](examples/clearance-study.json), measures the effect of clearance, stiffness and the "
-        "penalty method on the same 24 hands, two of each participant. Means with 95 % intervals:", "", *study(), "",
+        "penalty method on the same 24 hands, two of each participant. Means with 95 % intervals:", "",
+        *study("clearance-study", [("contacts_mean", "contacts"), ("residual_penetration_mm", "residual penetration, mm")]), "",
         plot("clearance-study", "summary", "Share seated, time and peak torque of each condition, with 95 % intervals"), "",
-        plot("clearance-study", "phases", "Mean time in each phase, by condition"), END]
+        plot("clearance-study", "phases", "Mean time in each phase, by condition"), "",
+        "A third one, [`docs/examples/friction-study.json`](examples/friction-study.json), sets friction against clearance, with the same "
+        "twelve hands. A jam is a tool that is pressed in the hole and goes no deeper for half a second:", "",
+        *study("friction-study", [("jams", "jams")]), END]
 page = PAGE.read_text()
 PAGE.write_text(page[:page.index(BEGIN)] + "\n".join(text) + page[page.index(END) + len(END):])

@@ -145,7 +145,7 @@ Condition readCondition(Reader reader, const Condition& usual) {
     condition.device = reader.text("device", usual.device);
     condition.timeLimit = reader.number("time_limit_s", usual.timeLimit, 0.1, 3600);
     std::set<std::string> beside;
-    for (const char* key : {"mode", "solver", "tolerance", "stiffness"}) {
+    for (const char* key : {"mode", "solver", "tolerance", "stiffness", "friction_coefficient"}) {
         if (!reader.find(key)) continue;
         condition.set.push_back(reader.setting(key));
         beside.insert(key);
@@ -180,6 +180,8 @@ Settings Condition::settings(Settings changed) const {
         changed = key == "mode" ? withMode(changed, asked.mode) : asked;
         if (key == "mode") changed.shadow = -1;
     }
+    for (const auto& [key, value] : set)
+        if (const std::string wrong = checkAskedFriction(changed, key); !wrong.empty()) fail(wrong);
     if (const std::string wrong = checkSettings(changed); !wrong.empty()) fail(wrong);
     return changed;
 }

@@ -35,6 +35,14 @@ std::string numberText(double value) {
     return text;
 }
 
+/// Between the tool and any obstacle, at rest.
+double greatestFriction(const World& world, const Settings& settings) {
+    double greatest = 0;
+    for (const Obstacle& obstacle : world.obstacles)
+        if (settings.mode == Mode::Default) greatest = std::max(greatest, obstacle.frictionIn(settings).atRest);
+    return greatest;
+}
+
 }  // namespace
 
 void TrialMeasures::add(const TickRecord& tick, double dt) {
@@ -58,6 +66,7 @@ void TrialMeasures::add(const TickRecord& tick, double dt) {
         rotation_ += way.tail<3>().norm();
     }
     ++ticks_;
+    inexactTicks_ += (tick.flags & (kFrictionSoft | kFrictionHeld)) != 0;
     trips_ += static_cast<std::uint64_t>(std::popcount(tick.trips & ~(before_ ? before_->trips : 0)));
     saturatedTicks_ += (tick.trips & kSaturation) != 0;
     lateTicks_ += tick.totalUs > 1000 * dt;
@@ -87,6 +96,7 @@ void TrialMeasures::write(ordered_json& row, TrialEnd end) const {
     row["contacts_peak"] = mostRows_;
     row["jams"] = phases_.jams();
     row["saturated_ticks"] = saturatedTicks_;
+    row["friction_inexact_ticks"] = inexactTicks_;
     row["ticks"] = ticks_;
     row["hash"] = hexadecimal(hash_);
     row["cpu_mean_us"] = cpuUs_ / std::max<double>(1, static_cast<double>(ticks_));
@@ -136,6 +146,7 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
     row["solver"] = settings.mode == Mode::Penalty ? "" : getSetting(settings, "solver");
     row["tolerance"] = approximate ? ordered_json(settings.tolerance) : ordered_json(nullptr);
     row["stiffness_N_per_mm"] = settings.stiffness;
+    row["friction_coefficient"] = greatestFriction(*scene.world, settings);
     measures.write(row, end);
     row["residual_penetration_mm"] = PenetrationMeter(*scene.world).depth(last.X_WT, {}, geometryOf(settings));
     row["safety_trips"] = measures.trips();

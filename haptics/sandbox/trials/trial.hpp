@@ -25,8 +25,8 @@ class TrialMeasures {
   private:
     PhaseWatch phases_;
     std::optional<TickRecord> before_;
-    std::uint64_t ticks_ = 0, contactTicks_ = 0, saturatedTicks_ = 0, lateTicks_ = 0, overrunsBefore_ = 0, trips_ = 0,
-                  hash_ = 0;
+    std::uint64_t ticks_ = 0, contactTicks_ = 0, saturatedTicks_ = 0, inexactTicks_ = 0, lateTicks_ = 0,
+                  overrunsBefore_ = 0, trips_ = 0, hash_ = 0;
     double force_ = 0, torque_ = 0, forceSquares_ = 0, torqueSquares_ = 0, impulse_ = 0;
     double path_ = 0, rotation_ = 0, rows_ = 0, cpuUs_ = 0, mostCpuUs_ = 0;
     int mostRows_ = 0;
