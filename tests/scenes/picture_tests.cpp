@@ -31,13 +31,14 @@ struct PictureCase {
     const char* change;  ///< of the displays; the tolerance must detect it
 };
 
-// Without labels, because systems have different fonts.
+// Without labels, because systems have different fonts. Where flat faces rest on each other, without contacts: which of
+// them carry the load depends on the rounding of the processor.
 constexpr PictureCase kCases[]{
     {"bunnies", "bunnies", 2.6, "no-values", "", "no-forces,no-ghost"},
     {"bunnies-contact", "bunnies", 2.6, "no-values,section", "contact", "no-contacts"},
     {"bunnies-gaps", "bunnies", 2.6, "no-values,gaps,clearance", "contact", "no-gaps"},
     {"bunnies-trees", "bunnies", 0.2, "no-values,trees:1", "", "trees:2"},
-    {"spline-section", "spline", 1.4, "no-values,section,trace", "", "no-section"},
+    {"spline-section", "spline", 1.4, "no-values,no-contacts,section,trace", "", "no-section"},
     {"spline-inside", "spline", 2.8, "no-values,section,clearance", "contact", "section:x"},
     {"dental-pocket", "dental-inflamed", 5.4, "no-values,section:z", "contact", "no-section"},
     {"drawer-jammed", "drawer", 4.4, "no-values", "top", "no-forces,no-ghost"},
