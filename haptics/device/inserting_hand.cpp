@@ -28,8 +28,12 @@ constexpr double kStrategyMs = 3500;   // time of each kind of search
 constexpr double kFirstSweep = 0.15;   // rad of the first twisting search; each next one doubles it
 constexpr double kCoarse = 0.5;        // mm between the turns of the first spiral; each next one halves it
 constexpr double kAttemptMs = 10500;   // time of searching after which the hand begins again
-constexpr double kGoldenAngle = 2.4;   // rad, from one direction of tilting to the next
-constexpr double kSettle = 0.5;        // mm; the spring is stretched by no more while the tool is brought to its goal
+constexpr double kSticks = 0.6;  // mm that the tool is behind the search when the hand presses less, since it sticks
+constexpr double kStill = 0.2, kStillMs = 40;  // mm and ms; a tool that sticks has not moved further for so long
+constexpr double kFollows = 0.2;               // mm that it is behind when the hand presses as before
+constexpr double kEased = 0.1;                 // of the pressing force
+constexpr double kGoldenAngle = 2.4;           // rad, from one direction of tilting to the next
+constexpr double kSettle = 0.5;  // mm; the spring is stretched by no more while the tool is brought to its goal
 constexpr double kSettleMs = 300, kMaxSettleMs = 1500;
 constexpr double kObserveMs = 1200;  // least time after the release in which the hand observes whether the tool stays
 constexpr double kRestMs = 700;      // time that the tool may need to come to rest, before it must stay at the goal
@@ -183,6 +187,7 @@ void InsertingHand::look() noexcept {
 void InsertingHand::change(Act act) noexcept {
     act_ = act;
     actMs_ = stuckMs_ = 0;
+    eased_ = false;
     if (act == Act::Retreat) ++attempts_;
     if (act == Act::Approach || act == Act::Retreat) attemptMs_ = 0;
     if (act == Act::Approach) thread_ = Thread::None;
@@ -261,7 +266,7 @@ void InsertingHand::comply(double dt) noexcept {
 }
 
 void InsertingHand::press(double dt) noexcept {
-    const double lead = parameters_.press / parameters_.hand.spring;
+    const double lead = (eased_ ? kEased : 1) * parameters_.press / parameters_.hand.spring;
     const double rest = -segment().in.dot(seen_), held = -segment().in.dot(held_), target = -segment().in.dot(target_);
     target_ += (target - std::max(target - parameters_.speed * dt, held - lead)) * segment().in;
     const double way = thread_ == Thread::None ? rest : twistLeft();  // shrinks as the tool moves on
@@ -283,6 +288,7 @@ void InsertingHand::press(double dt) noexcept {
         return;
     }
     if (stuck && segment_ == 0 && first_ == 0) first_ = rest;
+    eased_ = eased_ && stuck;
     if (thread_ != Thread::None || (stuck && goal_.lead != 0))
         screw(stuck, rest, dt);
     else if (stuck)
@@ -342,7 +348,7 @@ void InsertingHand::search(double dt) noexcept {
     if (stuckMs_ <= kStuckMs + dt) {
         searchCenter_ = held_.cwiseMax(-kMaxCenter).cwiseMin(kMaxCenter);
         searchCenter_[4] = held_[4];
-        spiralAngle_ = 0;
+        spiralAngle_ = stillMs_ = 0;
     }
     searchMs_ += dt;
     attemptMs_ += dt;
@@ -375,6 +381,13 @@ void InsertingHand::search(double dt) noexcept {
             target_[2] = searchCenter_[2] - shift * z;
         }
     }
+    stillMs_ += dt;
+    if ((seen_ - rested_).norm() > kStill) {
+        rested_ = seen_;
+        stillMs_ = 0;
+    }
+    const double behind = std::hypot(target_[0] - held_[0], target_[2] - held_[2]);
+    eased_ = eased_ ? behind > kFollows : behind > kSticks && stillMs_ > kStillMs;
 }
 
 /// From the goal that the hand sees to the tool that it sees, on the axes of the segment. Rotations that lead to an

@@ -106,6 +106,9 @@ class InsertingHand final : public Device {
     double actMs_ = 0;
     double least_ = 0, stuckMs_ = 0;  // least distance to the end of the segment, mm, and the time since then
     double searchMs_ = 0, attemptMs_ = 0, spiralAngle_ = 0;  // time of searching, all and of this attempt
+    bool eased_ = false;                                     // presses less, since friction holds the tool
+    Place rested_ = Place::Zero();                           // where the tool was when it last moved
+    double stillMs_ = 0;                                     // time since then
     int attempts_ = 0;                                       // that failed
     double first_ = 0;                                       // distance from the goal at the first contact, mm
     enum class Thread : std::uint8_t { None, In, Back } thread_ = Thread::None;

@@ -25,11 +25,11 @@ HapticScene open(const std::string& name) {
                      {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
 }
 
-Protocol study(const std::string& scene, int hands, double seconds) {
+Protocol study(const std::string& scene, int hands, double seconds, double friction = 0) {
     return readProtocol(ordered_json{{"format", "touchstone trials"},
                                      {"participants", hands},
                                      {"time_limit_s", seconds},
-                                     {"conditions", {{{"scene", scene}}}}},
+                                     {"conditions", {{{"scene", scene}, {"friction_coefficient", friction}}}}},
                         "study");
 }
 
@@ -172,6 +172,13 @@ TEST_CASE("trials: of 24 hands at least 23 assemble each scene", "[scenes][long]
     // A nut takes a minute of computing in this build.
     CHECK(failed(open("nut"), 2) == "");
     CHECK(failed(made(kForeign[4]), 1) == "");
+}
+
+TEST_CASE("trials: with friction, 24 hands assemble about as often as without", "[scenes][long]") {
+    const HapticScene scene = open("spline");
+    const std::vector<ordered_json> rows = run(scene, study("spline", 24, 30, 0.5));
+    for (const ordered_json& row : rows) CHECK(row.at("friction_coefficient") == 0.5);
+    CHECK(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.at("outcome") == "seated"; }) >= 22);
 }
 
 TEST_CASE("trials: no hand is seated in a blocked hole", "[scenes]") {

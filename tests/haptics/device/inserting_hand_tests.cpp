@@ -1,6 +1,7 @@
 #include "haptics/device/inserting_hand.hpp"
 
 #include <catch2/catch.hpp>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -221,6 +222,48 @@ TEST_CASE("inserting hand: needs a goal and a random seed", "[hand]") {
         context.file = wrong;
         CHECK_THROWS_WITH(insert->make(context), Catch::Contains("insert:SEED"));
     }
+}
+
+TEST_CASE("inserting hand: presses less on a tool that friction holds, until the tool follows", "[hand]") {
+    // The share of the search on a floor of 1 N/mm with less than 1 N, and how far it moved the tool aside, mm.
+    const auto search = [](std::uint64_t seed, double friction, double& aside) {
+        InsertingHand one = hand(seed);
+        Pose tool = kStart;
+        int ticks = 0, light = 0;
+        std::optional<Vec3> landed;
+        for (int t = 0; t < 10000; ++t) {
+            const Pose device = one.read(t, 1).X_WT_device;
+            const double normal = std::max(0.0, -device.p.y());
+            Vec3 lag = device.p - tool.p;
+            lag.y() = 0;
+            const double limit = normal > 0 ? friction * normal : 0;
+            if (lag.norm() > limit) tool.p += lag * (1 - limit / lag.norm());
+            tool.p.y() = std::max(device.p.y(), 0.0);
+            if (limit < 0.5) tool.q = device.q;  // on an edge, friction holds it in twist as well
+            one.write({.force = tool.p - device.p, .torque = 1000 * logRotation(tool.q * device.q.conjugate())});
+            one.show(tool);
+            if (normal > 1 && !landed) landed = tool.p;
+            if (landed && one.act() != InsertingHand::Act::Press) break;
+            if (!landed || t < 4000) continue;
+            ++ticks;
+            light += normal < 1;
+            aside = std::max(aside, (tool.p - *landed).norm());
+        }
+        REQUIRE(ticks > 0);
+        return double(light) / ticks;
+    };
+    int eased = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        CAPTURE(seed);
+        double aside = 0;
+        CHECK(search(seed, 0, aside) < 0.05);
+        CHECK(aside > 0.5);
+        aside = 0;
+        if (search(seed, 0.9, aside) < 0.05) continue;  // the search did not lead it far enough
+        ++eased;
+        CHECK(aside > 0.1);
+    }
+    CHECK(eased >= 10);
 }
 
 }  // namespace touchstone::inserting_hand_tests
