@@ -5,11 +5,11 @@
 #include <cassert>
 #include <charconv>
 #include <cmath>
-#include <numeric>
 #include <system_error>
 #include <variant>
 #include <vector>
 
+#include "haptics/math/nearest_name.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/qp/friction_table.hpp"
 
@@ -192,30 +192,14 @@ std::string text(auto number) {
     return {buffer, std::to_chars(buffer, std::end(buffer), number).ptr};
 }
 
-/// Number of insertions, deletions and replacements between two words (Levenshtein distance).
-std::size_t editDistance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
 std::string unknownKey(std::string_view key) {
     std::string sentence = "there is no setting '" + std::string(key) + "': ";
-    const auto nearest = std::min_element(std::begin(kRows), std::end(kRows), [&](const Row& a, const Row& b) {
-        return editDistance(key, a.info.key) < editDistance(key, b.info.key);
-    });
-    if (editDistance(key, nearest->info.key) <= 1 + key.size() / 4)
-        return sentence + "did you mean '" + std::string(nearest->info.key) + "'?";
+    std::vector<std::string_view> keys;
+    for (const Row& row : kRows) keys.push_back(row.info.key);
+    if (const std::string nearest = nearestName(key, keys); !nearest.empty())
+        return sentence + "did you mean '" + nearest + "'?";
     sentence += "the settings are ";
-    for (const Row& row : kRows) sentence += (&row == kRows ? "" : ", ") + std::string(row.info.key);
+    for (const std::string_view known : keys) sentence += (known == keys.front() ? "" : ", ") + std::string(known);
     return sentence;
 }
 

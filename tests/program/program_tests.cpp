@@ -215,6 +215,7 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[program]") {
                                   "run " + scene + " --headless --rate fast",
                                   "run " + scene + " --headless --mode paper --set friction=on",
                                   "run " + scene + " --headless --set friction=on --set mode=penalty",
+                                  "run " + scene + " --headless --mode god-object --set friction_coefficient=0.2",
                                   "run " + scene + " --headless --set friction_scale=-1",
                                   "validate",
                                   "new --tool a.stl",
@@ -231,6 +232,26 @@ TEST_CASE("program: wrong usage is one sentence and exit code 2", "[program]") {
         CHECK(answer.code == 2);
         CHECK(isOneSentence(answer.err));
     }
+}
+
+TEST_CASE("program: a misspelled name is answered with the nearest", "[program]") {
+    const Program touchstone;
+    const std::string protocol = touchstone.file("p.json");
+    std::ofstream(protocol) << R"({"format": "touchstone trials", "version": 1, "participants": 1, "time_limit": 3,
+                                   "conditions": [{"scene": "spline"}]})";
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"rnu bunnies", "no command 'rnu': did you mean 'run'?"},
+        {"run bunies --headless", "no scene 'bunies': did you mean 'bunnies'?"},
+        {"run bunnies --headless --set stifness=2", "no setting 'stifness': did you mean 'stiffness'?"},
+        {"trials " + protocol + " --headless --out " + touchstone.file("out"), "did you mean 'time_limit_s'?"}};
+    for (const auto& [args, expected] : cases) {
+        const Answer answer = touchstone(args);
+        INFO(args << "\n" << answer.err);
+        CHECK(answer.code != 0);
+        CHECK(isOneSentence(answer.err));
+        CHECK_THAT(answer.err, Contains(expected));
+    }
+    CHECK_THAT(touchstone("dance").err, Contains("no command 'dance'") && !Contains("did you mean"));
 }
 
 TEST_CASE("program: a missing or unsuitable input is one sentence and exit code 1", "[program]") {

@@ -3,14 +3,18 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <iostream>
+#include <string>
 #include <system_error>
+#include <vector>
 
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/math/nearest_name.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace {
@@ -34,6 +38,17 @@ constexpr const char* kFooter =
     "  touchstone doctor                      check this machine\n\n"
     "Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the scene's expected outcome was not met,\n"
     "or its tool does not fit, 130 stopped by Ctrl-C, 143 stopped by SIGTERM.\n";
+
+/// Throws UsageError if the first argument is meant to be a command and is none. CLI11 only says that one is required.
+void checkCommand(const CLI::App& program, int argc, const char* const* argv) {
+    if (argc < 2 || *argv[1] == '-') return;
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return;
+    const std::string nearest = nearestName(argv[1], names);
+    throw app::UsageError("there is no command '" + std::string(argv[1]) + "'" +
+                          (nearest.empty() ? " (see touchstone --help)" : ": did you mean '" + nearest + "'?"));
+}
 
 int fail(const std::string& sentence, int code) {
     std::fprintf(stderr, "touchstone: %s\n", engine::escaped(sentence).c_str());  // it may quote names out of files
@@ -60,6 +75,7 @@ int main(int argc, char** argv) {
     try {
         int code = app::kOk;
         try {
+            checkCommand(program, argc, argv);
             program.parse(argc, argv);
             code = action();
         } catch (const CLI::Success& success) {  // --help and its like

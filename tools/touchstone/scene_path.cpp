@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "engine/scene/folders.hpp"
+#include "haptics/math/nearest_name.hpp"
 
 namespace touchstone::app {
 
@@ -28,11 +29,15 @@ fs::path findScene(const std::string& pathOrName) {
     // A bundled scene takes precedence over a folder of its name. Reading another folder or a pipe reports what it is.
     if (fs::is_regular_file(path, error)) return path;
     std::string names;
+    std::vector<std::string> all;
     for (const fs::path& scene : listScenes()) {
         if (scene.filename() == pathOrName || scene.stem() == pathOrName) return scene;
         names += (names.empty() ? "" : ", ") + scene.stem().string();
+        all.push_back(scene.stem().string());
     }
     if (fs::exists(path, error)) return path;
+    if (const std::string nearest = nearestName(pathOrName, all); !nearest.empty())
+        throw std::runtime_error("there is no scene '" + pathOrName + "': did you mean '" + nearest + "'?");
     throw std::runtime_error("there is no scene '" + pathOrName + "': give the path of a .glb or .gltf file" +
                              (names.empty() ? "" : ", or one of " + names));
 }

@@ -10,6 +10,7 @@
 #include "engine/scene/fields.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/text.hpp"
+#include "haptics/math/nearest_name.hpp"
 #include "haptics/math/numbers.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
@@ -84,8 +85,12 @@ class Reader {
     void refuseUnknown() const {
         std::string names;
         for (const std::string& key : known_) names += (names.empty() ? "" : ", ") + key;
-        for (const auto& [key, value] : value_.items())
-            if (!known_.count(key)) fail(key, "left out: the keys here are " + names);
+        for (const auto& [key, value] : value_.items()) {
+            if (known_.count(key)) continue;
+            const std::string nearest = nearestName(key, known_);
+            fail(key,
+                 "left out: " + (nearest.empty() ? "the keys here are " + names : "did you mean '" + nearest + "'?"));
+        }
     }
 
   private:
