@@ -154,9 +154,11 @@ class DefaultTick final : RowContacts {
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool rubs_ = false;                           ///< there is friction
     bool held_ = false;                           ///< no forces with friction were found
-    bool blocked_ = false;                        ///< an obstacle moves where the tool cannot give way
-    Vec6 clear_ = Vec6::Zero();                   ///< the last trial step between meshes that crossed nothing
-    Vec6 lastMove_ = Vec6::Zero();                ///< the last move of this tick
+    bool restarted_ = false;                      ///< slip counts from restart_ and not since the tick began
+    Pose restart_;
+    bool blocked_ = false;          ///< an obstacle moves where the tool cannot give way
+    Vec6 clear_ = Vec6::Zero();     ///< the last trial step between meshes that crossed nothing
+    Vec6 lastMove_ = Vec6::Zero();  ///< the last move of this tick
 };
 
 /// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
@@ -465,9 +467,9 @@ RowContacts::Place DefaultTick::placeOf(std::uint64_t id) const noexcept {
     const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
     const Vec3 p_T = X_OT.inverse() * p_O;
     const Friction friction = state_.world->obstacles[k].frictionIn(settings_);
+    const Pose from = restarted_ ? state_.inObstacle(k, restart_) : state_.courses[k].X_OT;
     return {state_.X_WO[k] * p_O - state_.graphic.p,
-            state_.courses[k].X_OT == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - state_.courses[k].X_OT * p_T)),
-            friction.atRest, friction.sliding};
+            from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T)), friction.atRest, friction.sliding};
 }
 
 bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
@@ -489,6 +491,10 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     if (result.replaced) {
         record.status = std::max(record.status, SolveStatus::IterationLimit);
         record.flags |= kIterationLimit;
+    }
+    if (result.restarted) {
+        restarted_ = true;
+        restart_ = state_.graphic;
     }
     held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     record.coulomb = worstOf(record.coulomb, result.residuals);

@@ -62,7 +62,7 @@ void ConeNewton::begin(const FrictionProblem& problem) {
         state.piece = Piece::Open;
         state.f0 = state.f = c.startForce;
         state.drift = state.along = Vec3::Zero();
-        state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
+        state.first = state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
         state.takesPart = !c.startForce.isZero(0);
         force_ += c.startForce.norm();
     }
@@ -172,6 +172,33 @@ ConeNewton::Error ConeNewton::errorAt(const Vec6& x) const {
     return {distance, energy};
 }
 
+/// Contacts that bear the same load, as three on one edge do, pass ρ (s, u) of it on in each step: for ever, if their
+/// rows contradict each other by rounding. Passes on as much at once as lets the first of them open or slide. Returns
+/// whether one does.
+bool ConeNewton::passOn() {
+    double share = INFINITY;
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        const State& state = states_[i];
+        if (!state.takesPart || state.piece == Piece::Open) continue;
+        const Vec3 d = state.f - state.f0;
+        const double fn = c.n.dot(state.f), dn = c.n.dot(d);
+        if (dn < 0) share = std::min(share, fn / -dn);
+        if (state.piece != Piece::Stick) continue;
+        const Vec3 ft = state.f - fn * c.n, dt = d - dn * c.n;
+        const double mu2 = c.coefficient * c.coefficient;
+        const double a = dt.squaredNorm() - mu2 * dn * dn, b = ft.dot(dt) - mu2 * fn * dn;
+        const double left = std::max(0.0, mu2 * fn * fn - ft.squaredNorm());
+        const double forth = b + std::sqrt(std::max(0.0, b * b + a * left));
+        if (forth > 0) share = std::min(share, left / forth);
+    }
+    if (!std::isfinite(share)) return false;
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i)
+        if (State& state = states_[i]; state.takesPart && state.piece != Piece::Open)
+            state.f0 = state.f + share * (state.f - state.f0);
+    return true;
+}
+
 /// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
 bool ConeNewton::newton(Vec6& x) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
@@ -181,8 +208,15 @@ bool ConeNewton::newton(Vec6& x) {
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
         const bool settled =
             change_ <= kForcesSettled * force_ || (change_ > before / 2 && errorAt(x).worst() <= kExact);
+        const bool slow = change_ > before / 2;
         before = change_;
-        if (sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Stick && settled) {
+        const bool balances = sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Stick;
+        if (balances && !settled && slow) {
+            before = 0;
+            if (!passOn()) return false;
+            continue;
+        }
+        if (balances && settled) {
             if (!addCrossed(x)) return true;
             left = kSteps;
             i = 0;
@@ -263,6 +297,11 @@ FrictionStatus ConeNewton::climb(Vec6& x) {
     x = best;
     for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
     if (least.worst() <= kExact) return FrictionStatus::Exact;
+    // Newton's steps pass on what the rounds pass on too slowly.
+    for (std::size_t i = 0; i < m; ++i) states_[i].f0 = forces_[i], states_[i].weight = states_[i].first;
+    if (newton(x)) return FrictionStatus::Exact;
+    x = best;
+    for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
     return least.distance <= kRegularized ? FrictionStatus::Regularized : FrictionStatus::None;
 }
 
@@ -373,41 +412,60 @@ bool ConeNewton::follow(Vec6& x) {
     return false;
 }
 
+/// From x = 0 without force along a path to an answer, and rounds from there.
+FrictionStatus ConeNewton::followAndClimb(Vec6& x) {
+    const std::size_t m = problem_->contacts.size();
+    for (std::size_t i = 0; i < m; ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        State& state = states_[i];
+        state.f0.setZero();
+        state.takesPart = true;
+        // Different gaps, so that one contact at a time changes its piece.
+        const double away =
+            (c.motion(problem_->wanted).norm() + 1e-3) * (0.2 + 0.8 * std::fmod(0.618034 * double(i + 1), 1.0));
+        state.drift = state.weight * away * c.n;
+    }
+    x.setZero();
+    if (!follow(x)) return FrictionStatus::None;
+    for (std::size_t i = 0; i < m; ++i) states_[i].f0 = states_[i].f;
+    return climb(x);
+}
+
 FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& start) noexcept {
     assert(problem.contacts.size() <= states_.size());
     const std::size_t m = problem.contacts.size();
-    begin(problem);
     evaluations_ = 0;
     FrictionResult result;
-    result.x = start;
-    result.status = newton(result.x) ? FrictionStatus::Exact : FrictionStatus::None;
-    if (result.status != FrictionStatus::Exact) {
-        result.x = start;
-        for (std::size_t i = 0; i < m; ++i) states_[i].f0 = problem.contacts[i].startForce;
-        result.status = climb(result.x);
-    }
-    if (result.status != FrictionStatus::Exact) {
+    // The first answer that is exact, or else the first that is regularized.
+    const auto attempt = [&](auto&& solveFrom) {
+        if (result.status == FrictionStatus::Exact) return;
         begin(problem);
-        for (std::size_t i = 0; i < m; ++i) {
-            const FrictionContact& c = problem.contacts[i];
-            State& state = states_[i];
-            state.f0.setZero();
-            state.takesPart = true;
-            // Different gaps, so that one contact at a time changes its piece.
-            const double away =
-                (c.motion(problem.wanted).norm() + 1e-3) * (0.2 + 0.8 * std::fmod(0.618034 * double(i + 1), 1.0));
-            state.drift = state.weight * away * c.n;
-        }
-        result.x.setZero();
-        result.status = FrictionStatus::None;
-        if (follow(result.x)) {
-            for (std::size_t i = 0; i < m; ++i) states_[i].f0 = states_[i].f;
-            result.status = climb(result.x);
+        Vec6 x = start;
+        const FrictionStatus status = solveFrom(x);
+        if (status >= result.status && result.iterations > 0) return;
+        result = {status, x, evaluations_, {}};
+        for (std::size_t i = 0; i < m; ++i) found_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();
+    };
+    attempt([&](Vec6& x) { return newton(x) ? FrictionStatus::Exact : FrictionStatus::None; });
+    attempt([&](Vec6& x) { return climb(x); });
+    // With a gap below zero, or if the slip did not begin here, there may be no answer.
+    const auto canStay = [](const FrictionContact& c) { return c.gap >= 0 && c.slipped.isZero(0); };
+    if (std::all_of(problem.contacts.begin(), problem.contacts.end(), canStay)) {
+        attempt([&](Vec6& x) { return followAndClimb(x); });
+        // Rounds that start without friction, or without any force, may end elsewhere.
+        for (const double part : {1.0, 0.0}) {
+            attempt([&](Vec6& x) {
+                for (std::size_t i = 0; i < m; ++i) {
+                    const FrictionContact& c = problem.contacts[i];
+                    states_[i].f0 = part * c.n.dot(c.startForce) * c.n;
+                }
+                x *= part;
+                return climb(x);
+            });
         }
     }
-    for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();
     result.iterations = evaluations_;
-    result.forces = {forces_.data(), m};
+    result.forces = {found_.data(), m};
     return result;
 }
 

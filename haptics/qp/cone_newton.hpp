@@ -25,7 +25,8 @@ class ConeNewton final : public FrictionSolver {
     /// exact answer; a larger one makes the longest ticks longer.
     static constexpr int kMostEvaluations = 1500;
 
-    explicit ConeNewton(int capacity) : states_(std::size_t(capacity)), forces_(std::size_t(capacity)) {}
+    explicit ConeNewton(int capacity)
+        : states_(std::size_t(capacity)), forces_(std::size_t(capacity)), found_(std::size_t(capacity)) {}
 
     FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override;
 
@@ -38,7 +39,7 @@ class ConeNewton final : public FrictionSolver {
         Vec3 drift;                         ///< of w along a path, N: w = f⁰ - ρ (s, u) - (1 - α) drift
         Vec3 along;                         ///< direction of w_t
         Mat3 K;                             ///< -∂f/∂(motion of the contact), N/mm
-        double weight;                      ///< ρ, N/mm
+        double weight, first;               ///< ρ, N/mm, and its first value
         double normal, tangential, beyond;  ///< w_n, |w_t|, and |w_t| - µ w_n
         double normalBefore, beyondBefore;
         Piece piece, pieceBefore;
@@ -56,6 +57,7 @@ class ConeNewton final : public FrictionSolver {
     void begin(const FrictionProblem& problem);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
+    bool passOn();
     FrictionStatus climb(Vec6& x);
     bool findPose(Vec6& x, double weight);
     struct Error {
@@ -64,11 +66,13 @@ class ConeNewton final : public FrictionSolver {
     };
     Error errorAt(const Vec6& x) const;
     bool follow(Vec6& x);
+    FrictionStatus followAndClimb(Vec6& x);
     double stepToEvent(const Vec6& dx, double dAlpha) const;
     bool addCrossed(const Vec6& x);
 
     std::vector<State> states_;
-    std::vector<Vec3> forces_;
+    std::vector<Vec3> forces_;  ///< of the best round
+    std::vector<Vec3> found_;   ///< of the answer
     const FrictionProblem* problem_ = nullptr;
     double force_ = 0;      ///< scale of the forces, N
     double stiffness_ = 0;  ///< k, N/mm

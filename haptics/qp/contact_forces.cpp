@@ -16,6 +16,15 @@ constexpr double kSlips = 1e-7;
 /// Maximum number of rounds in which crossed rows are added. Three are usual.
 constexpr int kCrossedRounds = 64;
 
+/// Residuals at which a tick is exact, N, mm and mJ: what a hand on springs of 1 N/mm feels as 1e-6 N. Between walls,
+/// rows that are rounded contradict each other by up to about 1e-8 mm, and an answer cannot obey all of them any
+/// closer.
+constexpr double kExact = 1e-6;
+
+bool isExact(const CoulombResiduals& r) {
+    return std::max({r.worst_N(), r.overlap_mm, r.complementarity_mJ, r.direction_mJ}) <= kExact;
+}
+
 /// Calls visit(row) for every row with J x + g <= limit.
 template <class Visit>
 void forEachBelow(const RowSet& rows, const Vec6& x, double limit, Visit&& visit) {
@@ -40,7 +49,7 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
     const RowContacts::Place place = rows.placeOf(c.id);
     c.r = c.n.cross(j.tail<3>()) + c.n * c.n.dot(place.r);  // r x n is that of the row
     c.gap = problem.rows->gap()[row];
-    c.slipped = place.slipped;
+    if (!restarted_) c.slipped = place.slipped;
     c.startForce = force;
     const int obstacle = int(c.id >> 56);
     bool slides = false, known = false;
@@ -51,7 +60,8 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
     }
     c.coefficient = slides ? place.sliding : place.atRest;
     // What sticks stays even nearer than the distance that is kept: friction may be greater than what pushes it out.
-    if (known && !slides) c.gap = std::max(0.0, c.gap);
+    // Gaps below zero by rounding would leave room for doubt whether it can stay.
+    if ((known && !slides) || c.gap > -kTouches) c.gap = std::max(0.0, c.gap);
     contacts_.push_back(c);
     startForces_.push_back(force);
     return true;
@@ -68,6 +78,18 @@ bool ContactForces::stayInside() noexcept {
     return any;
 }
 
+/// Counts the slip from where the tool is. Each linearization of a tick bends the earlier motion, so that what jams can
+/// neither go on nor back; from where it is it can always stay. Returns whether anything had slipped.
+bool ContactForces::restartSlip() noexcept {
+    bool any = false;
+    for (FrictionContact& c : contacts_) {
+        any = any || !c.slipped.isZero(0);
+        c.slipped.setZero();
+    }
+    restarted_ = restarted_ || any;
+    return any;
+}
+
 void ContactForces::restoreStartForces() noexcept {
     for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = startForces_[i];
 }
@@ -76,14 +98,19 @@ void ContactForces::restoreStartForces() noexcept {
 bool ContactForces::solveWith(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows, Vec6 start,
                               FrictionResult& answer, Result& result) noexcept {
     const auto solveOnce = [&] {
-        answer = solver.solve({problem.stiffness, problem.wanted, contacts_}, start);
+        const FrictionProblem now{problem.stiffness, problem.wanted, contacts_};
+        answer = solver.solve(now, start);
         result.iterations += answer.iterations;
+        if (answer.status == FrictionStatus::Regularized && isExact(coulombResiduals(now, answer.x, answer.forces)))
+            answer.status = FrictionStatus::Exact;
     };
     bool crosses = true, fits = true;
     for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
         solveOnce();
         const bool approximate = answer.status == FrictionStatus::Approximate;
-        if (answer.status != FrictionStatus::Exact && !approximate && stayInside()) solveOnce();
+        const auto fails = [&] { return answer.status != FrictionStatus::Exact && !approximate; };
+        if (fails() && stayInside()) solveOnce();
+        if (fails() && restartSlip()) solveOnce();
         if (answer.status == FrictionStatus::None) return false;
         start = answer.x;
         for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = answer.forces[i];
@@ -113,6 +140,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     Result result;
     contacts_.clear();
     startForces_.clear();
+    restarted_ = false;
     Vec6 start = Vec6::Zero();
     for (const Contact& contact : last_) {
         const int row = problem.rows->find(contact.id);
@@ -165,6 +193,7 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     }
     result.status = SolveStatus::Solved;
     if (result.friction == FrictionStatus::None) return result;
+    result.restarted = restarted_;
     result.x = answer.x;
     result.residuals = coulombResiduals({problem.stiffness, problem.wanted, contacts_}, answer.x, answer.forces);
     last_.clear();

@@ -40,7 +40,8 @@ class ContactForces {
         SolveStatus status = SolveStatus::Invalid;  ///< Elastic: there is no friction in the answer
         FrictionStatus friction = FrictionStatus::None;
         Vec6 x = Vec6::Zero();
-        bool replaced = false;  ///< the answer is that of the exact solver, because `solver` had none
+        bool replaced = false;   ///< the answer is that of the exact solver, because `solver` had none
+        bool restarted = false;  ///< slip counts from the tool's place: counted since the tick began it had no answer
         int iterations = 0;
         double slack = 0;    ///< as in SolveResult
         double overlap = 0;  ///< largest violation of a row, mm
@@ -64,11 +65,13 @@ class ContactForces {
   private:
     bool add(const QpProblem& problem, const RowContacts& rows, int row, const Vec3& force) noexcept;
     bool stayInside() noexcept;
+    bool restartSlip() noexcept;
     void restoreStartForces() noexcept;
     bool solveWith(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows, Vec6 start,
                    FrictionResult& answer, Result& result) noexcept;
 
     ConeNewton exact_;
+    bool restarted_ = false;  ///< of the last solve, as in Result
     std::vector<FrictionContact> contacts_;
     std::vector<Vec3> startForces_;  ///< of contacts_, before any round
     std::vector<Contact> last_;      ///< of the last solve
