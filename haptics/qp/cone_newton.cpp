@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace touchstone {
 namespace {
@@ -31,6 +32,8 @@ constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 10;
 constexpr double kContradicts = 1e-7;
 /// Imbalance of a round, N, which rounding causes if ρ is large.
 constexpr double kMostImbalance = 1e-7;
+/// Share of the springs below which a pivot is sought, since the derivative may be singular.
+constexpr double kPositive = 0.1;
 constexpr double kGrowth = 10, kLeastGrowth = 2, kMostGrowth = 1e4;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
@@ -68,29 +71,72 @@ void ConeNewton::begin(const FrictionProblem& problem) {
     }
 }
 
+/// The solutions of derivative_ y = first and second, by elimination on whole rows. Overwrites the derivative.
+ConeNewton::Steps ConeNewton::solveFor(const Vec6& first, const Vec6& second) {
+    std::array<simd::Double8, 6> rows = derivative_;
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
+    Steps steps{{}, {}, false};
+    // Without pivots, as for a symmetric positive matrix: friction seldom makes it another.
+    bool positive = true;
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; ++k) {
+        const double diagonal = rows[k][k];
+        positive = positive && diagonal > kPositive * problem_->stiffness[k];
+        rows[k] *= simd::splat(1 / diagonal);
+#pragma GCC unroll 6
+        for (int i = 0; i < 6; ++i)
+            if (i != k) rows[i] -= rows[k] * simd::splat(rows[i][k]);
+    }
+    if (!positive) {
+        rows = derivative_;
+        for (int i = 0; i < 6; ++i) rows[i][6] = first[i], rows[i][7] = second[i];
+        for (int k = 0; k < 6; ++k) {
+            int pivot = k;
+            for (int i = k + 1; i < 6; ++i)
+                if (std::abs(rows[i][k]) > std::abs(rows[pivot][k])) pivot = i;
+            if (pivot != k) std::swap(rows[k], rows[pivot]);
+            steps.reversed = steps.reversed != ((pivot != k) != (rows[k][k] < 0));
+            rows[k] *= simd::splat(1 / rows[k][k]);
+            for (int i = 0; i < 6; ++i)
+                if (i != k) rows[i] -= rows[k] * simd::splat(rows[i][k]);
+        }
+    }
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; ++i) steps.first[i] = rows[i][6], steps.second[i] = rows[i][7];
+    return steps;
+}
+
 /// Returns the imbalance G (x - h) - Σ (f, r x f). away: 1 - α.
 Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces) {
+    using simd::Double8;
     ++evaluations_;
     Vec6 imbalance = problem_->stiffness.cwiseProduct(x - wanted);
-    derivative_ = problem_->stiffness.asDiagonal();
-    push_.setZero();
+    if (away != 0) push_.setZero();
     change_ = 0;
     changed_ = false;
+    for (auto& row : derivative_) row = Double8{};
+    // K is q 1 and terms of rank one. Of q 1, the sums of q, q r and q rr' are the derivative.
+    double q = 0;
+    Vec3 qr = Vec3::Zero();
+    Mat3 qrr = Mat3::Zero();
     for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
         const FrictionContact& c = problem_->contacts[i];
         State& state = states_[i];
         if (!state.takesPart) continue;
-        const Vec3 v = c.motion(x), slip = v + c.slipped;
+        const Vec3 v = c.motion(x);
         const double vn = c.n.dot(v);
-        Vec3 w = state.f0 - away * state.drift;
+        Vec3 w = state.f0;
+        if (away != 0) w -= away * state.drift;
         const double wn = c.n.dot(w);
         state.normal = wn - state.weight * (vn + c.gap);
         Piece piece = Piece::Open;
         Vec3 f = Vec3::Zero();
         if (pieces == Pieces::Frozen ? state.piece != Piece::Open : state.normal > 0) {
+            const Vec3 slip = v + c.slipped;
             w -= wn * c.n + state.weight * (slip - c.n * c.n.dot(slip));
-            const double size = w.norm(), limit = c.coefficient * state.normal;
-            const Vec3 along = size > 0 ? Vec3(w / size) : Vec3::Zero();
+            const double limit = c.coefficient * state.normal, size = w.norm();
+            const Vec3 along = size > 0 ? Vec3(w * (1 / size)) : Vec3(Vec3::Zero());
             state.tangential = size;
             state.beyond = size - limit;
             piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
@@ -98,10 +144,9 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
                 along.dot(state.along) < 0)
                 piece = Piece::Stick;
-            const Mat3 nn = c.n * c.n.transpose();
+            double round = state.weight;
             if (piece == Piece::Stick) {
                 f = state.normal * c.n + w;
-                state.K = state.weight * Mat3::Identity();
             } else {
                 f = state.normal * c.n + limit * along;
                 double share = limit / size;
@@ -112,28 +157,43 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
                     f -= (gain - 1) * across;
                     share *= gain;
                 }
-                state.K = state.weight * (nn + share * (Mat3::Identity() - nn - along * along.transpose()) +
-                                          c.coefficient * along * c.n.transpose());
+                state.share = share;
+                round *= share;
+                const Vec3 rn = c.r.cross(c.n), ra = c.r.cross(along);
+                const Double8 n{c.n.x(), c.n.y(), c.n.z(), rn.x(), rn.y(), rn.z()};
+                const Double8 a{along.x(), along.y(), along.z(), ra.x(), ra.y(), ra.z()};
+                const Double8 byN = n * (state.weight - round);
+                const Double8 byA = n * (state.weight * c.coefficient) - a * round;
+                for (int k = 0; k < 6; ++k) derivative_[k] += byN * n[k] + byA * a[k];
             }
+            q += round;
+            const Vec3 r = round * c.r;
+            qr += r;
+            qrr += r * c.r.transpose();
             state.along = along;
             imbalance.head<3>() -= f;
             imbalance.tail<3>() -= c.r.cross(f);
-            Mat3 X;
-            X << 0, -c.r.z(), c.r.y(), c.r.z(), 0, -c.r.x(), -c.r.y(), c.r.x(), 0;
-            const Mat3 KX = state.K * X;
-            derivative_.topLeftCorner<3, 3>() += state.K;
-            derivative_.topRightCorner<3, 3>() -= KX;
-            derivative_.bottomLeftCorner<3, 3>() += X * state.K;
-            derivative_.bottomRightCorner<3, 3>() -= X * KX;
-            const Vec3 push = state.K * state.drift / state.weight;
-            push_.head<3>() += push;
-            push_.tail<3>() += c.r.cross(push);
+            if (away != 0) {
+                const Piece before = std::exchange(state.piece, piece);
+                const Vec3 push = resistance(c, state, state.drift) / state.weight;
+                state.piece = before;
+                push_.head<3>() += push;
+                push_.tail<3>() += c.r.cross(push);
+            }
         }
         change_ = std::max(change_, (f - state.f0).squaredNorm());
         changed_ = changed_ || piece != state.piece;
         state.piece = piece;
         state.f = f;
     }
+    const Vec6& g = problem_->stiffness;
+    const double trace = qrr.trace();
+    derivative_[0] += Double8{g[0] + q, 0, 0, 0, qr.z(), -qr.y()};
+    derivative_[1] += Double8{0, g[1] + q, 0, -qr.z(), 0, qr.x()};
+    derivative_[2] += Double8{0, 0, g[2] + q, qr.y(), -qr.x(), 0};
+    derivative_[3] += Double8{0, -qr.z(), qr.y(), g[3] + trace - qrr(0, 0), -qrr(0, 1), -qrr(0, 2)};
+    derivative_[4] += Double8{qr.z(), 0, -qr.x(), -qrr(1, 0), g[4] + trace - qrr(1, 1), -qrr(1, 2)};
+    derivative_[5] += Double8{-qr.y(), qr.x(), 0, -qrr(2, 0), -qrr(2, 1), g[5] + trace - qrr(2, 2)};
     change_ = std::sqrt(change_);
     return imbalance;
 }
@@ -223,15 +283,15 @@ bool ConeNewton::newton(Vec6& x) {
             if (evaluations_ > kMostEvaluations) return false;
             continue;
         }
-        lu_.compute(derivative_);
-        const Vec6 dx = -lu_.solve(imbalance);
+        const Vec6 dx = -solveFor(imbalance, Vec6::Zero()).first;
         if (!dx.allFinite()) return false;
         x += dx;
         for (std::size_t k = 0; k < problem_->contacts.size(); ++k) {
             State& state = states_[k];
             if (!state.takesPart) continue;
             state.f0 = state.f;
-            if (state.piece != Piece::Open) state.f0 -= state.K * problem_->contacts[k].motion(dx);
+            const FrictionContact& c = problem_->contacts[k];
+            if (state.piece != Piece::Open) state.f0 -= resistance(c, state, c.motion(dx));
         }
     }
     return false;
@@ -244,8 +304,7 @@ bool ConeNewton::findPose(Vec6& x, double weight) {
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, Pieces::ByLaw);
         if (sizeOf(imbalance, lever_) <= std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance))
             return true;
-        lu_.compute(derivative_);
-        const Vec6 dx = lu_.solve(imbalance);
+        const Vec6 dx = solveFor(imbalance, Vec6::Zero()).first;
         if (!dx.allFinite()) return false;
         x -= dx;
     }
@@ -346,9 +405,8 @@ bool ConeNewton::follow(Vec6& x) {
     double alpha = 0, cap = 1;
     for (int steps = 0; steps < kPathSteps && evaluations_ < kMostEvaluations; ++steps) {
         evaluate(x, alpha * way, 1 - alpha, Pieces::ByLaw);
-        lu_.compute(derivative_);
-        const Vec6 slope = lu_.solve(Vec6(pull + push_));
-        const double length = std::sqrt(slope.dot(metric.cwiseProduct(slope)) + 1) * (lu_.determinant() < 0 ? -1 : 1);
+        const auto [none, slope, reversed] = solveFor(Vec6::Zero(), pull + push_);
+        const double length = std::sqrt(slope.dot(metric.cwiseProduct(slope)) + 1) * (reversed ? -1 : 1);
         const Vec6 dx = slope / length;
         const double dAlpha = 1 / length;
         if (!dx.allFinite()) return false;
@@ -370,11 +428,10 @@ bool ConeNewton::follow(Vec6& x) {
             const Vec6 imbalance = evaluate(y, a * way, 1 - a, Pieces::Frozen);
             onPath = sizeOf(imbalance, lever_) <= kOnPath * force_;
             if (onPath) break;
-            lu_.compute(derivative_);
-            const Vec6 back = -lu_.solve(imbalance);
+            const auto [toPath, forth, turned] = solveFor(imbalance, pull + push_);
+            const Vec6 back = -toPath;
             double d = 0;
             if (!last) {
-                const Vec6 forth = lu_.solve(Vec6(pull + push_));
                 const double across = dx.dot(metric.cwiseProduct(y - x0)) + dAlpha * (a - alpha0);
                 d = -(across + dx.dot(metric.cwiseProduct(back))) / (dx.dot(metric.cwiseProduct(forth)) + dAlpha);
                 y += d * forth;

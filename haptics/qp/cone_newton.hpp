@@ -1,8 +1,9 @@
 #pragma once
 // The exact solver for Coulomb friction: an augmented Lagrangian, solved by Newton's method in six unknowns.
-#include <Eigen/LU>
+#include <array>
 #include <vector>
 
+#include "haptics/math/simd.hpp"
 #include "haptics/qp/friction.hpp"
 
 namespace touchstone {
@@ -31,14 +32,13 @@ class ConeNewton final : public FrictionSolver {
     FrictionResult solve(const FrictionProblem& problem, const Vec6& start) noexcept override;
 
   private:
-    using Mat6 = Eigen::Matrix<double, 6, 6>;
     enum class Piece : std::uint8_t { Open, Stick, Slide };
     struct State {
         Vec3 f0, f;
         Vec3 before;                        ///< f of the last round
         Vec3 drift;                         ///< of w along a path, N: w = f⁰ - ρ (s, u) - (1 - α) drift
-        Vec3 along;                         ///< direction of w_t
-        Mat3 K;                             ///< -∂f/∂(motion of the contact), N/mm
+        Vec3 along;                         ///< a: direction of w_t
+        double share;                       ///< of what slides: K = ρ (share (1 - aa') + (1 - share) nn' + µ an')
         double weight, first;               ///< ρ, N/mm, and its first value
         double normal, tangential, beyond;  ///< w_n, |w_t|, and |w_t| - µ w_n
         double normalBefore, beyondBefore;
@@ -54,6 +54,18 @@ class ConeNewton final : public FrictionSolver {
         Frozen,  ///< as at the last evaluation
     };
 
+    /// K m, where K is -∂f/∂(motion of the contact), N/mm.
+    static Vec3 resistance(const FrictionContact& c, const State& state, const Vec3& m) {
+        if (state.piece == Piece::Stick) return state.weight * m;
+        const double normal = c.n.dot(m);
+        return state.weight * (state.share * m + (1 - state.share) * normal * c.n +
+                               (c.coefficient * normal - state.share * state.along.dot(m)) * state.along);
+    }
+    struct Steps {
+        Vec6 first, second;
+        bool reversed;  ///< the determinant is negative
+    };
+    Steps solveFor(const Vec6& first, const Vec6& second);
     void begin(const FrictionProblem& problem);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
@@ -79,11 +91,10 @@ class ConeNewton final : public FrictionSolver {
     double lever_ = 0;      ///< at which the two springs are equally stiff, mm
     int evaluations_ = 0;
     // Of the last evaluate():
-    Mat6 derivative_;       ///< of the imbalance by x
-    Vec6 push_;             ///< -∂imbalance/∂α, of the drifts
-    double change_ = 0;     ///< greatest |f - f⁰|, N
-    bool changed_ = false;  ///< a contact has another piece than before
-    Eigen::PartialPivLU<Mat6> lu_;
+    std::array<simd::Double8, 6> derivative_;  ///< of the imbalance by x: its rows
+    Vec6 push_;                                ///< -∂imbalance/∂α, of the drifts
+    double change_ = 0;                        ///< greatest |f - f⁰|, N
+    bool changed_ = false;                     ///< a contact has another piece than before
 };
 
 }  // namespace touchstone
