@@ -17,6 +17,8 @@ constexpr int kSteps = 20;
 /// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
 /// would otherwise send it to and fro.
 constexpr int kHeldSteps = 16;
+/// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides.
+constexpr double kAtEdge = 1e-6;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
 /// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N.
 constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10;
@@ -37,6 +39,8 @@ constexpr double kPositive = 0.1;
 constexpr double kGrowth = 10, kLeastGrowth = 2, kMostGrowth = 1e4;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
+/// Maximum number of contacts of which each one, and each two, are left out in turn.
+constexpr std::size_t kFew = 6;
 /// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
 /// force has no derivative.
 constexpr double kLeastSlip = 0.05;
@@ -67,6 +71,7 @@ void ConeNewton::begin(const FrictionProblem& problem) {
         state.drift = state.along = Vec3::Zero();
         state.first = state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
         state.takesPart = !c.startForce.isZero(0);
+        state.leftOut = false;
         force_ += c.startForce.norm();
     }
 }
@@ -140,7 +145,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             state.tangential = size;
             state.beyond = size - limit;
             piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
-            if (pieces == Pieces::Stick) piece = Piece::Stick;
+            if (pieces == Pieces::Start) piece = state.slid ? Piece::Slide : Piece::Stick;
             if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
                 along.dot(state.along) < 0)
                 piece = Piece::Stick;
@@ -203,11 +208,11 @@ bool ConeNewton::addCrossed(const Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     double least = kCrossed;
     for (std::size_t i = 0; i < m; ++i)
-        if (!states_[i].takesPart) least = std::min(least, problem_->contacts[i].distance(x));
+        if (!states_[i].takesPart && !states_[i].leftOut) least = std::min(least, problem_->contacts[i].distance(x));
     if (least == kCrossed) return false;
     for (std::size_t i = 0; i < m; ++i) {
         State& state = states_[i];
-        if (state.takesPart || problem_->contacts[i].distance(x) > least * (1 - 1e-9)) continue;
+        if (state.takesPart || state.leftOut || problem_->contacts[i].distance(x) > least * (1 - 1e-9)) continue;
         state.takesPart = true;
         state.piece = Piece::Open;
     }
@@ -262,15 +267,21 @@ bool ConeNewton::passOn() {
 /// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
 bool ConeNewton::newton(Vec6& x) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
+    for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
+        const FrictionContact& c = problem_->contacts[i];
+        State& state = states_[i];
+        const double fn = c.n.dot(state.f0);
+        state.slid = (state.f0 - fn * c.n).norm() > c.coefficient * fn * (1 - kAtEdge) && fn > 0;
+    }
     double before = 0;
     for (int i = 0, left = kSteps; left > 0; ++i, --left) {
-        const Pieces pieces = i == 0 ? Pieces::Stick : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
+        const Pieces pieces = i == 0 ? Pieces::Start : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
         const bool settled =
             change_ <= kForcesSettled * force_ || (change_ > before / 2 && errorAt(x).worst() <= kExact);
         const bool slow = change_ > before / 2;
         before = change_;
-        const bool balances = sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Stick;
+        const bool balances = sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Start;
         if (balances && !settled && slow) {
             before = 0;
             if (!passOn()) return false;
@@ -315,7 +326,7 @@ bool ConeNewton::findPose(Vec6& x, double weight) {
 FrictionStatus ConeNewton::climb(Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     for (std::size_t i = 0; i < m; ++i) {
-        states_[i].takesPart = true;
+        states_[i].takesPart = !states_[i].leftOut;
         states_[i].drift = Vec3::Zero();
         forces_[i] = states_[i].before = states_[i].f0;
     }
@@ -493,22 +504,62 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     const std::size_t m = problem.contacts.size();
     evaluations_ = 0;
     FrictionResult result;
-    // The first answer that is exact, or else the first that is regularized.
+    double leastError = INFINITY;
+    // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom) {
         if (result.status == FrictionStatus::Exact) return;
         begin(problem);
         Vec6 x = start;
         const FrictionStatus status = solveFrom(x);
-        if (status >= result.status && result.iterations > 0) return;
+        if (status > result.status) return;
+        for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();
+        if (status != FrictionStatus::Exact) {
+            const CoulombResiduals residuals = coulombResiduals(problem, x, {forces_.data(), m});
+            const double worst = std::max({residuals.overlap_mm, residuals.complementarity_mJ, residuals.direction_mJ});
+            if (status == result.status && worst >= leastError) return;
+            leastError = worst;
+        }
         result = {status, x, evaluations_, {}};
-        for (std::size_t i = 0; i < m; ++i) found_[i] = states_[i].takesPart ? states_[i].f : Vec3::Zero();
+        std::copy_n(forces_.begin(), m, found_.begin());
     };
     attempt([&](Vec6& x) { return newton(x) ? FrictionStatus::Exact : FrictionStatus::None; });
     attempt([&](Vec6& x) { return climb(x); });
+    // Of contacts that bear the same load, one that opens by rounding has no force.
+    const auto leaveOut = [&](std::size_t first, std::size_t second, bool climbs) {
+        attempt([&](Vec6& x) {
+            for (const std::size_t i : {first, second}) {
+                states_[i].f0.setZero();
+                states_[i].takesPart = false;
+                states_[i].leftOut = true;
+            }
+            FrictionStatus status = newton(x) ? FrictionStatus::Exact : FrictionStatus::None;
+            if (status != FrictionStatus::Exact && climbs) {
+                x = start;
+                for (std::size_t i = 0; i < m; ++i)
+                    states_[i].f0 = states_[i].leftOut ? Vec3::Zero() : problem.contacts[i].startForce;
+                status = climb(x);
+            }
+            const double nearest = std::min(problem.contacts[first].distance(x), problem.contacts[second].distance(x));
+            if (nearest < -kRegularized) return FrictionStatus::None;
+            return nearest < -kExact ? std::max(status, FrictionStatus::Regularized) : status;
+        });
+    };
+    const std::size_t few = m <= kFew ? m : 0;
+    for (std::size_t i = 0; i < few; ++i) leaveOut(i, i, false);
     // With a gap below zero, or if the slip did not begin here, there may be no answer.
     const auto canStay = [](const FrictionContact& c) { return c.gap >= 0 && c.slipped.isZero(0); };
     if (std::all_of(problem.contacts.begin(), problem.contacts.end(), canStay)) {
+        // Without forces the contacts join one by one.
+        attempt([&](Vec6& x) {
+            for (std::size_t i = 0; i < m; ++i) {
+                states_[i].f0.setZero();
+                states_[i].takesPart = false;
+            }
+            return newton(x) ? FrictionStatus::Exact : FrictionStatus::None;
+        });
         attempt([&](Vec6& x) { return followAndClimb(x); });
+        for (std::size_t i = 0; i < few; ++i)
+            for (std::size_t k = i; k < few; ++k) leaveOut(i, k, true);
         // Rounds that start without friction, or without any force, may end elsewhere.
         for (const double part : {1.0, 0.0}) {
             attempt([&](Vec6& x) {

@@ -43,11 +43,12 @@ class ConeNewton final : public FrictionSolver {
         double normal, tangential, beyond;  ///< w_n, |w_t|, and |w_t| - µ w_n
         double normalBefore, beyondBefore;
         Piece piece, pieceBefore;
-        bool takesPart;
+        bool takesPart, leftOut;
+        bool slid;  ///< f⁰ was at the edge of its cone when Newton's steps began
     };
     /// How evaluate() selects the pieces of the forces.
     enum class Pieces {
-        Stick,   ///< what pushes sticks: the start, from which slipping contacts are released
+        Start,   ///< what pushes slides if it did before, and else sticks until it is released
         Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
         Held,    ///< likewise, but a contact that slid one way does not slide back
         ByLaw,
