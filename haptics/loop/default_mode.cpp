@@ -125,7 +125,8 @@ class DefaultTick final : RowContacts {
     bool solve(const Vec6& wanted, Step& step);
     bool solveWithFriction(const Vec6& wanted, Step& step);
     bool take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step);
-    Place placeOf(std::uint64_t id) const noexcept override;
+    Place placeOf(std::uint64_t id) const noexcept override { return placeOf(id, restarted_); }
+    Place placeOf(std::uint64_t id, bool restarted) const noexcept;
     void addLoadedRows();
     void recordFriction();
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
@@ -461,13 +462,14 @@ void DefaultTick::addLoadedRows() {
     state_.rows.merge(added);
 }
 
-RowContacts::Place DefaultTick::placeOf(std::uint64_t id) const noexcept {
+/// from: whether the slip counts from restart_ and not since the tick began.
+RowContacts::Place DefaultTick::placeOf(std::uint64_t id, bool restarted) const noexcept {
     const int k = obstacleOf(id);
     const Pose X_OT = state_.inObstacle(k, state_.graphic);
     const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
     const Vec3 p_T = X_OT.inverse() * p_O;
     const Friction friction = state_.world->obstacles[k].frictionIn(settings_);
-    const Pose from = restarted_ ? state_.inObstacle(k, restart_) : state_.courses[k].X_OT;
+    const Pose from = restarted ? state_.inObstacle(k, restart_) : state_.courses[k].X_OT;
     return {state_.X_WO[k] * p_O - state_.graphic.p,
             from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T)), friction.atRest, friction.sliding};
 }
@@ -521,9 +523,12 @@ void DefaultTick::recordFriction() {
         if (!state_.world->obstacles[obstacleOf(contact.id)].frictionIn(settings_).any()) continue;
         (contact.slides ? record.sliding : record.sticking) += 1;
         const Vec3& n = contact.normal;
-        const Vec3 moved = placeOf(contact.id).slipped, slip = moved - n * n.dot(moved);
-        record.slip = std::max(record.slip, slip.norm());
-        record.coulomb.dissipation_mJ -= contact.force.dot(slip);
+        const auto slipped = [&](bool restarted) {
+            const Vec3 moved = placeOf(contact.id, restarted).slipped;
+            return Vec3(moved - n * n.dot(moved));
+        };
+        record.slip = std::max(record.slip, slipped(false).norm());
+        record.coulomb.dissipation_mJ -= contact.force.dot(slipped(restarted_));
         friction += contact.force - n * n.dot(contact.force);
     }
     record.frictionForce = friction.norm();

@@ -507,7 +507,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     double leastError = INFINITY;
     // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom) {
-        if (result.status == FrictionStatus::Exact) return;
+        if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
         begin(problem);
         Vec6 x = start;
         const FrictionStatus status = solveFrom(x);

@@ -19,10 +19,10 @@ constexpr int kCrossedRounds = 64;
 /// Residuals at which a tick is exact, N, mm and mJ: what a hand on springs of 1 N/mm feels as 1e-6 N. Between walls,
 /// rows that are rounded contradict each other by up to about 1e-8 mm, and an answer cannot obey all of them any
 /// closer.
-constexpr double kExact = 1e-6;
+constexpr double kExactTick = 1e-6;
 
 bool isExact(const CoulombResiduals& r) {
-    return std::max({r.worst_N(), r.overlap_mm, r.complementarity_mJ, r.direction_mJ}) <= kExact;
+    return std::max({r.worst_N(), r.overlap_mm, r.complementarity_mJ, r.direction_mJ}) <= kExactTick;
 }
 
 /// Calls visit(row) for every row with J x + g <= limit.
