@@ -37,7 +37,8 @@ for r in rows:
     rubs = r["friction"] == "true"
     solver = f"`{r['solver']}`" + ("" if rubs else f" without friction, {r['rows']} rows")
     missing = f"{100 * float(r['missing_share']):.2g} %" if rubs else ""
-    text.append(f"| {r['feet']} | {solver} | {times(r)} | {float(r['constant_p999_us']):,.1f} | {pair(r, 'error_p50_N', 'error_max_N')} |"
+    feet = r["feet"] + (", flat" if r["flat"] == "true" else "")
+    text.append(f"| {feet} | {solver} | {times(r)} | {float(r['constant_p999_us']):,.1f} | {pair(r, 'error_p50_N', 'error_max_N')} |"
                 f" {pair(r, 'hover_p50_mm', 'hover_max_mm')} | {missing} |")
 page = PAGE.read_text()
 PAGE.write_text(page[:page.index(BEGIN)] + "\n".join([*text, END]) + page[page.index(END) + len(END):])

