@@ -64,8 +64,8 @@ text = [BEGIN, f"Results (commit {program['commit']}, {program['compiler']}):", 
         *study("clearance-study", [("contacts_mean", "contacts"), ("residual_penetration_mm", "residual penetration, mm")]), "",
         plot("clearance-study", "summary", "Share seated, time and peak torque of each condition, with 95 % intervals"), "",
         plot("clearance-study", "phases", "Mean time in each phase, by condition"), "",
-        "A third one, [`docs/examples/friction-study.json`](examples/friction-study.json), sets friction against clearance, with the same "
-        "twelve hands. A jam is a tool that is pressed in the hole and goes no deeper for half a second:", "",
+        "A third one, [`docs/examples/friction-study.json`](examples/friction-study.json), sets friction against clearance,\n"
+        "with the same twelve hands. A jam is a tool that is pressed in the hole and goes no deeper for half a second:", "",
         *study("friction-study", [("jams", "jams")]), END]
 page = PAGE.read_text()
 PAGE.write_text(page[:page.index(BEGIN)] + "\n".join(text) + page[page.index(END) + len(END):])

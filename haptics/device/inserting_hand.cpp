@@ -349,6 +349,7 @@ void InsertingHand::search(double dt) noexcept {
         searchCenter_ = held_.cwiseMax(-kMaxCenter).cwiseMin(kMaxCenter);
         searchCenter_[4] = held_[4];
         spiralAngle_ = stillMs_ = 0;
+        rested_ = seen_;
     }
     searchMs_ += dt;
     attemptMs_ += dt;

@@ -1,6 +1,6 @@
-// The god-object method, as the related work without friction renders contact (M. Ortega, S. Redon and S. Coquillart,
-// A six degree-of-freedom god-object method for haptic display of rigid bodies with surface properties, 2007). Only the
-// pairs that touch constrain the tool. Its motion is the one nearest to the wanted motion that brings none of them
+// The god-object method of the related work, without friction (M. Ortega, S. Redon and S. Coquillart, A six
+// degree-of-freedom god-object method for haptic display of rigid bodies with surface properties, 2007). Only the pairs
+// that touch constrain the tool. Its motion is the one nearest to the wanted motion that brings none of them
 // nearer (Gauss' principle of least constraint, here in the metric of the springs), and ends where a new pair touches.
 // Unlike in default mode nothing is known of pairs ahead, so each of them costs a step.
 #include "haptics/loop/step_state.hpp"
@@ -31,14 +31,16 @@ bool collectTouching(Tick& tick) {
         }
         fits = fits && s.lists[k]->appendRows(X_OT, s.R_WO[k], kTouches, rows);
     }
-    tick.record.pairs = std::max(tick.record.pairs, rows.size());
+    int pairs = rows.size();
     if (!fits) {
         rows.clear();
+        pairs = 0;
         for (int k = 0; k < int(s.lists.size()); ++k)
-            tick.record.pairs += s.lists[k]->appendNearestRows(s.inObstacle(k, s.graphic), s.R_WO[k], kTouches, rows);
+            pairs += s.lists[k]->appendNearestRows(s.inObstacle(k, s.graphic), s.R_WO[k], kTouches, rows);
         tick.record.flags |= kRowsTruncated;
-        tick.record.rowsTruncated = std::max(0, tick.record.pairs - rows.size());
+        tick.record.rowsTruncated = std::max(tick.record.rowsTruncated, pairs - rows.size());
     }
+    tick.record.pairs = std::max(tick.record.pairs, pairs);
     for (int i = 0; i < rows.size(); ++i) rows.gap()[i] = std::max(rows.gap()[i] - kKept, -tick.settings.trust);
     tick.record.rows = std::max(tick.record.rows, rows.size());
     return true;
@@ -86,6 +88,7 @@ bool godObjectTick(Tick& tick, const Pose& device, Wrench& wrench) {
     }
     if (!arrived && !(incrementBetween(s.graphic, device).isZero(0))) record.flags |= kUnfinished;
     record.hover = s.hoverAt(s.graphic);
+    if (tick.audit) record.penetration = std::max(0.0, -trueClearance(*s.world, s.nodePose(s.graphic), 0, s.X_WO));
     wrench = tick.coupling(incrementBetween(device, s.graphic));
     return true;
 }

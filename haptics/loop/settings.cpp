@@ -117,8 +117,8 @@ constexpr Row kRows[] = {
       0, 0, SettingGroup::Friction, "Friction solver"},
      SolverName{&Settings::frictionSolver, false, true}},
     {{"friction_shadow", "",
-      "second solver where there is friction, run on the same contacts to measure its time and error; with the shadow "
-      "none there is none",
+      "second solver where there is friction, run on the same contacts to measure its time and error; it does not run "
+      "if the setting shadow is none",
       0, 0, SettingGroup::Friction, "Friction shadow"},
      SolverName{&Settings::frictionShadow, false, true}},
     {{"adaptive_margin", "",

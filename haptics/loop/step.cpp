@@ -311,8 +311,9 @@ void Tick::runFrictionShadow(const FrictionProblem& problem, const Vec6& rendere
     const FrictionResult shadow = solver.solve(problem, Vec6::Zero());
     record.shadowRows = int(problem.contacts.size());
     record.shadowIterations = shadow.iterations;
-    record.shadowStatus = shadow.status == FrictionStatus::None ? SolveStatus::IterationLimit : SolveStatus::Solved;
+    record.shadowStatus = shadow.status == FrictionStatus::None ? SolveStatus::Invalid : SolveStatus::Solved;
     addTime(record.shadowUs, start);
+    if (record.shadowStatus == SolveStatus::Invalid) return;
 
     // As for the shadow without friction.
     Vec6 truth = rendered;
@@ -417,6 +418,10 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
     if (hold) {
         wrench = {};
         state.forces.forget();
+    }
+    if (settings.mode != Mode::Default) {  // what default mode remembers of its last tick
+        state.forces.forget();
+        for (int k = 0; k < int(state.courses.size()); ++k) state.courses[k] = state.inObstacle(k, state.graphic);
     }
     state.forces.endTick();
     state.wrench = wrench;

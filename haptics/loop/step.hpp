@@ -94,7 +94,7 @@ struct TickRecord {
 
     /// Rows, with friction contacts, that the shadow received; cut: removed by screening or by shadow_rows.
     int shadowRows = 0, shadowRowsCut = 0, shadowIterations = 0;
-    SolveStatus shadowStatus = SolveStatus::Solved;      ///< with friction IterationLimit where it had no answer
+    SolveStatus shadowStatus = SolveStatus::Solved;      ///< with friction Invalid where it had no answer
     double shadowForceError = 0, shadowTorqueError = 0;  ///< N, mN·m, against the exact answer on the same rows
 
     double collisionUs = 0, solveUs = 0, shadowUs = 0, totalUs = 0;  ///< not part of the hash; the caller sets totalUs

@@ -9,8 +9,8 @@ namespace {
 
 /// Whether the change could make the force jump, so that the force must fade out first.
 bool needsFade(const Settings& a, const Settings& b) {
-    return a.mode != b.mode || a.geometry != b.geometry || a.solver != b.solver || a.rate != b.rate ||
-           a.pause != b.pause;
+    return a.mode != b.mode || a.geometry != b.geometry || a.solver != b.solver || a.friction != b.friction ||
+           a.frictionSolver != b.frictionSolver || a.rate != b.rate || a.pause != b.pause;
 }
 
 }  // namespace

@@ -14,10 +14,11 @@ namespace touchstone {
 /// of force the answer is near the start. Only contacts that carry force or are crossed take part.
 ///
 /// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows.
-/// If that circles as well, the contacts are left out one by one; of several that bear the same load, not all have
-/// force. The rest is only for problems in which the tool can stay where it is: gaps >= 0 and no slip before. Others
-/// may have no answer. The answers are followed along a path of problems that begins without any contact: the wanted
-/// increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment (x·J'f
+/// If that circles as well, up to six contacts are left out one by one; of several that bear the same load, not all
+/// have force. The rest is only for problems in which the tool can stay where it is: gaps >= 0 and no slip before.
+/// Others may have no answer. The answers are followed along a path of problems that begins without any contact: the
+/// wanted increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
+/// (x·J'f
 /// <= 0), so such a path leads from the only answer of the first problem to an answer of the last, over its folds. Last
 /// come other starts. What is not exact then is the attempt that is nearest to the law.
 ///

@@ -173,18 +173,22 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
         start = result.x;
     }
     FrictionResult answer;
-    const std::size_t touching = contacts_.size();
+    begun_ = contacts_;
     bool solved = solveWith(solver, problem, rows, start, answer, result);
-    if (!solved && !exact) {
-        contacts_.resize(touching);
-        startForces_.resize(touching);
-        restoreStartForces();
+    if (!solved &&
+        !exact) {  // the exact solver may answer what the other one could not, so gaps and slips are as given
+        contacts_ = begun_;
+        startForces_.resize(begun_.size());
+        restarted_ = false;
         solved = solveWith(exact_, problem, rows, start, answer, result);
         result.replaced = solved;
     }
     restoreStartForces();
     result.friction = solved ? answer.status : FrictionStatus::None;
-    if (result.friction != FrictionStatus::Exact) {
+    // Rows that contradict each other have no answer with friction either. An answer that violates none shows that they
+    // do not.
+    const bool feasible = solved && result.overlap == 0;
+    if (result.friction != FrictionStatus::Exact && !feasible) {
         solveWithout();
         if (result.status != SolveStatus::Solved) {
             last_.clear();

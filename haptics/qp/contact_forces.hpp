@@ -30,6 +30,7 @@ class ContactForces {
 
     ContactForces() : exact_(kMaxContacts) {
         contacts_.reserve(kMaxContacts);
+        begun_.reserve(kMaxContacts);
         startForces_.reserve(kMaxContacts);
         last_.reserve(kMaxContacts);
         before_.reserve(kMaxContacts);
@@ -73,9 +74,10 @@ class ContactForces {
     ConeNewton exact_;
     bool restarted_ = false;  ///< of the last solve, as in Result
     std::vector<FrictionContact> contacts_;
-    std::vector<Vec3> startForces_;  ///< of contacts_, before any round
-    std::vector<Contact> last_;      ///< of the last solve
-    std::vector<Contact> before_;    ///< of the last tick
+    std::vector<FrictionContact> begun_;  ///< contacts_ before any solve
+    std::vector<Vec3> startForces_;       ///< of contacts_, before any round
+    std::vector<Contact> last_;           ///< of the last solve
+    std::vector<Contact> before_;         ///< of the last tick
 };
 
 }  // namespace touchstone

@@ -274,13 +274,15 @@ TEST_CASE("bench: the friction solvers are measured on the same contacts, with t
         CHECK(number("contacts_p50") == Approx(number("feet")).margin(2));
         if (name == "cone-newton") {
             CHECK(number("loaded_p50") >= (flat ? 16 : 3));
-            CHECK(number("error_max_N") < 1e-9);
+            CHECK(row.at("error_max_N").empty());
+            CHECK(number("residual_max_N") < 1e-9);
             CHECK(number("hover_max_mm") < 1e-9);
             CHECK(number("missing_share") < 0.02);
         }
         if (flat) continue;  // nothing slides there, so all laws agree
         const bool faceted = name.starts_with("lemke"), relaxed = name.starts_with("convex");
-        if (number("missing_share") < 0.5) CHECK((number("error_max_N") > 0.01) == (faceted || relaxed));
+        if (!row.at("error_max_N").empty() && number("missing_share") < 0.5)
+            CHECK((number("error_max_N") > 0.01) == (faceted || relaxed));
         if (relaxed) CHECK(number("hover_max_mm") > 1e-3);
     }
     // The part of the docs that shows it.

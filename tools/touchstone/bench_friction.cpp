@@ -20,7 +20,7 @@ namespace touchstone::app {
 namespace {
 
 constexpr int kPadRows = 200;
-/// A pad that the hand tilts and slides, so that three of its feet carry force in the end, and one that it only presses.
+/// The hand tilts and slides a pad, so that three of its feet carry force in the end; one that is flat it only presses.
 struct PadMotion {
     int feet;
     bool flat;
@@ -116,10 +116,10 @@ class PadRun {
         return run([](const Pad::Tick&, const FrictionResult&) {});
     }
 
-    /// Compares each answer with that of the exact solver.
+    /// Compares each answer with Coulomb's law, and that of a baseline with the exact one.
     QpCost judge() {
         ConeNewton exact(ContactForces::kMaxContacts);
-        std::vector<double> errors, hovers, contacts, loaded, iterations;
+        std::vector<double> errors, residuals, hovers, contacts, loaded, iterations;
         int missing = 0;
         run([&](const Pad::Tick& tick, const FrictionResult& result) {
             iterations.push_back(result.iterations);
@@ -131,10 +131,12 @@ class PadRun {
                 ++missing;
                 return;
             }
+            hovers.push_back(hoverOf(tick, result));
+            residuals.push_back(coulombResiduals(pad_.frictionProblem(tick), result.x, result.forces).worst_N());
+            if (info_->exact) return;
             const FrictionResult truth = exact.solve(pad_.frictionProblem(tick), Vec6::Zero());
             if (truth.status != FrictionStatus::Exact) return;
             errors.push_back(wrenchError(pad_.problem(tick), result.x, truth.x).force_N);
-            hovers.push_back(hoverOf(tick, result));
         });
         const auto orNull = [](std::vector<double>& values, double percent) {
             const auto value = percentile(values, percent);
@@ -145,6 +147,7 @@ class PadRun {
                 {"iterations_p50", orNull(iterations, 50)},
                 {"error_p50_N", orNull(errors, 50)},
                 {"error_max_N", orNull(errors, 100)},
+                {"residual_max_N", orNull(residuals, 100)},
                 {"hover_p50_mm", orNull(hovers, 50)},
                 {"hover_max_mm", orNull(hovers, 100)},
                 {"missing_share", double(missing) / double(pad_.ticks.size())}};

@@ -354,6 +354,10 @@ int compare(const CompareCommand& command) {
         throw std::runtime_error(file.string() +
                                  ": nothing has friction, so --friction-solvers has nothing to compare: give the tool "
                                  "and a part a physics material, or leave the option out");
+    if (!friction && hasFriction(*scene.world, settingsFor(motion, cases.front(), scene.settings)))
+        std::printf(
+            "Parts of this scene have friction, which friction_solver solves in default mode, so --solvers "
+            "makes no difference there: give --friction-solvers, or --set friction=off\n");
     const std::vector<ComparedRun> runs = compareMotion(motion, cases, command.runs);
     const std::vector<ordered_json> rows = comparisonRows(runs);
     friction ? printFrictionTable(rows) : printTable(rows);

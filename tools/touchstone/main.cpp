@@ -39,7 +39,7 @@ constexpr const char* kFooter =
     "Exit codes: 0 success, 1 failure, 2 wrong usage, 3 the scene's expected outcome was not met,\n"
     "or its tool does not fit, 130 stopped by Ctrl-C, 143 stopped by SIGTERM.\n";
 
-/// Throws UsageError if the first argument is meant to be a command and is none. CLI11 only says that one is required.
+/// Throws UsageError if the first argument is neither an option nor a command. CLI11 only says that one is required.
 void checkCommand(const CLI::App& program, int argc, const char* const* argv) {
     if (argc < 2 || *argv[1] == '-') return;
     std::vector<std::string> names;

@@ -180,7 +180,7 @@ int solveQps(const QpCommand& command) {
     const Settings settings = settingsOf(command);
     if (settings.mode != Mode::Default && settings.mode != Mode::Paper)
         throw UsageError("--mode " + std::string(modeNames()[static_cast<std::size_t>(settings.mode)]) +
-                         " has no form of its own: use default or paper");
+                         " is no form of a quadratic program: use --mode default or --mode paper");
     std::ifstream in(command.file, std::ios::binary);
     if (!in || std::filesystem::is_directory(command.file))
         throw std::runtime_error("cannot read '" + command.file.string() + "': check that the file exists");

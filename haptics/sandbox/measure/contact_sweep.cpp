@@ -184,7 +184,10 @@ std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::funct
     };
     if (contact.rubs()) {
         ConeNewton reference(int(contact.contacts.size()));
-        const Vec6 exact = reference.solve({contact.stiffness, contact.wanted, contact.contacts}, Vec6::Zero()).x;
+        const FrictionResult truth =
+            reference.solve({contact.stiffness, contact.wanted, contact.contacts}, Vec6::Zero());
+        if (truth.status == FrictionStatus::None) return sweep;  // no error is known
+        const Vec6 exact = truth.x;
         for (int solver = 0; solver < int(frictionSolverTable().size()); ++solver) {
             SweepPoint point;
             if (!runFriction(contact, solver, exact, goOn, point)) return std::nullopt;

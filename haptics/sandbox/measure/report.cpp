@@ -150,7 +150,8 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     hover_.push_back(record.hover);
     shadowUs_.push_back(record.shadowUs);
     const bool feasible = !(record.flags & (kInfeasible | kNonFinite));
-    if (record.shadowRows > 0 && feasible && force > kContactForce) shadowError_.push_back(record.shadowForceError);
+    if (record.shadowRows > 0 && record.shadowStatus != SolveStatus::Invalid && feasible && force > kContactForce)
+        shadowError_.push_back(record.shadowForceError);
 
     if (gauge_) depth_.add(gauge_->depth(record.X_WT));
     truncated_ += record.rowsTruncated;

@@ -117,8 +117,9 @@ TEST_CASE("god object: from an overlap the tool is led out by at most trust in a
     StepState state(world);
     double before = 17;
     for (int tick = 0; tick < 20; ++tick) {
-        const TickRecord r = step(world, settings, {at(0, 17, 0)}, state);
+        const TickRecord r = step(world, settings, {at(0, 17, 0)}, state, {}, true);
         const double y = r.X_WT.p.y();
+        CHECK(r.penetration == Approx(std::max(0.0, 20 - y)).margin(1e-9));
         REQUIRE(y - before <= linearizationsOf(settings, Geometry::Spheres) * settings.trust + 1e-9);
         before = y;
     }
