@@ -37,7 +37,7 @@ class Bytes {
     T take() {
         T value{};
         const std::size_t n = left_ < sizeof value ? left_ : sizeof value;
-        std::memcpy(&value, data_, n);
+        if (n) std::memcpy(&value, data_, n);  // without data there is no pointer to it
         data_ += n;
         left_ -= n;
         return value;
