@@ -427,7 +427,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     return take(solved.x, solved.status, solved.slack, wanted, step);
 }
 
-/// Takes an answer as the step. Returns false if there is none.
+/// Makes an answer the step. Returns false if the status is Invalid.
 bool DefaultTick::take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step) {
     step.x = x;
     step.length = state_.lengthOf(x);
@@ -462,7 +462,7 @@ void DefaultTick::addLoadedRows() {
     state_.rows.merge(added);
 }
 
-/// from: whether the slip counts from restart_ and not since the tick began.
+/// restarted: whether the slip counts from restart_ and not since the tick began.
 RowContacts::Place DefaultTick::placeOf(std::uint64_t id, bool restarted) const noexcept {
     const int k = obstacleOf(id);
     const Pose X_OT = state_.inObstacle(k, state_.graphic);

@@ -3,6 +3,9 @@
 // that touch constrain the tool. Its motion is the one nearest to the wanted motion that brings none of them
 // nearer (Gauss' principle of least constraint, here in the metric of the springs), and ends where a new pair touches.
 // Unlike in default mode nothing is known of pairs ahead, so each of them costs a step.
+#include <algorithm>
+#include <cmath>
+
 #include "haptics/loop/step_state.hpp"
 
 namespace touchstone {
