@@ -48,4 +48,8 @@ double gridOf(const MeshData& mesh);
 /// Smooth unit normals: at each position the area-weighted mean of the triangle normals; +z if that is zero.
 std::vector<glm::vec3> smoothNormals(const MeshData& mesh);
 
+/// The same triangles with vertices doubled along creases, and normals that are smooth only between them: a crease is
+/// an edge whose faces turn by more than `angle`, rad, at most pi. Vertices without a triangle are dropped.
+MeshData splitAtCreases(const MeshData& mesh, double angle);
+
 }  // namespace touchstone::engine

@@ -153,4 +153,45 @@ TEST_CASE("mesh: smooth normals weight triangles by area", "[transforms]") {
     CHECK(normals[5] == glm::vec3(0, 0, 1));  // belongs to no triangle
 }
 
+TEST_CASE("mesh: normals are split at creases, and only there", "[transforms]") {
+    // A prism of `sides` around y with its ends as fans.
+    const auto prism = [](std::uint32_t sides) {
+        MeshData mesh{{{0, -1, 0}, {0, 1, 0}}, {}, {}, {}};
+        for (std::uint32_t k = 0; k < sides; ++k) {
+            const float angle = 2 * 3.14159265f * static_cast<float>(k) / static_cast<float>(sides);
+            for (const float y : {-1.0f, 1.0f}) mesh.positions.emplace_back(std::cos(angle), y, -std::sin(angle));
+            const std::uint32_t a = 2 + 2 * k, b = 2 + 2 * ((k + 1) % sides);
+            for (const std::uint32_t corner : {a, b, b + 1, a, b + 1, a + 1, 0u, b, a, 1u, a + 1, b + 1})
+                mesh.indices.push_back(corner);
+        }
+        return mesh;
+    };
+    const double crease = 0.5236;  // 30 degrees
+    const MeshData box = splitAtCreases(prism(4), crease);
+    CHECK(box.positions.size() == 24 + 2);  // the centers of two sides
+    for (std::size_t i = 0; i < box.indices.size(); i += 3) {
+        const glm::vec3 a = box.positions[box.indices[i]];
+        const glm::vec3 normal =
+            glm::normalize(glm::cross(box.positions[box.indices[i + 1]] - a, box.positions[box.indices[i + 2]] - a));
+        for (std::size_t k = 0; k < 3; ++k) {
+            CHECK(box.positions[box.indices[i + k]] == prism(4).positions[prism(4).indices[i + k]]);
+            CHECK(glm::length(box.normals[box.indices[i + k]] - normal) < 1e-6f);
+        }
+    }
+    CHECK(splitAtCreases(prism(20), crease).positions.size() == 2 + 4 * 20);  // smooth around, sharp at the ends
+    CHECK(splitAtCreases(prism(11), crease).positions.size() == 2 + 6 * 11);  // 33 degrees from side to side
+    CHECK(splitAtCreases(prism(11), 0.6).positions.size() == 2 + 4 * 11);
+    CHECK(splitAtCreases(prism(4), 3.1415).positions.size() == 2 + 2 * 4);
+
+    // A triangle without area on the crease between two faces does not connect them.
+    const MeshData bent{{{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 0, 1}},
+                        {},
+                        {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}},
+                        {0, 1, 3, 0, 2, 1, 0, 4, 2, 2, 4, 1}};
+    const MeshData split = splitAtCreases(bent, crease);
+    CHECK(split.normals[split.indices[0]] == glm::vec3(0, 0, 1));
+    CHECK(split.normals[split.indices[6]] == glm::vec3(0, 1, 0));
+    CHECK(split.texcoords[split.indices[2]] == glm::vec2(3, 0));
+}
+
 }  // namespace touchstone::transforms_tests
