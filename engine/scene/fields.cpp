@@ -55,6 +55,7 @@ std::optional<int> Fields::whole(const std::string& key, int min, int max) {
 std::optional<bool> Fields::flag(const std::string& key) {
     const nlohmann::json* value = find(key);
     if (!value) return {};
+    if (*value == 0 || *value == 1) return *value == 1;  // as custom properties of modeling programs are exported
     if (!value->is_boolean()) fail(key, "true or false");
     return value->get<bool>();
 }

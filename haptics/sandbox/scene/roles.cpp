@@ -12,6 +12,7 @@
 #include "engine/scene/text.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/baked_mesh.hpp"
+#include "haptics/sandbox/scene/flat_keys.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -374,6 +375,7 @@ SceneRoles assignRoles(Scene& scene) {
         scene.registry.remove<BodyMarking>(node);
         scene.registry.remove<engine::ColliderGeometry>(node);
     }
+    nestFlatKeys(scene);
     return RoleReader(scene).read();
 }
 

@@ -349,6 +349,59 @@ TEST_CASE("roles: roles that the user chose are saved into the file and read bac
     CHECK_THROWS_AS(engine::saveScene(made, folder.path() / "c.glb"), engine::SceneError);
 }
 
+TEST_CASE("roles: flat keys are read like nested ones, and edits nest them", "[sandbox]") {
+    const TempFolder folder;
+    Scene made;
+    const auto box = [&](const char* name, const nlohmann::json& extras) {
+        setExtras(made, addBox(made, name, kSize), extras);
+    };
+    box("tool", {{"touchstone_role", "tool"},
+                 {"touchstone_leaves", 64.0},
+                 {"touchstone_outcome_seated", 1},  // custom properties have no true
+                 {"touchstone", {{"stiffness_N_per_m", 500}}},
+                 {"color", "blue"}});
+    box("plate", {{"touchstone_role", "obstacle"}});
+    box("end", {{"touchstone_role", "goal"}, {"touchstone_goal_tolerance_m", 0.002}, {"touchstone_goal_hold_s", 2}});
+    *made.extras = {{"touchstone_settings_margin", 0.3}, {"touchstone_clearance_mm", 0.2}};
+    engine::updateWorldTransforms(made);
+    engine::writeGltf(made, folder.path() / "a.glb");
+
+    const auto check = [](Scene& scene) {
+        const sandbox::SceneRoles roles = sandbox::assignRoles(scene);
+        CHECK(roles.warnings.empty());
+        REQUIRE(roles.tool == scene.nodes[0]);
+        CHECK(roles.obstacles == std::vector{scene.nodes[1]});
+        CHECK(scene.registry.get<sandbox::BodyMarking>(roles.tool).tree.leaves == 64);
+        CHECK(scene.registry.get<sandbox::BodyMarking>(roles.tool).stiffness == 0.5);
+        REQUIRE(roles.goal);
+        CHECK(roles.goal->tolerance == Approx(2));
+        CHECK(roles.goal->hold == 2000);
+        CHECK(roles.clearance == 0.2);
+        CHECK(sandbox::sceneSettings(scene, roles).margin == 0.3);
+        std::vector<std::string> warnings;
+        CHECK(sandbox::readOutcome(scene, roles, warnings).seated);
+        CHECK(warnings.empty());
+        return roles;
+    };
+    Scene scene = engine::readGltf(folder.path() / "a.glb");
+    check(scene);
+    // An edit of one key keeps the others.
+    sandbox::applyMarking(scene, sandbox::GiveRole{1, Role::Visual});
+    sandbox::applyMarking(scene, sandbox::GiveRole{1, Role::Obstacle});
+    sandbox::applyMarking(scene, sandbox::GiveRole{0, Role::Tool});
+    engine::saveScene(scene, folder.path() / "b.glb");
+    Scene again = engine::readGltf(folder.path() / "b.glb");
+    check(again);
+    const nlohmann::json extras = *again.registry.get<engine::NodeMarking>(again.nodes[0]).extras;
+    CHECK(extras.at("color") == "blue");
+    CHECK_FALSE(extras.contains("touchstone_role"));
+
+    setExtras(scene, scene.nodes[1], {{"touchstone_role", "obstacle"}, {"touchstone", {{"role", "tool"}}}});
+    CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains("node 1 \"plate\": extras.touchstone_role says again"));
+    setExtras(scene, scene.nodes[1], {{"touchstone_role", "obstacle"}, {"touchstone", "tool"}});
+    CHECK_THROWS_WITH(sandbox::assignRoles(scene), Contains("remove one of them"));
+}
+
 TEST_CASE("roles: a scene without tool or obstacle opens, names what is missing and has no world", "[sandbox]") {
     Scene scene;
     const Entity box = addBox(scene, "box", kSize);
