@@ -9,12 +9,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 
+#include "engine/scene/folders.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -67,6 +70,22 @@ sandbox::SceneProgress progressBar(const std::string& doing) {
         bar->show(status);
         return StopRequest::signal() == 0;
     };
+}
+
+std::string programAsTyped() {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path program = engine::programFolder() / "touchstone";
+    const char* path = std::getenv("PATH");
+    std::istringstream folders(path ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');)
+        if (const fs::path found = fs::path(folder) / "touchstone"; fs::exists(found, error)) {
+            if (fs::equivalent(found, program, error)) return "touchstone";
+            break;  // the shell would start another program
+        }
+    const fs::path relative = fs::proximate(program, error);
+    if (error || relative.empty() || *relative.begin() == "..") return sandbox::shellQuoted(program.string());
+    return sandbox::shellQuoted((relative.has_parent_path() ? relative : "." / relative).string());
 }
 
 void requireDisplay() {

@@ -12,6 +12,9 @@ namespace touchstone::app {
 /// "building the sphere tree of". While the bar exists, the first Ctrl-C cancels and the second ends the program.
 sandbox::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
 
+/// The program as a user in this folder types it: `touchstone` if the PATH finds this very program, else its path.
+std::string programAsTyped();
+
 /// Throws std::runtime_error with one sentence if there is no display for a window.
 void requireDisplay();
 

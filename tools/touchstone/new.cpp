@@ -1,141 +1,194 @@
-// touchstone new: makes a scene from two mesh files, or from one of another unit.
+// touchstone new: makes a scene from parts, or from a scene of another unit.
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "engine/edit/scene_edit.hpp"
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/gltf_write.hpp"
-#include "engine/scene/mesh_file.hpp"
-#include "haptics/sandbox/scene/roles.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/presets.hpp"
 #include "tools/touchstone/command_line.hpp"
-#include "tools/touchstone/tree_choice.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/new_scene.hpp"
 #include "tools/touchstone/tree_parts.hpp"
 
 namespace touchstone::app {
 namespace {
 
-using engine::Scene;
+namespace fs = std::filesystem;
 
 struct NewOptions {
-    std::filesystem::path tool, obstacle, scene, output;
-    std::string unit = "mm";  ///< mm, cm, m or in
-    double scale = 1;         ///< of the scene
-    TreeChoice tree;          ///< of both parts
+    fs::path tool, scene, output;
+    std::vector<fs::path> obstacles;
+    std::string toolName;
+    std::vector<std::string> obstacleNames;
+    std::string unit = "mm", up = "y";
+    double crease = 30;  ///< degrees
+    std::string axis;    ///< in coordinates with `up`; empty: up
+    std::string goal;    ///< DEPTH[,TOLERANCE]
+    bool assembled = false, demonstration = false;
+    double scale = 1;  ///< of the scene
+    TreeChoice tree;   ///< of all parts
 };
-
-struct Box {
-    glm::dvec3 low{1e30}, high{-1e30};
-    glm::dvec3 size() const { return high - low; }
-};
-
-Box boxOf(const engine::MeshData& mesh) {
-    Box box;
-    for (const glm::vec3& position : mesh.positions) {
-        box.low = glm::min(box.low, glm::dvec3(position));
-        box.high = glm::max(box.high, glm::dvec3(position));
-    }
-    return box;
-}
-
-/// Writes the options that were given, and leaves the others to the defaults.
-void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
-    const TreeOptions options = withChoice({}, choice, diagonal);
-    if (options.maxError > 0) {
-        if (options.maxError < sandbox::kMinError || options.maxError > sandbox::kMaxError)
-            throw UsageError("--max-error is outside the range that scenes allow");
-        mark["max_error_mm"] = options.maxError;
-    }
-    if (choice.leaves) mark["leaves"] = options.leaves;
-    if (choice.quality) mark["quality"] = *choice.quality;
-    if (choice.interior) mark["interior"] = *choice.interior;
-}
-
-void addBody(Scene& scene, const std::filesystem::path& file, const glm::dvec3& at, engine::MeshData mesh,
-             const engine::Material& material, sandbox::Role role, const TreeChoice& tree) {
-    nlohmann::json mark{{"role", sandbox::name(role)}};
-    markTree(mark, tree, glm::length(boxOf(mesh).size()) * sandbox::kMmPerMeter);
-    const engine::Entity node = addNode(scene, file.stem().string(), {}, {.translation = at});
-    addMesh(scene, node, std::make_shared<const engine::MeshData>(std::move(mesh)), addMaterial(scene, material));
-    setExtras(scene, node, {{"touchstone", std::move(mark)}});
-}
-
-void print(const char* role, const std::filesystem::path& file, const Box& box) {
-    const glm::dvec3 mm = box.size() * sandbox::kMmPerMeter;
-    std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, file.filename().string().c_str(), mm.x, mm.y, mm.z);
-}
 
 int scaleScene(const NewOptions& options) {
     if (!(options.scale > 0)) throw UsageError("--scale is a positive number");
-    Scene scene = engine::readGltf(options.scene);
+    engine::Scene scene = engine::readGltf(options.scene);
     engine::applyEdits(scene, sandbox::scaled(scene, options.scale));
     engine::saveScene(scene, options.output);
     std::printf("%s: scaled by %g\n", options.output.string().c_str(), options.scale);
     return kOk;
 }
 
-int makeScene(const NewOptions& options) {
+/// A length such as 20mm or 0.5in as meters; without a unit that of the parts.
+double lengthInMeters(const std::string& text, const std::string& unit) {
+    const std::size_t end = text.find_last_of("0123456789.") + 1;
+    const auto number = readNumber(text.substr(0, end), 0, 1e6);
+    if (!number || *number == 0)
+        throw UsageError("--goal takes lengths above zero like 20mm or 20mm,0.5mm, not '" + text + "'");
+    return *number * metresPer(end < text.size() ? text.substr(end) : unit);
+}
+
+NewGoal goalOf(const NewOptions& options) {
+    const std::size_t comma = options.goal.find(',');
+    NewGoal goal{lengthInMeters(options.goal.substr(0, comma), options.unit), {}};
+    if (comma != std::string::npos) goal.tolerance = lengthInMeters(options.goal.substr(comma + 1), options.unit);
+    return goal;
+}
+
+/// The direction in the scene, whose +y is up.
+glm::dvec3 axisOf(const NewOptions& options) {
+    std::string name = options.axis.empty() ? options.up : options.axis;
+    const bool minus = name.starts_with('-');
+    if (minus) name.erase(0, 1);
+    if (name != "x" && name != "y" && name != "z")
+        throw UsageError("--axis is x, y, z, -x, -y or -z, not '" + options.axis + "'");
+    glm::dvec3 axis(name == "x", name == "y", name == "z");
+    if (options.up == "z") axis = {axis.x, axis.z, 0 - axis.y};
+    return minus ? -axis : axis;
+}
+
+void print(const char* role, const Part& part) {
+    const glm::dvec3 mm = (part.high - part.low) * sandbox::kMmPerMeter;
+    std::printf("  %-9s %s, %.4g x %.4g x %.4g mm\n", role, engine::escaped(part.name).c_str(), mm.x, mm.y, mm.z);
+}
+
+void printNext(const NewOptions& options) {
+    const std::string program = programAsTyped(), scene = sandbox::shellQuoted(options.output.string());
+    std::printf("Next:\n  %s run %s\n", program.c_str(), scene.c_str());
+    if (options.assembled || !options.goal.empty()) std::printf("  %s fit %s\n", program.c_str(), scene.c_str());
+    const std::string picture = sandbox::shellQuoted(fs::path(options.output).replace_extension(".png").string());
+    std::printf("  %s run %s --headless --screenshot %s\n", program.c_str(), scene.c_str(), picture.c_str());
+}
+
+int makeNew(const NewOptions& options) {
     if (options.output.extension() != ".glb" && options.output.extension() != ".gltf")
         throw UsageError("-o names a .glb or .gltf file, not '" + options.output.string() + "'");
     if (!options.scene.empty()) return scaleScene(options);
-    if (options.tool.empty() || options.obstacle.empty())
+    if (options.tool.empty() || options.obstacles.empty())
         throw UsageError("new needs --tool and --obstacle, or --scene and --scale");
-    const double meters = metresPer(options.unit);
+    if (options.obstacleNames.size() > options.obstacles.size())
+        throw UsageError("there are more --obstacle-name than --obstacle: give one for each obstacle, in order");
+    if (options.up != "y" && options.up != "z") throw UsageError("--up is y or z, not '" + options.up + "'");
     checkChoice(options.tree);
     if (options.tree.leaves.value_or(sandbox::kMinLeaves) < sandbox::kMinLeaves)
         throw UsageError("--leaves is at least " + std::to_string(sandbox::kMinLeaves) + " in a scene");
-    engine::MeshFile tool = engine::readMeshFile(options.tool, meters);
-    engine::MeshFile obstacle = engine::readMeshFile(options.obstacle, meters);
-    const Box toolBox = boxOf(tool.mesh), obstacleBox = boxOf(obstacle.mesh);
 
-    // Parts keep their coordinates. The tool starts in free space, a tenth of its size above the obstacle.
-    const double gap = 0.1 * glm::length(toolBox.size());
-    const glm::dvec3 start(0, obstacleBox.high.y + gap - toolBox.low.y, 0);
-
-    Scene scene;
-    scene.name = options.output.stem().string();
-    addBody(scene, options.tool, start, std::move(tool.mesh), {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f},
-            sandbox::Role::Tool, options.tree);
-    addBody(scene, options.obstacle, {}, std::move(obstacle.mesh), {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f},
-            sandbox::Role::Obstacle, options.tree);
-    engine::writeGltf(scene, options.output);
+    const PartFrame frame{metresPer(options.unit), options.up == "z", options.crease * std::numbers::pi / 180};
+    NewScene parts;
+    parts.name = options.output.stem().string();
+    parts.tree = options.tree;
+    parts.axis = axisOf(options);
+    parts.assembled = options.assembled;
+    if (options.assembled) parts.goal.emplace();
+    if (!options.goal.empty()) parts.goal = goalOf(options);
+    parts.demonstration = options.demonstration;
+    std::vector<std::string> warnings;
+    const auto read = [&](const fs::path& file, const std::string& name, const engine::Material& material) {
+        Part part = readPart(file, frame, material);
+        if (!name.empty()) part.name = name;
+        warnings.insert(warnings.end(), part.notes.begin(), part.notes.end());
+        return part;
+    };
+    parts.tool = read(options.tool, options.toolName, {"gold", {1.0f, 0.77f, 0.34f, 1}, 1, 0.35f});
+    for (std::size_t i = 0; i < options.obstacles.size(); ++i)
+        parts.obstacles.push_back(read(options.obstacles[i],
+                                       i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
+                                       {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
+    engine::writeGltf(makeScene(parts), options.output);
 
     std::printf("%s\n", options.output.string().c_str());
-    print("tool", options.tool, toolBox);
-    print("obstacle", options.obstacle, obstacleBox);
+    print("tool", parts.tool);
+    for (const Part& obstacle : parts.obstacles) print("obstacle", obstacle);
     sandbox::SceneOptions withoutTrees;
     withoutTrees.buildWorld = false;
-    for (const auto& warnings : {tool.notes, obstacle.notes, sandbox::openScene(options.output, withoutTrees).warnings})
-        for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
-    std::printf("try it: touchstone run %s\n", options.output.string().c_str());
+    const std::vector<std::string> found = sandbox::openScene(options.output, withoutTrees).warnings;
+    warnings.insert(warnings.end(), found.begin(), found.end());
+    for (const std::string& warning : warnings) std::printf("  warning: %s\n", engine::escaped(warning).c_str());
+    printNext(options);
     return kOk;
 }
 
 constexpr const char* kNewFooter =
+    "The lengths of --goal may have a unit (20mm, 0.5in); without one they are in that of --unit.\n\n"
     "Examples:\n"
-    "  touchstone new --tool shaft.stl --obstacle hole.stl --unit mm -o fit.glb\n"
+    "  touchstone new --tool shaft.stl --obstacle hole.stl -o fit.glb   place the tool in the window, then *Set goal "
+    "here*\n"
+    "  touchstone new --tool peg.stl --obstacle block.stl --up z --assembled --demo -o peg.glb\n"
+    "  touchstone new --tool peg.stl --obstacle block.obj --goal 20mm,0.5mm --demo -o peg.glb\n"
     "  touchstone new --scene nut.glb --scale 0.001 -o small.glb   millimeters that were taken for meters\n";
 
 }  // namespace
 
 void addNew(CLI::App& program, Action& action) {
     const auto options = std::make_shared<NewOptions>();
-    CLI::App* command =
-        addCommand(program, "new", "Make a scene from two parts in STL, OBJ or PLY files, or from one of another unit",
-                   kNewFooter);
+    CLI::App* command = addCommand(
+        program, "new", "Make a scene from parts in STL, OBJ, PLY or glTF files, or from a scene of another unit",
+        kNewFooter);
     CLI::Option* tool = command->add_option("--tool", options->tool, "the part that moves with the hand");
-    CLI::Option* obstacle = command->add_option("--obstacle", options->obstacle, "the part that is fixed");
+    CLI::Option* obstacle =
+        command->add_option("--obstacle", options->obstacles, "a part that is fixed; may be repeated")
+            ->expected(1)
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     tool->needs(obstacle);
     obstacle->needs(tool);
-    command->add_option("--unit", options->unit, "unit of the parts' coordinates: mm, cm, m or in")
+    std::vector<CLI::Option*> ofParts{tool, obstacle};
+    const auto ofPart = [&](CLI::Option* option) {
+        option->needs(tool);
+        ofParts.push_back(option);
+        return option;
+    };
+    ofPart(command->add_option("--tool-name", options->toolName, "its name (default: that of the file)"));
+    ofPart(command->add_option("--obstacle-name", options->obstacleNames, "the same, in the order of --obstacle"))
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    ofPart(command->add_option("--unit", options->unit,
+                               "unit of coordinates in STL, OBJ and PLY files: mm, cm, m or in; glTF has meters"))
         ->capture_default_str();
+    ofPart(command->add_option("--up", options->up, "axis of these coordinates that is up: y or z; that of glTF is y"))
+        ->capture_default_str();
+    ofPart(command->add_option("--crease", options->crease,
+                               "edges that turn by more, in degrees, are drawn sharp, in STL, OBJ and PLY files"))
+        ->capture_default_str()
+        ->check(within(0, 180, "degrees"));
+    ofPart(command->add_flag(
+        "--assembled", options->assembled,
+        "the parts are modeled in assembled position: that is the goal, and the tool starts outside"));
+    ofPart(command->add_option(
+        "--goal", options->goal,
+        "DEPTH[,TOLERANCE]: the tool should end with its lowest point DEPTH below the highest of the "
+        "obstacles, within TOLERANCE (default: a hundredth of the tool, at most 1 mm)"));
+    ofPart(command->add_option("--axis", options->axis,
+                               "the way out: x, y, z, -x, -y or -z in coordinates with that --up (default: up)"));
+    ofPart(command->add_flag("--demo", options->demonstration,
+                             "add a demonstration: straight in along that axis, from outside to the goal"));
     CLI::Option* scene = command->add_option("--scene", options->scene, "in place of parts: a scene to copy, scaled");
-    scene->excludes(tool)->excludes(obstacle);
+    for (CLI::Option* option : ofParts) scene->excludes(option);
     command->add_option("--scale", options->scale, "by which the scene is scaled")->needs(scene);
     addTreeChoice(*command, options->tree);
     command->add_option("-o,--output", options->output, "the scene to write, .glb or .gltf")->required();
-    command->callback([options, &action] { action = [options] { return makeScene(*options); }; });
+    command->callback([options, &action] { action = [options] { return makeNew(*options); }; });
 }
 
 }  // namespace touchstone::app

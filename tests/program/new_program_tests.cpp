@@ -1,0 +1,185 @@
+// The command new, with the parts of docs/first-parts.md and with boxes.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "engine/scene/gltf_read.hpp"
+#include "engine/scene/gltf_write.hpp"
+#include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+#include "tests/program/program.hpp"
+
+namespace touchstone::new_program_tests {
+
+using namespace touchstone::test;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+const std::string kExamples = TOUCHSTONE_SOURCE_DIR "/docs/examples/";
+const std::string kParts = "new --tool " + kExamples + "peg.stl --obstacle " + kExamples + "block.stl --up z ";
+
+sandbox::HapticScene open(const std::string& file) {
+    sandbox::SceneOptions options;
+    options.buildWorld = false;
+    return sandbox::openScene(file, options);
+}
+
+/// Writes a box as OBJ, two opposite corners in its file's unit.
+void writeBox(const std::string& file, const glm::dvec3& low, const glm::dvec3& high) {
+    std::ofstream out(file);
+    for (int i = 0; i < 8; ++i)
+        out << "v " << (i & 1 ? high.x : low.x) << ' ' << (i & 2 ? high.y : low.y) << ' ' << (i & 4 ? high.z : low.z)
+            << '\n';
+    out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+Vec3 goalOf(const sandbox::HapticScene& scene) {
+    REQUIRE(scene.roles.goal);
+    return scene.roles.goal->X_WT.p;
+}
+
+}  // namespace
+
+TEST_CASE("new: parts in assembled position make a scene whose demonstration seats the tool", "[program]") {
+    const Program touchstone;
+    const std::string scene = touchstone.file("my fit.glb");
+    const Answer made = touchstone(kParts + "--assembled --demo --tool-name 'my peg' -o '" + scene + "'");
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    CHECK_THAT(made.out, Contains("my peg, 18 x 51 x 18 mm") && Contains("block, 40 x 35 x 40 mm"));
+
+    const sandbox::HapticScene opened = open(scene);
+    CHECK(opened.warnings.empty());
+    CHECK(opened.scene.registry.get<engine::Name>(opened.roles.tool).value == "my peg");
+    // The tip of the peg is its origin; it ends 25 mm deep, and starts a tenth of its size above the block.
+    CHECK((goalOf(opened) - Vec3(0, -25, 0)).norm() < 1e-5);
+    CHECK(opened.roles.goal->depth == Approx(25));
+    const Vec3 start = sandbox::startPose(opened).p;
+    CHECK((start - Vec3(0, 0.1 * std::sqrt(18 * 18 * 2 + 51 * 51), 0)).norm() < 1e-3);
+
+    // The printed commands run as they stand.
+    std::istringstream lines(made.out.substr(made.out.find("Next:\n") + 6));
+    int commands = 0;
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t end = line.find("/touchstone ");
+        REQUIRE(end != std::string::npos);
+        const std::string arguments = line.substr(end + 12);
+        const bool window = arguments.find("run") == 0 && arguments.find("--headless") == std::string::npos;
+        const Answer answer = touchstone(arguments + (window ? " --headless" : ""));
+        INFO(line << '\n' << answer.out << answer.err);
+        CHECK(answer.code == 0);
+        if (arguments.find("run") == 0) CHECK_THAT(answer.out, Contains("expected outcome: met"));
+        if (arguments.find("fit") == 0) CHECK_THAT(answer.out, Contains("goes in with 0.19"));
+        ++commands;
+    }
+    CHECK(commands == 3);
+    CHECK(fs::file_size(touchstone.file("my fit.png")) > 1000);
+}
+
+TEST_CASE("new: without assembled position the goal lies by its depth below the obstacle", "[program]") {
+    const Program touchstone;
+    writeBox(touchstone.file("tool.obj"), {4, -1, -1}, {6, 1, 1});  // inches, its axis at x = 5
+    writeBox(touchstone.file("plate.obj"), {0, -2, 0}, {10, -1.5, 10});
+    const std::string scene = touchstone.file("a.glb");
+    const Answer made = touchstone("new --unit in --tool " + touchstone.file("tool.obj") + " --obstacle " +
+                                   touchstone.file("plate.obj") + " --goal 0.5,2mm -o " + scene);
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    const sandbox::HapticScene opened = open(scene);
+    CHECK((goalOf(opened) - 25.4 * Vec3(5, -2, 0)).norm() < 1e-4);
+    CHECK(opened.roles.goal->depth == Approx(12.7));
+    CHECK(opened.roles.goal->tolerance == Approx(2));
+    CHECK(opened.motions.empty());
+}
+
+TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {
+    const Program touchstone;
+    // A pin with a flag on one side sticks in a wall along the parts' x.
+    writeBox(touchstone.file("pin.obj"), {-10, 2, 3}, {20, 4, 5});
+    std::ofstream(touchstone.file("pin.obj"), std::ios::app)
+        << "v 15 2 3\nv 20 2 3\nv 15 14 3\nv 20 14 3\nv 15 2 5\nv 20 2 5\nv 15 14 5\nv 20 14 5\n"
+           "f 9 11 12 10\nf 13 14 16 15\nf 9 10 14 13\nf 11 15 16 12\nf 9 13 15 11\nf 10 12 16 14\n";
+    writeBox(touchstone.file("wall.obj"), {-30, -20, -20}, {0, -5, 20});
+    const auto make = [&](const std::string& options) {
+        const std::string scene = touchstone.file("b.glb");
+        const Answer made = touchstone("new --tool " + touchstone.file("pin.obj") + " --obstacle " +
+                                       touchstone.file("wall.obj") + " --assembled --demo " + options + " -o " + scene);
+        INFO(made.err);
+        REQUIRE(made.code == 0);
+        return open(scene);
+    };
+    // The origin is on the axis of the portion that goes in, at its end, and +y of the goal is the way out.
+    const sandbox::HapticScene alongX = make("--axis x");
+    CHECK((goalOf(alongX) - Vec3(-10, 3, 4)).norm() < 1e-5);
+    CHECK((alongX.roles.goal->X_WT.q * Vec3::UnitY() - Vec3::UnitX()).norm() < 1e-6);
+    CHECK(alongX.roles.goal->depth == Approx(10));
+    // z up: parts' (x, y, z) are the scene's (x, z, -y).
+    const sandbox::HapticScene zUp = make("--axis x --up z");
+    CHECK((goalOf(zUp) - Vec3(-10, 4, -3)).norm() < 1e-5);
+    // The demonstration ends at the goal, and begins outside.
+    CHECK((zUp.motions.front().motion->at(zUp.motions.front().motion->duration()).p - goalOf(zUp)).norm() < 1e-4);
+    CHECK(zUp.motions.front().motion->at(0).p.x() > 0);
+}
+
+TEST_CASE("new: parts may be glTF files, whose nodes, materials and size they keep", "[program]") {
+    const Program touchstone;
+    engine::Scene part;
+    const engine::Entity arm = addNode(part, "arm", {}, {.translation = {0, 0.01, 0}});
+    addMesh(part, addNode(part, "hand", arm, {.scale = {2, 1, 1}}), boxMesh(glm::vec3(0.01f)),
+            addMaterial(part, {"blue", {0, 0, 1, 1}, 0, 0.5f}));
+    engine::updateWorldTransforms(part);
+    engine::writeGltf(part, touchstone.file("part.glb"));
+    writeBox(touchstone.file("plate.obj"), {-20, -10, -20}, {20, 0, 20});
+    const std::string scene = touchstone.file("c.gltf");
+    const std::string plate = " --obstacle " + touchstone.file("plate.obj");
+    const Answer made = touchstone("new --tool " + touchstone.file("part.glb") + plate + plate +
+                                   " --obstacle-name base --obstacle-name lid -o " + scene);
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    CHECK_THAT(made.out, Contains("part, 20 x 10 x 10 mm") && Contains("base,") && Contains("lid,"));
+    const sandbox::HapticScene opened = open(scene);
+    CHECK(opened.roles.obstacles.size() == 2);
+    CHECK(opened.scene.materials.front().name == "blue");
+    // The tool's lowest point is a tenth of its size above the plate.
+    const double size = std::sqrt(20.0 * 20 + 10 * 10 * 2);
+    CHECK((sandbox::startPose(opened).p - Vec3(0, 0.1 * size - 5, 0)).norm() < 1e-5);
+    // A crease of the box is sharp: three vertices at each corner.
+    for (const auto& mesh : opened.scene.meshes)
+        if (mesh.primitives.front().material != 0) CHECK(mesh.primitives.front().mesh->positions.size() == 24);
+}
+
+TEST_CASE("new: options that do not fit are refused in one sentence", "[program]") {
+    const Program touchstone;
+    const std::string out = " -o " + touchstone.file("x.glb");
+    const std::pair<std::string, std::string> cases[] = {
+        {"--demo", "give --goal DEPTH, or --assembled"},
+        {"--goal 20q", "--unit is mm, cm, m or in, not 'q'"},
+        {"--goal deep", "--goal takes lengths above zero like 20mm or 20mm,0.5mm, not 'deep'"},
+        {"--goal 0", "above zero"},
+        {"--goal 5,", "above zero"},
+        {"--assembled --axis w", "--axis is x, y, z, -x, -y or -z, not 'w'"},
+        {"--crease 200", "0 to 180"},
+        {"--obstacle-name a --obstacle-name b", "more --obstacle-name than --obstacle"},
+        {"--scene a.glb", "excludes"},
+    };
+    for (const auto& [options, sentence] : cases) {
+        const Answer answer = touchstone(kParts + options + out);
+        INFO(options << ": " << answer.err);
+        CHECK(answer.code == 2);
+        CHECK(isOneSentence(answer.err));
+        CHECK_THAT(answer.err, Contains(sentence));
+        CHECK(!fs::exists(touchstone.file("x.glb")));
+    }
+    CHECK_THAT(touchstone("new --tool a.stl --obstacle b.stl --up x" + out).err, Contains("--up is y or z, not 'x'"));
+    writeBox(touchstone.file("above.obj"), {-1, 50, -1}, {1, 60, 1});
+    writeBox(touchstone.file("plate.obj"), {-20, -10, -20}, {20, 0, 20});
+    const Answer answer = touchstone("new --tool " + touchstone.file("above.obj") + " --obstacle " +
+                                     touchstone.file("plate.obj") + " --assembled" + out);
+    CHECK(answer.code == 2);
+    CHECK_THAT(answer.err, Contains("50 mm outside") && Contains("--axis"));
+    CHECK(touchstone("new --tool absent.stl --obstacle " + touchstone.file("plate.obj") + out).code == 1);
+}
+
+}  // namespace touchstone::new_program_tests

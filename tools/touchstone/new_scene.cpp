@@ -1,0 +1,191 @@
+#include "tools/touchstone/new_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/scene/gltf_read.hpp"
+#include "engine/scene/mesh_file.hpp"
+#include "engine/scene/transforms.hpp"
+#include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/units.hpp"
+
+namespace touchstone::app {
+namespace {
+
+using engine::Entity;
+using engine::Scene;
+
+constexpr double kClearance = 0.1;           ///< of the tool's size: how far outside it starts
+constexpr double kTolerance = 0.01;          ///< of the tool's size: how near to its goal it counts as seated
+constexpr double kLargestTolerance = 0.001;  ///< m
+constexpr double kToleranceAngle = 0.05;     ///< rad
+constexpr double kOutside = 0.5, kMoving = 3, kSeated = 1.5;  ///< s: pieces of the demonstration
+
+/// Calls visit(position) for all vertices that are visible, in the frame of the scene.
+template <class Visit>
+void forEachVertex(const Scene& scene, Visit&& visit) {
+    for (const Entity node : scene.nodes) {
+        const auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr;
+        if (!instance || !isVisible(scene.registry, node)) continue;
+        const glm::dmat4 matrix = engine::worldMatrix(scene.registry, node);
+        for (const engine::Primitive& primitive : instance->primitives)
+            for (const glm::vec3& position : primitive.mesh->positions)
+                visit(glm::dvec3(matrix * glm::dvec4(position, 1)));
+    }
+}
+
+/// Writes the options that were given, and leaves the others to the defaults.
+void markTree(nlohmann::json& mark, const TreeChoice& choice, double diagonal) {
+    const TreeOptions options = withChoice({}, choice, diagonal);
+    if (options.maxError > 0) {
+        if (options.maxError < sandbox::kMinError || options.maxError > sandbox::kMaxError)
+            throw UsageError("--max-error is outside the range that scenes allow");
+        mark["max_error_mm"] = options.maxError;
+    }
+    if (choice.leaves) mark["leaves"] = options.leaves;
+    if (choice.quality) mark["quality"] = *choice.quality;
+    if (choice.interior) mark["interior"] = *choice.interior;
+}
+
+/// Adds a part below a node with this role at `pose`; `origin` is that node's frame in the coordinates of the part.
+Entity addPart(Scene& scene, const Part& part, sandbox::Role role, const TreeChoice& tree,
+               const engine::RigidPart& pose, const engine::RigidPart& origin) {
+    nlohmann::json mark{{"role", sandbox::name(role)}};
+    markTree(mark, tree, glm::length(part.high - part.low) * sandbox::kMmPerMeter);
+    const Entity node = appendScene(scene, part.content, part.name);
+    engine::LocalTransform& own = scene.registry.get<engine::LocalTransform>(node);
+    own.translation = pose.translation;
+    own.rotation = pose.rotation;
+    for (const Entity child : scene.registry.get<engine::Hierarchy>(node).children) {
+        engine::LocalTransform& local = scene.registry.get<engine::LocalTransform>(child);
+        const glm::dquat back = glm::conjugate(origin.rotation);
+        local.translation = back * (local.translation - origin.translation);
+        local.rotation = back * local.rotation;
+    }
+    setExtras(scene, node, {{"touchstone", std::move(mark)}});
+    return node;
+}
+
+/// Bounds along the axis.
+double lowest(const Part& part, const glm::dvec3& axis) {
+    return std::min(glm::dot(part.low, axis), glm::dot(part.high, axis));
+}
+double highest(const Part& part, const glm::dvec3& axis) { return -lowest(part, -axis); }
+
+/// On the axis of the portion of the tool that is no higher than `top`, at its lowest point: the center of that
+/// portion's box across the axis.
+glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double top) {
+    glm::dvec3 low(1e30), high(-1e30);
+    forEachVertex(tool.content, [&](const glm::dvec3& p) {
+        if (glm::dot(p, axis) > top) return;
+        low = glm::min(low, p);
+        high = glm::max(high, p);
+    });
+    const glm::dvec3 center = (low + high) / 2.0;
+    return center + (lowest(tool, axis) - glm::dot(center, axis)) * axis;
+}
+
+void addGoal(Scene& scene, const NewGoal& goal, double depth, double size, const engine::RigidPart& pose) {
+    const double tolerance = goal.tolerance.value_or(std::min(kLargestTolerance, kTolerance * size));
+    const Entity node = addNode(scene, "goal", {}, {.translation = pose.translation, .rotation = pose.rotation});
+    setExtras(
+        scene, node,
+        {{"touchstone",
+          {{"role", sandbox::name(sandbox::Role::Goal)},
+           {"goal",
+            {{"depth_m", depth}, {"tolerance_m", tolerance}, {"tolerance_rad", kToleranceAngle}, {"hold_s", 0.5}}}}}});
+}
+
+/// From outside to the goal, starting and stopping gently.
+engine::Animation demonstration(Entity tool, const glm::dvec3& start, const glm::dvec3& goal) {
+    engine::AnimationChannel path;
+    path.target = tool;
+    path.interpolation = engine::Interpolation::CubicSpline;
+    double seconds = 0;
+    for (const auto& [duration, place] :
+         {std::pair(0.0, start), std::pair(kOutside, start), std::pair(kMoving, goal), std::pair(kSeated, goal)}) {
+        path.times.push_back(seconds += duration);
+        for (const glm::dvec4& value : {glm::dvec4(0), glm::dvec4(place, 0), glm::dvec4(0)})  // tangents beside it
+            path.values.push_back(value);
+    }
+    return {"demonstration", {std::move(path)}};
+}
+
+}  // namespace
+
+Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material) {
+    Part part;
+    part.name = file.stem().string();
+    if (engine::isMeshFile(file)) {
+        engine::MeshFile read = engine::readMeshFile(file, frame.meters);
+        part.notes = std::move(read.notes);
+        engine::MeshData mesh = engine::splitAtCreases(read.mesh, frame.crease);
+        if (frame.zUp)
+            for (std::vector<glm::vec3>* vectors : {&mesh.positions, &mesh.normals})
+                for (glm::vec3& v : *vectors) v = {v.x, v.z, 0 - v.y};
+        const Entity node = addNode(part.content, part.name);
+        addMesh(part.content, node, std::make_shared<const engine::MeshData>(std::move(mesh)),
+                addMaterial(part.content, material));
+    } else {
+        part.content = engine::readGltf(file);
+        for (const std::string& warning : part.content.warnings) part.notes.push_back(warning);
+    }
+    engine::updateWorldTransforms(part.content);
+    part.low = glm::dvec3(1e30);
+    part.high = glm::dvec3(-1e30);
+    forEachVertex(part.content, [&](const glm::dvec3& p) {
+        part.low = glm::min(part.low, p);
+        part.high = glm::max(part.high, p);
+    });
+    if (part.low.x > part.high.x)
+        throw engine::SceneError(file.string() + ": shows no triangles; export the part with its mesh visible");
+    return part;
+}
+
+engine::Scene makeScene(const NewScene& parts) {
+    const glm::dvec3& axis = parts.axis;
+    if (parts.demonstration && !parts.goal)
+        throw UsageError("--demo needs a goal to lead to: give --goal DEPTH, or --assembled");
+    double top = -1e30;
+    for (const Part& obstacle : parts.obstacles) top = std::max(top, highest(obstacle, axis));
+    const double bottom = lowest(parts.tool, axis), size = glm::length(parts.tool.high - parts.tool.low);
+    const double modeled = top - bottom;
+
+    // `goal` and `start` are travels of the tool along the axis from where it is modeled.
+    const double start = modeled + kClearance * size;
+    double depth = 0, goal = 0;
+    engine::RigidPart origin;
+    if (parts.goal) {
+        if (!parts.goal->depth && !parts.assembled)
+            throw UsageError("--goal needs a depth, unless the parts are modeled --assembled");
+        depth = parts.goal->depth.value_or(modeled);
+        if (!parts.assembled) goal = modeled - depth;
+        if (!(modeled > 0) && parts.assembled)
+            throw UsageError("with --assembled the tool reaches into the obstacles along the way out, but it lies " +
+                             std::to_string(std::lround(-modeled * 1000)) +
+                             " mm outside: name the way out with --axis, or leave --assembled out");
+        origin.translation = originOf(parts.tool, axis, parts.assembled ? top : bottom + depth);
+        origin.rotation = glm::dquat(glm::dvec3(0, 1, 0), axis);
+    }
+    const auto at = [&](double travel) {
+        engine::RigidPart pose = origin;
+        pose.translation += travel * axis;
+        return pose;
+    };
+
+    Scene scene;
+    scene.name = parts.name;
+    const Entity tool = addPart(scene, parts.tool, sandbox::Role::Tool, parts.tree, at(start), origin);
+    for (const Part& obstacle : parts.obstacles) addPart(scene, obstacle, sandbox::Role::Obstacle, parts.tree, {}, {});
+    if (parts.goal) addGoal(scene, *parts.goal, depth, size, at(goal));
+    if (parts.demonstration) {
+        nlohmann::json extras = *scene.registry.get<engine::NodeMarking>(tool).extras;
+        extras["touchstone"]["outcome"] = {{"seated", true}, {"max_penetration_mm", 0.001}};
+        setExtras(scene, tool, std::move(extras));
+        scene.animations.push_back(demonstration(tool, at(start).translation, at(goal).translation));
+    }
+    return scene;
+}
+
+}  // namespace touchstone::app

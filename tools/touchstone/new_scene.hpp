@@ -1,0 +1,57 @@
+#pragma once
+// A scene made of parts: where the tool starts, its goal, and the motion that leads there.
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.hpp"
+#include "haptics/sandbox/scene/role.hpp"
+#include "tools/touchstone/tree_choice.hpp"
+
+namespace touchstone::app {
+
+/// How coordinates of parts in STL, OBJ and PLY files are read. Those of glTF files are meters with +y up.
+struct PartFrame {
+    double meters = 0.001;               ///< a unit of the coordinates
+    bool zUp = false;                    ///< +z is up; else +y
+    double crease = 0.5235987755982988;  ///< edges that turn by more are drawn sharp, rad
+};
+
+/// A part as read: its nodes, and the box around what is visible, in meters with +y up.
+struct Part {
+    std::string name;
+    engine::Scene content;
+    glm::dvec3 low{0}, high{0};
+    std::vector<std::string> notes;  ///< what was ignored in the file
+};
+
+/// Reads an STL, OBJ, PLY, glTF or GLB file. `material` is that of a file without materials. Throws
+/// engine::SceneError with one sentence.
+Part readPart(const std::filesystem::path& file, const PartFrame& frame, const engine::Material& material);
+
+/// Where the tool should end, relative to the scene's parts.
+struct NewGoal {
+    std::optional<double> depth;      ///< m below the highest point of the obstacles along the axis; by default as
+                                      ///< deep as the tool is modeled
+    std::optional<double> tolerance;  ///< m; by default a hundredth of the tool, at most 1 mm
+};
+
+struct NewScene {
+    std::string name;
+    Part tool;
+    std::vector<Part> obstacles;
+    TreeChoice tree;           ///< of all parts
+    glm::dvec3 axis{0, 1, 0};  ///< the way out: a unit vector along an axis of the scene
+    bool assembled = false;    ///< the parts are modeled where the tool ends; needs a goal
+    std::optional<NewGoal> goal;
+    bool demonstration = false;  ///< the tool comes in from outside along the axis; needs a goal
+};
+
+/// Parts keep their coordinates, apart from the tool, which starts outside along the axis by a tenth of its size. With
+/// a goal, the origin of the tool's node is put on the axis of the portion that goes in. Throws UsageError if there is
+/// no goal where one is needed, or if tool and obstacles do not overlap along the axis at the goal.
+engine::Scene makeScene(const NewScene& parts);
+
+}  // namespace touchstone::app
