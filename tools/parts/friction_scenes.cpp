@@ -130,7 +130,7 @@ Scene makeDrawer(const SceneOptions& options) {
                         about(kY, turn + force * beside / kTorsion)};
     };
     const double limit = fit.engaged() / 2 / wood.staticOr(), inside = 0.7 * limit, beyond = 1.35 * limit;
-    const double pull = 6, out = 0.8 * fit.length;
+    const double pull = 2.5, out = 0.8 * fit.length;
     Demonstration motion(pulled(0, 0, 0));
     motion.hold(0.3);
     motion.moveTo(pulled(0, 0, inside), 0.3);
