@@ -144,7 +144,7 @@ Scene makePlate(const SceneOptions& options) {
 /// A rod is driven down into the narrowing gap between a bunny's ears while it swings from ear to ear.
 Scene makeWedge(const SceneOptions& options) {
     const int leaves = options.leaves ? options.leaves : 4096;
-    const double radius = 9, length = 40, drive = 28, swing = 6;
+    const double radius = 9, length = 40, swing = 6;
     // Seen from above the ears form a V. The rod lies along its middle, one end near the corner, and swings across.
     const glm::dvec3 along(0.46, 0, -0.89), across(0.89, 0, 0.46);
     const glm::dvec3 start(-17, 52 + radius, -13);  // just above the tips of the ears, 50 mm up
@@ -152,24 +152,28 @@ Scene makeWedge(const SceneOptions& options) {
     const auto at = [&](double depth, double t) {
         return ToolPose{start - glm::dvec3(0, depth, 0) + swing * std::sin(3 * kTau * t) * across, lying};
     };
-    const double seconds = 1;
-    Demonstration motion(at(0, 0));
-    motion.hold(0.2);
-    motion.follow(seconds, [&](double t) { return at(drive * t / seconds, t); });
-    motion.follow(seconds, [&](double t) { return at(drive, seconds + t); });
-    motion.moveTo(at(0, 0), 0.6);
-    motion.hold(0.2);
+    const auto driven = [&](double depth) {
+        const double seconds = 1;
+        Demonstration motion(at(0, 0));
+        motion.hold(0.2);
+        motion.follow(seconds, [&](double t) { return at(depth * t / seconds, t); });
+        motion.follow(seconds, [&](double t) { return at(depth, seconds + t); });
+        motion.moveTo(at(0, 0), 0.6);
+        motion.hold(0.2);
+        return motion;
+    };
 
     Scene scene;
     scene.name = "wedge";
-    const json outcome{{"min_peak_force_N", 11}, {"max_final_lag_mm", 0.01}, {"min_contact_fraction", 0.4}};
+    json outcome{{"min_peak_force_N", 11}, {"max_final_lag_mm", 0.01}, {"min_contact_fraction", 0.4}};
     const Entity tool =
         addBody(scene, "rod", at(0, 0), shared(cylinder(radius, length, 1)), gold(), toolMarking(leaves, outcome));
     addBody(scene, "silver bunny", {}, stanfordBunny(options.bunny), silver(), obstacleMarking(leaves));
-    scene.animations.push_back(motion.animation(tool));
+    scene.animations.push_back(driven(28).animation(tool));  // as deep as a device can render: 140 of 170 mN·m
+    outcome["min_peak_force_N"] = 12;
     json hard = snaps();
     hard.update(outcome);
-    scene.animations.push_back(motion.animation(tool, "hard-09-wedge", hard));
+    scene.animations.push_back(driven(44).animation(tool, "hard-09-wedge", hard));
     return scene;
 }
 
