@@ -1,5 +1,6 @@
 # Models a peg and its block in Blender, and writes what docs/first-parts.md uses:
 #   blender --background --python docs/examples/first_parts.py -- FOLDER
+#
 # peg.stl and block.stl: the parts, in assembled position, in millimeters, +z up.
 # first-parts.glb: both, marked by custom properties, with a goal and a demonstration.
 import math

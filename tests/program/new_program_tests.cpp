@@ -78,6 +78,27 @@ TEST_CASE("new: parts in assembled position make a scene whose demonstration sea
     CHECK(fs::file_size(touchstone.file("my fit.png")) > 1000);
 }
 
+TEST_CASE("new: the commands of docs/first-parts.md run as they stand", "[program][slow]") {
+    const Program touchstone;
+    fs::create_directory_symlink(TOUCHSTONE_SOURCE_DIR "/docs", touchstone.file("docs"));
+    std::istringstream page(textOf(TOUCHSTONE_SOURCE_DIR "/docs/first-parts.md"));
+    const std::string program = "build/release/touchstone ";
+    int commands = 0;
+    for (std::string line; std::getline(page, line);) {
+        if (!line.starts_with(program) || line.find("--device mouse") != std::string::npos) continue;
+        const Answer answer = touchstone(line.substr(program.size()));
+        INFO(line << '\n' << answer.out << answer.err);
+        CHECK(answer.code == 0);
+        ++commands;
+    }
+    CHECK(commands == 5);
+    CHECK(fs::exists(touchstone.file("fit.png")));
+    const std::string trials = textOf(touchstone.file("study/trials.csv"));
+    std::size_t seated = 0;
+    for (std::size_t at = 0; (at = trials.find(",seated,", at)) != std::string::npos; ++at) ++seated;
+    CHECK(seated == 10);
+}
+
 TEST_CASE("new: without assembled position the goal lies by its depth below the obstacle", "[program]") {
     const Program touchstone;
     writeBox(touchstone.file("tool.obj"), {4, -1, -1}, {6, 1, 1});  // inches, its axis at x = 5

@@ -27,12 +27,14 @@ inline std::string textOf(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Runs `touchstone ARGS` with its own tree cache, and without a display unless `variables` give one.
+/// Runs `touchstone ARGS` in a folder of its own, with a tree cache there, and without a display unless `variables`
+/// give one.
 class Program {
   public:
     Answer operator()(const std::string& args, const std::string& variables = {}) const {
         const fs::path err = folder_.path() / "stderr";
-        const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + file("cache") + "' " +
+        const std::string command = "cd '" + folder_.path().string() +
+                                    "' && env -u DISPLAY -u WAYLAND_DISPLAY TOUCHSTONE_CACHE='" + file("cache") + "' " +
                                     variables + " '" TOUCHSTONE_BINARY_DIR "/touchstone' " + args + " 2>'" +
                                     err.string() + "'";
         Answer answer;
