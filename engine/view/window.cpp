@@ -7,6 +7,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -78,6 +79,14 @@ struct UserInterface {
     }
 };
 
+/// A key or a character that the system has reported.
+struct KeyEvent {
+    int key = 0, scancode = 0, action = 0, mods = 0;
+    unsigned character = 0;  ///< 0: a key
+};
+
+bool isModifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
+
 float contentScale(GLFWwindow* window) {
     float x = 1, y = 1;
     glfwGetWindowContentScale(window, &x, &y);
@@ -99,12 +108,39 @@ struct Window::Impl {
             self.closeRequested = self.closeHandler != nullptr;
             if (self.closeRequested) glfwSetWindowShouldClose(handle, GLFW_FALSE);
         });
+        // Instead of ImGui's own callbacks: they keep only the last state of a key before a frame.
+        glfwSetKeyCallback(window.handle, [](GLFWwindow* handle, int key, int scancode, int action, int mods) {
+            static_cast<Impl*>(glfwGetWindowUserPointer(handle))->keys.push_back({key, scancode, action, mods});
+        });
+        glfwSetCharCallback(window.handle, [](GLFWwindow* handle, unsigned character) {
+            static_cast<Impl*>(glfwGetWindowUserPointer(handle))->keys.push_back({.character = character});
+        });
+    }
+
+    /// Hands the reported keys to ImGui. A second event of a key waits for the next frame, and so does a modifier after
+    /// another key: a tap shorter than a frame is seen, and with the modifiers that were down.
+    void takeKeys() {
+        std::vector<int> changed;
+        std::size_t taken = 0;
+        for (; taken < keys.size(); ++taken) {
+            const KeyEvent& event = keys[taken];
+            if (event.character != 0) {
+                ImGui_ImplGlfw_CharCallback(window.handle, event.character);
+                continue;
+            }
+            const bool again = std::find(changed.begin(), changed.end(), event.key) != changed.end();
+            if (event.action != GLFW_REPEAT && (again || (isModifier(event.key) && !changed.empty()))) break;
+            ImGui_ImplGlfw_KeyCallback(window.handle, event.key, event.scancode, event.action, event.mods);
+            if (!isModifier(event.key)) changed.push_back(event.key);
+        }
+        keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(taken));
     }
 
     GlfwWindow window;
     UserInterface interface;
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
+    std::vector<KeyEvent> keys;  // not yet seen by ImGui
     std::function<void()> closeHandler;
     bool closeRequested = false;
 };
@@ -125,6 +161,7 @@ bool Window::beginFrame() {
     glDisable(GL_SCISSOR_TEST);
     glClearColor(0.06f, 0.065f, 0.075f, 1);
     glClear(GL_COLOR_BUFFER_BIT);
+    impl_->takeKeys();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();

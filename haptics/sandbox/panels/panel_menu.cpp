@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string_view>
+#include <utility>
 
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -127,8 +128,10 @@ void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requ
     ImGui::EndPopup();
 }
 
-void drawHelpDialog(MenuState& state) {
+void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
+    const bool close = ImGui::IsPopupOpen(kHelpTitle) && std::exchange(state.helpDialog, false);
     if (!beginDialog(kHelpTitle, state.helpDialog)) return;
+    if (close) ImGui::CloseCurrentPopup();
     const struct {
         const char *what, *does;
     } rows[]{
@@ -152,7 +155,7 @@ void drawHelpDialog(MenuState& state) {
         {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
         {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
         {"Ctrl+Shift+C", "copy the run as a command line"},
-        {"F1, ?", "show this help"},
+        {"F1, ?", "show or hide this help"},
     };
     if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
@@ -174,6 +177,7 @@ void drawHelpDialog(MenuState& state) {
         ImGui::EndTable();
     }
     if (ImGui::Button("Close")) ImGui::CloseCurrentPopup();
+    engine::noteItem(items, "close help");
     ImGui::EndPopup();
 }
 
@@ -280,7 +284,7 @@ void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests
     drawAddDialog(state, requests, items);
     drawReplayDialog(state, requests, items);
     drawLeaveDialog(view, state, requests, items);
-    drawHelpDialog(state);
+    drawHelpDialog(state, items);
 }
 
 void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engine::ItemRects* items) {

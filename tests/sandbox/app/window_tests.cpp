@@ -162,6 +162,37 @@ TEST_CASE("window: the space bar removes the force and restores it", "[ui]") {
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
 
+TEST_CASE("window: a key pressed and released within a slow frame acts, once, and F1 shows and hides the help",
+          "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.select = 1;
+    const auto helps = [](WindowFrame& frame) { return frame.items.count("close help") > 0; };
+    const auto selects = [](WindowFrame& frame) { return bool(frame.selection.node()); };
+    User user;
+    user.until([&](WindowFrame& frame) { return isRunning(frame) && selects(frame); });
+    for (int twice = 0; twice < 2; ++twice)
+        user.doing([&](WindowFrame& frame) { CHECK_FALSE(helps(frame)); })
+            .tap(GLFW_KEY_F1)
+            .doing([&](WindowFrame& frame) { CHECK(helps(frame)); })
+            .tap(GLFW_KEY_F1);
+    user.tap(GLFW_KEY_F1)
+        .tap(GLFW_KEY_ESCAPE)
+        .doing([&](WindowFrame& frame) {
+            CHECK_FALSE(helps(frame));
+            CHECK(selects(frame));  // the key was the dialog's
+        })
+        .tap(GLFW_KEY_ESCAPE)
+        .doing([&](WindowFrame& frame) { CHECK_FALSE(selects(frame)); })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.display.section); })
+        .tap(GLFW_KEY_X)
+        .doing([](WindowFrame& frame) { CHECK(frame.display.section); })
+        .tap(GLFW_KEY_X)
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.display.section); });
+    CHECK(user.use(options));
+}
+
 TEST_CASE("window: a body dragged while the loop runs pushes the tool, and undo moves it back", "[ui]") {
     if (!hasDisplay()) return;
     const bool up = GENERATE(false, true);  // away from the tool that lies on it, and into the tool
