@@ -10,8 +10,7 @@
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kLowScale = 0.1, kHighScale = 10;  // usual tuning range of the workspace scale
-constexpr int kButtons = 4;                         // number of device buttons offered as clutch
+constexpr int kButtons = 4;  // number of device buttons offered as clutch
 
 void drawLabel(const char* label, const char* help) {
     ImGui::AlignTextToFramePadding();
@@ -62,11 +61,14 @@ bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRe
         done |= ImGui::IsItemDeactivatedAfterEdit();
     };
 
-    drawLabel("Scale",
-              "Ratio of tool motion to hand motion. Forces are scaled back, so the hand feels the gains as set. "
-              "After a change the force fades, and the hand then takes up the tool again.");
-    ImGui::SliderScalar("##scale", ImGuiDataType_Double, &workspace.scale, &kLowScale, &kHighScale, "%.3g",
-                        ImGuiSliderFlags_Logarithmic);
+    engine::drawSlider({.label = "Scale",
+                        .help = "Ratio of tool motion to hand motion. Forces are scaled back, so the hand feels the "
+                                "gains as set. After a change the force fades, and the hand then takes up the tool "
+                                "again.",
+                        .low = 0.1,  // usual tuning range
+                        .high = 10,
+                        .logarithmic = true},
+                       workspace.scale, items, "device scale");
     follow("device scale");
     drawLabel("Offset",
               "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides to a new "

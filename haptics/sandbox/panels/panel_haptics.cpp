@@ -49,20 +49,19 @@ bool drawPresets(const Settings& scene, Settings& settings, engine::ItemRects* i
 }
 
 void drawStrength(HapticsPanelState& state, engine::ItemRects* items) {
-    constexpr double kLow = MouseTarget::kWeakest, kHigh = MouseTarget::kStrongest;
     const double spring = HandParameters{}.times(state.strength).spring;
     std::array<char, 32> shown{};
     std::snprintf(shown.data(), shown.size(), "%.3g N/mm", spring);
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted("Mouse stiffness");
-    ImGui::SameLine(8.5f * ImGui::GetFontSize());
-    ImGui::SetNextItemWidth(-1);
-    ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.strength, &kLow, &kHigh, shown.data(),
-                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoInput);
-    engine::noteItem(items, "strength");
-    engine::tooltip(
-        "Stiffness of the virtual hand that pulls the device to the cursor, N/mm. A soft hand lags behind the cursor "
-        "when the tool is blocked; a stiff one presses harder.");
+    engine::drawSlider(
+        {.label = "Mouse stiffness",
+         .help = "Stiffness of the virtual hand that pulls the device to the cursor, N/mm. A soft hand lags behind the "
+                 "cursor when the tool is blocked; a stiff one presses harder.",
+         .low = MouseTarget::kWeakest,
+         .high = MouseTarget::kStrongest,
+         .format = shown.data(),
+         .logarithmic = true,
+         .typed = false},
+        state.strength, items, "strength");
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node);
 
 struct ScenePanelState {
     engine::Entity selected;
+    float below = 0;  ///< height below the list of nodes, measured in the previous frame
 };
 
 /// Draws the nodes with visibility and roles, the display switches, and the levels of the sphere trees; of trees only
@@ -126,7 +127,7 @@ struct MenuView {
 };
 struct MenuState {
     bool panels = true;  ///< show all panels
-    /// Dialogs to open in this frame.
+    /// Dialogs to open in this frame; the help closes if it is open.
     bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false,
          leaveDialog = false;
     PanelRequests leaving;  ///< requests that the "unsaved changes" dialog asks about

@@ -134,6 +134,30 @@ TEST_CASE("haptics panel: buttons and sliders change their settings", "[panels]"
     CHECK(requests.refusal.empty());
 }
 
+TEST_CASE("haptics panel: no knob covers its value, and a factor keeps its decimals", "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
+    bench.click("more", draw);
+    for (const double share : {0.02, 0.5, 0.98})
+        for (const SettingInfo& info : settingTable()) {
+            const std::string name(info.key);
+            if (bench.items.count(name + " value") == 0) continue;  // a name or a switch
+            CAPTURE(name, share);
+            bench.click(name, draw, static_cast<float>(share));
+            const glm::vec4 slider = bench.items.at(name), value = bench.items.at(name + " value");
+            CHECK(value.w <= slider.y);
+            CHECK(value.z <= slider.z + 1);  // aligned at the right, within the panel
+            CHECK(value.w - value.y < 1.5f * ImGui::GetFontSize());
+        }
+    bench.click("friction_coefficient", draw, 0.4f);
+    CHECK(settings.frictionCoefficient == Approx(0.4).margin(0.05));
+    bench.click("linearisations", draw, 0.4f);
+    CHECK(settings.linearisations == 6);
+}
+
 TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid one is refused with a message",
           "[panels]") {
     Bench bench;
