@@ -3,6 +3,7 @@
 #include <imgui_internal.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 namespace touchstone::engine {
@@ -43,6 +44,35 @@ bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::stri
     tooltip(slider.help);
     ImGui::PopID();
     return changed;
+}
+
+void drawTriple(const char* label, const char* unit, glm::dvec3& values, float speed, const char* help,
+                ItemRects* rects, std::string_view name) {
+    constexpr std::array kAxes{"x", "y", "z"};
+    constexpr float kBetween = 4;  // screen units
+    ImGui::PushID(label);
+    ImGui::TextUnformatted(label);
+    ImGui::SameLine();
+    ImGui::TextDisabled("[%s]", unit);
+    tooltip(help);
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {0, ImGui::GetStyle().FramePadding.y});
+    ImGui::BeginGroup();
+    const float width = std::floor((ImGui::GetContentRegionAvail().x - 2 * kBetween) / 3);
+    for (int axis = 0; axis < 3; ++axis) {
+        // As many decimals as the field has room for.
+        const double size = std::abs(values[axis]);
+        const std::string format = std::string(kAxes[std::size_t(axis)]) + (size < 100 ? " %.2f" : " %.1f");
+        if (axis > 0) ImGui::SameLine(0, kBetween);
+        ImGui::SetNextItemWidth(width);
+        ImGui::PushID(axis);
+        ImGui::DragScalar("##value", ImGuiDataType_Double, &values[axis], speed, nullptr, nullptr, format.c_str());
+        ImGui::PopID();
+    }
+    ImGui::EndGroup();
+    ImGui::PopStyleVar();
+    noteItem(rects, name);
+    tooltip(help);
+    ImGui::PopID();
 }
 
 void tooltip(std::string_view text) {

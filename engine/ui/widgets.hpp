@@ -27,6 +27,11 @@ struct Slider {
 /// the user changed `value`. Notes the slider under `name` and the text of the value under "NAME value".
 bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::string_view name);
 
+/// Draws a label with a unit, and below it three numbers to drag or type, marked x, y and z. They are one item of
+/// ImGui, noted under `name`. `speed`: per screen unit dragged.
+void drawTriple(const char* label, const char* unit, glm::dvec3& values, float speed, const char* help,
+                ItemRects* rects, std::string_view name);
+
 /// Shows a wrapped tooltip while the last item is hovered.
 void tooltip(std::string_view text);
 

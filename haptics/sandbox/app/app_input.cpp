@@ -104,6 +104,9 @@ void App::handleKeys() {
     const ImGuiIO& io = ImGui::GetIO();
     const auto pressed = [](int key) { return ImGui::IsKeyPressed(key, false); };
     if (pressed(GLFW_KEY_F1)) menu_.helpDialog = true;
+    requests_.fold.left |= pressed(GLFW_KEY_F2);
+    requests_.fold.right |= pressed(GLFW_KEY_F3);
+    requests_.fold.bottom |= pressed(GLFW_KEY_F4);
     if (io.WantTextInput) return;
     if (io.KeyShift && pressed(GLFW_KEY_SLASH)) menu_.helpDialog = true;
     using engine::StandardView;

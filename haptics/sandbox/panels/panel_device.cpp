@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -55,8 +56,7 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::It
 bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRects* items) {
     if (state.edited) workspace = *state.edited;
     bool done = false, editing = false;
-    const auto follow = [&](const char* item) {
-        engine::noteItem(items, item);
+    const auto follow = [&] {
         editing |= ImGui::IsItemActive();
         done |= ImGui::IsItemDeactivatedAfterEdit();
     };
@@ -69,12 +69,14 @@ bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRe
                         .high = 10,
                         .logarithmic = true},
                        workspace.scale, items, "device scale");
-    follow("device scale");
-    drawLabel("Offset",
-              "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides to a new "
-              "offset.");
-    ImGui::DragScalarN("##offset", ImGuiDataType_Double, workspace.offset.data(), 3, 0.2f, nullptr, nullptr, "%.1f mm");
-    follow("device offset");
+    follow();
+    glm::dvec3 offset = toGlm(workspace.offset);
+    engine::drawTriple("Offset", "mm", offset, 0.2f,
+                       "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides "
+                       "to a new offset.",
+                       items, "device offset");
+    workspace.offset = Vec3(offset.x, offset.y, offset.z);
+    follow();
 
     drawLabel("Clutch", "While this button is held, the hand moves and the tool does not.");
     const auto buttonText = [](int number) {

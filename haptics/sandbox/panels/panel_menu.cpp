@@ -152,6 +152,7 @@ void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
         {"R", "reset device and tool to the start"},
         {"S", "swap rendering and shadow solver"},
         {"H", "show or hide the panels"},
+        {"F2, F3, F4", "fold or unfold the scene and its settings, the plots, the log"},
         {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
         {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
         {"Ctrl+Shift+C", "copy the run as a command line"},
@@ -248,6 +249,10 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         engine::noteItem(items, "menu device");
         if (ImGui::BeginMenu("View")) {
             ImGui::MenuItem("Panels", "H", &state.panels);
+            if (ImGui::MenuItem("Scene and haptics", "F2", !view.folded.left)) requests.fold.left = true;
+            if (ImGui::MenuItem("Plots", "F3", !view.folded.right)) requests.fold.right = true;
+            if (ImGui::MenuItem("Log", "F4", !view.folded.bottom)) requests.fold.bottom = true;
+            ImGui::Separator();
             if (ImGui::MenuItem("Frame all", "A")) requests.frameCamera = true;
             if (ImGui::MenuItem("Frame selected", "F", false, view.hasSelection)) requests.frameSelection = true;
             ImGui::Separator();

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/ui/panel_layout.hpp"
 #include "engine/ui/widgets.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
@@ -35,6 +36,7 @@ struct PanelRequests {
     bool undo = false, redo = false, copyCommand = false;
     bool record = false;  ///< start or stop recording
     bool checkFit = false;
+    engine::Folds fold;  ///< panels to fold, or to unfold if they are folded
 
     /// Whether the requests close the scene shown: reload it, open another one, or quit.
     bool leaves() const { return open || reload || quit; }
@@ -124,6 +126,7 @@ struct MenuView {
     const std::string& device;
     bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
     bool canUndo = false, canRedo = false, recording = false;
+    engine::Folds folded;
 };
 struct MenuState {
     bool panels = true;  ///< show all panels

@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -94,7 +95,8 @@ bool drawSetting(const SettingInfo& info, Settings& settings, std::string& refus
             ImGui::AlignTextToFramePadding();
             ImGui::TextUnformatted(info.label);
             engine::tooltip(helpOf(info));
-            ImGui::SameLine(8.5f * ImGui::GetFontSize());
+            ImGui::SameLine(std::max(6 * ImGui::GetFontSize(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x +
+                                                                   ImGui::GetStyle().ItemSpacing.x));
             ImGui::SetNextItemWidth(-1);
             changed = drawChoice("##value", names, value);
         }
