@@ -14,6 +14,24 @@ using ItemRects = std::map<std::string, glm::vec4>;
 /// Notes the rectangle of ImGui's last item; `rects` may be null.
 void noteItem(ItemRects* rects, std::string_view name);
 
+struct Slider {
+    const char* label;
+    const char* help;             ///< tooltip
+    double low = 0, high = 1;     ///< range of the knob
+    const char* format = "%.3g";  ///< of the value with its unit, or the text to show instead
+    bool logarithmic = false;
+    bool typed = true;  ///< Ctrl+click types a value, which may be out of the range
+};
+
+/// Draws a slider of the available width below its label and its value, which the knob cannot cover. Returns true when
+/// the user changed `value`. Notes the slider under `name` and the text of the value under "NAME value".
+bool drawSlider(const Slider& slider, double& value, ItemRects* rects, std::string_view name);
+
+/// Draws a label with a unit, and below it three numbers to drag or type, marked x, y and z. They are one item of
+/// ImGui, noted under `name`. `speed`: per screen unit dragged.
+void drawTriple(const char* label, const char* unit, glm::dvec3& values, float speed, const char* help,
+                ItemRects* rects, std::string_view name);
+
 /// Shows a wrapped tooltip while the last item is hovered.
 void tooltip(std::string_view text);
 

@@ -82,6 +82,12 @@ void drawTitle(const char* title, const char* unit) {
     ImGui::TextDisabled("[%s]", unit);
 }
 
+void sameLineIfFits(float width) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    ImGui::SameLine(0, 2 * style.ItemSpacing.x);
+    if (ImGui::GetContentRegionAvail().x < width) ImGui::NewLine();
+}
+
 PlotShape::PlotShape(float wanted) {
     line = ImGui::GetTextLineHeight();
     unit = line / 16;
@@ -109,13 +115,24 @@ float Canvas::y(float fraction) const { return std::round(topLeft.y + shape_.hei
 
 void Canvas::drawVerticalAxis(const Axis& axis) const {
     const float line = shape_.line;
-    for (const float tick : axis.ticks(static_cast<std::size_t>(std::max(shape_.height / (1.8f * line), 2.f)))) {
+    float free = bottomRight.y;  // the labels below end here
+    for (const float tick : axis.ticks(static_cast<std::size_t>(std::max(shape_.height / (1.8f * line), 3.f)))) {
         const float at = y(axis.fraction(tick));
-        const std::string text = number(tick);
         list.AddLine({topLeft.x, at}, {bottomRight.x, at}, faint);
-        list.AddText({topLeft.x - ImGui::CalcTextSize(text.c_str()).x - 4 * shape_.unit, at - 0.5f * line}, weak,
-                     text.c_str());
+        // Labels stay beside the plot, clear of its title and of the time axis.
+        const float top = std::clamp(at - 0.5f * line, topLeft.y, std::max(bottomRight.y - line, topLeft.y));
+        if (top + 0.75f * line > free) continue;  // figures are lower than a line
+        free = top;
+        const std::string text = number(tick);
+        list.AddText({topLeft.x - ImGui::CalcTextSize(text.c_str()).x - 4 * shape_.unit, top}, weak, text.c_str());
     }
+}
+void Canvas::drawNoData() const {
+    constexpr const char* kText = "no data";
+    const ImVec2 size = ImGui::CalcTextSize(kText);
+    list.AddText({std::round(0.5f * (topLeft.x + bottomRight.x - size.x)),
+                  std::round(0.5f * (topLeft.y + bottomRight.y - size.y))},
+                 weak, kText);
 }
 void Canvas::drawHorizontalAxis(const Axis& axis) const {
     const auto most = static_cast<std::size_t>(std::max(shape_.width / (3.5f * shape_.line), 2.f));

@@ -39,6 +39,8 @@ inline ImVec4 vector(const glm::vec4& c) { return {c.r, c.g, c.b, c.a}; }
 inline ImU32 color(const glm::vec4& c) { return ImGui::GetColorU32(vector(c)); }
 
 void drawTitle(const char* title, const char* unit);
+/// Continues the line of ImGui if an item of this width fits there; otherwise begins a line.
+void sameLineIfFits(float width);
 
 /// Sizes of a plot that fills the available width.
 struct PlotShape {
@@ -60,6 +62,7 @@ class Canvas {
 
     void drawVerticalAxis(const Axis& axis) const;
     void drawHorizontalAxis(const Axis& axis) const;
+    void drawNoData() const;
     void drawTimeTick(float fraction, const std::string& text) const;
 
     ImDrawList& list;

@@ -39,10 +39,7 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
     bool any = false;
     for (const Layer& layer : layers) {
         if (layer.name.empty()) continue;
-        if (any) {
-            ImGui::SameLine(0, ImGui::GetTextLineHeight());
-            if (ImGui::GetContentRegionAvail().x < ImGui::CalcTextSize(layer.name.c_str()).x) ImGui::NewLine();
-        }
+        if (any) sameLineIfFits(ImGui::CalcTextSize(layer.name.c_str()).x);
         ImGui::TextColored(vector(layer.color), "%s", layer.name.c_str());
         any = true;
     }
@@ -57,8 +54,12 @@ void drawChart(const char* label, std::span<const Layer> layers, const ChartOpti
     const PlotShape shape(options.height);
     ImGui::TextDisabled("%s [%s]", options.yName, options.yUnit);
     const Canvas canvas(shape);
-    canvas.drawVerticalAxis(up);
-    canvas.drawHorizontalAxis(across);
+    if (xs.empty()) {
+        canvas.drawNoData();
+    } else {
+        canvas.drawVerticalAxis(up);
+        canvas.drawHorizontalAxis(across);
+    }
     const auto place = [&](glm::vec2 p) -> ImVec2 {
         p = kept(p);
         return {canvas.x(across.fraction(p.x)), canvas.y(up.fraction(p.y))};

@@ -38,22 +38,30 @@ std::string timeLabel(float milliseconds) {
     return std::abs(milliseconds) >= 1000 ? number(milliseconds / 1000) + " s" : number(milliseconds) + " ms";
 }
 
-/// Draws name, last value and maximum of each series next to the title, with line breaks as the width requires.
-void drawLegend(std::span<const Series> series, std::size_t skip, std::span<const ColumnRange> ranges,
-                const char* unit) {
-    const float right = ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x;
+/// Draws name, last value and maximum of each series, in their order: beside the title if they fit there, otherwise
+/// below it. Without data, only the names.
+void drawLegend(std::span<const Series> series, std::size_t skip, std::span<const ColumnRange> ranges) {
+    const float spacing = ImGui::GetStyle().ItemSpacing.x;
+    // At least the usual width of the values, so that the lines do not break differently as the values change.
+    const float usual = ImGui::CalcTextSize("0.00, max 0.00").x;
+    std::vector<std::string> values(series.size());
+    std::vector<float> widths(series.size());
+    float width = ImGui::GetItemRectMax().x - ImGui::GetCursorScreenPos().x;
     for (std::size_t i = 0; i < series.size(); ++i) {
         const RingView& samples = series[i].samples;
-        const float current =
-            samples.count > skip ? samples[samples.count - 1 - skip] : std::numeric_limits<float>::quiet_NaN();
-        const float largest = ranges[i].empty() ? std::numeric_limits<float>::quiet_NaN() : ranges[i].max;
-        const std::string values = withUnit(current, unit) + ", max " + number(largest);
-        const float spacing = ImGui::GetStyle().ItemSpacing.x;
-        const float width = ImGui::CalcTextSize(series[i].name).x + spacing + ImGui::CalcTextSize(values.c_str()).x;
-        if (ImGui::GetItemRectMax().x + 2 * spacing + width < right) ImGui::SameLine(0, 2 * spacing);
+        if (samples.count > skip && !ranges[i].empty())
+            values[i] = number(samples[samples.count - 1 - skip]) + ", max " + number(ranges[i].max);
+        widths[i] =
+            ImGui::CalcTextSize(series[i].name).x + spacing + std::max(usual, ImGui::CalcTextSize(values[i].c_str()).x);
+        width += 2 * spacing + widths[i];
+    }
+    const bool beside = width <= ImGui::GetContentRegionAvail().x;
+    for (std::size_t i = 0; i < series.size(); ++i) {
+        if (beside || i > 0) sameLineIfFits(widths[i]);
         ImGui::TextColored(vector(series[i].color), "%s", series[i].name);
+        if (values[i].empty()) continue;
         ImGui::SameLine();
-        ImGui::TextUnformatted(values.c_str());
+        ImGui::TextUnformatted(values[i].c_str());
     }
 }
 
@@ -77,20 +85,20 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
         for (const ColumnRange& c : columns.back()) include(ranges.back(), c);
         include(all, ranges.back());
     }
-    drawLegend(series, stretch.skip, ranges, options.unit);
+    drawLegend(series, stretch.skip, ranges);
     const Axis axis(all, options);
 
     const Canvas canvas(shape);
     ImDrawList& list = canvas.list;
-    canvas.drawVerticalAxis(axis);
+    all.empty() ? canvas.drawNoData() : canvas.drawVerticalAxis(axis);
     const float span = static_cast<float>(stretch.window) * options.samplePeriodMs;
     const float behind = static_cast<float>(stretch.skip) * options.samplePeriodMs;
     for (const float tick :
          niceTicks(-behind - span, -behind, static_cast<std::size_t>(std::clamp(width / (5 * line), 2.f, 11.f))))
         canvas.drawTimeTick(1 + (tick + behind) / std::max(span, 1e-6f), timeLabel(tick));
-    for (std::size_t i = 0; i < series.size(); ++i)
+    for (std::size_t i = series.size(); i-- > 0;)  // the first of the legend on top
         drawColumns(list, columns[i], axis, canvas.topLeft, height, color(series[i].color), 1.5f * shape.unit);
-    if (options.budget) {
+    if (options.budget && !all.empty()) {
         const float y = canvas.y(axis.fraction(*options.budget));
         list.AddLine({canvas.topLeft.x, y}, {canvas.bottomRight.x, y}, kWarning, shape.unit);
         const std::string text = "budget " + withUnit(*options.budget, options.unit);
@@ -148,7 +156,7 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
     const Axis across = Axis::decades({options.low, options.high});
     const float most = static_cast<float>(*std::max_element(counts.begin(), counts.end()));
     const Axis up = Axis::decades({0.5f, std::max(most, 1.f)});
-    canvas.drawVerticalAxis(up);
+    most > 0 ? canvas.drawVerticalAxis(up) : canvas.drawNoData();
     canvas.drawHorizontalAxis(across);
     const float step = shape.width / static_cast<float>(options.bins);
     for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -198,17 +206,14 @@ void drawShares(const char* label, std::span<const Share> shares, const char* un
         ImGui::GetWindowDrawList()->AddRectFilled({x, corner.y}, {next, corner.y + height}, color(share.color));
         x = next;
     }
-    for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (!(sum > 0)) ImGui::TextDisabled("no data");
+    for (std::size_t i = 0; sum > 0 && i < shares.size(); ++i) {
         const Share& share = shares[i];
-        const float percent = sum > 0 ? 100 * share.value / sum : 0;
+        const float percent = 100 * share.value / sum;
         std::array<char, 96> text{};
-        std::snprintf(text.data(), text.size(), "%s %.0f %%", number(share.value).c_str(),
+        std::snprintf(text.data(), text.size(), "%s (%.0f %%)", number(share.value).c_str(),
                       static_cast<double>(percent));
-        const float wanted = ImGui::CalcTextSize(share.name).x + ImGui::CalcTextSize(text.data()).x;
-        if (i > 0) {
-            ImGui::SameLine(0, ImGui::GetTextLineHeight());
-            if (ImGui::GetContentRegionAvail().x < wanted) ImGui::NewLine();
-        }
+        if (i > 0) sameLineIfFits(ImGui::CalcTextSize(share.name).x + ImGui::CalcTextSize("0.0000 (100 %)").x);
         ImGui::TextColored(vector(share.color), "%s", share.name);
         ImGui::SameLine(0, 0.3f * ImGui::GetTextLineHeight());
         ImGui::TextUnformatted(text.data());

@@ -7,6 +7,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -31,6 +32,17 @@ void startGlfw() {
                                  "); set DISPLAY to a running X server, use xvfb-run, or run headless.");
 }
 
+/// The window's size: with a chosen scale it grows like its text, up to the size of the monitor.
+glm::ivec2 sizeOf(const WindowOptions& options) {
+    const glm::ivec2 size(options.width, options.height);
+    if (!options.uiScale) return size;
+    glm::ivec2 room(0);
+    if (GLFWmonitor* monitor = glfwGetPrimaryMonitor())
+        glfwGetMonitorWorkarea(monitor, nullptr, nullptr, &room.x, &room.y);
+    const glm::ivec2 scaled(glm::vec2(size) * std::max(*options.uiScale, 1.f));
+    return glm::max(glm::min(scaled, room), size);
+}
+
 struct GlfwWindow {
     explicit GlfwWindow(const WindowOptions& options) {
         startGlfw();
@@ -39,10 +51,11 @@ struct GlfwWindow {
         glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
         glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
         glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-        glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+        glfwWindowHint(GLFW_SCALE_TO_MONITOR, options.uiScale ? GLFW_FALSE : GLFW_TRUE);
         glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
         releaseCurrentContext();  // glfwCreateWindow() makes the new context current for a moment
-        handle = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+        const glm::ivec2 size = sizeOf(options);
+        handle = glfwCreateWindow(size.x, size.y, options.title.c_str(), nullptr, nullptr);
         if (!handle)
             throw std::runtime_error("No window with OpenGL 3.3 can be opened (" + glfwReason() +
                                      "); install a graphics driver (Debian: apt-get install libgl1-mesa-dri) or run "
@@ -78,9 +91,23 @@ struct UserInterface {
     }
 };
 
-float contentScale(GLFWwindow* window) {
+/// A key or a character that the system has reported.
+struct KeyEvent {
+    int key = 0, scancode = 0, action = 0, mods = 0;
+    unsigned character = 0;  ///< 0: a key
+};
+
+bool isModifier(int key) { return key >= GLFW_KEY_LEFT_SHIFT && key <= GLFW_KEY_RIGHT_SUPER; }
+
+/// Scale of the user interface in screen units. Some systems give the monitor's scale to the framebuffer already.
+float interfaceScale(GLFWwindow* window, const std::optional<float>& chosen) {
+    if (chosen) return *chosen;
     float x = 1, y = 1;
     glfwGetWindowContentScale(window, &x, &y);
+    int pixels = 0, units = 0;
+    glfwGetFramebufferSize(window, &pixels, nullptr);
+    glfwGetWindowSize(window, &units, nullptr);
+    if (pixels > 0 && units > 0) x *= static_cast<float>(units) / static_cast<float>(pixels);
     return x > 0 ? x : 1;
 }
 
@@ -88,7 +115,7 @@ float contentScale(GLFWwindow* window) {
 
 struct Window::Impl {
     explicit Impl(const WindowOptions& options)
-        : window(options), interface(window.handle, contentScale(window.handle)) {
+        : window(options), uiScale(options.uiScale), interface(window.handle, interfaceScale(window.handle, uiScale)) {
         glfwSetWindowUserPointer(window.handle, this);
         glfwSetDropCallback(window.handle, [](GLFWwindow* handle, int count, const char** paths) {
             auto& self = *static_cast<Impl*>(glfwGetWindowUserPointer(handle));
@@ -99,12 +126,40 @@ struct Window::Impl {
             self.closeRequested = self.closeHandler != nullptr;
             if (self.closeRequested) glfwSetWindowShouldClose(handle, GLFW_FALSE);
         });
+        // Instead of ImGui's own callbacks: they keep only the last state of a key before a frame.
+        glfwSetKeyCallback(window.handle, [](GLFWwindow* handle, int key, int scancode, int action, int mods) {
+            static_cast<Impl*>(glfwGetWindowUserPointer(handle))->keys.push_back({key, scancode, action, mods});
+        });
+        glfwSetCharCallback(window.handle, [](GLFWwindow* handle, unsigned character) {
+            static_cast<Impl*>(glfwGetWindowUserPointer(handle))->keys.push_back({.character = character});
+        });
+    }
+
+    /// Hands the reported keys to ImGui. A second event of a key waits for the next frame, and so does a modifier after
+    /// another key: a tap shorter than a frame is seen, and with the modifiers that were down.
+    void takeKeys() {
+        std::vector<int> changed;
+        std::size_t taken = 0;
+        for (; taken < keys.size(); ++taken) {
+            const KeyEvent& event = keys[taken];
+            if (event.character != 0) {
+                ImGui_ImplGlfw_CharCallback(window.handle, event.character);
+                continue;
+            }
+            const bool again = std::find(changed.begin(), changed.end(), event.key) != changed.end();
+            if (event.action != GLFW_REPEAT && (again || (isModifier(event.key) && !changed.empty()))) break;
+            ImGui_ImplGlfw_KeyCallback(window.handle, event.key, event.scancode, event.action, event.mods);
+            if (!isModifier(event.key)) changed.push_back(event.key);
+        }
+        keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(taken));
     }
 
     GlfwWindow window;
+    std::optional<float> uiScale;
     UserInterface interface;
     DropHandler dropHandler;
     std::vector<std::filesystem::path> dropped;
+    std::vector<KeyEvent> keys;  // not yet seen by ImGui
     std::function<void()> closeHandler;
     bool closeRequested = false;
 };
@@ -125,6 +180,7 @@ bool Window::beginFrame() {
     glDisable(GL_SCISSOR_TEST);
     glClearColor(0.06f, 0.065f, 0.075f, 1);
     glClear(GL_COLOR_BUFFER_BIT);
+    impl_->takeKeys();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
@@ -172,7 +228,7 @@ glm::ivec2 Window::size() const {
 
 void Window::setSize(glm::ivec2 size) { glfwSetWindowSize(handle(), size.x, size.y); }
 
-float Window::scale() const { return contentScale(handle()); }
+float Window::scale() const { return interfaceScale(handle(), impl_->uiScale); }
 GLFWwindow* Window::handle() const { return impl_->window.handle; }
 
 }  // namespace touchstone::engine

@@ -4,6 +4,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,12 @@ namespace touchstone::engine {
 struct WindowOptions {
     std::string title = "Touchstone";
     int width = 1280, height = 800;  ///< client area in screen units, before the monitor's scale
+    std::optional<float> uiScale{};  ///< of text and controls, and so of the window; the monitor's scale if absent
     bool vsync = true;
     bool visible = true;
 };
 
-/// A window with a current OpenGL 3.3 core context and an ImGui context (dark style, font scaled by the monitor).
+/// A window with a current OpenGL 3.3 core context and an ImGui context (dark style, font scaled by scale()).
 /// Only one window at a time, used from the thread that created it. beginFrame() makes its context current again if a
 /// HeadlessContext was used in between. Each frame:
 ///     while (window.beginFrame()) { renderer.draw(...); ImGui panels; window.endFrame(); }
@@ -54,7 +56,7 @@ class Window {
     glm::ivec2 framebufferSize() const;  ///< pixels; 0 x 0 while minimized
     glm::ivec2 size() const;             ///< screen units, as ImGui's mouse position
     void setSize(glm::ivec2 size);       ///< screen units; the system may choose another size
-    float scale() const;                 ///< content scale of the monitor, 1 for 96 dots per inch
+    float scale() const;                 ///< of text and controls; from the monitor, 1 for 96 dots per inch
     GLFWwindow* handle() const;
 
   private:

@@ -424,7 +424,7 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
              {"run " + scene + " --headless --seconds", "compare " + scene + " --seconds",
               std::string("soak --seconds"), std::string("doctor --rate"), std::string("doctor --stiffness"),
               "run " + scene + " --headless --rate", "run " + scene + " --headless --set stiffness=1 --tolerance",
-              "tree " + scene + " --max-error"}) {
+              "run " + scene + " --ui-scale", "tree " + scene + " --max-error"}) {
             INFO(command << ' ' << value);
             if (*value == '\'' && command.ends_with("max-error")) continue;  // an empty --max-error means none
             const Answer answer = touchstone(command + " " + value);
@@ -432,6 +432,8 @@ TEST_CASE("program: numbers that are not finite, or out of range, are refused by
             CHECK(isOneSentence(answer.err));
             CHECK(answer.out.empty());
         }
+    CHECK_THAT(touchstone("run " + scene + " --ui-scale 9").err, Contains("--ui-scale") && Contains("from 0.5 to 4"));
+    CHECK_THAT(touchstone("run " + scene + " --ui-scale 2 --headless").err, Contains("leave out --headless"));
     for (const char* hand : {"nan,500,14,0", "0.1,inf,14,0", "0.1,500,1e308,0", "0.1,500,14,nan"}) {
         INFO(hand);
         const Answer answer = touchstone("run " + scene + " --headless --device hand:" + hand);

@@ -42,6 +42,30 @@ std::vector<nlohmann::ordered_json> whatRepeats(const std::string& folder, int t
 
 }  // namespace
 
+TEST_CASE("trials: the figure of a summary has no empty part, and says where a condition has no value", "[program]") {
+    const Program touchstone;
+    const auto draw = [&](const std::string& hardTime) {
+        std::ofstream table(touchstone.file("summary.csv"));
+        table << "condition,measure,mean,mean_low,mean_high\n";
+        for (const std::string condition : {"soft", "hard"}) {
+            const std::string time = condition == "hard" ? hardTime : "";
+            table << condition << ",seated_rate,0.5,0.2,0.8\n"
+                  << condition << ",time_s of seated," << time << ",,\n"
+                  << condition << ",torque_peak_mNm,20,10,30\n";
+            for (const char* phase : {"approach", "search", "align", "insert"})
+                table << condition << ',' << phase << "_s,1,,\n";
+        }
+        table.close();
+        const std::string folder = touchstone.file("").substr(0, touchstone.file("").size() - 1);
+        REQUIRE(std::system(("'" TOUCHSTONE_SOURCE_DIR "/tools/plot' trials '" + folder + "' >/dev/null").c_str()) ==
+                0);
+        return textOf(touchstone.file("summary.svg"));
+    };
+    CHECK_THAT(draw("3"), Catch::Contains("time until seated") && Catch::Contains(">none<"));
+    CHECK_THAT(draw(""),
+               !Catch::Contains("time until seated") && !Catch::Contains(">none<") && Catch::Contains("peak torque"));
+}
+
 TEST_CASE("trials: killed and resumed, or split and joined, a study is the same", "[program][long]") {
     const Program touchstone;
     const std::string study = studyFile(touchstone), whole = touchstone.file("whole");

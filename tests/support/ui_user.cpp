@@ -5,7 +5,9 @@
 #include <backends/imgui_impl_glfw.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 namespace touchstone::test {
 
@@ -15,6 +17,14 @@ namespace {
 
 // The window sees a press or a move in a later frame, because system events are delayed.
 constexpr int kSeen = 3;
+
+/// Reports a key as GLFW does.
+void report(WindowFrame& frame, int key, int action, int mods = 0) {
+    GLFWwindow* const window = frame.window.handle();
+    const GLFWkeyfun callback = glfwSetKeyCallback(window, nullptr);
+    glfwSetKeyCallback(window, callback);
+    callback(window, key, 0, action, mods);
+}
 
 }  // namespace
 
@@ -99,14 +109,23 @@ User& User::drag(const Place& from, const Place& to) { return hold(from).moveTo(
 
 User& User::key(int key, bool control) {
     return then([=](WindowFrame& frame, int frames) {
-        const bool down = frames <= kSeen;
-        const auto tell = [&](int which) {
-            ImGui_ImplGlfw_KeyCallback(frame.window.handle(), which, 0, down ? GLFW_PRESS : GLFW_RELEASE,
-                                       down && control ? GLFW_MOD_CONTROL : 0);
-        };
-        if (control) tell(GLFW_KEY_LEFT_CONTROL);
-        tell(key);
-        return frames > 2 * kSeen;
+        const int action = frames <= kSeen ? GLFW_PRESS : GLFW_RELEASE;
+        const int mods = action == GLFW_PRESS && control ? GLFW_MOD_CONTROL : 0;
+        if (frames != 1 && frames != kSeen + 1) return frames > 2 * kSeen;
+        if (control) report(frame, GLFW_KEY_LEFT_CONTROL, action, mods);
+        report(frame, key, action, mods);
+        return false;
+    });
+}
+
+User& User::tap(int key) {
+    return then([=](WindowFrame& frame, int frames) {
+        if (frames == 1) {
+            report(frame, key, GLFW_PRESS);
+            std::this_thread::sleep_for(std::chrono::milliseconds(12));
+            report(frame, key, GLFW_RELEASE);
+        }
+        return frames > kSeen;
     });
 }
 

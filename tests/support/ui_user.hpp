@@ -39,6 +39,7 @@ class User {
     User& click(const std::string& item) { return click(onItem(item)); }
     User& drag(const Place& from, const Place& to);
     User& key(int key, bool control = false);
+    User& tap(int key);                             ///< for 12 ms, within one frame
     User& drop(const std::filesystem::path& file);  ///< on the window
 
     /// Runs the window until all steps are done, which closes it, or until it closes by itself. Returns whether all

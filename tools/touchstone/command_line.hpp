@@ -2,6 +2,7 @@
 // What the commands share when they add their options to the command line.
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "haptics/math/numbers.hpp"
@@ -36,6 +37,14 @@ inline CLI::Validator within(double min, double max, const char* unit = "") {
 
 /// The duration of a run: from one tick at the highest rate to more than anyone waits for, s.
 inline CLI::Validator durationInSeconds() { return within(1e-4, 1e6, "s"); }
+
+/// The scale of text and controls, for commands that open a window.
+inline void addUiScale(CLI::App& command, std::optional<float>& scale) {
+    command
+        .add_option("--ui-scale", scale,
+                    "size of text and controls in the window, 1 for 96 dots per inch (default: as the monitor says)")
+        ->check(within(0.5, 4));
+}
 
 /// KEY=VALUE, any number of times.
 inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {

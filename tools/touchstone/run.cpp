@@ -42,7 +42,8 @@ struct RunOptions {
     std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
     std::string plots;       ///< the plots that a window shows first: time, contact, friction or trade
-    std::string select;      ///< name of the node that is selected in the window at the start
+    std::optional<float> uiScale;
+    std::string select;  ///< name of the node that is selected in the window at the start
 };
 
 /// The display options of the picture or the window.
@@ -255,6 +256,7 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
     window.screenshot = options.screenshot;
     window.display = chosenDisplay(options);
     window.view = options.view;
+    window.window.uiScale = options.uiScale;
     if (!options.select.empty())
         window.select =
             static_cast<std::size_t>(engine::nodeIndex(scene.scene, nodeNamed(scene.scene, options.select)));
@@ -311,6 +313,7 @@ int runScene(const RunOptions& options) {
     const std::filesystem::path file = findScene(options.scene);
     checkOutputs(options, file);
     if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
+    if (options.headless && options.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     if (options.headless) return runHeadless(options, file);
     if (options.paced) throw UsageError("--paced needs a headless run: add --headless");
     if (!options.dumpQp.empty()) throw UsageError("--dump-qp needs a headless run: add --headless");
@@ -395,6 +398,7 @@ void addRun(CLI::App& program, Action& action) {
     run->add_option("--plots", options->plots,
                     "the plots that the window shows first: time, contact, friction or trade")
         ->check(CLI::IsMember({"time", "contact", "friction", "trade"}));
+    addUiScale(*run, options->uiScale);
     run->add_option("--select", options->select, "name of the part that is selected in the window at the start");
     run->add_option("--screenshot", options->screenshot, "write a picture of the last tick to a PNG file");
     run->add_option("--show", options->show,

@@ -34,6 +34,7 @@ struct TrialsCommand {
     fs::path protocol, out;
     std::string shard;  ///< K/N; empty: all trials, and their summary
     bool headless = false;
+    std::optional<float> uiScale;  ///< of the window
 };
 
 struct TrialsSummaryCommand {
@@ -117,7 +118,8 @@ void runTrialsHeadless(const Protocol& protocol, const std::deque<Trial>& queue,
     }
 }
 
-void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study) {
+void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue, const fs::path& study,
+                       std::optional<float> uiScale) {
     sandbox::LiveTrials live(
         protocol, {.queue = queue,
                    .sceneFile = findScene,
@@ -127,6 +129,7 @@ void runTrialsInWindow(const Protocol& protocol, const std::deque<Trial>& queue,
     sandbox::WindowRunOptions window;
     window.scene = findScene(protocol.conditions[static_cast<std::size_t>(queue.front().condition)].scene);
     window.configFolder = engine::configFolder();
+    window.window.uiScale = uiScale;
     window.session.device = live.restingDevice();
     window.session.adjust = [&](const Settings& scene) { return live.settings(scene); };
     window.session.onTick = [&](const TickRecord& tick) {
@@ -189,6 +192,7 @@ int trials(const TrialsCommand& command) {
     const Shard shard = shardOf(command.shard);
     const Protocol protocol = sandbox::readProtocol(command.protocol);
     if (!command.headless) requireDisplay();
+    if (command.headless && command.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     SceneHashes scenes;
     for (const Condition& condition : protocol.conditions) {
         checkCondition(condition, command.headless);
@@ -202,7 +206,12 @@ int trials(const TrialsCommand& command) {
     for (std::size_t i = shard.k - 1; i < all.size(); i += shard.n)
         if (!fs::exists(trialFolder(command.out, all[i].number) / kRowFile)) queue.push_back(all[i]);
     const StopRequest stop;
-    if (!queue.empty()) (command.headless ? runTrialsHeadless : runTrialsInWindow)(protocol, queue, command.out);
+    if (!queue.empty()) {
+        if (command.headless)
+            runTrialsHeadless(protocol, queue, command.out);
+        else
+            runTrialsInWindow(protocol, queue, command.out, command.uiScale);
+    }
 
     const std::vector<TrialRow> rows = readRows({command.out}, protocol, scenes);
     writeTable(command.out, rows);
@@ -266,6 +275,7 @@ void addTrials(CLI::App& program, Action& action) {
                         "K/N: run the K-th of N parts without a summary, for `touchstone trials summary`");
     command->add_flag("--headless", options->headless,
                       "without a window, as fast as possible; otherwise a panel in the window guides the participant");
+    addUiScale(*command, options->uiScale);
     const CLI::App* summary = addTrialsSummary(*command, action);
     command->callback([options, summary, protocol, out, &action] {
         if (summary->parsed()) return;

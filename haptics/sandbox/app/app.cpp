@@ -186,14 +186,14 @@ void App::frameAll(const engine::Area& picture) {
 void App::drawPicture(const engine::Area& area) {
     engine::Frame frame;
     frame.camera = camera_;
-    frame.pixelScale = window_.scale();
+    const glm::vec2 pixels(window_.framebufferSize()), units(window_.size());
+    frame.pixelScale = units.x > 0 ? window_.scale() * pixels.x / units.x : 1;
     frame.hiddenOpacity = kHiddenOpacity;
     if (view_)
         view_->fill(frame, session_.record(), session_.settings(), display_);
     else
         frame.grid.visible = false;
 
-    const glm::vec2 pixels(window_.framebufferSize()), units(window_.size());
     if (units.x <= 0 || units.y <= 0) return;
     const glm::vec2 scale = pixels / units;
     const auto whole = [](float v) { return static_cast<int>(std::lround(v)); };

@@ -102,9 +102,13 @@ void App::handleMouse(const engine::Area& picture) {
 
 void App::handleKeys() {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput) return;
     const auto pressed = [](int key) { return ImGui::IsKeyPressed(key, false); };
-    if (pressed(GLFW_KEY_F1) || (io.KeyShift && pressed(GLFW_KEY_SLASH))) menu_.helpDialog = true;
+    if (pressed(GLFW_KEY_F1)) menu_.helpDialog = true;
+    requests_.fold.left |= pressed(GLFW_KEY_F2);
+    requests_.fold.right |= pressed(GLFW_KEY_F3);
+    requests_.fold.bottom |= pressed(GLFW_KEY_F4);
+    if (io.WantTextInput) return;
+    if (io.KeyShift && pressed(GLFW_KEY_SLASH)) menu_.helpDialog = true;
     using engine::StandardView;
     if (pressed(GLFW_KEY_KP_1)) requests_.view = io.KeyCtrl ? StandardView::Back : StandardView::Front;
     if (pressed(GLFW_KEY_KP_3)) requests_.view = io.KeyCtrl ? StandardView::Left : StandardView::Right;
@@ -118,7 +122,8 @@ void App::handleKeys() {
         if (io.KeyShift && pressed(GLFW_KEY_C)) requests_.copyCommand = true;
         return;
     }
-    if (pressed(GLFW_KEY_ESCAPE) && viewed_)
+    // In a dialog, Escape only closes the dialog.
+    if (pressed(GLFW_KEY_ESCAPE) && viewed_ && !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
         selection_.dragging() ? selection_.cancel(*viewed_) : selection_.select({});
     if (pressed(GLFW_KEY_R)) requests_.restart = true;
     if (pressed(GLFW_KEY_F)) (selection_.node() ? requests_.frameSelection : requests_.frameCamera) = true;

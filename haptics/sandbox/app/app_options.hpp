@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "engine/view/window.hpp"
+#include "haptics/sandbox/app/live_measure.hpp"
 #include "haptics/sandbox/app/selection.hpp"
-#include "haptics/sandbox/panels/live_measure.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/panels/status_bar.hpp"
 #include "haptics/sandbox/session/session.hpp"

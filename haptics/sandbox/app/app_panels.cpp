@@ -15,6 +15,7 @@ bool beginPanel(const char* title, const engine::Area& area) {
     ImGui::SetNextWindowSize(area.size);
     ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 4});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.5f * ImGui::GetFontSize(), 0.5f * ImGui::GetFontSize()});
     return ImGui::Begin(title, nullptr,
                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                             ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
@@ -23,7 +24,7 @@ bool beginPanel(const char* title, const engine::Area& area) {
 
 void endPanel() {
     ImGui::End();
-    ImGui::PopStyleVar(2);
+    ImGui::PopStyleVar(3);
 }
 
 }  // namespace
@@ -40,28 +41,43 @@ void App::drawPanels(const engine::Layout& layout) {
                         .hasSelection = bool(selection_.node()),
                         .canUndo = undo_.canUndo(),
                         .canRedo = undo_.canRedo(),
-                        .recording = session_.recording().recorder() != nullptr};
+                        .recording = session_.recording().recorder() != nullptr,
+                        .folded = sizes_.folded};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = engine::findScenes(options_.sceneFolders);
 
     if (menu_.panels) {
-        if (beginPanel("Scene", layout.scene)) {
-            if (viewed_) {
-                scenePanel_.selected = selection_.node();
-                drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
-                selection_.select(scenePanel_.selected);
-            } else {
-                ImGui::TextDisabled("No scene is open.");
+        // Draws the first panel of a group that folds, or the strip of the folded group. Returns whether it is open.
+        const auto draw = [&](const char* title, const engine::Area& area, const engine::Fold& fold, bool folded,
+                              bool& request, auto&& content) {
+            if (folded) {
+                request |= engine::drawFolded(fold, area, &items_);
+                return false;
             }
+            const bool open = beginPanel(title, area);
+            request |= engine::drawFoldButton(fold, &items_);
+            if (open) content();
+            endPanel();
+            return true;
+        };
+        const engine::Folds folded = sizes_.folded;
+        const engine::Area left{layout.scene.position, {layout.scene.size.x, layout.plots.size.y}};
+        const auto drawScene = [&] {
+            if (!viewed_) return ImGui::TextDisabled("No scene is open.");
+            scenePanel_.selected = selection_.node();
+            drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
+            selection_.select(scenePanel_.selected);
+        };
+        if (draw("Scene", folded.left ? left : layout.scene, {"scene and its settings", ImGuiDir_Left, "Key F2"},
+                 folded.left, requests_.fold.left, drawScene)) {
+            if (beginPanel("Haptics", layout.haptics)) drawLeftPanel();
+            endPanel();
         }
-        endPanel();
-        if (beginPanel("Haptics", layout.haptics)) drawLeftPanel();
-        endPanel();
-        if (beginPanel("Plots", layout.plots)) measure_.draw(session_, &items_);
-        endPanel();
-        if (beginPanel("Log", layout.log)) drawLogPanel(session_.log().messages(), &items_);
-        endPanel();
+        draw("Plots", layout.plots, {"plots", ImGuiDir_Right, "Key F3"}, folded.right, requests_.fold.right,
+             [&] { measure_.draw(session_, &items_); });
+        draw("Log", layout.log, {"log", ImGuiDir_Down, "Key F4"}, folded.bottom, requests_.fold.bottom,
+             [&] { drawLogPanel(session_.log().messages(), &items_); });
         engine::drawSplitters(layout, ImGui::GetFontSize(), sizes_);
     }
     drawBar();

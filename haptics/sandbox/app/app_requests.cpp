@@ -1,4 +1,4 @@
-#include <imgui.h>
+#include <imgui_internal.h>
 
 #include <ctime>
 #include <utility>
@@ -106,6 +106,14 @@ void App::carryOut() {
         session_.buildTrees();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
     if (requests.device || requests.restart) grab_.reset();
+    const auto turn = [](bool wanted, bool& folded) {
+        if (!wanted) return;
+        folded = !folded;
+        ImGui::MarkIniSettingsDirty();
+    };
+    turn(requests.fold.left, sizes_.folded.left);
+    turn(requests.fold.right, sizes_.folded.right);
+    turn(requests.fold.bottom, sizes_.folded.bottom);
     if (requests.quit) window_.close();
 }
 

@@ -6,12 +6,12 @@
 #include <cstdio>
 
 #include "haptics/sandbox/panels/panels.hpp"
+#include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::sandbox {
 namespace {
 
-constexpr double kLowScale = 0.1, kHighScale = 10;  // usual tuning range of the workspace scale
-constexpr int kButtons = 4;                         // number of device buttons offered as clutch
+constexpr int kButtons = 4;  // number of device buttons offered as clutch
 
 void drawLabel(const char* label, const char* help) {
     ImGui::AlignTextToFramePadding();
@@ -56,23 +56,27 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::It
 bool drawWorkspace(Workspace& workspace, DevicePanelState& state, engine::ItemRects* items) {
     if (state.edited) workspace = *state.edited;
     bool done = false, editing = false;
-    const auto follow = [&](const char* item) {
-        engine::noteItem(items, item);
+    const auto follow = [&] {
         editing |= ImGui::IsItemActive();
         done |= ImGui::IsItemDeactivatedAfterEdit();
     };
 
-    drawLabel("Scale",
-              "Ratio of tool motion to hand motion. Forces are scaled back, so the hand feels the gains as set. "
-              "After a change the force fades, and the hand then takes up the tool again.");
-    ImGui::SliderScalar("##scale", ImGuiDataType_Double, &workspace.scale, &kLowScale, &kHighScale, "%.3g",
-                        ImGuiSliderFlags_Logarithmic);
-    follow("device scale");
-    drawLabel("Offset",
-              "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides to a new "
-              "offset.");
-    ImGui::DragScalarN("##offset", ImGuiDataType_Double, workspace.offset.data(), 3, 0.2f, nullptr, nullptr, "%.1f mm");
-    follow("device offset");
+    engine::drawSlider({.label = "Scale",
+                        .help = "Ratio of tool motion to hand motion. Forces are scaled back, so the hand feels the "
+                                "gains as set. After a change the force fades, and the hand then takes up the tool "
+                                "again.",
+                        .low = 0.1,  // usual tuning range
+                        .high = 10,
+                        .logarithmic = true},
+                       workspace.scale, items, "device scale");
+    follow();
+    glm::dvec3 offset = toGlm(workspace.offset);
+    engine::drawTriple("Offset", "mm", offset, 0.2f,
+                       "Offset of the tool from where the hand took it up at the start, in scene axes. The tool glides "
+                       "to a new offset.",
+                       items, "device offset");
+    workspace.offset = Vec3(offset.x, offset.y, offset.z);
+    follow();
 
     drawLabel("Clutch", "While this button is held, the hand moves and the tool does not.");
     const auto buttonText = [](int number) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <string_view>
+#include <vector>
 
 #include "haptics/device/mouse.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
@@ -25,19 +27,39 @@ bool drawGroup(SettingGroup group, Settings& settings, std::string& refusal, eng
     return changed;
 }
 
+constexpr float kBetween = 4;  // screen units between the buttons of a row
+
+/// Width that each button of a row has beside its text, if together they fill the line.
+float spareWidth(const std::vector<std::string_view>& texts) {
+    float room = ImGui::GetContentRegionAvail().x + kBetween;
+    for (const std::string_view text : texts)
+        room -= kBetween + ImGui::CalcTextSize(text.data(), text.data() + text.size()).x;
+    return std::max(room / static_cast<float>(texts.size()), 0.f);
+}
+
+/// Draws a button of a row.
+bool drawButton(std::string_view text, float spare) {
+    const std::string label(text);
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {0, ImGui::GetStyle().FramePadding.y});
+    const bool pressed = ImGui::Button(label.c_str(), {ImGui::CalcTextSize(label.c_str()).x + spare, 0});
+    ImGui::PopStyleVar();
+    return pressed;
+}
+
 /// Draws one button per preset, side by side.
 bool drawPresets(const Settings& scene, Settings& settings, engine::ItemRects* items) {
     bool changed = false;
-    const auto count = static_cast<float>(presetTable().size());
-    const float spacing = ImGui::GetStyle().ItemSpacing.x;
-    const float width = (ImGui::GetContentRegionAvail().x - (count - 1) * spacing) / count;
-    for (const Preset& preset : presetTable()) {
-        if (&preset != &presetTable().front()) ImGui::SameLine();
+    const auto table = presetTable();
+    std::vector<std::string_view> names;
+    for (const Preset& preset : table) names.push_back(preset.name);
+    const float spare = spareWidth(names);
+    for (const Preset& preset : table) {
+        if (&preset != &table.front()) ImGui::SameLine(0, kBetween);
         Settings chosen = preset.apply(scene);
         chosen.pause = settings.pause;
         const bool isOn = chosen == settings;
         if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
-        if (ImGui::Button(std::string(preset.name).c_str(), {width, 0}) && !isOn) {
+        if (drawButton(preset.name, spare) && !isOn) {
             settings = chosen;
             changed = true;
         }
@@ -49,20 +71,19 @@ bool drawPresets(const Settings& scene, Settings& settings, engine::ItemRects* i
 }
 
 void drawStrength(HapticsPanelState& state, engine::ItemRects* items) {
-    constexpr double kLow = MouseTarget::kWeakest, kHigh = MouseTarget::kStrongest;
     const double spring = HandParameters{}.times(state.strength).spring;
     std::array<char, 32> shown{};
     std::snprintf(shown.data(), shown.size(), "%.3g N/mm", spring);
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted("Mouse stiffness");
-    ImGui::SameLine(8.5f * ImGui::GetFontSize());
-    ImGui::SetNextItemWidth(-1);
-    ImGui::SliderScalar("##strength", ImGuiDataType_Double, &state.strength, &kLow, &kHigh, shown.data(),
-                        ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoInput);
-    engine::noteItem(items, "strength");
-    engine::tooltip(
-        "Stiffness of the virtual hand that pulls the device to the cursor, N/mm. A soft hand lags behind the cursor "
-        "when the tool is blocked; a stiff one presses harder.");
+    engine::drawSlider(
+        {.label = "Mouse stiffness",
+         .help = "Stiffness of the virtual hand that pulls the device to the cursor, N/mm. A soft hand lags behind the "
+                 "cursor when the tool is blocked; a stiff one presses harder.",
+         .low = MouseTarget::kWeakest,
+         .high = MouseTarget::kStrongest,
+         .format = shown.data(),
+         .logarithmic = true,
+         .typed = false},
+        state.strength, items, "strength");
 }
 
 }  // namespace
@@ -72,20 +93,21 @@ bool drawHapticsPanel(const Settings& scene, const Background<FitCheck>& fit, Se
     const Settings before = settings;
     bool changed = false;
 
-    const float third = (ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().ItemSpacing.x) / 3;
-    if (ImGui::Button(settings.pause ? "Resume" : "Pause", {third, 0})) {
+    const char* const pause = settings.pause ? "Resume" : "Pause";
+    const float spare = spareWidth({pause, "Reset", "Check fit"});
+    if (drawButton(pause, spare)) {
         settings.pause = !settings.pause;
         changed = true;
     }
     engine::noteItem(items, "pause");
     engine::tooltip("Holds the tool in place with zero force.\n--set pause");
-    ImGui::SameLine();
-    requests.restart |= ImGui::Button("Reset", {third, 0});
+    ImGui::SameLine(0, kBetween);
+    requests.restart |= drawButton("Reset", spare);
     engine::noteItem(items, "reset");
     engine::tooltip("Returns device and tool to the start of the scene and restarts the demonstration.\nKey R");
-    ImGui::SameLine();
+    ImGui::SameLine(0, kBetween);
     ImGui::BeginDisabled(fit.running());
-    requests.checkFit |= ImGui::Button("Check fit", {third, 0});
+    requests.checkFit |= drawButton("Check fit", spare);
     engine::noteItem(items, "check fit");
     engine::tooltip(
         "Measures the clearance between the meshes at the goal and on the way in, and says whether it suffices for "

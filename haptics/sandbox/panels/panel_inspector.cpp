@@ -66,16 +66,6 @@ void drawRole(const HapticScene& scene, engine::Entity node, int index, PanelReq
         "where the tool must come to rest. A new role reloads the scene.");
 }
 
-/// Draws three numbers to drag or type. Returns true while they are being edited.
-bool drawTriple(const char* id, glm::dvec3& values, float speed, const char* format, bool& done,
-                engine::ItemRects* items, const char* help) {
-    ImGui::DragScalarN(id, ImGuiDataType_Double, &values.x, 3, speed, nullptr, nullptr, format);
-    done |= ImGui::IsItemDeactivatedAfterEdit();
-    engine::noteItem(items, id + 2);
-    engine::tooltip(help);
-    return ImGui::IsItemActive();
-}
-
 void drawPlace(const HapticScene& scene, engine::Entity node, int index, InspectorState& state, PanelRequests& requests,
                engine::ItemRects* items) {
     const auto& local = scene.scene.registry.get<engine::LocalTransform>(node);
@@ -88,13 +78,15 @@ void drawPlace(const HapticScene& scene, engine::Entity node, int index, Inspect
             state.angles[k] = std::abs(state.angles[k]) < kShown ? 0 : glm::degrees(state.angles[k]);
     }
     bool done = false, active = false;
-    drawLabel("Position");
-    active |= drawTriple("##position", state.position, 0.1f, "%.2f", done, items,
-                         "x, y, z in the parent's frame, mm. Drag, or Ctrl+click to type.");
-    drawLabel("Rotation");
-    active |= drawTriple("##rotation", state.angles, 0.5f, "%.1f°", done, items,
-                         "Angles about x, y and z, degrees: first about y, then about the rotated x, then about the "
-                         "rotated z. Drag, or Ctrl+click to type.");
+    const auto draw = [&](const char* label, const char* unit, glm::dvec3& values, float speed, const char* help,
+                          const char* name) {
+        engine::drawTriple(label, unit, values, speed, help, items, name);
+        done |= ImGui::IsItemDeactivatedAfterEdit();
+        active |= ImGui::IsItemActive();
+    };
+    draw("Position", "mm", state.position, 0.1f, "In the parent's frame. Drag, or Ctrl+click to type.", "position");
+    draw("Rotation", "degrees", state.angles, 0.5f,
+         "First about y, then about the rotated x, then about the rotated z. Drag, or Ctrl+click to type.", "rotation");
     state.placing = active;
     if (done) {
         engine::LocalTransform to = local;
@@ -293,11 +285,10 @@ void drawMaterial(const engine::Material& material, int index, PanelRequests& re
                 material.texture >= 0 ? ", textured" : "");
     engine::noteItem(items, "material " + std::to_string(index));
     const auto drawFactor = [&](const char* label, const char* what, float& value, const char* help) {
-        drawLabel(label);
-        ImGui::PushID(what);
-        ImGui::SliderFloat("##factor", &value, 0, 1, "%.2f", ImGuiSliderFlags_AlwaysClamp);
-        note(what, help);
-        ImGui::PopID();
+        double factor = value;
+        if (engine::drawSlider({.label = label, .help = help, .format = "%.2f"}, factor, items,
+                               std::string(what) + " " + std::to_string(index)))
+            value = std::clamp(static_cast<float>(factor), 0.f, 1.f);
     };
     drawFactor("Metallic", "metallic", looks.metallic,
                "0: plastic, wood, stone. 1: metal, which tints its reflections.");

@@ -1,6 +1,8 @@
 #include <imgui.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "haptics/sandbox/panels/panels.hpp"
@@ -24,8 +26,11 @@ std::string asText(const std::vector<Message>& messages) {
 }  // namespace
 
 void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items) {
-    const float em = ImGui::GetFontSize();
-    ImGui::BeginChild("messages", {ImGui::GetContentRegionAvail().x - 4.5f * em, 0});
+    // Whole lines only: no space between messages, a height and a scroll position in lines.
+    const float em = ImGui::GetFontSize(), line = ImGui::GetTextLineHeight();
+    const float lines = std::max(std::floor(ImGui::GetContentRegionAvail().y / line), 1.f);
+    ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 0});
+    ImGui::BeginChild("messages", {ImGui::GetContentRegionAvail().x - 4.5f * em, lines * line});
     for (const Message& message : messages) {
         ImGui::TextDisabled("%6.1f s", message.seconds);
         ImGui::SameLine();
@@ -38,8 +43,14 @@ void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items
     }
     engine::noteItem(items, "newest message");
     // Keep the newest message in view unless the user has scrolled back.
-    if (ImGui::GetScrollY() >= ImGui::GetScrollMaxY()) ImGui::SetScrollHereY(1);
+    const float scroll = ImGui::GetScrollY();
+    if (scroll >= ImGui::GetScrollMaxY())
+        ImGui::SetScrollHereY(1);
+    else if (scroll != line * std::round(scroll / line))
+        ImGui::SetScrollY(line * std::round(scroll / line));
     ImGui::EndChild();
+    engine::noteItem(items, "messages");
+    ImGui::PopStyleVar();
     ImGui::SameLine();
     if (ImGui::Button("Copy", {-1, 0})) ImGui::SetClipboardText(asText(messages).c_str());
     engine::noteItem(items, "copy log");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <string_view>
+#include <utility>
 
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -127,8 +128,10 @@ void drawLeaveDialog(const MenuView& view, MenuState& state, PanelRequests& requ
     ImGui::EndPopup();
 }
 
-void drawHelpDialog(MenuState& state) {
+void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
+    const bool close = ImGui::IsPopupOpen(kHelpTitle) && std::exchange(state.helpDialog, false);
     if (!beginDialog(kHelpTitle, state.helpDialog)) return;
+    if (close) ImGui::CloseCurrentPopup();
     const struct {
         const char *what, *does;
     } rows[]{
@@ -149,10 +152,11 @@ void drawHelpDialog(MenuState& state) {
         {"R", "reset device and tool to the start"},
         {"S", "swap rendering and shadow solver"},
         {"H", "show or hide the panels"},
+        {"F2, F3, F4", "fold or unfold the scene and its settings, the plots, the log"},
         {"Ctrl+O, Ctrl+S", "open a scene, save the scene"},
         {"Ctrl+Z, Ctrl+Shift+Z", "undo and redo changes of settings and of the scene"},
         {"Ctrl+Shift+C", "copy the run as a command line"},
-        {"F1, ?", "show this help"},
+        {"F1, ?", "show or hide this help"},
     };
     if (ImGui::BeginTable("keys", 2)) {
         ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed);
@@ -174,6 +178,7 @@ void drawHelpDialog(MenuState& state) {
         ImGui::EndTable();
     }
     if (ImGui::Button("Close")) ImGui::CloseCurrentPopup();
+    engine::noteItem(items, "close help");
     ImGui::EndPopup();
 }
 
@@ -244,6 +249,10 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
         engine::noteItem(items, "menu device");
         if (ImGui::BeginMenu("View")) {
             ImGui::MenuItem("Panels", "H", &state.panels);
+            if (ImGui::MenuItem("Scene and haptics", "F2", !view.folded.left)) requests.fold.left = true;
+            if (ImGui::MenuItem("Plots", "F3", !view.folded.right)) requests.fold.right = true;
+            if (ImGui::MenuItem("Log", "F4", !view.folded.bottom)) requests.fold.bottom = true;
+            ImGui::Separator();
             if (ImGui::MenuItem("Frame all", "A")) requests.frameCamera = true;
             if (ImGui::MenuItem("Frame selected", "F", false, view.hasSelection)) requests.frameSelection = true;
             ImGui::Separator();
@@ -280,7 +289,7 @@ void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests
     drawAddDialog(state, requests, items);
     drawReplayDialog(state, requests, items);
     drawLeaveDialog(view, state, requests, items);
-    drawHelpDialog(state);
+    drawHelpDialog(state, items);
 }
 
 void drawOpening(const OpeningProgress& progress, PanelRequests& requests, engine::ItemRects* items) {

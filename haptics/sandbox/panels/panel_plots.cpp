@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "engine/scene/text.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/measure/pareto.hpp"
+#include "haptics/sandbox/panels/panels.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -33,7 +35,8 @@ class Panel {
         ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 2});
         ImGui::BeginGroup();
         if (std::exchange(state_.width, ImGui::GetWindowWidth()) != ImGui::GetWindowWidth()) state_.textHeight = {};
-        if (ImGui::BeginTabBar("plots")) {
+        const bool open = narrow([] { return ImGui::BeginTabBar("plots"); });
+        if (open) {
             tab(PlotsTab::Time, "Time", &Panel::drawTime);
             tab(PlotsTab::Contact, "Contact", &Panel::drawContact);
             tab(PlotsTab::Friction, "Friction", &Panel::drawFriction);
@@ -58,6 +61,15 @@ class Panel {
         state_.behind = 0;
     }
 
+    /// Draws with less space beside labels, so that all of them fit.
+    static bool narrow(const std::function<bool()>& draw) {
+        const ImVec2 padding = ImGui::GetStyle().FramePadding;
+        ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {0.6f * padding.x, padding.y});
+        const bool result = draw();
+        ImGui::PopStyleVar();
+        return result;
+    }
+
     void drawControls() {
         constexpr std::array kWindows{0.25, 1.0, 4.0, 16.0};
         for (const double seconds : kWindows) {
@@ -65,7 +77,7 @@ class Panel {
             if (seconds != kWindows.front()) ImGui::SameLine(0, 2);
             const bool chosen = state_.seconds == seconds;
             if (!chosen) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
-            if (ImGui::Button(label.c_str())) state_.seconds = seconds;
+            if (narrow([&] { return ImGui::Button(label.c_str()); })) state_.seconds = seconds;
             if (!chosen) ImGui::PopStyleColor();
             engine::noteItem(items_, label);
             engine::tooltip("Time span of the plots. The wheel over a plot zooms; a drag scrolls back in time.");
@@ -108,7 +120,8 @@ class Panel {
 
     void tab(PlotsTab which, const char* label, void (Panel::*body)()) {
         const bool bring = state_.bring == which;
-        const bool open = ImGui::BeginTabItem(label, nullptr, bring ? ImGuiTabItemFlags_SetSelected : 0);
+        const bool open =
+            narrow([&] { return ImGui::BeginTabItem(label, nullptr, bring ? ImGuiTabItemFlags_SetSelected : 0); });
         engine::noteItem(items_, std::string("tab ") + label);
         if (!open) return;
         tab_ = which;
@@ -154,15 +167,16 @@ class Panel {
             times = stretchTimes(*history_, stretch_);
             state_.timesAt = ImGui::GetTime();
         }
-        ImGui::Text("%zu ticks: p50 %.1f, p99 %.1f, max %.1f µs", times.ticks, double(times.p50), double(times.p99),
-                    double(times.most));
-        engine::tooltip(
-            "CPU time of the ticks shown, including the shadow solver. The loop's helper threads are not included.");
-        ImGui::SameLine();
-        ImGui::TextColored(times.late ? ImVec4(1, 0.78f, 0.35f, 1) : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled),
-                           "%zu late", times.late);
+        ImGui::Text("%zu ticks,", times.ticks);
+        ImGui::SameLine(0, 0.3f * ImGui::GetFontSize());
+        ImGui::TextColored(times.late ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), "%zu late",
+                           times.late);
         engine::tooltip("Ticks that ended after their deadline, shown as red marks at the top of the plot.");
         engine::noteItem(items_, "late");
+        ImGui::Text("p50 %.1f, p99 %.1f, max %.1f µs", double(times.p50), double(times.p99), double(times.most));
+        engine::noteItem(items_, "tick times");
+        engine::tooltip(
+            "CPU time of the ticks shown, including the shadow solver. The loop's helper threads are not included.");
 
         const float height = heightOf(4);
         plot("Tick time", "µs", height, {{"total", of(Channel::TotalUs), kBlue}}, true,
@@ -188,6 +202,7 @@ class Panel {
                                .height = height,
                                .levels = levels,
                                .showValues = state_.showValues});
+        engine::noteItem(items_, "plot Tick-time histogram");
         plot("Tick period", "µs", height, {{"period", of(Channel::PeriodUs), kBlue}});
     }
 
@@ -198,10 +213,10 @@ class Panel {
         plot("Near pairs and rows", "", height,
              {{"pairs", of(Channel::Pairs), kBlue}, {"rows", of(Channel::Rows), kOrange}});
         plot("Iterations", "", height,
-             {{"shadow", of(Channel::ShadowIterations), kViolet}, {"solver", of(Channel::Iterations), kOrange}});
+             {{"solver", of(Channel::Iterations), kOrange}, {"shadow", of(Channel::ShadowIterations), kViolet}});
         plot("Solver residuals", "", height,
-             {{"constraint violation, mm", of(Channel::ResidualGap), kRed},
-              {"stationarity residual, N", of(Channel::ResidualForce), kOrange}},
+             {{"violation, mm", of(Channel::ResidualGap), kRed},
+              {"stationarity, N", of(Channel::ResidualForce), kOrange}},
              true);
         plot("Distances", "mm", height,
              {{"tool to device", of(Channel::Separation), kBlue},
@@ -279,6 +294,7 @@ class Panel {
         constexpr std::array kColors{kGreen, kOrange, kBlue, kRed, kWhite, kGray};
         const bool friction = view_.sweep->friction;
         const std::size_t solvers = friction ? frictionSolverTable().size() : solverTable().size();
+        std::vector<engine::Layer> markers;
         for (std::size_t solver = 0; solver < solvers; ++solver) {
             const std::string_view name = friction ? frictionSolverTable()[solver].name : solverTable()[solver].name;
             engine::Layer curve{.name = std::string(name), .points = {}, .color = kColors[solver % kColors.size()]};
@@ -290,15 +306,15 @@ class Panel {
             }
             layers.push_back(curve);
             if (friction || solverTable()[solver].exact) continue;
-            engine::Layer marker{.name = {}, .points = {}, .color = kWhite};
+            engine::Layer& marker = markers.emplace_back(engine::Layer{.name = {}, .points = {}, .color = kWhite});
             marker.style = engine::Layer::Style::Marker;
             if (const auto at = pointAt(*view_.sweep, static_cast<int>(solver), view_.settings.tolerance)) {
                 marker.name = engine::formatted("current tolerance: %.3g µs, %.2g N", at->us, at->forceError);
                 marker.points.push_back(place(*at));
                 marker.notes.push_back("at the current tolerance\n" + note(*at));
             }
-            layers.push_back(marker);
         }
+        layers.insert(layers.end(), markers.begin(), markers.end());
         return layers;
     }
 
@@ -307,15 +323,17 @@ class Panel {
         std::vector<engine::Layer> layers = sweepLayers();
         layers.insert(layers.begin(), cloud());
         const float height = heightOf(5);
+        ImGui::BeginGroup();
         engine::drawChart("Solver time vs. force error", layers,
                           {.xName = "solver time",
                            .xUnit = "µs",
-                           .yName = "force error relative to the exact solution",
+                           .yName = "force error vs. exact",
                            .yUnit = "N",
                            .xFloor = 1e-2f,
                            .yFloor = static_cast<float>(kLeastError),
                            .height = 3 * height,
                            .showValues = state_.showValues});
+        ImGui::EndGroup();
         engine::noteItem(items_, "plot speed against error");
         plot("Shadow force error", "N", height, {{"error", of(Channel::ShadowForceError), kViolet}}, true);
         plot("Shadow solve time", "µs", height, {{"shadow", of(Channel::ShadowUs), kViolet}}, true);
@@ -334,7 +352,6 @@ class Panel {
                 "Runs every solver at all its tolerances on the rows of the newest tick, in parallel to the loop. "
                 "Where there is friction, runs every friction solver on its contacts. Times are medians of repeated "
                 "solves.");
-            ImGui::SameLine();
             ImGui::Checkbox("all rows", &state_.sweep.allRows);
             engine::noteItem(items_, "all rows");
             engine::tooltip(
@@ -347,14 +364,17 @@ class Panel {
                 "Solvers start from their solution of the previous tick, as in the loop. Without it they start cold. "
                 "In paper mode they always start cold.");
         }
-        if (!view_.refusal.empty())
-            ImGui::TextColored({1, 0.78f, 0.35f, 1}, "%s", view_.refusal.c_str());
-        else if (view_.sweep)
-            ImGui::TextDisabled("Sweep of tick %llu, %d %s", static_cast<unsigned long long>(view_.sweep->tick),
-                                view_.sweep->rows, view_.sweep->friction ? "contacts with friction" : "rows");
-        else
-            ImGui::TextDisabled("Each point is a tick. A sweep adds one %s per solver.",
-                                view_.friction ? "point" : "curve");
+        std::string words = view_.refusal;
+        if (words.empty() && view_.sweep)
+            words = engine::formatted("Sweep of tick %llu, %d %s", static_cast<unsigned long long>(view_.sweep->tick),
+                                      view_.sweep->rows, view_.sweep->friction ? "contacts with friction" : "rows");
+        else if (words.empty())
+            words = engine::formatted("Each point is a tick. A sweep adds one %s per solver.",
+                                      view_.friction ? "point" : "curve");
+        ImGui::PushStyleColor(
+            ImGuiCol_Text, view_.refusal.empty() ? ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled) : kAttentionColor);
+        ImGui::TextWrapped("%s", words.c_str());
+        ImGui::PopStyleColor();
     }
 
     /// Applies zoom and drag of the mouse over the plots.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "haptics/sandbox/panels/panels.hpp"
@@ -122,28 +123,29 @@ void drawLevel(const char* text, const SphereTree* tree, int& level, engine::Ite
     else
         std::snprintf(shown.data(), shown.size(), level == 0 ? "%d leaves" : "%d spheres",
                       tree->levels[static_cast<std::size_t>(level)].count);
-    ImGui::AlignTextToFramePadding();
-    ImGui::TextUnformatted(text);
-    ImGui::SameLine(8.5f * ImGui::GetFontSize());
-    ImGui::SetNextItemWidth(-1);
-    ImGui::PushID(text);
-    // Slider positions from left to right: none, the root, its children, down to the leaves.
-    int depth = level < 0 ? 0 : top - level + 1;
-    if (ImGui::SliderInt("##level", &depth, 0, top + 1, shown.data(), ImGuiSliderFlags_NoInput))
-        level = depth == 0 ? -1 : top + 1 - depth;
-    engine::noteItem(items, text);
-    engine::tooltip("Level of the sphere tree to draw: none, or from the root down to the leaves.");
-    ImGui::PopID();
+    // Positions of the knob from left to right: none, the root, its children, down to the leaves.
+    double depth = level < 0 ? 0 : top - level + 1;
+    if (engine::drawSlider({.label = text,
+                            .help = "Level of the sphere tree to draw: none, or from the root down to the leaves.",
+                            .high = top + 1.0,
+                            .format = shown.data(),
+                            .typed = false},
+                           depth, items, text))
+        level = depth < 0.5 ? -1 : top + 1 - int(std::lround(depth));
 }
 
 void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display, engine::ItemRects* items) {
-    const float width = ImGui::GetContentRegionAvail().x;
-    std::size_t column = 0;
+    float width = 0;  // of a column
+    for (const DisplaySwitch& which : displaySwitches()) width = std::max(width, ImGui::CalcTextSize(which.title).x);
+    const ImGuiStyle& style = ImGui::GetStyle();
+    width += ImGui::GetFrameHeight() + style.ItemInnerSpacing.x + style.ItemSpacing.x;
+    const int columns = std::max(int((ImGui::GetContentRegionAvail().x + style.ItemSpacing.x) / width), 1);
+    const float first = ImGui::GetCursorPosX();
+    int drawn = 0;
     for (const DisplaySwitch& which : displaySwitches()) {
         if (!which.option && !spheres) continue;
-        constexpr std::array kColumns{0.f, 0.40f, 0.71f};  // of the width
-        if (column > 0) ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + kColumns[column] * width);
-        column = (column + 1) % kColumns.size();
+        if (drawn % columns > 0) ImGui::SameLine(first + float(drawn % columns) * width);
+        ++drawn;
         bool on = isOn(display, which);
         if (ImGui::Checkbox(which.title, &on)) turn(display, which, on);
         engine::noteItem(items, which.title);
@@ -151,18 +153,22 @@ void drawDisplay(const HapticScene& scene, bool spheres, DisplayOptions& display
     }
     if (!scene.world) return;
     if (display.section) {
-        ImGui::SetNextItemWidth(8.5f * ImGui::GetFontSize() - ImGui::GetStyle().WindowPadding.x);
+        ImGui::AlignTextToFramePadding();
+        ImGui::TextUnformatted("Section");
+        ImGui::SameLine(8.5f * ImGui::GetFontSize());
+        ImGui::SetNextItemWidth(-1);
         int axis = display.sectionAxis + 1;
         if (ImGui::Combo("##axis", &axis, "facing you\0normal to x\0normal to y\0normal to z\0"))
             display.sectionAxis = axis - 1;
         engine::noteItem(items, "section axis");
         engine::tooltip("Orientation of the section plane.");
-        ImGui::SameLine(8.5f * ImGui::GetFontSize());
-        ImGui::SetNextItemWidth(-1);
-        const double most = scene.world->reach(), least = -most;
-        ImGui::SliderScalar("##offset", ImGuiDataType_Double, &display.sectionOffset, &least, &most, "%.2f mm");
-        engine::noteItem(items, "section offset");
-        engine::tooltip("Distance of the section plane from the contacts, mm toward you.");
+        const double most = scene.world->reach();
+        engine::drawSlider({.label = "Section offset",
+                            .help = "Distance of the section plane from the contacts, mm toward you.",
+                            .low = -most,
+                            .high = most,
+                            .format = "%.2f mm"},
+                           display.sectionOffset, items, "section offset");
     }
     if (!spheres) return;
     drawLevel("Tool spheres", scene.world->tool.get(), display.toolLevel, items);
@@ -179,13 +185,14 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node) {
 void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& display, ScenePanelState& state,
                     engine::ItemRects* items) {
     const bool spheres = display.trees() || !scene.world || touchedBySpheres(*scene.world, 0, geometry);
-    const float line = ImGui::GetFrameHeightWithSpacing();
-    const float below = (4.1f + (spheres ? 2 : 0) + (display.section && scene.world ? 1 : 0)) * line;
-    ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - below, 3 * line)}, true);
+    const float least = 3 * ImGui::GetFrameHeightWithSpacing();
+    ImGui::BeginChild("nodes", {0, std::max(ImGui::GetContentRegionAvail().y - state.below, least)}, true);
     for (const engine::Entity root : scene.scene.roots) drawNode(scene, geometry, root, state, items);
     ImGui::EndChild();
+    const float top = ImGui::GetCursorPosY();
     ImGui::Separator();
     drawDisplay(scene, spheres, display, items);
+    state.below = ImGui::GetCursorPosY() - top;
 }
 
 }  // namespace touchstone::sandbox

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/ui/panel_layout.hpp"
 #include "engine/ui/widgets.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
@@ -35,6 +36,7 @@ struct PanelRequests {
     bool undo = false, redo = false, copyCommand = false;
     bool record = false;  ///< start or stop recording
     bool checkFit = false;
+    engine::Folds fold;  ///< panels to fold, or to unfold if they are folded
 
     /// Whether the requests close the scene shown: reload it, open another one, or quit.
     bool leaves() const { return open || reload || quit; }
@@ -50,6 +52,7 @@ std::string nodeText(const engine::Scene& scene, engine::Entity node);
 
 struct ScenePanelState {
     engine::Entity selected;
+    float below = 0;  ///< height below the list of nodes, measured in the previous frame
 };
 
 /// Draws the nodes with visibility and roles, the display switches, and the levels of the sphere trees; of trees only
@@ -123,10 +126,11 @@ struct MenuView {
     const std::string& device;
     bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
     bool canUndo = false, canRedo = false, recording = false;
+    engine::Folds folded;
 };
 struct MenuState {
     bool panels = true;  ///< show all panels
-    /// Dialogs to open in this frame.
+    /// Dialogs to open in this frame; the help closes if it is open.
     bool openDialog = false, replayDialog = false, helpDialog = false, saveDialog = false, addDialog = false,
          leaveDialog = false;
     PanelRequests leaving;  ///< requests that the "unsaved changes" dialog asks about

@@ -2,6 +2,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -19,7 +20,7 @@ std::string compact(double value, const char* format = "%.6g") {
     return text.data();
 }
 
-std::string help(const SettingInfo& info) {
+std::string helpOf(const SettingInfo& info) {
     std::string text(info.help);
     if (info.min != 0 || info.max != 0)
         text += "\n" + compact(info.min) + " to " + compact(info.max) + (info.unit.empty() ? "" : " ") +
@@ -44,15 +45,28 @@ bool drawChoice(const char* id, const std::vector<std::string>& names, std::stri
     return chosen;
 }
 
-bool drawNumber(const char* id, const SettingInfo& info, std::string& value) {
+/// Whether the setting takes whole numbers only: its default is one, and half more is refused.
+bool isCount(std::string_view key) {
+    Settings settings;
+    const std::string value = getSetting(settings, key);
+    return value.find_first_of(".e") == std::string::npos && !setSetting(settings, key, value + ".5").empty();
+}
+
+bool drawNumber(const SettingInfo& info, std::string& value, engine::ItemRects* rects) {
     double number = 0;
     std::from_chars(value.data(), value.data() + value.size(), number);
-    const bool whole = info.unit.empty();  // in the table, a number without a unit is a count
-    const std::string format = (whole ? "%.0f" : "%.6g ") + std::string(info.unit);
-    const bool wide = info.low > 0 && info.high > 20 * info.low;
+    const bool whole = isCount(info.key);
+    const std::string format =
+        (whole ? "%.0f" : "%.6g") + (info.unit.empty() ? std::string() : " " + std::string(info.unit));
+    const std::string help = helpOf(info);
     double edited = number;
-    if (!ImGui::SliderScalar(id, ImGuiDataType_Double, &edited, &info.low, &info.high, format.c_str(),
-                             wide ? ImGuiSliderFlags_Logarithmic : ImGuiSliderFlags_None) ||
+    if (!engine::drawSlider({.label = info.label,
+                             .help = help.c_str(),
+                             .low = info.low,
+                             .high = info.high,
+                             .format = format.c_str(),
+                             .logarithmic = info.low > 0 && info.high > 20 * info.low},
+                            edited, rects, info.key) ||
         edited == number)
         return false;
     // A dragged value is rounded, a typed one is kept exactly.
@@ -68,23 +82,28 @@ bool drawSetting(const SettingInfo& info, Settings& settings, std::string& refus
     const std::string before = getSetting(settings, info.key);
     std::string value = before;
 
-    ImGui::PushID(info.label);
     bool changed = false;
-    if (before == "on" || before == "off") {
-        bool on = before == "on";
-        changed = ImGui::Checkbox(info.label, &on);
-        value = on ? "on" : "off";
+    if (names.empty() && before != "on" && before != "off") {
+        changed = drawNumber(info, value, rects);
     } else {
-        ImGui::AlignTextToFramePadding();
-        ImGui::TextUnformatted(info.label);
-        engine::tooltip(help(info));
-        ImGui::SameLine(8.5f * ImGui::GetFontSize());
-        ImGui::SetNextItemWidth(-1);
-        changed = names.empty() ? drawNumber("##value", info, value) : drawChoice("##value", names, value);
+        ImGui::PushID(info.label);
+        if (names.empty()) {
+            bool on = before == "on";
+            changed = ImGui::Checkbox(info.label, &on);
+            value = on ? "on" : "off";
+        } else {
+            ImGui::AlignTextToFramePadding();
+            ImGui::TextUnformatted(info.label);
+            engine::tooltip(helpOf(info));
+            ImGui::SameLine(std::max(6 * ImGui::GetFontSize(), ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x +
+                                                                   ImGui::GetStyle().ItemSpacing.x));
+            ImGui::SetNextItemWidth(-1);
+            changed = drawChoice("##value", names, value);
+        }
+        engine::noteItem(rects, info.key);
+        engine::tooltip(helpOf(info));
+        ImGui::PopID();
     }
-    engine::noteItem(rects, info.key);
-    engine::tooltip(help(info));
-    ImGui::PopID();
     if (!changed) return false;
     const std::string wrong = setSetting(settings, info.key, value);
     if (!wrong.empty()) refusal = wrong;

@@ -1,6 +1,9 @@
 #include "haptics/sandbox/trials/live_trials.hpp"
 
+#include <array>
 #include <nlohmann/json.hpp>
+
+#include "engine/scene/text.hpp"
 
 namespace touchstone::sandbox {
 
@@ -37,6 +40,33 @@ bool LiveTrials::unchangedSinceStart(const LiveSession& session) const {
 bool LiveTrials::ready(const LiveSession& session) const {
     return !running() && !starting_ && !options_.queue.empty() && opened_ == options_.queue.front().number &&
            shown(session) && !session.switching();
+}
+
+/// Whether the scene was not opened: an error, or the user canceled it.
+bool LiveTrials::failed(const LiveSession& session) const { return !shown(session) && !session.opening(); }
+
+std::string LiveTrials::nameOf(const Trial& trial) const {
+    return "participant " + protocol_.participants[static_cast<std::size_t>(trial.participant)].name + ", " +
+           protocol_.conditions[static_cast<std::size_t>(trial.condition)].name;
+}
+
+std::string LiveTrials::nextStep(const LiveSession& session) const {
+    if (options_.queue.empty()) return "All trials are done. Close the window for the summary.";
+    const bool watching = movesByItself(condition().device);
+    if (running()) {
+        if (watching) return "Watch: the scripted hand does this trial.";
+        constexpr std::array kSteps{"Bring the tool to its goal.", "Feel for the way into the goal.",
+                                    "Align the tool with the way into the goal.",
+                                    "Push the tool in until it rests at the goal.",
+                                    "The tool is at the goal. Let it go and hold still."};
+        if (measures_->phases().jammed()) return "The tool is jammed. Pull it back a little and try again.";
+        return kSteps[static_cast<std::size_t>(measures_->phases().phase())];
+    }
+    if (starting_) return "The tool is held at the start. Press Space to engage it.";
+    if (ready(session))
+        return watching ? "Press Start, and watch the scripted hand."
+                        : "Press Start. The trial is over when the tool rests at its goal.";
+    return failed(session) ? "The scene is not open. Press Open scene." : "Wait until the scene is open.";
 }
 
 void LiveTrials::open(LiveSession& session) {
@@ -109,6 +139,8 @@ void LiveTrials::checkRunning(LiveSession& session) {
 
 void LiveTrials::repeat(LiveSession& session, const char* why) {
     if (!complete_) session.recording().stop();
+    lastOutcome_ =
+        "Trial " + std::to_string(options_.queue.front().number) + " must be repeated: " + std::string(why) + ".";
     session.log().say(Message::Kind::Warning, std::string("The trial must be repeated: ") + why);
     measures_.reset();
     opened_ = 0;
@@ -116,6 +148,8 @@ void LiveTrials::repeat(LiveSession& session, const char* why) {
 
 void LiveTrials::finish(LiveSession& session) {
     const Trial trial = options_.queue.front();
+    lastOutcome_ = engine::formatted("Trial %d, %s: %s after %.1f s.", trial.number, nameOf(trial).c_str(), name(*end_),
+                                     measures_->phases().elapsed() / 1000);
     const nlohmann::ordered_json row =
         trialRow(*session.scene(), protocol_, trial, settings_, *measures_, *end_, *last_, folder_);
     measures_.reset();

@@ -40,6 +40,10 @@ class LiveTrials {
     /// Draws the panel in the upper left of `picture` (x, y, x + width, y + height; screen units).
     void draw(LiveSession& session, const glm::vec4& picture, engine::ItemRects* items);
 
+    /// What the participant has to do next, and how the last trial went; the latter is empty before the first one ends.
+    std::string nextStep(const LiveSession& session) const;
+    const std::string& lastOutcome() const { return lastOutcome_; }
+
     bool ready(const LiveSession& session) const;  ///< start() would start the trial
     bool running() const { return measures_.has_value(); }
     std::size_t left() const { return options_.queue.size(); }
@@ -55,6 +59,9 @@ class LiveTrials {
     void repeat(LiveSession& session, const char* why);
     void finish(LiveSession& session);
 
+    std::string nameOf(const Trial& trial) const;
+    bool failed(const LiveSession& session) const;
+
     Protocol protocol_;
     LiveTrialsOptions options_;
     int opened_ = 0;  // number of the trial whose scene was opened last
@@ -69,6 +76,7 @@ class LiveTrials {
     std::optional<TrialEnd> end_;
     bool ticksLost_ = false;  // some ticks are missing
     bool complete_ = false;   // the recording was written completely
+    std::string lastOutcome_;
 };
 
 }  // namespace touchstone::sandbox

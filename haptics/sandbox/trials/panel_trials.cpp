@@ -19,38 +19,41 @@ void LiveTrials::draw(LiveSession& session, const glm::vec4& picture, engine::It
     ImGui::Begin("Trials", nullptr,
                  ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
-    if (options_.queue.empty()) {
-        ImGui::TextWrapped("All trials are done. Close the window for the summary.");
-        engine::noteItem(items, "trials done");
-        ImGui::End();
-        return;
+    if (!options_.queue.empty()) {
+        const Trial& trial = options_.queue.front();
+        ImGui::TextWrapped("Trial %d of %zu: %s", trial.number, protocol_.trials().size(), nameOf(trial).c_str());
     }
-    const auto nameOf = [&](const Trial& trial) {
-        return protocol_.participants[static_cast<std::size_t>(trial.participant)].name + ", " +
-               protocol_.conditions[static_cast<std::size_t>(trial.condition)].name;
-    };
-    const Trial& trial = options_.queue.front();
-    ImGui::TextWrapped("Trial %d: %s", trial.number, nameOf(trial).c_str());
+    ImGui::PushStyleColor(ImGuiCol_Text, {0.55f, 0.80f, 1.00f, 1});
+    ImGui::TextWrapped("%s", nextStep(session).c_str());
+    ImGui::PopStyleColor();
+    engine::noteItem(items, options_.queue.empty() ? "trials done" : "trial next");
     if (running()) {
         const PhaseWatch& phases = measures_->phases();
         ImGui::Text("%s%s, %.1f of %.0f s", name(phases.phase()), phases.jammed() ? " (jammed)" : "",
                     phases.elapsed() / 1000, condition().timeLimit);
         if (ImGui::Button("Abort", {-1, 0})) abort();
         engine::noteItem(items, "trial abort");
-    } else {
-        const bool failed = !shown(session) && !session.opening();  // opening failed or was canceled
-        ImGui::TextWrapped("%s", ready(session) ? "Ready."
-                                 : starting_    ? "The tool is held. Press Space to engage."
-                                 : failed       ? "The scene is not open."
-                                                : "Opening the scene.");
-        ImGui::BeginDisabled(!ready(session) && !failed);
-        if (ImGui::Button(failed ? "Open scene" : "Start", {-1, 0})) failed ? open(session) : start(session);
+    } else if (!options_.queue.empty()) {
+        ImGui::BeginDisabled(!ready(session) && !failed(session));
+        if (ImGui::Button(failed(session) ? "Open scene" : "Start", {-1, 0}))
+            failed(session) ? open(session) : start(session);
         engine::noteItem(items, "trial start");
         ImGui::EndDisabled();
     }
-    if (left() > 1) ImGui::TextDisabled("%zu remaining:", left() - 1);
-    for (std::size_t i = 1; i < std::min(left(), kShown + 1); ++i)
-        ImGui::TextDisabled("  %d: %s", options_.queue[i].number, nameOf(options_.queue[i]).c_str());
+    if (!lastOutcome_.empty()) {
+        ImGui::Separator();
+        ImGui::TextWrapped("Last: %s", lastOutcome_.c_str());
+        engine::noteItem(items, "trial last");
+    }
+    if (left() > 1) {
+        ImGui::Separator();
+        ImGui::TextDisabled("Then %zu more:", left() - 1);
+    }
+    for (std::size_t i = 1; i < std::min(left(), kShown + 1); ++i) {
+        ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        ImGui::TextWrapped("%d: %s", options_.queue[i].number, nameOf(options_.queue[i]).c_str());
+        ImGui::PopStyleColor();
+    }
     ImGui::End();
 }
 

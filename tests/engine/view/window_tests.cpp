@@ -109,6 +109,25 @@ TEST_CASE("window: a slider follows the mouse", "[ui]") {
     REQUIRE(value == Approx(1000));
 }
 
+TEST_CASE("window: text has the scale of the monitor, or the one chosen", "[ui]") {
+    if (noDisplay()) return;
+    const auto heightAt = [](std::optional<float> scale) {
+        WindowOptions options = small();
+        options.uiScale = scale;
+        Window window(options);
+        REQUIRE(window.beginFrame());
+        const float height = ImGui::GetTextLineHeight();
+        window.endFrame();
+        if (scale) CHECK(window.scale() == *scale);
+        return height;
+    };
+    const float one = heightAt(1.f);
+    CHECK(heightAt(2.f) == Approx(2 * one));
+    float x = 1, y = 1;
+    glfwGetMonitorContentScale(glfwGetPrimaryMonitor(), &x, &y);
+    CHECK(heightAt({}) == Approx(std::round(x * one)));
+}
+
 TEST_CASE("window: a plot shows a spike of one sample and accepts NaN and empty data", "[ui]") {
     if (noDisplay()) return;
     Window window(small());

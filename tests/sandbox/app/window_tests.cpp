@@ -1,6 +1,7 @@
 // The real window under a (virtual) display, operated as a user does.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
 
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -12,6 +13,7 @@
 #include "haptics/sandbox/scene/units.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
 #include "tests/support/ui_scene.hpp"
+#include "tests/support/ui_text.hpp"
 #include "tests/support/ui_user.hpp"
 
 namespace touchstone::window_tests {
@@ -160,6 +162,115 @@ TEST_CASE("window: the space bar removes the force and restores it", "[ui]") {
         .key(GLFW_KEY_SPACE)
         .until(pushes);
     CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: a key pressed and released within a slow frame acts, once, and F1 shows and hides the help",
+          "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.select = 1;
+    const auto helps = [](WindowFrame& frame) { return frame.items.count("close help") > 0; };
+    const auto selects = [](WindowFrame& frame) { return bool(frame.selection.node()); };
+    User user;
+    user.until([&](WindowFrame& frame) { return isRunning(frame) && selects(frame); });
+    for (int twice = 0; twice < 2; ++twice)
+        user.doing([&](WindowFrame& frame) { CHECK_FALSE(helps(frame)); })
+            .tap(GLFW_KEY_F1)
+            .doing([&](WindowFrame& frame) { CHECK(helps(frame)); })
+            .tap(GLFW_KEY_F1);
+    user.tap(GLFW_KEY_F1)
+        .tap(GLFW_KEY_ESCAPE)
+        .doing([&](WindowFrame& frame) {
+            CHECK_FALSE(helps(frame));
+            CHECK(selects(frame));  // the key was the dialog's
+        })
+        .tap(GLFW_KEY_ESCAPE)
+        .doing([&](WindowFrame& frame) { CHECK_FALSE(selects(frame)); })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.display.section); })
+        .tap(GLFW_KEY_X)
+        .doing([](WindowFrame& frame) { CHECK(frame.display.section); })
+        .tap(GLFW_KEY_X)
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.display.section); });
+    CHECK(user.use(options));
+}
+
+TEST_CASE("window: the 3D view has more than half of the width, and panels that were folded stay folded", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.configFolder = folder.path() / "config";
+    const auto view = [](WindowFrame& frame) {
+        return glm::vec2(frame.picture.z - frame.picture.x, frame.picture.w - frame.picture.y);
+    };
+    glm::vec2 open{0}, folded{0};
+    User user;
+    user.until([](WindowFrame& frame) { return isRunning(frame) && frame.items.count("plot Tick time") > 0; })
+        .doing([&](WindowFrame& frame) { open = view(frame); })
+        .click("fold plots")
+        .until([](WindowFrame& frame) { return frame.items.count("plot Tick time") == 0; })
+        .tap(GLFW_KEY_F2)
+        .tap(GLFW_KEY_F4)
+        .until([](WindowFrame& frame) { return frame.items.count("stiffness") + frame.items.count("copy log") == 0; })
+        .doing([&](WindowFrame& frame) { folded = view(frame); });
+    REQUIRE(user.use(options));
+    CHECK(open.x > 640);
+    CHECK(folded.x > 1200);
+    CHECK(folded.y > open.y + 80);
+    User another;
+    another.until([&](WindowFrame& frame) { return isRunning(frame) && view(frame) == folded; })
+        .click("unfold plots")
+        .click("unfold log")
+        .tap(GLFW_KEY_F2)
+        .until([&](WindowFrame& frame) { return view(frame) == open; });
+    CHECK(another.use(options));
+}
+
+TEST_CASE("window: the log shows whole lines, also when it is scrolled", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto check = [](WindowFrame&) {
+        const TextFaults faults = textFaults("Log");
+        CHECK(faults.cut.empty());
+        CHECK(faults.halved.empty());
+        CHECK(faults.covered.empty());
+    };
+    User user;
+    user.until(isRunning)
+        .doing([](WindowFrame& frame) {
+            for (int i = 0; i < 30; ++i)
+                frame.session.log().say(Message::Kind::Warning, "A message " + std::string(std::size_t(7 * i), 'm') +
+                                                                    " of " + std::to_string(i) +
+                                                                    " words that breaks into lines if it is long");
+        })
+        .moveTo(onItem("messages"))
+        .doing(check);
+    for (const double wheel : {0.3, 0.45, 2.0, -0.2})
+        user.doing([=](WindowFrame& frame) { ImGui_ImplGlfw_ScrollCallback(frame.window.handle(), 0, wheel); })
+            .then([](WindowFrame&, int frames) { return frames > 3; })
+            .doing(check);
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
+TEST_CASE("window: no text of the panels is cut off or covered at 1280 x 800", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    WindowRunOptions options = optionsFor(holdFile(folder));
+    options.select = 1;
+    User user;
+    user.until([](WindowFrame& frame) { return isAtRest(frame) && frame.items.count("page selected") > 0; });
+    for (const char* item : {"tab Contact", "tab Friction", "tab Speed vs. error", "hold plots", "tab Time",
+                             "page settings", "more", "Section"})
+        user.click(item)
+            .moveTo([](WindowFrame& frame) { return glm::vec2(frame.picture.x + 20, frame.picture.y + 200); })
+            .then([](WindowFrame&, int frames) { return frames > 3; })
+            .doing([=](WindowFrame&) {
+                CAPTURE(item);
+                const TextFaults faults = textFaults();
+                CHECK(faults.cut == std::vector<std::string>());
+                CHECK(faults.covered == std::vector<std::string>());
+            });
+    CHECK(user.use(options));
 }
 
 TEST_CASE("window: a body dragged while the loop runs pushes the tool, and undo moves it back", "[ui]") {

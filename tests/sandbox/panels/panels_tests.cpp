@@ -11,6 +11,7 @@
 #include "haptics/sandbox/panels/status_bar.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tests/support/ui_scene.hpp"
+#include "tests/support/ui_text.hpp"
 
 namespace touchstone::panels_tests {
 
@@ -132,6 +133,30 @@ TEST_CASE("haptics panel: buttons and sliders change their settings", "[panels]"
     CHECK(settings.margin >= settings.trust);
     CHECK(checkSettings(settings).empty());
     CHECK(requests.refusal.empty());
+}
+
+TEST_CASE("haptics panel: no knob covers its value, and a factor keeps its decimals", "[panels]") {
+    Bench bench;
+    Settings settings;
+    HapticsPanelState state;
+    PanelRequests requests;
+    const auto draw = [&] { drawHapticsPanel({}, {}, settings, state, requests, &bench.items); };
+    bench.click("more", draw);
+    for (const double share : {0.02, 0.5, 0.98})
+        for (const SettingInfo& info : settingTable()) {
+            const std::string name(info.key);
+            if (bench.items.count(name + " value") == 0) continue;  // a name or a switch
+            CAPTURE(name, share);
+            bench.click(name, draw, static_cast<float>(share));
+            const glm::vec4 slider = bench.items.at(name), value = bench.items.at(name + " value");
+            CHECK(value.w <= slider.y);
+            CHECK(value.z <= slider.z + 1);  // aligned at the right, within the panel
+            CHECK(value.w - value.y < 1.5f * ImGui::GetFontSize());
+        }
+    bench.click("friction_coefficient", draw, 0.4f);
+    CHECK(settings.frictionCoefficient == Approx(0.4).margin(0.05));
+    bench.click("linearisations", draw, 0.4f);
+    CHECK(settings.linearisations == 6);
 }
 
 TEST_CASE("haptics panel: a typed value is kept to its last digit, an invalid one is refused with a message",
@@ -479,6 +504,41 @@ TEST_CASE("tree words: certificate, options and remaining time are written as se
     CHECK(timeLeft(0.4) == "almost done");
     CHECK(timeLeft(12.3) == "12 s left");
     CHECK(timeLeft(150) == "3 min left");
+}
+
+TEST_CASE("plots panel: says where there is no data, and draws the data where there is", "[panels]") {
+    Bench bench;
+    TickHistory history;
+    const Settings settings;
+    PlotsPanelState state;
+    PlotsRequests asked;
+    const auto draw = [&] { drawPlotsPanel({history, settings, {}, {}, "", false}, state, asked, &bench.items); };
+    const auto sayNothing = [&](const std::string& plot) {
+        const glm::vec4 r = bench.items.at(plot);
+        const glm::vec2 middle{0.5f * (r.x + r.z), 0.5f * (r.y + r.w)}, half{60, 0.2f * (r.w - r.y)};
+        return lettersIn({middle - half, middle + half}) == 6;  // "no data"
+    };
+    const auto check = [&](bool empty) {
+        for (const auto& [tab, plots] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+                 {"Time", {"Tick time", "Stage times", "Tick-time histogram"}},
+                 {"Contact", {"Force", "Iterations", "Distances"}},
+                 {"Friction", {"Slip"}},
+                 {"Speed vs. error", {"speed against error", "Shadow force error"}}}) {
+            bench.click("tab " + tab, draw);
+            ImGui::GetIO().MousePos = {-100, -100};
+            bench.frame(draw);
+            for (const std::string& plot : plots) {
+                CAPTURE(tab, plot);
+                CHECK(sayNothing("plot " + plot) == empty);
+            }
+        }
+    };
+    check(true);
+    TickRecord record;
+    record.totalUs = 10;
+    record.shadowUs = 5;
+    for (int i = 0; i < 5000; ++i) history.push(record);
+    check(false);
 }
 
 TEST_CASE("plots panel: holds, zooms, looks back, and requests exports and sweeps", "[panels]") {

@@ -6,6 +6,7 @@
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tests/support/ui_scene.hpp"
+#include "tests/support/ui_text.hpp"
 #include "tests/support/ui_user.hpp"
 
 namespace touchstone::ui_trials_tests {
@@ -78,13 +79,35 @@ TEST_CASE("window: trials start, end, can be aborted, and are recorded", "[ui]")
     if (!hasDisplay()) return;
     Study study("insert");
     CHECK(study.live.restingDevice() == "mouse");
+    const auto isNext = [&](const char* step) {
+        study.user.until([&, step](WindowFrame& frame) {
+            return study.live.nextStep(frame.session).find(step) != std::string::npos &&
+                   frame.items.count("trial next") + frame.items.count("trials done") > 0;
+        });
+    };
+    const auto went = [&](const char* outcome) {
+        study.user.doing([&, outcome](WindowFrame& frame) {
+            CHECK_THAT(study.live.lastOutcome(), Catch::Contains(outcome));
+            CHECK(frame.items.count("trial last") == (*outcome != '\0'));
+            const TextFaults faults = textFaults("Trials");
+            CHECK(faults.cut.empty());
+            CHECK(faults.covered.empty());
+        });
+    };
+    isNext("Press Start");
+    went("");
     study.start();
+    isNext("Watch");
     study.user.doing([](WindowFrame& frame) { CHECK(frame.session.settings().stiffness == 0.7); });
     study.end(1);
+    isNext("Press Start");
+    went("seated after ");
     study.start();
     study.user.until([&](WindowFrame&) { return study.felt; });
     study.user.click("trial abort");
     study.end(0);
+    isNext("Close the window");
+    went("Trial 2, participant 2, ");
     REQUIRE(study.user.use(study.window()));
 
     REQUIRE(study.rows.size() == 2);

@@ -1,4 +1,4 @@
-#include "haptics/sandbox/panels/live_measure.hpp"
+#include "haptics/sandbox/app/live_measure.hpp"
 
 #include <algorithm>
 #include <cmath>
