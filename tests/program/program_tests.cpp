@@ -396,13 +396,67 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     CHECK_THAT(answer.out, Contains("warning") && Contains("check its unit"));
 }
 
-TEST_CASE("program: a picture of the last tick needs no display", "[program][gl]") {
+TEST_CASE("program: a picture needs no display, and shows the largest force unless a time is given", "[program][gl]") {
     const Program touchstone;
-    const Answer answer = touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.4 --screenshot " +
-                                     touchstone.file("p.png"));
+    const std::string press = pressFile(touchstone);
+    const auto pictureOf = [&](const std::string& run) {
+        fs::remove(touchstone.file("p.png"));
+        const Answer answer = touchstone("run " + run + " --headless --screenshot " + touchstone.file("p.png"));
+        INFO(answer.err);
+        CHECK(answer.code == 0);
+        const std::string picture = textOf(touchstone.file("p.png"));
+        CHECK(picture.rfind("\x89PNG", 0) == 0);
+        return std::pair(answer.out, picture);
+    };
+    const auto [timed, atTime] = pictureOf(press + " --seconds 0.4");
+    CHECK_THAT(timed, Contains("picture at 0.399 s, the last tick: "));
+    const auto [out, strongest] = pictureOf(press);
+    CHECK_THAT(out, Contains("s, where the force is largest: " + touchstone.file("p.png")));
+    double seconds = 0;
+    REQUIRE(std::sscanf(out.substr(out.find("picture at")).c_str(), "picture at %lf", &seconds) == 1);
+    CHECK(seconds >= 0.2);  // from 0.2 s to 0.6 s it is pressed 2 mm deep
+    CHECK(seconds <= 0.6);
+    const auto [again, same] = pictureOf(press + " --seconds " + std::to_string(seconds + 0.001));
+    CHECK(same == strongest);
+    CHECK(pictureOf(press + " --seconds 0.801").second != strongest);
+
+    engine::Scene clear = pressScene();
+    for (glm::dvec4& p : clear.animations[0].channels[0].values) p.y += 0.02;
+    (*clear.registry.get<engine::NodeMarking>(clear.nodes[0]).extras)["touchstone"].erase("outcome");
+    engine::writeGltf(clear, touchstone.file("clear.glb"));
+    CHECK_THAT(pictureOf(touchstone.file("clear.glb")).first,
+               Contains("picture at 0.800 s, the last tick, since the tool touched nothing: "));
+}
+
+TEST_CASE("program: without a demonstration the tool rests at its start, and each refusal names a device that works",
+          "[program][gl]") {
+    const Program touchstone;
+    engine::Scene still = pressScene();
+    still.animations.clear();
+    engine::writeGltf(still, touchstone.file("still.glb"));
+    const std::string run = "run " + touchstone.file("still.glb") + " --headless";
+    Answer answer = touchstone(run + " --screenshot " + touchstone.file("p.png") + " --report " +
+                               touchstone.file("report.json") + " --ticks " + touchstone.file("ticks.csv"));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
+    const json report = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(report.at("device") == "rest");
+    CHECK(report.at("ended") == "motion");
+    CHECK(report.at("ticks") == 1);
+    CHECK(touchstone(run + " --seconds 0.1").out.find("100 ticks") != std::string::npos);
+
+    for (const std::string device : {"demo", "mouse", "hand"}) {
+        INFO(device);
+        answer = touchstone(run + " --device " + device);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+        CHECK_THAT(answer.err, Contains("the device rest"));
+    }
+    CHECK(touchstone(run + " --device rest").code == 0);
+    answer = touchstone("run " + pressFile(touchstone) + " --headless --device mouse");
+    CHECK_THAT(answer.err, Contains("the device demo"));
+    CHECK_THAT(touchstone("validate " + touchstone.file("still.glb")).out, Contains("rests at its start"));
 }
 
 TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[program]") {

@@ -47,7 +47,7 @@ int validate(const std::string& pathOrName) {
     if (scene.demonstration)
         std::printf("  demonstration: %.2f s\n", scene.demonstration->duration() / 1000);
     else
-        std::printf("  demonstration: none, so headless runs need --device replay:FILE\n");
+        std::printf("  demonstration: none, so the tool of a headless run rests at its start\n");
     std::printf("  expected outcome: %s\n", scene.outcome.empty() ? "none given" : "given");
     const Settings defaults;
     for (const SettingInfo& info : settingTable())

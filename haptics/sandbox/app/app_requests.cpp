@@ -5,6 +5,7 @@
 
 #include "haptics/sandbox/app/app.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::sandbox {
@@ -41,13 +42,7 @@ void App::copyCommand() {
     }
     std::string device = session_.device().choice;
     if (device == "mouse") {
-        if (!viewed_->demonstration) {
-            session_.log().say(
-                Message::Kind::Warning,
-                "Mouse input cannot be repeated, and the scene has no demonstration: replay a motion instead");
-            return;
-        }
-        device = "demo";
+        device = defaultDevice(*viewed_, false);  // mouse input cannot be repeated
     }
     const std::string line =
         commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());

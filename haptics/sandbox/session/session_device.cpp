@@ -38,16 +38,15 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     std::unique_ptr<Device> device;
     std::vector<RecordedHand::Change> replayed;
     Settings begin = settings;
-    if (choice == "mouse") {
-        mouse = std::make_shared<MouseTarget>();
-        device = std::make_unique<MouseDevice>(mouse, X_WT_start);
-    } else if (const auto folder = recordingOf(choice)) {
+    if (const auto folder = recordingOf(choice)) {
         RecordedHand hand = recordedHand(*folder);
         device = std::make_unique<MotionDevice>(hand.motion);
         replayed = std::move(hand.changes);
         begin = options_.adjust ? options_.adjust(replayed.front().settings) : replayed.front().settings;
     } else {
-        device = startDevice(*next.scene, choice, nullptr, X_WT_start);
+        mouse = std::make_shared<MouseTarget>();
+        device = startDevice(*next.scene, choice, mouse, X_WT_start);
+        if (choice != "mouse") mouse.reset();
     }
     if (geometryOf(begin) == Geometry::Spheres && !next.world->hasSpheres()) {
         SceneRequest request = next.request;
@@ -196,7 +195,7 @@ void LiveSession::saySpheres(const HapticScene* scene) {
 
 void LiveSession::restart() {
     if (!running() || next_) return;
-    if (device_.mouse || device_.control)
+    if (device_.mouse || device_.control || device_.choice == "rest")
         chooseDevice(device_.choice);
     else
         loop_->restart();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptics/sandbox/session/device_choice.hpp"
+
 namespace touchstone::sandbox {
 
 void LiveSession::open(SceneRequest request) {
@@ -142,10 +144,9 @@ void LiveSession::takeOpened() {
             const bool goesOn =
                 device_.control || (next.request.settings && !device_.choice.empty() && device_.choice != "demo");
             startOrMouse(next, settings,
-                         goesOn                      ? device_.choice
-                         : !options_.device.empty()  ? options_.device
-                         : next.scene->demonstration ? "demo"
-                                                     : "mouse");
+                         goesOn                     ? device_.choice
+                         : !options_.device.empty() ? options_.device
+                                                    : defaultDevice(*next.scene, true));
             saySpheres(next.scene.get());
             log_.say(Message::Kind::Note,
                      next.request.file.filename().string() + " runs with the " + device_.choice + " device");
