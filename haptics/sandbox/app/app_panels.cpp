@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "haptics/sandbox/app/app.hpp"
+#include "haptics/sandbox/app/open_dialog.hpp"
+#include "haptics/sandbox/app/panel_demonstration.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -40,7 +42,8 @@ void App::drawPanels(const engine::Layout& layout) {
                         .hasSelection = bool(selection_.node()),
                         .canUndo = undo_.canUndo(),
                         .canRedo = undo_.canRedo(),
-                        .recording = session_.recording().recorder() != nullptr};
+                        .recording = session_.recording().recorder() != nullptr,
+                        .recordingDemonstration = session_.demonstration() != nullptr};
     const bool wasOpen = menu_.openDialog;
     drawMenuBar(menu, menu_, display_, requests_, &items_);
     if (menu_.openDialog && !wasOpen) scenes_ = engine::findScenes(options_.sceneFolders);
@@ -71,6 +74,7 @@ void App::drawPanels(const engine::Layout& layout) {
         const ImVec2 low = layout.picture.position, size = layout.picture.size;
         options_.panel(session_, {low.x, low.y, low.x + size.x, low.y + size.y}, items_);
     }
+    drawOpenDialog(menu, menu_, requests_, &items_);
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }
@@ -118,8 +122,15 @@ void App::drawHints(const engine::Area& picture) const {
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
-/// Draws the settings, with additional pages for a hardware device and for the selected node.
+/// Draws the demonstration's buttons and the settings, with additional pages for a hardware device and for the selected
+/// node.
 void App::drawLeftPanel() {
+    const MotionRecorder* recorder = session_.demonstration();
+    drawDemonstration({.running = session_.running(),
+                       .hasDemonstration = viewed_ && viewed_->demonstration,
+                       .hasGoal = viewed_ && viewed_->roles.goal,
+                       .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
+                      requests_, &items_);
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
         const Settings& scene = viewed_ ? viewed_->settings : settings;

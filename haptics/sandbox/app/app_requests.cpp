@@ -87,6 +87,13 @@ void App::carryOut() {
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
     if (requests.copyCommand) copyCommand();
     if (requests.record) toggleRecording();
+    if (requests.setGoal) {
+        session_.setGoalHere();
+        if (viewed_ && viewed_->roles.goalNode) selection_.select(viewed_->roles.goalNode);  // shows its tolerances
+    }
+    if (requests.recordDemonstration)
+        session_.demonstration() ? session_.finishDemonstration() : session_.recordDemonstration();
+    if (requests.replayDemonstration) session_.chooseDevice("demo", true);
     if (requests.checkFit) measure_.checkFit(session_);
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.workspace) session_.setWorkspace(*requests.workspace);
@@ -100,7 +107,7 @@ void App::carryOut() {
     if (display_.trees() && std::exchange(treesFor_, session_.sceneNumber()) != session_.sceneNumber())
         session_.buildTrees();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
-    if (requests.device || requests.restart) grab_.reset();
+    if (requests.device || requests.restart || requests.replayDemonstration) grab_.reset();
     if (requests.quit) window_.close();
 }
 

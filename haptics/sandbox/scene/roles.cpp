@@ -284,6 +284,7 @@ void RoleReader::chooseGoal() {
         }
     }
     if (!chosen) return;
+    found_.goalNode = chosen;
     found_.goal = regionOf(chosen);
 }
 

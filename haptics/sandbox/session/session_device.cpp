@@ -86,8 +86,8 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     obstacleMoves_.reset();
 }
 
-void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
-    const Pose X_WT_start = next.world->X_WT_start;
+void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice,
+                               const Pose& X_WT_start) {
     try {
         start(next, settings, choice, X_WT_start);
     } catch (const std::runtime_error& e) {
@@ -102,8 +102,10 @@ void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
     if (!running() || next_) return;
     // A device without a fixed pose moves to the tool; the tool never jumps to the device.
     const Shown now = shownNow();
+    const bool resets = choice == device_.choice || fromStart;
+    if (demonstration_ && resets) demonstration_.emplace(true);
     try {
-        start(now, settings_, choice, choice == device_.choice || fromStart ? now.world->X_WT_start : record()->X_WT);
+        start(now, settings_, choice, resets ? now.world->X_WT_start : record()->X_WT);
         log_.say(Message::Kind::Note, "The " + device_.choice + " device holds the tool");
     } catch (const std::exception& e) {
         device_.trouble = e.what();
@@ -199,6 +201,7 @@ void LiveSession::restart() {
         chooseDevice(device_.choice);
     else
         loop_->restart();
+    if (demonstration_) demonstration_.emplace(true);
 }
 
 void LiveSession::stop() {
