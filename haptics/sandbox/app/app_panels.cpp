@@ -51,6 +51,12 @@ void App::drawPanels(const engine::Layout& layout) {
     if (menu_.panels) {
         if (beginPanel("Scene", layout.scene)) {
             if (viewed_) {
+                const MotionRecorder* recorder = session_.demonstration();
+                drawDemonstration({.running = session_.running(),
+                                   .hasDemonstration = viewed_->demonstration != nullptr,
+                                   .hasGoal = viewed_->roles.goal.has_value(),
+                                   .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
+                                  requests_, &items_);
                 scenePanel_.selected = selection_.node();
                 drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
                 selection_.select(scenePanel_.selected);
@@ -122,15 +128,9 @@ void App::drawHints(const engine::Area& picture) const {
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
-/// Draws the demonstration's buttons and the settings, with additional pages for a hardware device and for the selected
+/// Draws the settings, with additional pages for a hardware device and for the selected
 /// node.
 void App::drawLeftPanel() {
-    const MotionRecorder* recorder = session_.demonstration();
-    drawDemonstration({.running = session_.running(),
-                       .hasDemonstration = viewed_ && viewed_->demonstration,
-                       .hasGoal = viewed_ && viewed_->roles.goal,
-                       .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
-                      requests_, &items_);
     const auto drawSettings = [&] {
         Settings settings = session_.settings();
         const Settings& scene = viewed_ ? viewed_->settings : settings;
