@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "haptics/sandbox/app/app.hpp"
-#include "haptics/sandbox/app/open_dialog.hpp"
 #include "haptics/sandbox/app/panel_demonstration.hpp"
 
 namespace touchstone::sandbox {
@@ -80,7 +79,7 @@ void App::drawPanels(const engine::Layout& layout) {
         const ImVec2 low = layout.picture.position, size = layout.picture.size;
         options_.panel(session_, {low.x, low.y, low.x + size.x, low.y + size.y}, items_);
     }
-    drawOpenDialog(menu, menu_, requests_, &items_);
+    openDialog_.draw(menu, menu_, requests_, &items_);
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }

@@ -20,6 +20,12 @@ bool beginDialog(const char* title, bool& open) {
     return true;
 }
 
+namespace {
+
+constexpr const char *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keyboard",
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Unsaved changes";
+
+/// Draws a text field for a path with two buttons below it. Returns true when the path was confirmed.
 bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items) {
     ImGui::SetNextItemWidth(36 * ImGui::GetFontSize());
     bool confirmed = ImGui::InputText(id, path.data(), path.size(), ImGuiInputTextFlags_EnterReturnsTrue);
@@ -32,11 +38,6 @@ bool drawPathInput(const char* id, PathInput& path, const char* action, engine::
     if (confirmed) ImGui::CloseCurrentPopup();
     return confirmed;
 }
-
-namespace {
-
-constexpr const char *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keyboard",
-                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Unsaved changes";
 
 void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (!beginDialog(kReplayTitle, state.replayDialog)) return;

@@ -146,8 +146,6 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
 /// Begins a dialog in the middle of the window, and returns whether it is open. It opens on request; Escape or a click
 /// outside closes it.
 bool beginDialog(const char* title, bool& open);
-/// Draws a text field for a path with two buttons below it. Returns true when the path was confirmed.
-bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items);
 /// Draws the dialogs requested in `state` except the one that opens a scene, each in its own window. Call after the
 /// panels: a window that appears after a dialog would close it.
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items);

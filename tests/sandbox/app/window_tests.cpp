@@ -162,6 +162,49 @@ TEST_CASE("window: the space bar removes the force and restores it", "[ui]") {
     CHECK(user.use(optionsFor(holdFile(folder))));
 }
 
+TEST_CASE("window: a scene is found with mouse and keys in the file browser, whose folder is remembered", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto file = holdFile(folder), parts = folder.path() / "parts";
+    std::filesystem::create_directories(parts);
+    engine::Scene other = holdScene();
+    (*other.extras)["touchstone"]["description"] = "Another cube.";
+    writeGltf(other, parts / "other.glb");
+    std::ofstream(parts / "mesh.stl") << "solid";
+    std::ofstream(parts / "notes.txt") << "no scene";
+    WindowRunOptions options = optionsFor(file);
+    options.configFolder = folder.path() / "config";
+    options.sceneFolders = {parts};
+    engine::keepFolder(options.configFolder, folder.path());
+    User user;
+    user.until(isRunning)
+        .key(GLFW_KEY_O, true)
+        .until([](WindowFrame& frame) { return frame.items.contains("open other"); })  // as a bundled scene
+        .click("file parts/")
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.items.contains("file notes.txt")); })
+        .key(GLFW_KEY_BACKSPACE)  // up, with the folder selected
+        .until([](WindowFrame& frame) { return frame.items.contains("file parts/"); })
+        .key(GLFW_KEY_ENTER)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .click("file mesh.stl")
+        .until([](WindowFrame& frame) { return frame.items.contains("file text"); })
+        .key(GLFW_KEY_ENTER)  // a mesh is no scene: the dialog stays
+        .key(GLFW_KEY_DOWN)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .doing([](WindowFrame& frame) { CHECK(frame.session.request().file.stem() == "hold"); })
+        .key(GLFW_KEY_ENTER)
+        .until(
+            [&](WindowFrame& frame) { return isRunning(frame) && frame.session.request().file == parts / "other.glb"; })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.items.contains("file other.glb")); })
+        .key(GLFW_KEY_O, true)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .key(GLFW_KEY_ESCAPE)
+        .until([](WindowFrame& frame) { return !frame.items.contains("file other.glb"); });
+    REQUIRE(user.use(options));
+    CHECK(engine::browsedFolder(options.configFolder) == parts);
+}
+
 TEST_CASE("window: a demonstration is recorded by hand, replayed, undone, and saved with the goal", "[ui]") {
     if (!hasDisplay()) return;
     const TempFolder folder;
