@@ -147,6 +147,42 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[p
     CHECK(isOneSentence(answer.err));
 }
 
+TEST_CASE("program: validate says valid alone only without a warning that matters", "[program]") {
+    const Program touchstone;
+    const auto lastOf = [&](const engine::Scene& scene) {
+        engine::writeGltf(scene, touchstone.file("scene.glb"));
+        const Answer answer = touchstone("validate " + touchstone.file("scene.glb"));
+        INFO(answer.err);
+        CHECK(answer.code == 0);
+        const std::size_t at = answer.out.rfind("\nvalid");
+        REQUIRE(at != std::string::npos);
+        return answer.out.substr(at + 1);
+    };
+    CHECK(lastOf(pressScene()) == "valid\n");
+    engine::Scene still = pressScene();
+    still.animations.clear();
+    drawTwice(still, still.nodes[1]);
+    CHECK(lastOf(still) == "valid\n");  // no demonstration, and a repaired mesh
+
+    still.registry.get<engine::LocalTransform>(still.nodes[0]).translation.y = 0.008;
+    CHECK_THAT(lastOf(still), Catch::StartsWith("valid, with 1 warning:\n  warning: tool and obstacles overlap by "
+                                                "2.000 mm at the start"));
+    engine::Scene buried = downScene();
+    CHECK(lastOf(buried) == "valid\n");  // at the goal the parts touch
+    buried.registry.get<engine::LocalTransform>(buried.nodes[2]).translation.y =
+        0.0055;  // 4.5 mm deep, and 3 mm are tolerated
+    CHECK_THAT(lastOf(buried), Contains("valid, with 1 warning:") && Contains("the goal cannot be reached"));
+    (*buried.extras)["touchstone"]["descripton"] = "misspelled";
+    auto& primitive = buried.registry.get<engine::MeshInstance>(buried.nodes[1]).primitives[0];
+    auto mesh = std::make_shared<engine::MeshData>(*primitive.mesh);
+    mesh->indices.resize(mesh->indices.size() - 3);
+    primitive.mesh = mesh;
+    const std::string all = lastOf(buried);
+    CHECK_THAT(all, Contains("descripton") && Contains("touched by its spheres") && Contains("cannot be reached"));
+    const auto count = static_cast<int>(std::count(all.begin(), all.end(), '\n')) - 1;
+    CHECK_THAT(all, Catch::StartsWith("valid, with " + std::to_string(count) + " warnings:\n"));
+}
+
 TEST_CASE("program: validate lists the friction of each obstacle and the tool, and what was assumed", "[program]") {
     const Program touchstone;
     engine::Scene made = pressScene();
