@@ -75,6 +75,7 @@ void App::carryOut() {
     if (!requests.markings.empty()) session_.mark(requests.markings);
     if (requests.save && session_.save(*requests.save, requests.saveSettings)) {
         viewedFile_ = session_.request().file;
+        undo_.clear();  // its states are changes of the file as it was
         recent_.add(viewedFile_);
     }
     if (requests.undo && session_.opening())

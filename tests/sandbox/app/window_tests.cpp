@@ -246,9 +246,12 @@ TEST_CASE("window: a demonstration is recorded by hand, replayed, undone, and sa
         })
         .key(GLFW_KEY_S, true)
         .click("Save")
-        .until([](WindowFrame& frame) { return editsOf(frame) == 0; });
+        .until([](WindowFrame& frame) { return editsOf(frame) == 0; })
+        .key(GLFW_KEY_Z, true)  // would add the goal to a file that has it
+        .doing([](WindowFrame& frame) { CHECK(editsOf(frame) == 0); });
     REQUIRE(user.use(optionsFor(file)));
     const HapticScene again = openScene(file);
+    CHECK(again.warnings.empty());
     CHECK(again.demonstration->duration() == recorded);
     CHECK(recorded > 1900);
     REQUIRE(again.roles.goal);
