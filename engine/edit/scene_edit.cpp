@@ -17,6 +17,14 @@ struct ExtrasEdited {};
 struct RigidBodyEdited {};
 struct PlaceEdited {};
 struct NameEdited {};
+struct NodeAdded {
+    int parent;
+};
+struct MotionEdited {  // on an entity of its own
+    Entity node;
+    std::size_t animation;
+    std::optional<Animation> original;  // as in the file; nothing: the animation was added
+};
 struct LooksEdited {  // on an entity of its own
     int material;
 };
@@ -33,9 +41,38 @@ concept Reversible = requires(const Edit& edit) {
     edit.from;
     edit.to;
 };
+int thingOf(const AdjustExtras& edit) { return edit.node; }
 int thingOf(const PlaceNode& edit) { return edit.node; }
 int thingOf(const PaintMaterial& edit) { return edit.material; }
 int thingOf(const RenameNode& edit) { return edit.node; }
+int thingOf(const SetMotion& edit) { return edit.node; }
+
+bool isMotionOf(const AnimationChannel& channel, Entity node) {
+    return channel.target == node && channel.path != AnimationPath::Scale;
+}
+
+/// The changed motion of the node; made by the first change.
+Entity motionEdited(Scene& scene, Entity node) {
+    Entity found;
+    scene.registry.each<MotionEdited>([&](Entity entity, const MotionEdited& edited) {
+        if (edited.node == node) found = entity;
+    });
+    if (found) return found;
+    MotionEdited edited{node, 0, {}};
+    const auto moves = [&](const Animation& animation) {
+        return std::any_of(animation.channels.begin(), animation.channels.end(),
+                           [&](const AnimationChannel& channel) { return isMotionOf(channel, node); });
+    };
+    std::vector<Animation>& all = scene.animations;
+    while (edited.animation < all.size() && !moves(all[edited.animation])) ++edited.animation;
+    if (edited.animation < all.size())
+        edited.original = all[edited.animation];
+    else
+        all.push_back({.name = "demonstration", .channels = {}});
+    found = scene.registry.create();
+    scene.registry.add(found, std::move(edited));
+    return found;
+}
 
 std::vector<SceneEdit> irreversible(const std::vector<SceneEdit>& edits) {
     std::vector<SceneEdit> others;
@@ -54,6 +91,7 @@ struct Applier {
         setExtras(scene, node, *edit.extras);
         scene.registry.add(node, ExtrasEdited{});
     }
+    void operator()(const AdjustExtras& edit) const { (*this)(SetExtras{edit.node, edit.to}); }
     void operator()(const SetRigidBody& edit) const {
         if (edit.node == -1) {
             (*scene.extensions)[kRigidBodies] = *edit.body;
@@ -94,7 +132,38 @@ struct Applier {
         setExtras(scene, node, *edit.extras);
         scene.registry.add(node, PartAdded{});
     }
+    void operator()(const AddNode& edit) const {
+        const Entity node = addNode(scene, edit.name, nodeAt(scene, edit.parent), edit.local);
+        setExtras(scene, node, *edit.extras);
+        scene.registry.add(node, NodeAdded{edit.parent});
+        scene.registry.add(node, ExtrasEdited{});
+        scene.registry.add(node, PlaceEdited{});
+        scene.registry.add(node, NameEdited{});
+    }
+    void operator()(const SetMotion& edit) const {
+        const Entity node = nodeAt(scene, edit.node);
+        if (!node) return;
+        const Entity entity = motionEdited(scene, node);
+        const MotionEdited& edited = scene.registry.get<MotionEdited>(entity);
+        Animation& animation = scene.animations[edited.animation];
+        if (edit.to) {
+            std::erase_if(animation.channels,
+                          [&](const AnimationChannel& channel) { return isMotionOf(channel, node); });
+            for (AnimationChannel channel : edit.to->channels) {
+                channel.target = node;
+                animation.channels.push_back(std::move(channel));
+            }
+            return;
+        }
+        if (edited.original)
+            animation = *edited.original;
+        else
+            scene.animations.erase(scene.animations.begin() + static_cast<std::ptrdiff_t>(edited.animation));
+        scene.registry.destroy(entity);
+    }
 };
+
+bool addsNode(const SceneEdit& edit) { return std::holds_alternative<AddNode>(edit); }
 
 }  // namespace
 
@@ -120,7 +189,10 @@ void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits) {
 
 std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next) {
-    if (irreversible(now) != irreversible(next)) return std::nullopt;
+    const std::vector<SceneEdit> before = irreversible(now), after = irreversible(next);
+    if (after.size() < before.size() || !std::equal(before.begin(), before.end(), after.begin()) ||
+        !std::all_of(after.begin() + static_cast<std::ptrdiff_t>(before.size()), after.end(), addsNode))
+        return std::nullopt;
     std::map<std::pair<std::size_t, int>, SceneEdit> changes;  // by kind and object
     // First undo the edits of `now`, then apply those of `next`; the last edit of each object counts.
     for (const SceneEdit& edit : now)
@@ -138,7 +210,7 @@ std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEd
                 if constexpr (Reversible<Edit>) changes.insert_or_assign({edit.index(), thingOf(done)}, done);
             },
             edit);
-    std::vector<SceneEdit> all;
+    std::vector<SceneEdit> all(after.begin() + static_cast<std::ptrdiff_t>(before.size()), after.end());
     for (const auto& [which, edit] : changes) all.push_back(edit);
     return all;
 }
@@ -170,6 +242,16 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
         return;
     }
     GltfUpdate update;
+    scene.registry.each<NodeAdded>(
+        [&](Entity node, const NodeAdded& added) { update.addedNodes[nodeIndex(scene, node)] = added.parent; });
+    scene.registry.each<MotionEdited>([&](Entity, const MotionEdited& edited) {
+        const int node = nodeIndex(scene, edited.node);
+        Animation motion = scene.animations[edited.animation];
+        std::erase_if(motion.channels,
+                      [&](const AnimationChannel& channel) { return !isMotionOf(channel, edited.node); });
+        update.motions[static_cast<int>(edited.animation)] = {node, std::move(motion)};
+        update.places[node] = scene.registry.get<LocalTransform>(edited.node);  // an animated node has no matrix
+    });
     scene.registry.each<ExtrasEdited, NodeMarking>([&](Entity node, const ExtrasEdited&, const NodeMarking& marking) {
         update.nodes[nodeIndex(scene, node)] = *marking.extras;
     });
@@ -186,6 +268,7 @@ void saveScene(const Scene& scene, const std::filesystem::path& out) {
     scene.registry.each<LooksEdited>([&](Entity, const LooksEdited& edited) {
         update.materials[edited.material] = scene.materials[static_cast<std::size_t>(edited.material)];
     });
+    update.scene = scene.index;
     update.scenes[scene.index] = *scene.extras;
     updateGltf(scene.file, out, update);
 }

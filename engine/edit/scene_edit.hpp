@@ -2,11 +2,13 @@
 // The user's changes of a scene, as data. They are applied in order to the scene as read; dropping the last one undoes
 // it.
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "engine/scene/animation.hpp"
 #include "engine/scene/components.hpp"
 #include "engine/scene/transforms.hpp"
 
@@ -25,6 +27,12 @@ struct SetExtras {
     int node = -1;
     JsonValue extras;  ///< in place of the node's extras; null removes them
     friend bool operator==(const SetExtras&, const SetExtras&) = default;
+};
+/// Changes extras that neither a shape nor a role depends on, such as the tolerance of a goal.
+struct AdjustExtras {
+    int node = -1;
+    JsonValue from, to;
+    friend bool operator==(const AdjustExtras&, const AdjustExtras&) = default;
 };
 struct SetRigidBody {
     int node = -1;   ///< -1: the file's root, which has the physics materials
@@ -52,7 +60,23 @@ struct AddPart {
     JsonValue extras;  ///< of the new node
     friend bool operator==(const AddPart&, const AddPart&) = default;
 };
-using SceneEdit = std::variant<SetExtras, SetRigidBody, PlaceNode, PaintMaterial, RenameNode, AddPart>;
+/// Adds a last node without a mesh.
+struct AddNode {
+    int parent = -1;  ///< -1: none
+    std::string name;
+    LocalTransform local;
+    JsonValue extras;
+    friend bool operator==(const AddNode&, const AddNode&) = default;
+};
+/// Replaces the translation and rotation of a node in the first animation that has one, or adds an animation with them.
+/// Null: as in the file. The channels of the given animation have no target; its name and extras have no effect.
+struct SetMotion {
+    int node = -1;
+    std::shared_ptr<const Animation> from, to;
+    friend bool operator==(const SetMotion&, const SetMotion&) = default;
+};
+using SceneEdit = std::variant<SetExtras, AdjustExtras, SetRigidBody, PlaceNode, PaintMaterial, RenameNode, AddPart,
+                               AddNode, SetMotion>;
 
 /// Appends an edit. Merges it with an earlier one of the same kind and object if both have `from` and `to`.
 void append(std::vector<SceneEdit>& edits, SceneEdit edit);
@@ -62,7 +86,7 @@ void append(std::vector<SceneEdit>& edits, SceneEdit edit);
 void applyEdits(Scene& scene, const std::vector<SceneEdit>& edits);
 
 /// The edits that turn a scene with `now` into one with `next`; nothing if they differ in an edit without `from` and
-/// `to`.
+/// `to`, except that `next` may add nodes.
 std::optional<std::vector<SceneEdit>> reversibleChange(const std::vector<SceneEdit>& now,
                                                        const std::vector<SceneEdit>& next);
 

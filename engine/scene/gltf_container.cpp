@@ -186,6 +186,19 @@ std::vector<std::uint8_t> glbBytes(std::string json, std::span<const std::uint8_
     return bytes;
 }
 
+std::string dataUri(std::span<const std::uint8_t> bytes) {
+    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text = "data:application/octet-stream;base64,";
+    text.reserve(text.size() + (bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+        std::uint32_t group = 0;
+        for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0u);
+        for (std::size_t k = 0; k < 4; ++k) text += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
 std::vector<std::uint8_t> binChunk(std::vector<std::uint8_t> contents) {
     contents.resize((contents.size() + 3) / 4 * 4, 0);
     std::vector<std::uint8_t> chunk;

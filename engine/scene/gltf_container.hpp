@@ -34,6 +34,9 @@ struct GltfContainer {
 /// Splits a file into its chunks. Throws SceneError for a wrong header or a chunk that exceeds the file.
 GltfContainer readContainer(const std::filesystem::path& file);
 
+/// The bytes as a URI, in base64.
+std::string dataUri(std::span<const std::uint8_t> bytes);
+
 /// A binary chunk with its header, padded to a multiple of 4 bytes.
 std::vector<std::uint8_t> binChunk(std::vector<std::uint8_t> contents);
 

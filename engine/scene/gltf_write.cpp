@@ -20,19 +20,6 @@ using Bytes = std::vector<std::uint8_t>;
 enum Target { kNone = 0, kVertices = 34962, kIndices = 34963 };
 constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 
-std::string base64(const Bytes& bytes) {
-    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t group = 0;
-        for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0u);
-        for (std::size_t k = 0; k < 4; ++k) text += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
 class SceneWriter {
   public:
     SceneWriter(const Scene& scene, const std::filesystem::path& file) : scene_(scene), file_(file) {}
@@ -49,8 +36,7 @@ class SceneWriter {
         if (extension != ".glb" && extension != ".gltf") fail("", "must be named .glb or .gltf; choose one of the two");
         const bool binary = extension == ".glb";
         if (!bin_.empty()) document_["buffers"][0]["byteLength"] = bin_.size();
-        if (!bin_.empty() && !binary)
-            document_["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(bin_);
+        if (!bin_.empty() && !binary) document_["buffers"][0]["uri"] = dataUri(bin_);
         const std::string text = document_.dump(binary ? -1 : 1);
         if (binary)
             writeBytes(file_, glbBytes(text, bin_.empty() ? Bytes() : binChunk(std::move(bin_))));

@@ -1,6 +1,7 @@
 #include "engine/ui/user_files.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -37,6 +38,30 @@ void RecentScenes::add(const fs::path& scene) {
         writeBytes(folder_ / "recent", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
     } catch (const SceneError&) {
         // The list is only a convenience, so a failure to store it is ignored.
+    }
+}
+
+fs::path browsedFolder(const fs::path& config) {
+    std::string line;
+    std::error_code error;
+    if (!config.empty()) {
+        std::ifstream in(config / "browsed");
+        std::getline(in, line);
+    }
+    if (!line.empty() && fs::is_directory(line, error)) return line;
+    const char* home = std::getenv("HOME");
+    return home ? fs::path(home) : fs::current_path(error);
+}
+
+void keepFolder(const fs::path& config, const fs::path& browsed) {
+    const std::string text = browsed.string() + '\n';
+    if (config.empty() || browsed.string().find('\n') != std::string::npos) return;
+    std::error_code error;
+    fs::create_directories(config, error);
+    try {
+        writeBytes(config / "browsed", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    } catch (const SceneError&) {
+        // Only a convenience, like the recent scenes.
     }
 }
 

@@ -24,6 +24,11 @@ class RecentScenes {
     std::vector<std::filesystem::path> scenes_;
 };
 
+/// The folder that was browsed last, as keepFolder() stored it in `FOLDER/browsed`; the user's home without one.
+std::filesystem::path browsedFolder(const std::filesystem::path& config);
+/// Write errors are ignored.
+void keepFolder(const std::filesystem::path& config, const std::filesystem::path& browsed);
+
 /// The .glb and .gltf files in these folders, sorted. Missing folders are ignored.
 std::vector<std::filesystem::path> findScenes(const std::vector<std::filesystem::path>& folders);
 

@@ -6,8 +6,10 @@ namespace touchstone {
 
 std::shared_ptr<const Motion> chosenMotion(const DeviceContext& context, const std::string& name) {
     if (!context.demonstration)
-        throw std::runtime_error(
-            "this scene has no demonstration: animate its tool node, or choose --device mouse or replay:FILE");
+        throw std::runtime_error(context.mouse ? "this scene has no demonstration: choose the device mouse, and record "
+                                                 "a demonstration with it"
+                                               : "this scene has no demonstration: choose the device rest, which holds "
+                                                 "the tool at its start, or replay:FILE");
     if (name.empty()) return context.demonstration;
     std::string names;
     for (const NamedMotion& motion : context.motions) {
@@ -19,6 +21,11 @@ std::shared_ptr<const Motion> chosenMotion(const DeviceContext& context, const s
 
 std::unique_ptr<Device> makeDemo(const DeviceContext& context) {
     return std::make_unique<MotionDevice>(chosenMotion(context, context.file));
+}
+
+std::unique_ptr<Device> makeRest(const DeviceContext& context) {
+    return std::make_unique<MotionDevice>(
+        std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, context.X_WT_start}}));
 }
 
 }  // namespace touchstone

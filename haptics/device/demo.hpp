@@ -1,5 +1,5 @@
 #pragma once
-// A device that follows the scene's demonstration.
+// Devices that follow the scene's demonstration, or rest where the tool starts.
 #include "haptics/device/device.hpp"
 #include "haptics/device/motion.hpp"
 
@@ -12,5 +12,8 @@ std::shared_ptr<const Motion> chosenMotion(const DeviceContext& context, const s
 /// Row of the device table: follows the demonstration, or with demo:NAME another motion of the scene. Throws
 /// std::runtime_error if the scene has no such motion.
 std::unique_ptr<Device> makeDemo(const DeviceContext& context);
+
+/// Row of the device table: holds the tool where it starts, as a motion without duration.
+std::unique_ptr<Device> makeRest(const DeviceContext& context);
 
 }  // namespace touchstone

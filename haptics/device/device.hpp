@@ -111,7 +111,7 @@ struct DeviceInfo {
     DeviceCheck (*examine)() = nullptr;
 };
 
-/// The devices demo, hand, insert, mouse, phantom, replay and spacemouse. To add a device, add a row.
+/// The devices demo, hand, insert, mouse, phantom, replay, rest and spacemouse. To add a device, add a row.
 std::span<const DeviceInfo> deviceTable();
 const DeviceInfo* findDevice(std::string_view name);
 

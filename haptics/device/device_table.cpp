@@ -28,6 +28,7 @@ constexpr std::array kDevices{
                makePhantom, examinePhantom},
     DeviceInfo{"replay", "follows a recording, as replay:FOLDER, or a motion from a CSV file, as replay:FILE",
                makeReplay},
+    DeviceInfo{"rest", "holds the tool where it is, in a headless run at its start", makeRest},
     DeviceInfo{"spacemouse", "a SpaceMouse through libspnav steers the tool, as spacemouse:SPEED in mm/s",
                makeSpaceMouse, examineSpaceMouse},
 };

@@ -40,8 +40,8 @@ void MouseDevice::engage(const Pose& X_WT) noexcept {
 
 std::unique_ptr<Device> makeMouse(const DeviceContext& context) {
     if (!context.mouse)
-        throw std::runtime_error(
-            "the mouse needs the window: leave out --headless, or choose --device demo or replay:FILE");
+        throw std::runtime_error("the mouse needs the window of touchstone run: choose the device " +
+                                 std::string(context.demonstration ? "demo" : "rest"));
     return std::make_unique<MouseDevice>(context.mouse, context.X_WT_start);
 }
 

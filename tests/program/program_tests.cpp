@@ -147,6 +147,42 @@ TEST_CASE("program: validate reports how nodes were interpreted, and warns", "[p
     CHECK(isOneSentence(answer.err));
 }
 
+TEST_CASE("program: validate says valid alone only without a warning that matters", "[program]") {
+    const Program touchstone;
+    const auto lastOf = [&](const engine::Scene& scene) {
+        engine::writeGltf(scene, touchstone.file("scene.glb"));
+        const Answer answer = touchstone("validate " + touchstone.file("scene.glb"));
+        INFO(answer.err);
+        CHECK(answer.code == 0);
+        const std::size_t at = answer.out.rfind("\nvalid");
+        REQUIRE(at != std::string::npos);
+        return answer.out.substr(at + 1);
+    };
+    CHECK(lastOf(pressScene()) == "valid\n");
+    engine::Scene still = pressScene();
+    still.animations.clear();
+    drawTwice(still, still.nodes[1]);
+    CHECK(lastOf(still) == "valid\n");  // no demonstration, and a repaired mesh
+
+    still.registry.get<engine::LocalTransform>(still.nodes[0]).translation.y = 0.008;
+    CHECK_THAT(lastOf(still), Catch::StartsWith("valid, with 1 warning:\n  warning: tool and obstacles overlap by "
+                                                "2.000 mm at the start"));
+    engine::Scene buried = downScene();
+    CHECK(lastOf(buried) == "valid\n");  // at the goal the parts touch
+    buried.registry.get<engine::LocalTransform>(buried.nodes[2]).translation.y =
+        0.0055;  // 4.5 mm deep, and 3 mm are tolerated
+    CHECK_THAT(lastOf(buried), Contains("valid, with 1 warning:") && Contains("the goal cannot be reached"));
+    (*buried.extras)["touchstone"]["descripton"] = "misspelled";
+    auto& primitive = buried.registry.get<engine::MeshInstance>(buried.nodes[1]).primitives[0];
+    auto mesh = std::make_shared<engine::MeshData>(*primitive.mesh);
+    mesh->indices.resize(mesh->indices.size() - 3);
+    primitive.mesh = mesh;
+    const std::string all = lastOf(buried);
+    CHECK_THAT(all, Contains("descripton") && Contains("touched by its spheres") && Contains("cannot be reached"));
+    const auto count = static_cast<int>(std::count(all.begin(), all.end(), '\n')) - 1;
+    CHECK_THAT(all, Catch::StartsWith("valid, with " + std::to_string(count) + " warnings:\n"));
+}
+
 TEST_CASE("program: validate lists the friction of each obstacle and the tool, and what was assumed", "[program]") {
     const Program touchstone;
     engine::Scene made = pressScene();
@@ -396,13 +432,67 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     CHECK_THAT(answer.out, Contains("warning") && Contains("check its unit"));
 }
 
-TEST_CASE("program: a picture of the last tick needs no display", "[program][gl]") {
+TEST_CASE("program: a picture needs no display, and shows the largest force unless a time is given", "[program][gl]") {
     const Program touchstone;
-    const Answer answer = touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.4 --screenshot " +
-                                     touchstone.file("p.png"));
+    const std::string press = pressFile(touchstone);
+    const auto pictureOf = [&](const std::string& run) {
+        fs::remove(touchstone.file("p.png"));
+        const Answer answer = touchstone("run " + run + " --headless --screenshot " + touchstone.file("p.png"));
+        INFO(answer.err);
+        CHECK(answer.code == 0);
+        const std::string picture = textOf(touchstone.file("p.png"));
+        CHECK(picture.rfind("\x89PNG", 0) == 0);
+        return std::pair(answer.out, picture);
+    };
+    const auto [timed, atTime] = pictureOf(press + " --seconds 0.4");
+    CHECK_THAT(timed, Contains("picture at 0.399 s, the last tick: "));
+    const auto [out, strongest] = pictureOf(press);
+    CHECK_THAT(out, Contains("s, where the force is largest: " + touchstone.file("p.png")));
+    double seconds = 0;
+    REQUIRE(std::sscanf(out.substr(out.find("picture at")).c_str(), "picture at %lf", &seconds) == 1);
+    CHECK(seconds >= 0.2);  // from 0.2 s to 0.6 s it is pressed 2 mm deep
+    CHECK(seconds <= 0.6);
+    const auto [again, same] = pictureOf(press + " --seconds " + std::to_string(seconds + 0.001));
+    CHECK(same == strongest);
+    CHECK(pictureOf(press + " --seconds 0.801").second != strongest);
+
+    engine::Scene clear = pressScene();
+    for (glm::dvec4& p : clear.animations[0].channels[0].values) p.y += 0.02;
+    (*clear.registry.get<engine::NodeMarking>(clear.nodes[0]).extras)["touchstone"].erase("outcome");
+    engine::writeGltf(clear, touchstone.file("clear.glb"));
+    CHECK_THAT(pictureOf(touchstone.file("clear.glb")).first,
+               Contains("picture at 0.800 s, the last tick, since the tool touched nothing: "));
+}
+
+TEST_CASE("program: without a demonstration the tool rests at its start, and each refusal names a device that works",
+          "[program][gl]") {
+    const Program touchstone;
+    engine::Scene still = pressScene();
+    still.animations.clear();
+    engine::writeGltf(still, touchstone.file("still.glb"));
+    const std::string run = "run " + touchstone.file("still.glb") + " --headless";
+    Answer answer = touchstone(run + " --screenshot " + touchstone.file("p.png") + " --report " +
+                               touchstone.file("report.json") + " --ticks " + touchstone.file("ticks.csv"));
     INFO(answer.err);
     CHECK(answer.code == 0);
     CHECK(textOf(touchstone.file("p.png")).rfind("\x89PNG", 0) == 0);
+    const json report = json::parse(textOf(touchstone.file("report.json")));
+    CHECK(report.at("device") == "rest");
+    CHECK(report.at("ended") == "motion");
+    CHECK(report.at("ticks") == 1);
+    CHECK(touchstone(run + " --seconds 0.1").out.find("100 ticks") != std::string::npos);
+
+    for (const std::string device : {"demo", "mouse", "hand"}) {
+        INFO(device);
+        answer = touchstone(run + " --device " + device);
+        CHECK(answer.code == 1);
+        CHECK(isOneSentence(answer.err));
+        CHECK_THAT(answer.err, Contains("the device rest"));
+    }
+    CHECK(touchstone(run + " --device rest").code == 0);
+    answer = touchstone("run " + pressFile(touchstone) + " --headless --device mouse");
+    CHECK_THAT(answer.err, Contains("the device demo"));
+    CHECK_THAT(touchstone("validate " + touchstone.file("still.glb")).out, Contains("rests at its start"));
 }
 
 TEST_CASE("program: what a picture shows and from where is checked before anything runs", "[program]") {

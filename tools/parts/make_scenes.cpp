@@ -1,8 +1,11 @@
 // make_scenes: writes one computed scene with its parameters, or all scenes that are bundled with the program.
 #include <CLI/CLI.hpp>
+#include <cctype>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "engine/scene/gltf_write.hpp"
+#include "engine/scene/text.hpp"
 #include "tools/parts/export_faults.hpp"
 #include "tools/parts/scenes.hpp"
 
@@ -101,13 +104,25 @@ void addSources(CLI::App& command, bool bunny, bool trees, app::SceneOptions& op
     if (trees) command.add_option("--tree-cache", options.treeCache, "folder in which sphere trees are kept");
 }
 
+/// The scene with its summary as description, and the clearance of its fit.
+engine::Scene described(const app::SceneInfo& info, const app::SceneOptions& options) {
+    engine::Scene scene = info.make(options);
+    nlohmann::json& mark = (*scene.extras)["touchstone"];
+    std::string text(info.summary);
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    if (info.variants.size() > 1 && mark.is_object() && mark.contains("clearance_mm"))
+        text += engine::formatted(", with %g mm of clearance on each side", mark["clearance_mm"].get<double>());
+    mark["description"] = text + ".";
+    return scene;
+}
+
 void writeBundled(const std::filesystem::path& folder, const app::SceneOptions& sources) {
     std::filesystem::create_directories(folder);
     for (const app::SceneInfo& scene : app::sceneTable())
         for (const app::SceneVariant& variant : app::bundledVariants(scene)) {
             app::SceneOptions options = sources;
             variant.choose(options);
-            engine::writeGltf(scene.make(options), folder / (std::string(variant.name) + ".glb"));
+            engine::writeGltf(described(scene, options), folder / (std::string(variant.name) + ".glb"));
         }
 }
 
@@ -139,7 +154,7 @@ int main(int argc, char** argv) {
         if (bundled->parsed()) writeBundled(output, options);
         for (const app::SceneInfo& scene : app::sceneTable())
             if (program.got_subcommand(std::string(scene.name))) {
-                engine::Scene made = scene.make(options);
+                engine::Scene made = described(scene, options);
                 if (exported) app::addFaults(made, app::kUsualFaults);
                 engine::writeGltf(made, output);
             }

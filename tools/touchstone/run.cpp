@@ -37,7 +37,7 @@ struct RunOptions {
     bool headless = false;
     bool paced = false;
     std::optional<double> seconds;
-    std::string device;  ///< empty: the demonstration; in a window without one, the mouse
+    std::string device;  ///< empty: defaultDevice()
     SettingsChoice settings;
     std::filesystem::path report, ticks, screenshot, dumpQp, sweep, record;  ///< empty: none
     std::string show, view;  ///< of the picture: applyShowList(), checkView()
@@ -110,23 +110,22 @@ void checkOutputs(const RunOptions& options, const std::filesystem::path& scene)
 /// The scene without its trees, which take time to build: enough to find errors in the scene, the settings and the
 /// device.
 sandbox::HapticScene checkedScene(const std::filesystem::path& file, const RunOptions& options,
-                                  const std::string& device, std::shared_ptr<MouseTarget> mouse) {
+                                  std::shared_ptr<MouseTarget> mouse) {
     sandbox::SceneOptions sceneOptions;
     sceneOptions.buildWorld = false;
     sandbox::HapticScene scene = sandbox::openScene(file, sceneOptions);
     checkedWithCommandLine(scene.settings, options.settings);
-    if (const auto recording = sandbox::recordingOf(device))
+    if (const auto recording = sandbox::recordingOf(options.device))
         sandbox::Recording whole(*recording);
-    else if (scene.missing.empty() && !device.empty())
-        sandbox::startDevice(scene, device, std::move(mouse));
+    else if (scene.missing.empty() && !options.device.empty())
+        sandbox::startDevice(scene, options.device, std::move(mouse));
     if (!options.record.empty() && sandbox::isRecording(options.record))
         throw std::runtime_error("'" + options.record.string() + "' holds a recording already: choose another folder");
     return scene;
 }
 
-sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options,
-                                const std::string& device) {
-    sandbox::HapticScene scene = checkedScene(file, options, device, nullptr);
+sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOptions& options) {
+    sandbox::HapticScene scene = checkedScene(file, options, nullptr);
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
     for (const auto& [path, what] :
          {std::pair{options.report, "the report"}, std::pair{options.screenshot, "the picture"},
@@ -134,7 +133,7 @@ sandbox::HapticScene openForRun(const std::filesystem::path& file, const RunOpti
         if (!path.empty()) requireWritable(path, what);
 
     sandbox::SceneOptions sceneOptions{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
-    const auto recording = sandbox::recordingOf(device);
+    const auto recording = sandbox::recordingOf(options.device);
     std::optional<sandbox::Recording> replayed;
     if (recording) replayed.emplace(*recording);
     sceneOptions.allTrees = (replayed && hadSpheres(replayed->scene())) || chosenDisplay(options).trees();
@@ -166,16 +165,16 @@ bool reportReplay(const sandbox::ReplayCheck& check) {
 int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     const std::unique_ptr<TickTable> table = tableFor(options);
     sandbox::HeadlessOptions headless;
-    if (!options.device.empty()) headless.device = options.device;
     headless.seconds = options.seconds;
     headless.paced = options.paced;
     headless.record = options.record;
     headless.adjust = [&](const Settings& recorded) { return checkedWithCommandLine(recorded, options.settings); };
-    if (options.paced && sandbox::recordingOf(headless.device))
+    if (options.paced && sandbox::recordingOf(options.device))
         throw UsageError(
             "--paced measures a device that is paced by the clock, but a recording is replayed as fast as possible: "
             "leave out --paced");
-    const sandbox::HapticScene scene = openForRun(file, options, headless.device);
+    const sandbox::HapticScene scene = openForRun(file, options);
+    headless.device = options.device.empty() ? sandbox::defaultDevice(scene, false) : options.device;
     const Settings settings = checkedWithCommandLine(scene.settings, options.settings);
     sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
@@ -203,7 +202,6 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });
     if (table && outputs.good(kTicks)) outputs.write(kTicks, [&] { table->close(); });
     if (!options.report.empty()) outputs.write("report", [&] { writeReport(run.report, options.report); });
-    picture.before = ticks;
     if (!options.sweep.empty())
         outputs.write("sweep", [&] {
             std::optional<sandbox::FrozenContact> contact;
@@ -217,7 +215,17 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         });
     if (!options.screenshot.empty())
         outputs.write("picture", [&] {
-            engine::writePng(options.screenshot, sandbox::renderScene(scene, run.last, run.settings, picture));
+            // A requested time is the time to show; otherwise the last tick is often long after the contact.
+            const bool ofLast = options.seconds || !run.strongest;
+            const sandbox::RunMoment shown =
+                ofLast ? sandbox::RunMoment{run.last, run.settings, run.report.ticks} : *run.strongest;
+            if (traced) picture.before = std::span(ticks).first(shown.ticks);
+            engine::writePng(options.screenshot, sandbox::renderScene(scene, shown.record, shown.settings, picture));
+            std::printf("  picture at %.3f s, %s: %s\n", static_cast<double>(shown.ticks - 1) / shown.settings.rate,
+                        options.seconds ? "the last tick"
+                        : ofLast        ? "the last tick, since the tool touched nothing"
+                                        : "where the force is largest",
+                        options.screenshot.c_str());
         });
     if (!run.recordingFailure.empty())
         outputs.write("recording", [&] { throw std::runtime_error(run.recordingFailure); });
@@ -237,7 +245,7 @@ std::optional<sandbox::PlotsTab> tabOf(const std::string& name) {
 }
 
 int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
-    const sandbox::HapticScene scene = checkedScene(file, options, options.device, std::make_shared<MouseTarget>());
+    const sandbox::HapticScene scene = checkedScene(file, options, std::make_shared<MouseTarget>());
     const std::unique_ptr<TickTable> table = tableFor(options);
     LiveReport live(table.get());
     sandbox::LiveSession* session = nullptr;  // set in the first frame
@@ -374,7 +382,8 @@ void addRun(CLI::App& program, Action& action) {
                     "device does not end within a day)")
         ->check(durationInSeconds());
     run->add_option("--device", options->device,
-                    "the device that moves the tool, NAME or NAME:FILE: " + namesOf(deviceTable()));
+                    "the device that moves the tool, NAME or NAME:FILE: " + namesOf(deviceTable()) +
+                        " (default: demo; without a demonstration, in a window mouse, and headless rest)");
     run->add_option("--mode", settings.mode,
                     "default; paper: " + paperModeHelp() +
                         "; penalty: springs against overlaps, for comparison; or god-object: constrained by the pairs "
@@ -400,7 +409,10 @@ void addRun(CLI::App& program, Action& action) {
         ->check(CLI::IsMember({"time", "contact", "friction", "trade"}));
     addUiScale(*run, options->uiScale);
     run->add_option("--select", options->select, "name of the part that is selected in the window at the start");
-    run->add_option("--screenshot", options->screenshot, "write a picture of the last tick to a PNG file");
+    run->add_option(
+        "--screenshot", options->screenshot,
+        "write a picture to a PNG file: in a window, of the last frame; headless, of the last tick with --seconds, "
+        "else of the tick with the largest force within the device's limits, if any is felt");
     run->add_option("--show", options->show,
                     "overlays to draw, comma-separated: " + namesOf(sandbox::displaySwitches()) +
                         "; no-NAME hides one, trees:LEVEL, section:x");

@@ -1,6 +1,8 @@
 // touchstone validate: how a scene's nodes were interpreted, the friction of its parts, and whether it can be run.
 #include <cstdio>
+#include <utility>
 
+#include "engine/scene/text.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "tools/touchstone/command_line.hpp"
@@ -9,6 +11,27 @@
 
 namespace touchstone::app {
 namespace {
+
+/// What may keep the scene from doing what it is made for. Repairs, defaults and a missing demonstration are not among
+/// them.
+std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
+    std::vector<std::string> warnings = scene.warnings;
+    for (std::string& sentence : sandbox::touchedBySpheres(scene, scene.settings))
+        warnings.push_back(std::move(sentence));
+    if (!scene.world) return warnings;
+    const auto depthAt = [&](const Pose& X_WT) {
+        return PenetrationMeter(*scene.world).depth(X_WT, {}, geometryOf(scene.settings));
+    };
+    if (const double depth = depthAt(scene.world->X_WT_start); depth > 0)
+        warnings.push_back(
+            engine::formatted("tool and obstacles overlap by %.3f mm at the start: move them apart", depth));
+    const auto& goal = scene.roles.goal;
+    if (const double depth = goal ? depthAt(goal->X_WT) : 0; goal && depth > goal->tolerance)
+        warnings.push_back(engine::formatted(
+            "the goal cannot be reached: there tool and obstacles overlap by %.3f mm, and its tolerance is %.3f mm",
+            depth, goal->tolerance));
+    return warnings;
+}
 
 int validate(const std::string& pathOrName) {
     const std::filesystem::path file = findScene(pathOrName);
@@ -40,14 +63,11 @@ int validate(const std::string& pathOrName) {
             std::printf(
                 "  tool and %s: %s\n", world.obstacles[k].name.c_str(),
                 sandbox::frictionWords(markingOf(scene.roles.tool), markingOf(scene.roles.obstacles[k])).c_str());
-        if (const double depth = PenetrationMeter(world).depth(world.X_WT_start, {}, geometryOf(scene.settings));
-            depth > 0)
-            std::printf("  warning: tool and obstacles overlap by %.3f mm at the start: move them apart\n", depth);
     }
     if (scene.demonstration)
         std::printf("  demonstration: %.2f s\n", scene.demonstration->duration() / 1000);
     else
-        std::printf("  demonstration: none, so headless runs need --device replay:FILE\n");
+        std::printf("  demonstration: none, so the tool of a headless run rests at its start\n");
     std::printf("  expected outcome: %s\n", scene.outcome.empty() ? "none given" : "given");
     const Settings defaults;
     for (const SettingInfo& info : settingTable())
@@ -55,15 +75,23 @@ int validate(const std::string& pathOrName) {
             std::printf("  setting %s = %s %s\n", std::string(info.key).c_str(), value.c_str(),
                         std::string(info.unit).c_str());
     for (const std::string& sentence : sandbox::repairSentences(scene)) std::printf("  %s\n", sentence.c_str());
-    for (const std::string& warning : scene.warnings) std::printf("  warning: %s\n", warning.c_str());
-    for (const std::string& sentence : sandbox::touchedBySpheres(scene, scene.settings))
-        std::printf("  warning: %s\n", sentence.c_str());
-    if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
-    std::printf("valid%s\n", scene.warnings.empty() ? "" : ", with warnings");
+    const std::vector<std::string> warnings = warningsOf(scene);
+    const bool complete = scene.missing.empty();
+    if (complete && warnings.empty()) std::printf("valid\n");
+    if (complete && !warnings.empty())
+        std::printf("valid, with %zu %s:\n", warnings.size(), warnings.size() == 1 ? "warning" : "warnings");
+    for (const std::string& warning : warnings) std::printf("  warning: %s\n", warning.c_str());
+    if (!complete) throw std::runtime_error(file.string() + ": " + scene.missing);
     return kOk;
 }
 
-constexpr const char* kValidateFooter = "Example:\n  touchstone validate part.glb\n";
+constexpr const char* kValidateFooter =
+    "The last lines say \"valid\", or \"valid, with N warnings\" and what they are: content that is ignored, unknown "
+    "keys,\n"
+    "unlikely sizes, surfaces that are not closed, parts that overlap at the start, a goal that cannot be reached. "
+    "The\n"
+    "exit code is 0 with warnings, too, and 1 if the scene cannot be run.\n\n"
+    "Example:\n  touchstone validate part.glb\n";
 
 }  // namespace
 

@@ -30,7 +30,8 @@ App::App(const WindowRunOptions& options)
           return session;
       }()),
       recent_(options.configFolder),
-      display_(options.display) {
+      display_(options.display),
+      openDialog_(options.configFolder, options.session.treeCache) {
     if (std::error_code error; !options.configFolder.empty()) {
         std::filesystem::create_directories(options.configFolder, error);
         iniFile_ = options.configFolder / "window.ini";

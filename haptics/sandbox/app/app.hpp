@@ -15,6 +15,7 @@
 #include "engine/view/renderer.hpp"
 #include "haptics/sandbox/app/app_options.hpp"
 #include "haptics/sandbox/app/mouse_grab.hpp"
+#include "haptics/sandbox/app/open_dialog.hpp"
 
 namespace touchstone::sandbox {
 
@@ -97,6 +98,7 @@ class App {
     HapticsPanelState hapticsPanel_;
     DevicePanelState devicePanel_;
     MenuState menu_;
+    OpenDialog openDialog_;
     PanelRequests requests_;
     engine::UndoStack<UserState> undo_;
     std::filesystem::path undoFile_;  // scene that the undo states belong to

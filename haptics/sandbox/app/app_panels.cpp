@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "haptics/sandbox/app/app.hpp"
+#include "haptics/sandbox/app/panel_demonstration.hpp"
 
 namespace touchstone::sandbox {
 namespace {
@@ -65,6 +66,12 @@ void App::drawPanels(const engine::Layout& layout) {
         const engine::Area left{layout.scene.position, {layout.scene.size.x, layout.plots.size.y}};
         const auto drawScene = [&] {
             if (!viewed_) return ImGui::TextDisabled("No scene is open.");
+            const MotionRecorder* recorder = session_.demonstration();
+            drawDemonstration({.running = session_.running(),
+                               .hasDemonstration = viewed_->demonstration != nullptr,
+                               .hasGoal = viewed_->roles.goal.has_value(),
+                               .recordedMs = recorder ? std::optional(recorder->duration()) : std::nullopt},
+                              requests_, &items_);
             scenePanel_.selected = selection_.node();
             drawScenePanel(*viewed_, geometryOf(session_.settings()), display_, scenePanel_, &items_);
             selection_.select(scenePanel_.selected);
@@ -87,6 +94,7 @@ void App::drawPanels(const engine::Layout& layout) {
         const ImVec2 low = layout.picture.position, size = layout.picture.size;
         options_.panel(session_, {low.x, low.y, low.x + size.x, low.y + size.y}, items_);
     }
+    openDialog_.draw(menu, menu_, requests_, &items_);
     drawDialogs(menu, menu_, requests_, &items_);
     if (const auto progress = session_.opening()) drawOpening(*progress, requests_, &items_);
 }
@@ -134,7 +142,8 @@ void App::drawHints(const engine::Area& picture) const {
     write(warning->text, error ? ImVec4(1, 0.5f, 0.45f, 1) : ImVec4(1, 0.8f, 0.4f, 1), false);
 }
 
-/// Draws the settings, with additional pages for a hardware device and for the selected node.
+/// Draws the settings, with additional pages for a hardware device and for the selected
+/// node.
 void App::drawLeftPanel() {
     const auto drawSettings = [&] {
         Settings settings = session_.settings();

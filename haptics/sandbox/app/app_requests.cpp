@@ -5,6 +5,7 @@
 
 #include "haptics/sandbox/app/app.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::sandbox {
@@ -41,13 +42,7 @@ void App::copyCommand() {
     }
     std::string device = session_.device().choice;
     if (device == "mouse") {
-        if (!viewed_->demonstration) {
-            session_.log().say(
-                Message::Kind::Warning,
-                "Mouse input cannot be repeated, and the scene has no demonstration: replay a motion instead");
-            return;
-        }
-        device = "demo";
+        device = defaultDevice(*viewed_, false);  // mouse input cannot be repeated
     }
     const std::string line =
         commandLine(std::filesystem::absolute(session_.request().file), device, viewed_->settings, session_.settings());
@@ -80,6 +75,7 @@ void App::carryOut() {
     if (!requests.markings.empty()) session_.mark(requests.markings);
     if (requests.save && session_.save(*requests.save, requests.saveSettings)) {
         viewedFile_ = session_.request().file;
+        undo_.clear();  // its states are changes of the file as it was
         recent_.add(viewedFile_);
     }
     if (requests.undo && session_.opening())
@@ -92,6 +88,13 @@ void App::carryOut() {
         fitPoints(camera_, selection_.corners(*viewed_, toolPoses()), picture_.size.x / picture_.size.y);
     if (requests.copyCommand) copyCommand();
     if (requests.record) toggleRecording();
+    if (requests.setGoal) {
+        session_.setGoalHere();
+        if (viewed_ && viewed_->roles.goalNode) selection_.select(viewed_->roles.goalNode);  // shows its tolerances
+    }
+    if (requests.recordDemonstration)
+        session_.demonstration() ? session_.finishDemonstration() : session_.recordDemonstration();
+    if (requests.replayDemonstration) session_.chooseDevice("demo", true);
     if (requests.checkFit) measure_.checkFit(session_);
     if (requests.device) session_.chooseDevice(*requests.device);
     if (requests.workspace) session_.setWorkspace(*requests.workspace);
@@ -105,7 +108,7 @@ void App::carryOut() {
     if (display_.trees() && std::exchange(treesFor_, session_.sceneNumber()) != session_.sceneNumber())
         session_.buildTrees();
     if (requests.stopOrEngage) session_.engaged() ? session_.stop() : session_.engage();
-    if (requests.device || requests.restart) grab_.reset();
+    if (requests.device || requests.restart || requests.replayDemonstration) grab_.reset();
     const auto turn = [](bool wanted, bool& folded) {
         if (!wanted) return;
         folded = !folded;

@@ -9,6 +9,7 @@
 
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
+#include "haptics/sandbox/scene/goal_edit.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
@@ -259,6 +260,39 @@ void drawFriction(const HapticScene& scene, engine::Entity node, int index, Insp
     }
 }
 
+/// Draws the tolerances of the goal that this node has.
+void drawGoal(const HapticScene& scene, engine::Entity node, InspectorState& state, PanelRequests& requests,
+              engine::ItemRects* items) {
+    if (!scene.roles.goal || node != scene.roles.goalNode) return;
+    ImGui::Separator();
+    if (!state.editingGoal) state.goal = *scene.roles.goal;
+    state.editingGoal = false;
+    bool done = false;
+    const auto drawValue = [&](const char* label, const char* id, double& value, double scale, double most, float speed,
+                               const char* format, const char* help) {
+        double shown = scale * value;
+        const double least = 0;
+        drawLabel(label);
+        if (ImGui::DragScalar(id, ImGuiDataType_Double, &shown, speed, &least, &most, format,
+                              ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoRoundToFormat))
+            value = shown / scale;
+        done |= ImGui::IsItemDeactivatedAfterEdit();
+        state.editingGoal |= ImGui::IsItemActive();
+        engine::noteItem(items, id + 2);
+        engine::tooltip(std::string(help) + " Drag, or Ctrl+click to type.");
+    };
+    constexpr double kDegreesPerRadian = 57.29577951308232;
+    drawValue("Tolerance", "##goal tolerance", state.goal.tolerance, 1, 1e3, 0.01f, "%.3g mm",
+              "How near the tool's origin must be to the goal, mm.");
+    drawValue("Angle", "##goal angle", state.goal.toleranceAngle, kDegreesPerRadian, 360, 0.1f, "%.3g°",
+              "How far the tool may be turned from the goal, degrees.");
+    drawValue("Hold", "##goal hold", state.goal.hold, 1e-3, 60, 0.01f, "%.2f s",
+              "How long the tool must stay there, s.");
+    drawValue("Depth", "##goal depth", state.goal.depth, 1, 1e3, 0.05f, "%.3g mm",
+              "Depth of the hole: the distance along the way out from the goal to its mouth, mm; 0 if unknown.");
+    if (done) requests.edits = {goalWith(scene, state.goal)};
+}
+
 /// Conversion of one color channel between linear light and sRGB.
 float toScreen(float linear) {
     return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
@@ -359,6 +393,7 @@ void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, I
     }
     drawRole(scene, node, index, requests, items);
     drawPlace(scene, node, index, state, requests, items);
+    drawGoal(scene, node, state, requests, items);
     ImGui::Checkbox("Local axes", &state.ownAxes);
     engine::noteItem(items, "own axes");
     engine::tooltip("Aligns the handles in the picture with the node's axes instead of the scene's.\nKey E");

@@ -9,13 +9,7 @@
 #include "haptics/sandbox/scene/tree_words.hpp"
 
 namespace touchstone::sandbox {
-namespace {
 
-constexpr const char *kOpenTitle = "Open a scene", *kReplayTitle = "Replay a motion",
-                     *kHelpTitle = "Mouse and keyboard", *kSaveTitle = "Save the scene", *kAddTitle = "Add a part",
-                     *kLeaveTitle = "Unsaved changes";
-
-/// Begins a dialog in the middle of the window. It opens on request; Escape or a click outside closes it.
 bool beginDialog(const char* title, bool& open) {
     if (open) ImGui::OpenPopup(title);
     open = false;
@@ -26,6 +20,11 @@ bool beginDialog(const char* title, bool& open) {
     ImGui::Separator();
     return true;
 }
+
+namespace {
+
+constexpr const char *kReplayTitle = "Replay a motion", *kHelpTitle = "Mouse and keyboard",
+                     *kSaveTitle = "Save the scene", *kAddTitle = "Add a part", *kLeaveTitle = "Unsaved changes";
 
 /// Draws a text field for a path with two buttons below it. Returns true when the path was confirmed.
 bool drawPathInput(const char* id, PathInput& path, const char* action, engine::ItemRects* items) {
@@ -41,38 +40,6 @@ bool drawPathInput(const char* id, PathInput& path, const char* action, engine::
     return confirmed;
 }
 
-void drawOpenDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
-    if (!beginDialog(kOpenTitle, state.openDialog)) return;
-    const auto rows =
-        static_cast<float>(std::clamp(view.scenes.size() + view.recent.size(), std::size_t{2}, std::size_t{16}));
-    ImGui::BeginChild("scenes", {36 * ImGui::GetFontSize(), (rows + 1) * ImGui::GetTextLineHeightWithSpacing()}, true);
-    for (const std::filesystem::path& scene : view.scenes) {
-        ImGui::PushID(scene.c_str());
-        if (ImGui::Selectable(scene.stem().c_str())) {
-            requests.open = scene;
-            ImGui::CloseCurrentPopup();
-        }
-        engine::noteItem(items, "open " + scene.stem().string());
-        engine::tooltip(scene.string());
-        ImGui::PopID();
-    }
-    if (!view.recent.empty()) ImGui::TextDisabled("Recent");
-    for (const std::filesystem::path& scene : view.recent) {
-        ImGui::PushID(("recent " + scene.string()).c_str());
-        if (ImGui::Selectable(scene.c_str())) {
-            requests.open = scene;
-            ImGui::CloseCurrentPopup();
-        }
-        engine::noteItem(items, "recent " + scene.stem().string());
-        ImGui::PopID();
-    }
-    if (view.scenes.empty() && view.recent.empty()) ImGui::TextDisabled("No scenes were found.");
-    ImGui::EndChild();
-    ImGui::TextDisabled("Or type the path of a .glb or .gltf file, or drop a file on the window.");
-    if (drawPathInput("##open path", state.openPath, "Open", items)) requests.open = state.openPath.data();
-    ImGui::EndPopup();
-}
-
 void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (!beginDialog(kReplayTitle, state.replayDialog)) return;
     ImGui::TextDisabled("Folder of a recording, or CSV file with the columns t_ms,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
@@ -84,7 +51,8 @@ void drawReplayDialog(MenuState& state, PanelRequests& requests, engine::ItemRec
 void drawSaveDialog(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     if (state.saveDialog) std::snprintf(state.savePath.data(), state.savePath.size(), "%s", view.file.string().c_str());
     if (!beginDialog(kSaveTitle, state.saveDialog)) return;
-    ImGui::TextDisabled("Saves roles, poses, trees, materials and parts. All other content of the file is kept.");
+    ImGui::TextDisabled(
+        "Saves roles, poses, goal, demonstration, trees, materials and parts. All other content of the file is kept.");
     ImGui::Checkbox("Include current settings", &state.saveSettings);
     engine::noteItem(items, "save settings");
     engine::tooltip("The saved scene starts with these settings.");
@@ -237,6 +205,15 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
             engine::noteItem(items, "menu undo");
             if (ImGui::MenuItem("Redo", "Ctrl+Shift+Z", false, view.canRedo)) requests.redo = true;
             ImGui::Separator();
+            if (ImGui::MenuItem("Set goal here", nullptr, false, view.running)) requests.setGoal = true;
+            engine::noteItem(items, "menu set goal");
+            if (ImGui::MenuItem(view.recordingDemonstration ? "Finish demonstration" : "Record demonstration", nullptr,
+                                false, view.running || view.recordingDemonstration))
+                requests.recordDemonstration = true;
+            if (ImGui::MenuItem("Replay demonstration", nullptr, false,
+                                view.running && view.hasDemonstration && !view.recordingDemonstration))
+                requests.replayDemonstration = true;
+            ImGui::Separator();
             if (ImGui::MenuItem("Copy as command line", "Ctrl+Shift+C", false, view.running))
                 requests.copyCommand = true;
             ImGui::EndMenu();
@@ -284,7 +261,6 @@ void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display
 }
 
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
-    drawOpenDialog(view, state, requests, items);
     drawSaveDialog(view, state, requests, items);
     drawAddDialog(state, requests, items);
     drawReplayDialog(state, requests, items);

@@ -36,7 +36,10 @@ struct PanelRequests {
     bool undo = false, redo = false, copyCommand = false;
     bool record = false;  ///< start or stop recording
     bool checkFit = false;
-    engine::Folds fold;  ///< panels to fold, or to unfold if they are folded
+    engine::Folds fold;                ///< panels to fold, or to unfold if they are folded
+    bool setGoal = false;              ///< the goal is where the tool is
+    bool recordDemonstration = false;  ///< start or finish
+    bool replayDemonstration = false;
 
     /// Whether the requests close the scene shown: reload it, open another one, or quit.
     bool leaves() const { return open || reload || quit; }
@@ -63,17 +66,18 @@ void drawScenePanel(HapticScene& scene, Geometry geometry, DisplayOptions& displ
 struct InspectorState {
     engine::Entity node;                     ///< node that the other members refer to
     bool placing = false, choosing = false;  ///< pose or tree is being edited
-    bool editingFriction = false;
+    bool editingFriction = false, editingGoal = false;
     glm::dvec3 position{0}, angles{0};  ///< pose being edited: mm, degrees about x, y, z
     TreeOptions tree;                   ///< tree options being edited
     glm::dvec2 friction{0};             ///< static and dynamic friction being edited
+    GoalRegion goal;                    ///< tolerances of the goal being edited
     bool ownAxes = false;               ///< the gizmo uses the node's axes
     bool naming = false;
     std::array<char, 128> name{};  ///< name being typed
 };
 
-/// Draws the selected node: name, pose, role, friction, materials, and by what it is touched in this geometry of the
-/// tick: its mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
+/// Draws the selected node: name, pose, role, goal, friction, materials, and by what it is touched in this geometry of
+/// the tick: its mesh, or its sphere tree with the tree's options. Pre: `node` is a node of the scene.
 void drawInspector(HapticScene& scene, Geometry geometry, engine::Entity node, InspectorState& state,
                    PanelRequests& requests, engine::ItemRects* items);
 
@@ -126,6 +130,7 @@ struct MenuView {
     const std::string& device;
     bool running = false, hasScene = false, hasDemonstration = false, hasSelection = false;
     bool canUndo = false, canRedo = false, recording = false;
+    bool recordingDemonstration = false;
     engine::Folds folded;
 };
 struct MenuState {
@@ -142,8 +147,11 @@ struct MenuState {
 /// Draws the menu bar.
 void drawMenuBar(const MenuView& view, MenuState& state, DisplayOptions& display, PanelRequests& requests,
                  engine::ItemRects* items);
-/// Draws the dialogs requested in `state`, each in its own window. Call after the panels: a window that appears after a
-/// dialog would close it.
+/// Begins a dialog in the middle of the window, and returns whether it is open. It opens on request; Escape or a click
+/// outside closes it.
+bool beginDialog(const char* title, bool& open);
+/// Draws the dialogs requested in `state` except the one that opens a scene, each in its own window. Call after the
+/// panels: a window that appears after a dialog would close it.
 void drawDialogs(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items);
 
 /// Draws the progress of opening a scene, with a cancel button, in its own window.

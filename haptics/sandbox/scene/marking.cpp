@@ -94,6 +94,9 @@ class Marker {
         for (const SceneEdit& edit : edits_)
             if (const auto* set = std::get_if<engine::SetExtras>(&edit); set && set->node == index)
                 extras = *set->extras;
+            else if (const auto* adjusted = std::get_if<engine::AdjustExtras>(&edit);
+                     adjusted && adjusted->node == index)
+                extras = *adjusted->to;
         if (extras.is_null()) return json::object();
         if (!extras.is_object())
             engine::failIn(scene_.file, nodeLabel(scene_, nodeAt(index)),
@@ -196,8 +199,8 @@ void applyMarking(Scene& scene, const Marking& marking) {
 bool movesRigidly(const engine::Registry& registry, Entity node) {
     const Entity owner = roleOwner(registry, registry.get<engine::Hierarchy>(node).parent);
     const Role* role = owner ? registry.find<Role>(owner) : nullptr;
-    const bool body = registry.has<BodyMarking>(node);  // the tool or an obstacle itself
-    return body || !role || (*role != Role::Tool && *role != Role::Obstacle);
+    const bool own = registry.has<Role>(node);  // it belongs to no body above
+    return own || !role || (*role != Role::Tool && *role != Role::Obstacle);
 }
 
 }  // namespace touchstone::sandbox

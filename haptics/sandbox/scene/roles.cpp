@@ -285,6 +285,7 @@ void RoleReader::chooseGoal() {
         }
     }
     if (!chosen) return;
+    found_.goalNode = chosen;
     found_.goal = regionOf(chosen);
 }
 
@@ -319,6 +320,7 @@ void RoleReader::readScene() {
         engine::Fields fields(scene_, object, "extras.touchstone", *mark);
         fields.object("settings");
         fields.find("clearance_mm");
+        fields.text("description");
         if (fields.object("outcome")) found_.outcome = mark->at("outcome");
         fields.warnUnknown(found_.warnings);
     }

@@ -18,6 +18,7 @@ struct SceneRoles {
     engine::Entity tool;                    ///< null if no node is marked as the tool
     std::vector<engine::Entity> obstacles;  ///< in file order
     std::optional<GoalRegion> goal;
+    engine::Entity goalNode;  ///< the node with the goal, which may be the tool; null without a goal
     std::optional<Gauge> gauge;
     std::optional<double> clearance;  ///< of the scene's fit, mm; its sphere trees and their settings follow from it
     engine::JsonValue outcome;        ///< expected outcome as written in the file; null without one

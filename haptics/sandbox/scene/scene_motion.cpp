@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/edit/scene_edit.hpp"
 #include "engine/scene/transforms.hpp"
 #include "haptics/sandbox/scene/role.hpp"
 #include "haptics/sandbox/scene/units.hpp"
@@ -59,6 +60,29 @@ SceneMotion::SceneMotion(const engine::Scene& scene, const engine::Animation& an
 
 Pose SceneMotion::at(double t) const noexcept {
     return toPose(parent_ * engine::localMatrix(engine::sampleNode(channels_, node_, rest_, t / 1000)));
+}
+
+engine::Animation animationOf(const engine::Scene& scene, Entity node, std::span<const MotionKey> keys) {
+    AnimationChannel translation, rotation;
+    rotation.path = AnimationPath::Rotation;
+    for (const MotionKey& key : keys) {
+        const double seconds = static_cast<float>(key.t / 1000);
+        if (!translation.times.empty() && !(seconds > translation.times.back())) continue;  // equal once rounded
+        const engine::LocalTransform local = engine::placedAt(scene.registry, node, toRigidPart(key.X_WT));
+        glm::dquat q = local.rotation;
+        if (!rotation.values.empty()) {  // the nearer of the two equal quaternions, as other readers may expect
+            const glm::dvec4& last = rotation.values.back();
+            if (last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w < 0) q = -q;
+        }
+        // Rounded and normalized until neither changes it, since writers normalize.
+        glm::dvec4 value(q.x, q.y, q.z, q.w);
+        for (int i = 0; i < 4; ++i) value = glm::dvec4(glm::vec4(glm::normalize(value)));
+        translation.times.push_back(seconds);
+        translation.values.emplace_back(glm::dvec3(glm::vec3(local.translation)), 0);
+        rotation.values.push_back(value);
+    }
+    rotation.times = translation.times;
+    return {.name = {}, .channels = {std::move(translation), std::move(rotation)}};
 }
 
 bool movesTool(const engine::Animation& animation, Entity tool) {

@@ -1,6 +1,7 @@
 #pragma once
 // The motions of a scene: its glTF animations of the tool node. The first one is the demonstration.
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,10 @@ class SceneMotion final : public Motion {
     glm::dmat4 parent_{1};
     double duration_ = 0;
 };
+
+/// The keys as an animation of `node` with linear channels without target, for engine::SetMotion. They are rounded to
+/// single precision, so that a saved file has the same motion. Pre: the keys are those of a RecordedMotion.
+engine::Animation animationOf(const engine::Scene& scene, engine::Entity node, std::span<const MotionKey> keys);
 
 /// True if the animation moves the tool, which makes it one of the scene's motions.
 bool movesTool(const engine::Animation& animation, engine::Entity tool);

@@ -264,6 +264,18 @@ std::shared_ptr<const World> worldNow(const HapticScene& scene) {
     return world;
 }
 
+namespace {
+/// Reads the outcomes of the scene's motions.
+void readOutcomes(HapticScene& scene, std::vector<std::string>& warnings) {
+    scene.outcome = readOutcome(scene.scene, scene.roles, warnings);
+    scene.outcomes.clear();
+    for (std::size_t i = 0; i < scene.scene.animations.size(); ++i)
+        if (movesTool(scene.scene.animations[i], scene.roles.tool))
+            scene.outcomes.push_back(readOutcome(scene.scene, i, scene.roles, warnings).value_or(scene.outcome));
+    if (!scene.outcomes.empty()) scene.outcome = scene.outcomes.front();
+}
+}  // namespace
+
 std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     updateWorldTransforms(scene.scene);
     scene.roles = assignRoles(scene.scene);
@@ -271,6 +283,7 @@ std::shared_ptr<const World> worldAsPlaced(HapticScene& scene) {
     std::vector<std::string> known;  // these warnings were given when the scene was opened
     scene.motions = findMotions(scene.scene, scene.roles.tool, scene.roles.obstacles, known);
     scene.demonstration = scene.motions.empty() ? nullptr : scene.motions.front().motion;
+    readOutcomes(scene, known);
     auto world = std::make_shared<World>(*scene.world);
     for (std::size_t i = 0; i < world->obstacles.size(); ++i)
         world->obstacles[i].X_WO = toPose(engine::worldPose(scene.scene.registry, scene.roles.obstacles[i]));
@@ -323,12 +336,7 @@ HapticScene assembled(Scene scene, const SceneOptions& options) {
     opened.settings = sceneSettings(opened.scene, opened.roles);
     opened.warnings = opened.scene.warnings;
     opened.warnings.insert(opened.warnings.end(), opened.roles.warnings.begin(), opened.roles.warnings.end());
-    opened.outcome = readOutcome(opened.scene, opened.roles, opened.warnings);
-    for (std::size_t i = 0; i < opened.scene.animations.size(); ++i)
-        if (movesTool(opened.scene.animations[i], opened.roles.tool))
-            opened.outcomes.push_back(
-                readOutcome(opened.scene, i, opened.roles, opened.warnings).value_or(opened.outcome));
-    if (!opened.outcomes.empty()) opened.outcome = opened.outcomes.front();
+    readOutcomes(opened, opened.warnings);
     opened.missing = missingRoles(opened.roles);
     if (!opened.missing.empty()) return opened;
 

@@ -113,8 +113,9 @@ std::vector<std::string> repairSentences(const HapticScene& scene);
 /// Name of the scene in reports: the file's without folder and extension; without a file, that of the glTF scene.
 std::string sceneName(const HapticScene& scene);
 
-/// Call this after nodes were moved that movesRigidly(). Updates roles and motions of the scene, and returns a world
-/// with the same trees at their new poses; null if the scene has no world. Does not change scene.world.
+/// Call this after nodes were moved that movesRigidly(), or goal or motions changed. Updates roles, motions and
+/// outcomes of the scene, and returns a world with the same trees at their new poses; null if the scene has no world.
+/// Does not change scene.world. Throws engine::SceneError if a goal does not suit the motions.
 std::shared_ptr<const World> worldAsPlaced(HapticScene& scene);
 
 /// Reads a file and does all of the above. Any thread may call it, since the result is complete and shares nothing.

@@ -16,6 +16,10 @@ std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
     return folder;
 }
 
+std::string defaultDevice(const HapticScene& scene, bool window) {
+    return scene.demonstration ? "demo" : window ? "mouse" : "rest";
+}
+
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,
                                     std::shared_ptr<MouseTarget> mouse, const std::optional<Pose>& X_WT_start) {
     if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);

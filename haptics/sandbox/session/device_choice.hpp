@@ -13,6 +13,10 @@ namespace touchstone::sandbox {
 /// The folder of a choice replay:FOLDER, which is a recording; nothing for replay:FILE, which is a motion.
 std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 
+/// The device that moves the tool when the user chose none: the demonstration; without one, in a window the mouse, and
+/// else nothing, so that the tool rests at its start.
+std::string defaultDevice(const HapticScene& scene, bool window);
+
 /// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: the target that the window
 /// sets, null without a window; `X_WT_start`: tool pose at the start, by default the scene's. Throws std::runtime_error
 /// with one sentence if there is no such device or it cannot start. Pre: the scene has a tool.

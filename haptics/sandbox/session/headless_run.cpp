@@ -9,6 +9,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "haptics/device/emergency_stop.hpp"
@@ -213,6 +214,16 @@ double fallenPast(const GoalRegion& goal, const TickRecord& tick) {
     return (p + past * out).norm() < past ? past : 0;
 }
 
+/// Takes a tick into HeadlessRun::strongest if it is stronger.
+void noteStrongest(std::optional<RunMoment>& strongest, const TickRecord& tick, const Settings& settings,
+                   std::uint64_t ticks) {
+    if (tick.wrench_C.force.norm() <= kContactForce) return;
+    const auto rank = [](const TickRecord& record) {
+        return std::pair(record.trips == 0, record.wrench_C.force.norm());
+    };
+    if (!strongest || rank(tick) > rank(strongest->record)) strongest = RunMoment{tick, settings, ticks};
+}
+
 }  // namespace
 
 const char* name(RunEnd end) {
@@ -262,12 +273,14 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     run.report.bySpheres = touchedBySpheres(scene, pass.settings());
     run.report.repairs = repairSentences(scene);
     std::optional<PenetrationMeter> meter;
+    std::uint64_t ticks = 0;
     for (;;) {
         // With timing, the timed pass decides where the run ends.
         const std::optional<TickTimes> us = times ? times->next() : std::nullopt;
         if ((times && !us) || !pass.next(run.last, clocks, true)) break;
         if (run.world != pass.world()) {
             run.world = pass.world();
+            run.strongest.reset();
             meter.emplace(*run.world);
             if (recorder)
                 recorder->announce(pass.recordedTick(run.last).session,
@@ -288,6 +301,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             run.last.totalUs = us->step + run.last.shadowUs;
             statistics.addTimes(run.last);
         }
+        noteStrongest(run.strongest, run.last, run.settings, ++ticks);
         if (recorder) recorder->add(pass.recordedTick(run.last), pass.state().obstaclesAtStart());
         if (options.onTick) options.onTick(run.last, penetration);
     }

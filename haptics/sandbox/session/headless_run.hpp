@@ -38,13 +38,23 @@ struct HeadlessOptions {
     std::function<void(const FrictionProblem&, const FrictionResult&)> onFrictionSolve = {};
 };
 
+/// A tick of a run.
+struct RunMoment {
+    TickRecord record;
+    Settings settings;        ///< in that tick
+    std::uint64_t ticks = 0;  ///< of the run up to it, itself included
+};
+
 struct HeadlessRun {
     Report report;
     TickRecord last;                     ///< the last tick
     Settings settings;                   ///< of the last tick
     std::shared_ptr<const World> world;  ///< of the last tick
-    std::optional<ReplayCheck> replay;   ///< if it replayed a recording: how the ticks compare
-    std::string recordingFailure;        ///< one sentence if an error stopped the recording; else empty
+    /// The tick with the greatest force among those in which the safety stage limited nothing, or among all if it
+    /// always limited the force; nothing if no tick felt a force.
+    std::optional<RunMoment> strongest;
+    std::optional<ReplayCheck> replay;  ///< if it replayed a recording: how the ticks compare
+    std::string recordingFailure;       ///< one sentence if an error stopped the recording; else empty
 };
 
 /// The times of one tick, thread CPU time in µs.

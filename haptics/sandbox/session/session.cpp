@@ -24,6 +24,7 @@ void LiveSession::update() {
     saidHang_ = loop_->hangs();
     recording_.take([this](const RecordedTick& tick) { take(tick); });
     followRecordedSettings();
+    if (demonstration_ && demonstration_->duration() > kLongestDemonstrationMs) finishDemonstration();
     if (!running() || next_) return;
     obstacleMoves_.update(*shown_.scene, settings_, *loop_, log_);
     sayTrips(loop_->snapshot());
@@ -32,6 +33,7 @@ void LiveSession::update() {
 void LiveSession::take(const RecordedTick& tick) {
     history_.push(tick.record);
     obstacleMoves_.count(tick.record);
+    if (demonstration_) demonstration_->add(tick);
     if (options_.onTick) options_.onTick(tick.record);
     if (tick.session != loopSession_ || replayed_.empty()) return;
     if (tick.input.start) {

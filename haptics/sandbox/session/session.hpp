@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "haptics/loop/haptic_loop.hpp"
+#include "haptics/sandbox/record/motion_recorder.hpp"
 #include "haptics/sandbox/scene/marking.hpp"
 #include "haptics/sandbox/session/device_facts.hpp"
 #include "haptics/sandbox/session/live_recording.hpp"
@@ -52,9 +53,11 @@ class LiveSession {
     void edit(std::vector<engine::SceneEdit> more);
     /// Gives roles and trees that the user chose. If one cannot be given, reports it and applies none.
     void mark(const std::vector<Marking>& markings);
+    /// Makes the present tool pose the goal of the scene, see goalHere(). The loop runs on.
+    void setGoalHere();
     /// Replaces the changes of the current scene and keeps its settings. If only obstacles moved, they move while the
-    /// loop runs. If the start of the tool moved, the tool restarts there. Looks and names change at once. Any other
-    /// difference reopens the scene.
+    /// loop runs. If the start of the tool moved, the tool restarts there, but with another demonstration it stays
+    /// where it is. Looks, names and the goal change at once. Any other difference reopens the scene.
     void setEdits(std::vector<engine::SceneEdit> edits);
     /// Writes the current scene, and its settings if requested, into a copy of its file or the file itself. The written
     /// file becomes the scene's file. Returns false on failure, which is reported as a message.
@@ -104,6 +107,14 @@ class LiveSession {
     /// the tool where it is.
     void setWorkspace(const Workspace& workspace);
     void reconnectDevice();
+    /// Records what the device does, from now on, for finishDemonstration(). A reset of the tool begins it again, and
+    /// another scene ends it. After kLongestDemonstrationMs it finishes by itself.
+    void recordDemonstration();
+    /// Makes what was recorded the demonstration of the scene, as an edit, unless nothing moved.
+    void finishDemonstration();
+    static constexpr double kLongestDemonstrationMs = 600'000;
+    /// Null while no demonstration is recorded.
+    const MotionRecorder* demonstration() const { return demonstration_ ? &*demonstration_ : nullptr; }
     /// Records into its own folder from now on, or, while switching(), from the first tick of the new scene or device.
     /// The tool continues unchanged. Scenes, devices and settings may change during a recording.
     void record(const std::filesystem::path& folder);
@@ -126,7 +137,7 @@ class LiveSession {
     Shown shownNow() const;
     void start(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
     /// Like start(), but falls back to the mouse if the chosen device cannot start.
-    void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice);
+    void startOrMouse(const Shown& next, const Settings& settings, const std::string& choice, const Pose& X_WT_start);
     void sayTrips(const LoopSnapshot& snapshot);
     void take(const RecordedTick& tick);
     void followRecordedSettings();
@@ -150,6 +161,7 @@ class LiveSession {
     std::array<std::uint64_t, kTripCount> saidTrips_{};
     ObstacleMoves obstacleMoves_;
     bool saidHang_ = false;
+    std::optional<MotionRecorder> demonstration_;
     std::uint64_t loopSession_ = 0;               ///< number of the newest session given to the loop
     std::optional<Shown> next_;                   ///< given to the loop, shown when it ticks
     std::vector<RecordedHand::Change> replayed_;  ///< settings of the recording that is played

@@ -38,16 +38,15 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     std::unique_ptr<Device> device;
     std::vector<RecordedHand::Change> replayed;
     Settings begin = settings;
-    if (choice == "mouse") {
-        mouse = std::make_shared<MouseTarget>();
-        device = std::make_unique<MouseDevice>(mouse, X_WT_start);
-    } else if (const auto folder = recordingOf(choice)) {
+    if (const auto folder = recordingOf(choice)) {
         RecordedHand hand = recordedHand(*folder);
         device = std::make_unique<MotionDevice>(hand.motion);
         replayed = std::move(hand.changes);
         begin = options_.adjust ? options_.adjust(replayed.front().settings) : replayed.front().settings;
     } else {
-        device = startDevice(*next.scene, choice, nullptr, X_WT_start);
+        mouse = std::make_shared<MouseTarget>();
+        device = startDevice(*next.scene, choice, mouse, X_WT_start);
+        if (choice != "mouse") mouse.reset();
     }
     if (geometryOf(begin) == Geometry::Spheres && !next.world->hasSpheres()) {
         SceneRequest request = next.request;
@@ -87,8 +86,8 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     obstacleMoves_.reset();
 }
 
-void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice) {
-    const Pose X_WT_start = next.world->X_WT_start;
+void LiveSession::startOrMouse(const Shown& next, const Settings& settings, const std::string& choice,
+                               const Pose& X_WT_start) {
     try {
         start(next, settings, choice, X_WT_start);
     } catch (const std::runtime_error& e) {
@@ -103,8 +102,10 @@ void LiveSession::chooseDevice(const std::string& choice, bool fromStart) {
     if (!running() || next_) return;
     // A device without a fixed pose moves to the tool; the tool never jumps to the device.
     const Shown now = shownNow();
+    const bool resets = choice == device_.choice || fromStart;
+    if (demonstration_ && resets) demonstration_.emplace(true);
     try {
-        start(now, settings_, choice, choice == device_.choice || fromStart ? now.world->X_WT_start : record()->X_WT);
+        start(now, settings_, choice, resets ? now.world->X_WT_start : record()->X_WT);
         log_.say(Message::Kind::Note, "The " + device_.choice + " device holds the tool");
     } catch (const std::exception& e) {
         device_.trouble = e.what();
@@ -196,10 +197,11 @@ void LiveSession::saySpheres(const HapticScene* scene) {
 
 void LiveSession::restart() {
     if (!running() || next_) return;
-    if (device_.mouse || device_.control)
+    if (device_.mouse || device_.control || device_.choice == "rest")
         chooseDevice(device_.choice);
     else
         loop_->restart();
+    if (demonstration_) demonstration_.emplace(true);
 }
 
 void LiveSession::stop() {

@@ -1,7 +1,12 @@
 #include "haptics/sandbox/session/session.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
+
+#include "haptics/sandbox/scene/goal_edit.hpp"
+#include "haptics/sandbox/scene/scene_motion.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 
 namespace touchstone::sandbox {
 
@@ -66,23 +71,77 @@ void LiveSession::setEdits(std::vector<engine::SceneEdit> edits) {
         open(std::move(request));
 }
 
-/// If the start of the tool moved, restarts there in a world with the same trees.
+void LiveSession::setGoalHere() {
+    if (!running() || next_ || opening()) return;
+    edit(goalHere(*shown_.scene, record()->X_WT, geometryOf(settings_)));
+    if (shown_.scene->roles.goalNode)
+        log_.say(Message::Kind::Note, "The goal is where the tool is now: " +
+                                          nodeLabel(shown_.scene->scene, shown_.scene->roles.goalNode) + " has it");
+}
+
+/// If the start of the tool moved, starts there in a world with the same trees.
 void LiveSession::change(SceneRequest request, const std::vector<engine::SceneEdit>& changes) {
     HapticScene& scene = *shown_.scene;
     engine::applyEdits(scene.scene, changes);
-    const bool moved = std::any_of(changes.begin(), changes.end(), [](const engine::SceneEdit& edit) {
-        return std::holds_alternative<engine::PlaceNode>(edit);
+    const bool looksOnly = std::all_of(changes.begin(), changes.end(), [](const engine::SceneEdit& edit) {
+        return std::holds_alternative<engine::PaintMaterial>(edit) || std::holds_alternative<engine::RenameNode>(edit);
     });
-    Shown next{std::move(request), shown_.scene, moved ? worldAsPlaced(scene) : nullptr};
-    if (!next.world || !loop_ || next.world->X_WT_start == scene.world->X_WT_start) {
+    Shown next{std::move(request), shown_.scene, nullptr};
+    if (!looksOnly) try {
+            next.world = worldAsPlaced(scene);
+        } catch (const engine::SceneError& e) {
+            log_.say(Message::Kind::Error, e.what());
+            if (const auto back = engine::reversibleChange(next.request.edits, newest().edits)) {
+                engine::applyEdits(scene.scene, *back);
+                worldAsPlaced(scene);
+            }
+            return;
+        }
+    const bool newMotion = std::any_of(changes.begin(), changes.end(), [](const engine::SceneEdit& edit) {
+        return std::holds_alternative<engine::SetMotion>(edit);
+    });
+    if (!next.world || !loop_ || (!newMotion && next.world->X_WT_start == scene.world->X_WT_start)) {
         (next_ ? next_->request : shown_.request) = std::move(next.request);
         return;
     }
     try {
-        startOrMouse(next, settings_, device_.choice);
+        startOrMouse(next, settings_, device_.choice, newMotion && running() ? record()->X_WT : next.world->X_WT_start);
     } catch (const std::exception& e) {
         log_.say(Message::Kind::Error, e.what());
     }
+}
+
+void LiveSession::recordDemonstration() {
+    if (!running() || opening()) return;
+    const engine::Scene& scene = shown_.scene->scene;
+    if (scene.registry.get<engine::LocalTransform>(shown_.scene->roles.tool).shear != glm::dmat3(1)) {
+        log_.say(Message::Kind::Error, nodeLabel(scene, shown_.scene->roles.tool) +
+                                           " is sheared, so glTF cannot store a motion of it: remove the shear");
+        return;
+    }
+    demonstration_.emplace();
+    log_.say(Message::Kind::Note, "The motion of the " + device_.choice + " device is recorded as demonstration");
+}
+
+void LiveSession::finishDemonstration() {
+    if (!demonstration_) return;
+    const MotionRecorder recorded = *std::exchange(demonstration_, std::nullopt);
+    if (!recorded.moved()) {
+        log_.say(Message::Kind::Warning, "The device did not move, so the demonstration stays as it was");
+        return;
+    }
+    const engine::Entity tool = shown_.scene->roles.tool;
+    engine::SetMotion motion{.node = engine::nodeIndex(shown_.scene->scene, tool), .from = {}, .to = {}};
+    for (const engine::SceneEdit& edit : newest().edits)
+        if (const auto* earlier = std::get_if<engine::SetMotion>(&edit); earlier && earlier->node == motion.node)
+            motion.from = earlier->to;
+    const std::vector<MotionKey> keys = recorded.keys();
+    motion.to = std::make_shared<const engine::Animation>(animationOf(shown_.scene->scene, tool, keys));
+    edit({std::move(motion)});
+    char text[160];
+    std::snprintf(text, sizeof text, "The demonstration of %.1f s has %zu keys; Ctrl+S saves it with the scene",
+                  recorded.duration() / 1000, keys.size());
+    log_.say(Message::Kind::Note, text);
 }
 
 bool LiveSession::save(const std::filesystem::path& file, bool withSettings) {
@@ -142,10 +201,10 @@ void LiveSession::takeOpened() {
             const bool goesOn =
                 device_.control || (next.request.settings && !device_.choice.empty() && device_.choice != "demo");
             startOrMouse(next, settings,
-                         goesOn                      ? device_.choice
-                         : !options_.device.empty()  ? options_.device
-                         : next.scene->demonstration ? "demo"
-                                                     : "mouse");
+                         goesOn                     ? device_.choice
+                         : !options_.device.empty() ? options_.device
+                                                    : defaultDevice(*next.scene, true),
+                         next.world->X_WT_start);
             saySpheres(next.scene.get());
             log_.say(Message::Kind::Note,
                      next.request.file.filename().string() + " runs with the " + device_.choice + " device");
@@ -161,6 +220,8 @@ void LiveSession::show(Shown next) {
     if (next.scene != shown_.scene) {
         ++sceneNumber_;
         history_.clear();
+        if (std::exchange(demonstration_, std::nullopt))
+            log_.say(Message::Kind::Warning, "The demonstration is not recorded, since the scene was opened again");
     }
     shown_ = std::move(next);
     if (shown_.scene) {

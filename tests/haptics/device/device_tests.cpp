@@ -12,8 +12,8 @@ namespace touchstone::device_tests {
 using Catch::Matchers::Contains;
 
 TEST_CASE("device table: finds each device by name, and no other", "[devices]") {
-    REQUIRE(deviceTable().size() == 7);
-    for (const char* name : {"demo", "hand", "insert", "mouse", "phantom", "replay", "spacemouse"}) {
+    REQUIRE(deviceTable().size() == 8);
+    for (const char* name : {"demo", "hand", "insert", "mouse", "phantom", "replay", "rest", "spacemouse"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
         CHECK(!findDevice(name)->summary.empty());
@@ -39,8 +39,15 @@ TEST_CASE("devices: those that the wrench moves report their damping", "[devices
 }
 
 TEST_CASE("devices: report a missing requirement", "[devices]") {
-    CHECK_THROWS_WITH(findDevice("demo")->make({}), Contains("no demonstration"));
-    CHECK_THROWS_WITH(findDevice("mouse")->make({}), Contains("needs the window"));
+    // Each names a device that works in its place.
+    CHECK_THROWS_WITH(findDevice("demo")->make({}), Contains("no demonstration") && Contains("the device rest"));
+    CHECK_THROWS_WITH(findDevice("hand")->make({}), Contains("no demonstration") && Contains("the device rest"));
+    CHECK_THROWS_WITH(findDevice("mouse")->make({}), Contains("needs the window") && Contains("the device rest"));
+    DeviceContext moving, window;
+    moving.demonstration = std::make_shared<RecordedMotion>(std::vector<MotionKey>{{0, {}}, {4, {}}});
+    CHECK_THROWS_WITH(findDevice("mouse")->make(moving), Contains("the device demo"));
+    window.mouse = std::make_shared<MouseTarget>();
+    CHECK_THROWS_WITH(findDevice("demo")->make(window), Contains("the device mouse"));
     CHECK_THROWS_WITH(findDevice("replay")->make({}), Contains("replay:FILE"));
     DeviceContext context;
     context.file = "/nowhere.csv";
@@ -68,6 +75,19 @@ TEST_CASE("demo and replay: follow the motion and finish at its end", "[devices]
         }
     }
     std::filesystem::remove(file);
+}
+
+TEST_CASE("rest: holds the tool where it starts, and its motion ends at once", "[devices]") {
+    DeviceContext context;
+    context.X_WT_start = {{1, 2, 3}, Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ()))};
+    const auto device = findDevice("rest")->make(context);
+    for (const double t : {0.0, 1.0, 1e6}) {
+        device->write({{5, 5, 5}, {5, 5, 5}});
+        const DeviceReading reading = device->read(t, 1);
+        CHECK(reading.X_WT_device == context.X_WT_start);
+        CHECK((reading.valid && reading.finished));
+    }
+    CHECK(device->duration() == 0);
 }
 
 TEST_CASE("mouse: the hand follows the drag, force holds it back, and it stays where it is released", "[devices]") {

@@ -273,6 +273,129 @@ TEST_CASE("window: no text of the panels is cut off or covered at 1280 x 800", "
     CHECK(user.use(options));
 }
 
+TEST_CASE("window: a scene is found with mouse and keys in the file browser, whose folder is remembered", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto file = holdFile(folder), parts = folder.path() / "parts";
+    std::filesystem::create_directories(parts);
+    engine::Scene other = holdScene();
+    (*other.extras)["touchstone"]["description"] = "Another cube.";
+    writeGltf(other, parts / "other.glb");
+    std::ofstream(parts / "mesh.stl") << "solid";
+    std::ofstream(parts / "notes.txt") << "no scene";
+    WindowRunOptions options = optionsFor(file);
+    options.configFolder = folder.path() / "config";
+    options.sceneFolders = {parts};
+    engine::keepFolder(options.configFolder, folder.path());
+    User user;
+    user.until(isRunning)
+        .key(GLFW_KEY_O, true)
+        .until([](WindowFrame& frame) { return frame.items.contains("open other"); })  // as a bundled scene
+        .click("file parts/")
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.items.contains("file notes.txt")); })
+        .key(GLFW_KEY_BACKSPACE)  // up, with the folder selected
+        .until([](WindowFrame& frame) { return frame.items.contains("file parts/"); })
+        .key(GLFW_KEY_ENTER)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .click("file mesh.stl")
+        .until([](WindowFrame& frame) { return frame.items.contains("file text"); })
+        .key(GLFW_KEY_ENTER)  // a mesh is no scene: the dialog stays
+        .key(GLFW_KEY_DOWN)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .doing([](WindowFrame& frame) { CHECK(frame.session.request().file.stem() == "hold"); })
+        .key(GLFW_KEY_ENTER)
+        .until(
+            [&](WindowFrame& frame) { return isRunning(frame) && frame.session.request().file == parts / "other.glb"; })
+        .doing([](WindowFrame& frame) { CHECK_FALSE(frame.items.contains("file other.glb")); })
+        .key(GLFW_KEY_O, true)
+        .until([](WindowFrame& frame) { return frame.items.contains("file other.glb"); })
+        .key(GLFW_KEY_ESCAPE)
+        .until([](WindowFrame& frame) { return !frame.items.contains("file other.glb"); });
+    REQUIRE(user.use(options));
+    CHECK(engine::browsedFolder(options.configFolder) == parts);
+}
+
+TEST_CASE("window: a demonstration is recorded by hand, replayed, undone, and saved with the goal", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const auto file = holdFile(folder);
+    const auto duration = [](WindowFrame& frame) { return frame.session.scene()->demonstration->duration(); };
+    double recorded = 0;
+    Pose end;
+    User user;
+    user.until(isAtRest)
+        .doing([&](WindowFrame& frame) { CHECK(duration(frame) == 200); })
+        .click("record demonstration")
+        .until([](WindowFrame& frame) { return frame.session.demonstration() != nullptr; })
+        .hold([](WindowFrame& frame) { return frame.toolOnScreen; })
+        .moveBy({60, -100})
+        .until([](WindowFrame& frame) { return frame.session.demonstration()->duration() > 800; })
+        .moveBy({0, 300})  // down, into the slab
+        .until([](WindowFrame& frame) {
+            return frame.session.demonstration()->duration() > 2000 &&
+                   frame.session.record()->wrench_C.force.norm() > 0.3;
+        })
+        .release()
+        .click("record demonstration")
+        .until([](WindowFrame& frame) { return !frame.session.demonstration() && editsOf(frame) == 1; })
+        .doing([&](WindowFrame& frame) {
+            recorded = duration(frame);
+            end = frame.session.record()->X_WT;
+        })
+        .click("set goal")
+        .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal.has_value(); })
+        .click("replay demonstration")
+        .until([](WindowFrame& frame) {
+            return frame.session.device().choice == "demo" && frame.session.running() &&
+                   frame.session.record()->tick > 100;
+        })
+        .until(isAtRest)
+        .doing([&](WindowFrame& frame) {
+            CHECK(frame.session.scene()->roles.goal->contains(frame.session.record()->X_WT));
+            CHECK((frame.session.record()->X_WT.p - end.p).norm() < 0.1);
+        })
+        .key(GLFW_KEY_S, true)
+        .click("Save")
+        .until([](WindowFrame& frame) { return editsOf(frame) == 0; })
+        .key(GLFW_KEY_Z, true)  // would add the goal to a file that has it
+        .doing([](WindowFrame& frame) { CHECK(editsOf(frame) == 0); });
+    REQUIRE(user.use(optionsFor(file)));
+    const HapticScene again = openScene(file);
+    CHECK(again.warnings.empty());
+    CHECK(again.demonstration->duration() == recorded);
+    CHECK(recorded > 1900);
+    REQUIRE(again.roles.goal);
+    CHECK((again.roles.goal->X_WT.p - end.p).norm() < 0.1);
+}
+
+TEST_CASE("window: undo takes back a recorded demonstration, and the page of the goal edits its tolerance", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    User user;
+    user.until(isAtRest)
+        .click("record demonstration")
+        .hold([](WindowFrame& frame) { return frame.toolOnScreen; })
+        .moveBy({60, -100})
+        .until([](WindowFrame& frame) { return frame.session.demonstration()->duration() > 500; })
+        .release()
+        .click("record demonstration")
+        .until([](WindowFrame& frame) { return editsOf(frame) == 1 && frame.session.running(); })
+        .key(GLFW_KEY_Z, true)
+        .until([](WindowFrame& frame) {
+            return editsOf(frame) == 0 && frame.session.scene()->demonstration->duration() == 200;
+        })
+        .click("set goal")
+        .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal.has_value(); })
+        .drag(onItem("goal tolerance", 0.3f), onItem("goal tolerance", 0.9f))
+        .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal->tolerance > 1.05; })
+        .key(GLFW_KEY_Z, true)
+        .until([](WindowFrame& frame) { return frame.session.scene()->roles.goal->tolerance == 1; })
+        .key(GLFW_KEY_Z, true)
+        .until([](WindowFrame& frame) { return isRunning(frame) && !frame.session.scene()->roles.goal; });
+    CHECK(user.use(optionsFor(holdFile(folder))));
+}
+
 TEST_CASE("window: a body dragged while the loop runs pushes the tool, and undo moves it back", "[ui]") {
     if (!hasDisplay()) return;
     const bool up = GENERATE(false, true);  // away from the tool that lies on it, and into the tool

@@ -315,8 +315,9 @@ TEST_CASE("device choice: separates names and files, and names an unknown device
     const sandbox::HapticScene scene = sandbox::openScene(pressScene());
     const auto demo = sandbox::startDevice(scene, "demo");
     CHECK(demo->read(0, 1).X_WT_device.p.isApprox(Vec3(0, 15, 0), 1e-6));
-    CHECK_THROWS_WITH(sandbox::startDevice(scene, "joystick"),
-                      Contains("'joystick'") && Contains("demo, hand, insert, mouse, phantom, replay, spacemouse"));
+    CHECK_THROWS_WITH(
+        sandbox::startDevice(scene, "joystick"),
+        Contains("'joystick'") && Contains("demo, hand, insert, mouse, phantom, replay, rest, spacemouse"));
     CHECK_THROWS_WITH(sandbox::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }
 

@@ -47,6 +47,34 @@ TEST_CASE("headless run: a press ends with its motion, carries force, and meets 
     CHECK(run.last.tick == 800);
 }
 
+TEST_CASE("headless run: its strongest tick is the one with the greatest force that the safety stage did not limit",
+          "[sandbox]") {
+    std::vector<TickRecord> ticks;
+    sandbox::HeadlessOptions options = kUntimed;
+    options.onTick = [&](const TickRecord& record, double) { ticks.push_back(record); };
+    const auto check = [&](const Settings& settings, bool limited) {
+        ticks.clear();
+        const sandbox::HeadlessRun run = sandbox::runHeadless(pressed(), settings, options);
+        REQUIRE(run.strongest);
+        const TickRecord& strongest = run.strongest->record;
+        REQUIRE(run.strongest->ticks == strongest.tick + 1);
+        CHECK(ticks[strongest.tick].X_WT == strongest.X_WT);
+        CHECK((run.strongest->settings == settings));
+        CHECK((strongest.trips != 0) == limited);
+        for (const TickRecord& tick : ticks)
+            if (limited || tick.trips == 0) CHECK(tick.wrench_C.force.norm() <= strongest.wrench_C.force.norm());
+        return run.report.safetyTrips;
+    };
+    CHECK(check(pressed().settings, false) == 0);
+    // 40 N of which the device gives 22: the strongest tick comes before the limit.
+    Settings stiff = pressed().settings;
+    stiff.stiffness = 20;
+    CHECK(check(stiff, false) > 0);
+
+    options.seconds = 0.05;
+    CHECK_FALSE(sandbox::runHeadless(pressed(), pressed().settings, options).strongest);  // nothing is touched yet
+}
+
 TEST_CASE("headless run: the friction of the materials is felt, reported, and can be switched off", "[sandbox]") {
     engine::Scene rough = pressScene();
     for (const engine::Entity node : rough.nodes) {
