@@ -37,7 +37,7 @@ class Tour : public User {
         WindowRunOptions options = optionsFor(scene);
         options.window.width = size_.x;
         options.window.height = size_.y;
-        options.seconds = 150;
+        options.seconds = 600;
         return options;
     }
 
