@@ -130,9 +130,12 @@ void Canvas::drawVerticalAxis(const Axis& axis) const {
 void Canvas::drawNoData() const {
     constexpr const char* kText = "no data";
     const ImVec2 size = ImGui::CalcTextSize(kText);
-    list.AddText({std::round(0.5f * (topLeft.x + bottomRight.x - size.x)),
-                  std::round(0.5f * (topLeft.y + bottomRight.y - size.y))},
-                 weak, kText);
+    const ImVec2 at{std::round(0.5f * (topLeft.x + bottomRight.x - size.x)),
+                    std::round(0.5f * (topLeft.y + bottomRight.y - size.y))};
+    const float margin = 4 * shape_.unit;  // clear of the lines of the axes
+    list.AddRectFilled({at.x - margin, at.y}, {at.x + size.x + margin, at.y + size.y},
+                       ImGui::GetColorU32(ImGuiCol_WindowBg));
+    list.AddText(at, weak, kText);
 }
 void Canvas::drawHorizontalAxis(const Axis& axis) const {
     const auto most = static_cast<std::size_t>(std::max(shape_.width / (3.5f * shape_.line), 2.f));

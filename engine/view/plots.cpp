@@ -90,12 +90,13 @@ PlotMouse drawSeries(const char* label, std::span<const Series> series, const Pl
 
     const Canvas canvas(shape);
     ImDrawList& list = canvas.list;
-    all.empty() ? canvas.drawNoData() : canvas.drawVerticalAxis(axis);
+    if (!all.empty()) canvas.drawVerticalAxis(axis);
     const float span = static_cast<float>(stretch.window) * options.samplePeriodMs;
     const float behind = static_cast<float>(stretch.skip) * options.samplePeriodMs;
     for (const float tick :
          niceTicks(-behind - span, -behind, static_cast<std::size_t>(std::clamp(width / (5 * line), 2.f, 11.f))))
         canvas.drawTimeTick(1 + (tick + behind) / std::max(span, 1e-6f), timeLabel(tick));
+    if (all.empty()) canvas.drawNoData();
     for (std::size_t i = series.size(); i-- > 0;)  // the first of the legend on top
         drawColumns(list, columns[i], axis, canvas.topLeft, height, color(series[i].color), 1.5f * shape.unit);
     if (options.budget && !all.empty()) {
@@ -156,8 +157,9 @@ void drawHistogram(const char* label, const RingView& samples, Stretch stretch, 
     const Axis across = Axis::decades({options.low, options.high});
     const float most = static_cast<float>(*std::max_element(counts.begin(), counts.end()));
     const Axis up = Axis::decades({0.5f, std::max(most, 1.f)});
-    most > 0 ? canvas.drawVerticalAxis(up) : canvas.drawNoData();
+    if (most > 0) canvas.drawVerticalAxis(up);
     canvas.drawHorizontalAxis(across);
+    if (most <= 0) canvas.drawNoData();
     const float step = shape.width / static_cast<float>(options.bins);
     for (std::size_t i = 0; i < counts.size(); ++i) {
         if (counts[i] == 0) continue;
@@ -200,6 +202,8 @@ void drawShares(const char* label, std::span<const Share> shares, const char* un
     const ImVec2 corner = ImGui::GetCursorScreenPos();
     const float width = ImGui::GetContentRegionAvail().x, height = 0.7f * ImGui::GetTextLineHeight();
     ImGui::Dummy({width, height});
+    ImGui::GetWindowDrawList()->AddRectFilled(corner, {corner.x + width, corner.y + height},
+                                              ImGui::GetColorU32(ImGuiCol_FrameBg, 0.6f));
     float x = corner.x;
     for (const Share& share : shares) {
         const float next = x + (sum > 0 ? width * share.value / sum : 0);

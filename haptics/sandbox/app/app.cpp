@@ -59,13 +59,15 @@ int App::run() {
         std::this_thread::sleep_until(began + (viewed_ || !session_.opening() ? kShortestFrame : kOpeningFrame));
         began = Clock::now();
         const double cpuBegan = threadCpuMicroseconds();
+        std::filesystem::path shot;
         if (options_.onFrame) {
             const ImVec2 low = picture_.position, size = picture_.size;
             WindowFrame frame{
                 window_,     session_,      display_, measure_,
                 drawnItems_, toolOnScreen_, camera_,  glm::vec4(low.x, low.y, low.x + size.x, low.y + size.y),
-                selection_,  number,        cost_};
+                selection_,  number,        cost_,    {}};
             options_.onFrame(frame);
+            shot = frame.screenshot;
         }
         last = timeIsUp();
         if (!beginFrame(last)) break;
@@ -96,14 +98,15 @@ int App::run() {
         noteState();
         noteStuck();
 
-        const bool wanted = last && !options_.screenshot.empty();
+        if (last && !options_.screenshot.empty()) shot = options_.screenshot;
+        const bool wanted = !shot.empty();
         engine::Image picture;
         ImGui::EndFrame();
         draw([&] { window_.endFrame(wanted || measure_.wantsPicture() ? &picture : nullptr); });
         if (measure_.wantsPicture()) measure_.savePicture(picture, window_.size(), session_);
         std::swap(items_, drawnItems_);
         noteCost(1e-3 * (threadCpuMicroseconds() - cpuBegan));
-        if (wanted) engine::writePng(options_.screenshot, picture);
+        if (wanted) engine::writePng(shot, picture);
     }
     if (options_.onEnd) options_.onEnd(session_);
     return options_.scene.empty() || session_.scene() ? 0 : 1;

@@ -23,10 +23,11 @@ struct WindowFrame {
     const engine::ItemRects& items;         ///< rectangles of the controls in the previous frame
     std::optional<glm::vec2> toolOnScreen;  ///< the tool's center C as drawn, screen units
     const engine::OrbitCamera& camera;
-    glm::vec4 picture;           ///< rectangle of the 3D view in the window: x, y, x + width, y + height
-    const Selection& selection;  ///< in the previous frame
-    long number = 0;             ///< frames since the window opened
-    FrameCost cost;              ///< of the previous frame
+    glm::vec4 picture;                 ///< rectangle of the 3D view in the window: x, y, x + width, y + height
+    const Selection& selection;        ///< in the previous frame
+    long number = 0;                   ///< frames since the window opened
+    FrameCost cost;                    ///< of the previous frame
+    std::filesystem::path screenshot;  ///< set it to write a picture of the frame that begins; empty: none
 };
 
 struct WindowRunOptions {

@@ -32,8 +32,8 @@ void drawLogPanel(const std::vector<Message>& messages, engine::ItemRects* items
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {ImGui::GetStyle().ItemSpacing.x, 0});
     ImGui::BeginChild("messages", {ImGui::GetContentRegionAvail().x - 4.5f * em, lines * line});
     for (const Message& message : messages) {
-        ImGui::TextDisabled("%6.1f s", message.seconds);
-        ImGui::SameLine();
+        ImGui::TextDisabled("%.1f s", message.seconds);
+        ImGui::SameLine(std::max(3.5f * em, ImGui::GetItemRectSize().x + 0.5f * em));
         ImGui::PushTextWrapPos(0);
         if (message.kind == Message::Kind::Note)
             ImGui::TextUnformatted(message.text.c_str());

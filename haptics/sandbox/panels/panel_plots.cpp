@@ -173,7 +173,10 @@ class Panel {
                            times.late);
         engine::tooltip("Ticks that ended after their deadline, shown as red marks at the top of the plot.");
         engine::noteItem(items_, "late");
-        ImGui::Text("p50 %.1f, p99 %.1f, max %.1f µs", double(times.p50), double(times.p99), double(times.most));
+        if (times.ticks > 0)
+            ImGui::Text("p50 %.1f, p99 %.1f, max %.1f µs", double(times.p50), double(times.p99), double(times.most));
+        else
+            ImGui::TextDisabled("no times yet");
         engine::noteItem(items_, "tick times");
         engine::tooltip(
             "CPU time of the ticks shown, including the shadow solver. The loop's helper threads are not included.");

@@ -37,7 +37,7 @@ void drawTree(const SphereTree& tree, const std::string& part, engine::ItemRects
         ImGuiCol_Text, needsAttention(certificate) ? kAttentionColor : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     ImGui::Indent(ImGui::GetFontSize());
     ImGui::BeginGroup();
-    ImGui::Text("%d leaves, protrusion %.2g mm", tree.leafCount(), certificate.protrusion);
+    ImGui::TextWrapped("%d leaves, protrusion %.2g mm", tree.leafCount(), certificate.protrusion);
     if (!certificate.covered) ImGui::TextUnformatted("coverage not proven");
     if (!certificate.closed) ImGui::TextUnformatted("open surface");
     if (certificate.hollow >= 0) ImGui::Text("hollow for balls up to %.2g mm", certificate.hollow);
