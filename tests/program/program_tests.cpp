@@ -412,7 +412,7 @@ TEST_CASE("program: new makes a scene from two parts in millimeters", "[program]
     INFO(answer.err);
     REQUIRE(answer.code == 0);
     const json nodes = json::parse(textOf(touchstone.file("ab.gltf"))).at("nodes");
-    for (const auto& [node, edge] : {std::pair{0, 20}, std::pair{1, 40}}) {
+    for (const auto& [node, edge] : {std::pair{0, 20}, std::pair{2, 40}}) {
         const json mark = nodes[node].at("extras").at("touchstone");
         CHECK(mark.at("max_error_mm").get<double>() == Approx(0.01 * edge * std::sqrt(3.)));
         CHECK(mark.at("quality") == "best");

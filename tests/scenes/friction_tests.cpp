@@ -182,7 +182,7 @@ TEST_CASE("drawer: pulled off its center it jams, pulled at its center it slides
         INFO(check.name << ": limit " << check.limit << ", was " << check.value);
         CHECK(check.met);
     }
-    CHECK(pulled == Approx(6).epsilon(1e-3));
+    CHECK(pulled == Approx(2.5).epsilon(1e-3));
     CHECK(out == Approx(device == std::string("demo") ? 40 : 0).margin(1e-3));
 }
 

@@ -9,9 +9,9 @@
 
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/friction.hpp"
-#include "haptics/sandbox/scene/goal_edit.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/goal_edit.hpp"
 
 namespace touchstone::sandbox {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <utility>
 
-#include "haptics/sandbox/scene/goal_edit.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/sandbox/session/goal_edit.hpp"
 
 namespace touchstone::sandbox {
 

@@ -4,9 +4,9 @@
 
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/gltf_read.hpp"
-#include "haptics/sandbox/scene/goal_edit.hpp"
 #include "haptics/sandbox/scene/scene_motion.hpp"
 #include "haptics/sandbox/scene/units.hpp"
+#include "haptics/sandbox/session/goal_edit.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
 #include "tests/support/ui_scene.hpp"

@@ -1,4 +1,4 @@
-#include "haptics/sandbox/scene/goal_edit.hpp"
+#include "haptics/sandbox/session/goal_edit.hpp"
 
 #include <nlohmann/json.hpp>
 #include <utility>
