@@ -15,6 +15,9 @@ namespace {
 
 // Weld tolerance, as a share of the diagonal: smaller than any feature, larger than the rounding of text files.
 constexpr double kWeld = 1e-6;
+// Least tolerance along open edges, as a share of the diagonal: modeling programs leave cracks of 4e-6 along seams,
+// below what can be felt.
+constexpr double kMinSeam = 1e-5;
 // Largest tolerance along open edges, as a share of the diagonal. A larger one would close slits of parts with coarse
 // coordinates; a smaller one leaves small parts open whose grid is coarse.
 constexpr double kMaxSeam = 2.5e-3;
@@ -97,7 +100,8 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     box.hi *= out.scale;
     // Rounding moves two places by up to half a grid along each axis.
     const double apart = std::sqrt(3.0) * mesh.grid * out.scale, weld = kWeld * out.diagonal;
-    WeldedMesh welded = weldMesh(mesh, out.scale, box, {weld, std::clamp(apart, weld, kMaxSeam * out.diagonal)}, pulse);
+    WeldedMesh welded = weldMesh(mesh, out.scale, box,
+                                 {weld, std::clamp(apart, kMinSeam * out.diagonal, kMaxSeam * out.diagonal)}, pulse);
     out.weld = welded.moved;
     out.thin = std::min(apart, kMaxThin * out.diagonal);
     out.repairs = welded.repairs;

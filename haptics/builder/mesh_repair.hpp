@@ -61,7 +61,7 @@ MeshDefects defectsOf(const RepairedMesh& body);
 /// Repairs a mesh:
 /// - It welds vertices (within 1e-6 of the diagonal) and T-junctions (a vertex on the open edge of another face), and
 ///   drops collapsed and duplicate faces. Along open edges the tolerance is what rounding to the mesh's grid can part,
-///   up to 2.5e-3 of the diagonal.
+///   1e-5 to 2.5e-3 of the diagonal.
 /// - It orients every shell (faces joined at edges that exactly two of them share) consistently, and outward by its
 /// signed
 ///   volume. A shell wholly inside another one keeps its orientation relative to it: opposed, it is a cavity; otherwise
