@@ -75,6 +75,24 @@ TEST_CASE("new: parts in assembled position make a scene whose demonstration sea
         ++commands;
     }
     CHECK(commands == 3);
+
+    // A run that stops before the tool is seated does not say that it is.
+    const Answer stopped =
+        touchstone("run 'my fit.glb' --headless --seconds 2.6 --report " + touchstone.file("stopped.json"));
+    CHECK(stopped.code == 0);
+    CHECK_THAT(stopped.out, Contains("expected outcome: not judged, since the run stopped before the end"));
+    CHECK(json::parse(textOf(touchstone.file("stopped.json"))).at("outcome").at("checks_left") == 3);
+
+    // A study finds a scene beside its protocol.
+    fs::create_directory(touchstone.file("sub"));
+    fs::copy(scene, touchstone.file("sub/peg.glb"));
+    std::ofstream(touchstone.file("sub/study.json"))
+        << R"({"format": "touchstone trials", "version": 1, "participants": 1, "scene": "peg.glb",)"
+           R"( "conditions": [{"name": "a"}]})";
+    const Answer study = touchstone("trials sub/study.json --headless --out study");
+    INFO(study.err);
+    CHECK(study.code == 0);
+    CHECK_THAT(study.out + study.err, Contains("seated after"));
     CHECK(fs::file_size(touchstone.file("my fit.png")) > 1000);
 }
 
@@ -113,6 +131,13 @@ TEST_CASE("new: without assembled position the goal lies by its depth below the 
     CHECK(opened.roles.goal->depth == Approx(12.7));
     CHECK(opened.roles.goal->tolerance == Approx(2));
     CHECK(opened.motions.empty());
+    CHECK_THAT(made.out, !Contains("warning"));
+    // A plate of half an inch that is read as half a millimeter.
+    const Answer wrong = touchstone("new --tool " + touchstone.file("tool.obj") + " --obstacle " +
+                                    touchstone.file("plate.obj") + " --goal 12.7mm -o " + touchstone.file("b.glb"));
+    CHECK_THAT(wrong.out,
+               Contains("warning: at the goal the tool is 12.7 mm below the top of obstacles that are 0.5 mm "
+                        "high: check --goal, --unit and --axis"));
 }
 
 TEST_CASE("new: the way out may be any axis, and z may be up", "[program]") {

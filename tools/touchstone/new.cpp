@@ -116,7 +116,7 @@ int makeNew(const NewOptions& options) {
         parts.obstacles.push_back(read(options.obstacles[i],
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
                                        {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
-    engine::writeGltf(makeScene(parts), options.output);
+    engine::writeGltf(makeScene(parts, warnings), options.output);
 
     std::printf("%s\n", options.output.string().c_str());
     print("tool", parts.tool);

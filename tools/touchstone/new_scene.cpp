@@ -143,12 +143,15 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
     return part;
 }
 
-engine::Scene makeScene(const NewScene& parts) {
+engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warnings) {
     const glm::dvec3& axis = parts.axis;
     if (parts.demonstration && !parts.goal)
         throw UsageError("--demo needs a goal to lead to: give --goal DEPTH, or --assembled");
-    double top = -1e30;
-    for (const Part& obstacle : parts.obstacles) top = std::max(top, highest(obstacle, axis));
+    double top = -1e30, under = 1e30;
+    for (const Part& obstacle : parts.obstacles) {
+        top = std::max(top, highest(obstacle, axis));
+        under = std::min(under, lowest(obstacle, axis));
+    }
     const double bottom = lowest(parts.tool, axis), size = glm::length(parts.tool.high - parts.tool.low);
     const double modeled = top - bottom;
 
@@ -165,6 +168,14 @@ engine::Scene makeScene(const NewScene& parts) {
             throw UsageError("with --assembled the tool reaches into the obstacles along the way out, but it lies " +
                              std::to_string(std::lround(-modeled * 1000)) +
                              " mm outside: name the way out with --axis, or leave --assembled out");
+        if (depth > top - under + size) {
+            char text[160];
+            std::snprintf(text, sizeof text,
+                          "at the goal the tool is %.4g mm below the top of obstacles that are %.4g mm high: check "
+                          "--goal, --unit and --axis",
+                          depth * sandbox::kMmPerMeter, (top - under) * sandbox::kMmPerMeter);
+            warnings.emplace_back(text);
+        }
         origin.translation = originOf(parts.tool, axis, parts.assembled ? top : bottom + depth);
         origin.rotation = glm::dquat(glm::dvec3(0, 1, 0), axis);
     }

@@ -49,9 +49,11 @@ struct NewScene {
     bool demonstration = false;  ///< the tool comes in from outside along the axis; needs a goal
 };
 
+/// Adds to `warnings` what is allowed but rarely meant.
+///
 /// Parts keep their coordinates, apart from the tool, which starts outside along the axis by a tenth of its size. With
 /// a goal, the origin of the tool's node is put on the axis of the portion that goes in. Throws UsageError if there is
 /// no goal where one is needed, or if tool and obstacles do not overlap along the axis at the goal.
-engine::Scene makeScene(const NewScene& parts);
+engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warnings);
 
 }  // namespace touchstone::app

@@ -59,6 +59,13 @@ class Scenes {
     std::map<std::string, std::unique_ptr<sandbox::HapticScene>> scenes_;
 };
 
+/// A scene file that does not lie in the working folder may lie beside the protocol.
+std::string besideProtocol(const fs::path& protocol, const std::string& scene) {
+    std::error_code error;
+    const fs::path beside = protocol.parent_path() / scene;
+    return !fs::exists(scene, error) && fs::is_regular_file(beside, error) ? beside.string() : scene;
+}
+
 /// Finds the errors in a condition before the first trial, without building sphere trees.
 void checkCondition(const Condition& condition, bool headless) {
     sandbox::SceneOptions options;
@@ -190,7 +197,9 @@ namespace {
 
 int trials(const TrialsCommand& command) {
     const Shard shard = shardOf(command.shard);
-    const Protocol protocol = sandbox::readProtocol(command.protocol);
+    Protocol protocol = sandbox::readProtocol(command.protocol);
+    for (Condition& condition : protocol.conditions)
+        condition.scene = besideProtocol(command.protocol, condition.scene);
     if (!command.headless) requireDisplay();
     if (command.headless && command.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
     SceneHashes scenes;

@@ -253,7 +253,9 @@ void judge(const FitQuestion& question, const Settings& settings, FitCheck& fit)
         fit.cause = "the parts overlap by " + mm(-room) + " " + placeOf(world, *fit.least);
         if (fit.least->depth > 0)
             fit.cause += text(", %.1f mm before the goal", fit.least->depth) +
-                         (question.goal->way.empty() ? "; if it does not go straight in, give the goal a way" : "");
+                         (question.goal->way.empty() ? "; check the place of the goal and its +y, the way out; parts "
+                                                       "that do not go straight in need a way"
+                                                     : "");
     } else if (fit.spheres) {
         fit.cause = "sphere trees reach out " + mm(fit.error) + " into a clearance of " + mm(room);
         if (world.hasMeshes(k)) fit.advice = {{"mode", "default"}, {"geometry", "mesh"}};

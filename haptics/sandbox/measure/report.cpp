@@ -105,7 +105,7 @@ ordered_json toJson(const Report& report) {
         {"safety_trips", report.safetyTrips},
         {"safety_fault", report.safetyFault},
         {"hash", hexadecimal(report.hash)},
-        {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}}},
+        {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}, {"checks_left", report.checksLeft}}},
         {"settings", std::move(settings)},
     };
     if (!report.gauge.empty() && report.ticks > 0)

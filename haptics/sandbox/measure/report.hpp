@@ -56,6 +56,7 @@ struct Report {
     std::string gauge;                   ///< name of the scene's gauge; empty without one
     GaugeReading depth;                  ///< readings of the gauge
     std::vector<OutcomeCheck> checks;    ///< of the expected outcome; without checks it is met
+    std::size_t checksLeft = 0;          ///< of the end of the demonstration, which the run did not reach
     std::vector<std::pair<std::string, std::string>> settings;  ///< every key of settingTable() and its value
 
     bool met() const;

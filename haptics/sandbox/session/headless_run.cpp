@@ -319,6 +319,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
 
     // Limits at the end are checked only if the demonstration ran to its end.
     run.report.checks = judge.checks(outcome && pass.driver() && pass.driver()->finished());
+    if (outcome && pass.driver()) run.report.checksLeft = judge.checks(true).size() - run.report.checks.size();
     if (pass.driver()) {
         const SafetyStage& safety = pass.driver()->session().safety;
         for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
