@@ -170,15 +170,15 @@ TEST_CASE("program: validate says valid alone only without a warning that matter
     engine::Scene buried = downScene();
     CHECK(lastOf(buried) == "valid\n");  // at the goal the parts touch
     buried.registry.get<engine::LocalTransform>(buried.nodes[2]).translation.y =
-        0.0055;  // 4.5 mm deep, and 3 mm are tolerated
-    CHECK_THAT(lastOf(buried), Contains("valid, with 1 warning:") && Contains("the goal cannot be reached"));
+        0.0099;  // 0.1 mm deep, less than is tolerated
+    CHECK_THAT(lastOf(buried), Contains("valid, with 1 warning:") && Contains("overlap by 0.100 mm at the goal"));
     (*buried.extras)["touchstone"]["descripton"] = "misspelled";
     auto& primitive = buried.registry.get<engine::MeshInstance>(buried.nodes[1]).primitives[0];
     auto mesh = std::make_shared<engine::MeshData>(*primitive.mesh);
     mesh->indices.resize(mesh->indices.size() - 3);
     primitive.mesh = mesh;
     const std::string all = lastOf(buried);
-    CHECK_THAT(all, Contains("descripton") && Contains("touched by its spheres") && Contains("cannot be reached"));
+    CHECK_THAT(all, Contains("descripton") && Contains("touched by its spheres") && Contains("mm at the goal"));
     const auto count = static_cast<int>(std::count(all.begin(), all.end(), '\n')) - 1;
     CHECK_THAT(all, Catch::StartsWith("valid, with " + std::to_string(count) + " warnings:\n"));
 }

@@ -12,6 +12,8 @@
 namespace touchstone::app {
 namespace {
 
+constexpr double kOverlap = 0.001;  // mm: parts that only touch, or are rounded, overlap by less
+
 /// What may keep the scene from doing what it is made for. Repairs, defaults and a missing demonstration are not among
 /// them.
 std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
@@ -26,9 +28,9 @@ std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
         warnings.push_back(
             engine::formatted("tool and obstacles overlap by %.3f mm at the start: move them apart", depth));
     const auto& goal = scene.roles.goal;
-    if (const double depth = goal ? depthAt(goal->X_WT) : 0; goal && depth > goal->tolerance)
+    if (const double depth = goal ? depthAt(goal->X_WT) : 0; depth > kOverlap)
         warnings.push_back(engine::formatted(
-            "the goal cannot be reached: there tool and obstacles overlap by %.3f mm, and its tolerance is %.3f mm",
+            "tool and obstacles overlap by %.3f mm at the goal, whose tolerance is %.3f mm: touchstone fit says where",
             depth, goal->tolerance));
     return warnings;
 }
@@ -88,7 +90,7 @@ int validate(const std::string& pathOrName) {
 constexpr const char* kValidateFooter =
     "The last lines say \"valid\", or \"valid, with N warnings\" and what they are: content that is ignored, unknown "
     "keys,\n"
-    "unlikely sizes, surfaces that are not closed, parts that overlap at the start, a goal that cannot be reached. "
+    "unlikely sizes, surfaces that are not closed, parts that overlap at the start or at the goal. "
     "The\n"
     "exit code is 0 with warnings, too, and 1 if the scene cannot be run.\n\n"
     "Example:\n  touchstone validate part.glb\n";
