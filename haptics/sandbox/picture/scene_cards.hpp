@@ -14,7 +14,7 @@ namespace touchstone::sandbox {
 
 struct SceneCard {
     std::string text;  ///< extras.touchstone.description of the scene, or why the file cannot be read; may be empty
-    engine::Image picture;  ///< of the scene at its start; without pixels if there is none
+    engine::Image picture;  ///< of the scene at its start; empty if it could not be made
     bool complete = false;  ///< false: the picture is still to come
 };
 
