@@ -117,6 +117,9 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
         if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
     out.repairs.turned = shells.turned();
     shells.append(out.faces);
+    // What is thinner than the tolerance everywhere is kept as it came.
+    if (out.faces.empty())
+        for (const Triangle& t : out.cover) out.faces.push_back({t, FaceRole::Sheet, true});
     out.repairs.inner = int(std::count_if(out.faces.begin(), out.faces.end(), [](const Face& f) {
         return f.role == FaceRole::Buried || (f.role == FaceRole::Sheet && !f.exposed);
     }));

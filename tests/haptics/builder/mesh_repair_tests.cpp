@@ -235,6 +235,15 @@ TEST_CASE("mesh repair: a sliver too thin to weld is open on its own, and does n
     CHECK(repairMesh(test::joined(kBox, sliver)).closed());
 }
 
+TEST_CASE("mesh repair: a strip thinner than the tolerance along seams stays as it came", "[tree]") {
+    TriangleMesh strip;
+    strip.vertices = {Vec3(0, 0, 5), Vec3(10, 0, 5), Vec3(10, 5e-5, 5), Vec3(0, 5e-5, 5)};
+    strip.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const RepairedMesh body = repairMesh(strip);
+    CHECK(body.faces.size() == 2);
+    CHECK_FALSE(body.closed());
+}
+
 TEST_CASE("mesh repair: the progress callback can cancel at any call", "[tree]") {
     const TriangleMesh mesh = test::joined(test::blobMesh(10, 100, 50), test::soupMesh(3000, 2, 4));
     int beats = 0;
