@@ -54,7 +54,7 @@ class CandidateRows {
     simd::Float8 leastDistance2_{};
     AlignedVector<float> columns_[7];  ///< n, r x n, gap
     AlignedVector<float> predicted_;   ///< gaps after the step of the last measure()
-    std::vector<std::int32_t> toolLeaf_, obstacleLeaf_;
+    AlignedVector<std::int32_t> toolLeaf_, obstacleLeaf_;
 };
 
 /// Inline and without a branch on the number of hits: it is most of the cost of a long step where surfaces conform.

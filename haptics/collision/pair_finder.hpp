@@ -46,7 +46,7 @@ struct PairEntries : Coverage {
     explicit PairEntries(std::int64_t possible);  ///< possible: number of all entries of the two parts
     PairEntries(const SphereTree& tool, const SphereTree& obstacle);
 
-    std::vector<PairEntry> at;
+    AlignedVector<PairEntry> at;
     AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, exact to the finder's guard()
     AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
     int count = 0, capacity = 0;
@@ -132,9 +132,9 @@ class LeafPairFinder final : public PairFinder {
     const SphereTree* tool_;
     const SphereTree* obstacle_;
     TreeWalk walk_;
-    std::vector<PairEntry> found_;       ///< what a walk found, before it is sorted
-    AlignedVector<Placed> placed_;       ///< the tool leaves at the course in use
-    std::vector<std::int32_t> offsets_;  ///< of the counting sort, by tool leaf
+    AlignedVector<PairEntry> found_;       ///< what a walk found, before it is sorted
+    AlignedVector<Placed> placed_;         ///< the tool leaves at the course in use
+    AlignedVector<std::int32_t> offsets_;  ///< of the counting sort, by tool leaf
 };
 
 template <class Visit>

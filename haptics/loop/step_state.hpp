@@ -64,7 +64,7 @@ struct StepState::Impl {
     RowSet heldRows{kHeldRows};             ///< on which steps of this tick ended, seen from the present pose
     RowSet notDeeperRows{kRowCapacity};     ///< `rows` with every negative gap set to zero
     RowSet shadowRows{kShadowRowCapacity};  ///< the rows with the smallest gaps, for the shadow
-    std::vector<int> shadowOrder;           ///< indices that select them
+    AlignedVector<int> shadowOrder;         ///< indices that select them
     RowScreen screen{kRowCapacity};         ///< of the rendering solver
     RowScreen shadowScreen{kRowCapacity};   ///< of the shadow
     std::vector<std::unique_ptr<Solver>> renderers;  ///< by index into solverTable()

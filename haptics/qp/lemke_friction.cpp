@@ -42,7 +42,7 @@ class LemkeFriction final : public FrictionSolver {
     int mostContacts_;  ///< in a tableau
     // basic = T nonbasic + q, row by row: a column for each of the n unknowns and for z0, then q. Variables are
     // w (0 .. n-1), z (n .. 2n-1) and z0 (2n); the complement of w_j is z_j.
-    std::vector<double> tableau_;
+    AlignedVector<double> tableau_;
     std::vector<int> basic_, nonbasic_;  ///< the variable of each row and column
     std::vector<int> place_;             ///< of each variable: its row, or n + its column
     std::vector<Vec6> wrenches_;         ///< of one newton along each direction: the normal, then the facets

@@ -42,7 +42,7 @@ class Pqp final : public Solver {
     AlignedVector<double> y_;     // the answer, N on the rows as given
     Vec6 along_, size_;           // B'u and |B|'u
 
-    std::vector<Multiplier> answer_;
+    AlignedVector<Multiplier> answer_;
     WarmStart lastAnswer_;  // of the robust form
 };
 

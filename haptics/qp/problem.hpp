@@ -43,7 +43,7 @@ class RowSet {
     int size_ = 0;
     int capacity_ = 0;
     AlignedVector<double> columns_[7];
-    std::vector<std::uint64_t> ids_;
+    AlignedVector<std::uint64_t> ids_;
 };
 
 struct QpProblem {

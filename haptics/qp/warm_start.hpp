@@ -53,8 +53,8 @@ class WarmStart {
 
   private:
     int size_ = 0;
-    std::vector<std::uint64_t> ids_;
-    std::vector<double> forces_;  ///< N on unit rows
+    AlignedVector<std::uint64_t> ids_;
+    AlignedVector<double> forces_;  ///< N on unit rows
 };
 
 }  // namespace touchstone

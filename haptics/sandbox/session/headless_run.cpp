@@ -304,6 +304,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         noteStrongest(run.strongest, run.last, run.settings, ++ticks);
         if (recorder) recorder->add(pass.recordedTick(run.last), pass.state().obstaclesAtStart());
         if (options.onTick) options.onTick(run.last, penetration);
+        if (options.onRecord) options.onRecord(pass.recordedTick(run.last));
     }
     if (recorder) {
         recorder->flush();

@@ -32,6 +32,8 @@ struct HeadlessOptions {
     std::function<Settings(const Settings&)> adjust = {};
     /// Called after every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick = {};
+    /// Likewise with what a recording holds of the tick.
+    std::function<void(const RecordedTick&)> onRecord = {};
     /// Called with every problem of the rendering solver and its answer.
     std::function<void(const QpProblem&, const SolveResult&)> onSolve = {};
     /// Likewise with friction.

@@ -1,0 +1,39 @@
+"""Recordings as arrays, replayed to the bit."""
+
+import numpy as np
+
+import touchstone as ts
+from common import TestCase, program
+
+
+class Recordings(TestCase):
+    def test_what_the_program_recorded(self):
+        folder = self.folder / "push"
+        program("run", "hello", "--headless", "--record", folder)
+        recording = ts.Recording(folder)
+        self.assertIsInstance(recording.ticks, np.memmap)
+        self.assertEqual(recording.ticks.dtype, ts.tick_type)
+        self.assertEqual(len(recording), 2401)
+        check = recording.replay()
+        self.assertEqual((check["ticks"], check["same"], check["first_different"]), (2401, 2401, None))
+        rows = ts.World(recording.scene).run(recording.poses("input"))
+        for k, name in enumerate(("force_o_x_N", "force_o_y_N", "force_o_z_N")):
+            self.same(rows[name], recording.wrenches()[:, k])
+        softer = recording.replay(recording.scene.settings.with_(stiffness=0.2))
+        self.assertLess(softer["same"], 2401)
+
+    def test_what_python_records_the_program_replays(self):
+        scene = ts.Scene("hello")
+        run = ts.run(scene, record=str(self.folder / "mine"))
+        self.assertIn("all of 2401 ticks", program("run", "hello", "--headless", "--device", f"replay:{self.folder / 'mine'}"))
+        self.same(ts.Recording(self.folder / "mine").ticks["tool_y_mm"], run.ticks["tool_y_mm"])
+        with self.assertRaisesRegex(RuntimeError, "holds a recording already"):
+            ts.run(scene, record=str(self.folder / "mine"))
+
+    def test_what_is_no_recording(self):
+        with self.assertRaisesRegex(ValueError, "is no recording that can be read"):
+            ts.Recording(self.folder)
+        (self.folder / "recording.json").write_text("{}")
+        (self.folder / "ticks.npy").write_bytes(b"\x93NUMPY")
+        with self.assertRaisesRegex(ValueError, "touchstone recover"):
+            ts.Recording(self.folder)
