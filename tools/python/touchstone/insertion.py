@@ -86,7 +86,8 @@ class InsertionBatch:
         if ticks < 1 or max_actions < 1 or count < 1:
             raise ValueError("ticks, max_actions and count must be at least 1")
         self.goal = self.scene.goal
-        self.settings = self.scene.settings if settings is None else settings
+        # Without the shadow solver, which only measures.
+        self.settings = (self.scene.settings if settings is None else settings).with_(shadow="none")
         self.ticks, self.max_actions = ticks, max_actions
         self.step = np.array([step_mm] * 3 + [step_rad] * 3)
         self.start = np.asarray(self.scene.start)
