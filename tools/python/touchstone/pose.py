@@ -24,18 +24,20 @@ def rotate(pose: ArrayLike, vectors: ArrayLike) -> Array:
     """Vectors (..., 3) of the part's frame on the axes of the scene."""
     q, v = np.asarray(pose, float)[..., 3:], np.asarray(vectors, float)
     t = 2 * np.cross(q[..., 1:], v)
-    return v + q[..., :1] * t + np.cross(q[..., 1:], t)
+    turned: Array = v + q[..., :1] * t + np.cross(q[..., 1:], t)
+    return turned
 
 
 def apply(pose: ArrayLike, points: ArrayLike) -> Array:
     """Points (..., 3) of the part's frame in the scene, mm."""
-    return rotate(pose, points) + np.asarray(pose, float)[..., :3]
+    placed: Array = rotate(pose, points) + np.asarray(pose, float)[..., :3]
+    return placed
 
 
 def inverse(pose: ArrayLike) -> Array:
     """X_BA of X_AB."""
     pose = np.asarray(pose, float)
-    back = np.concatenate([np.zeros_like(pose[..., :3]), pose[..., 3:] * [1, -1, -1, -1]], axis=-1)
+    back: Array = np.concatenate([np.zeros_like(pose[..., :3]), pose[..., 3:] * [1, -1, -1, -1]], axis=-1)
     back[..., :3] = -rotate(back, pose[..., :3])
     return back
 
@@ -61,7 +63,8 @@ def log(quaternion: ArrayLike) -> Array:
     q = q * np.where(q[..., :1] < 0, -1.0, 1.0)
     sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     small = sine < 1e-9
-    return np.where(small, 2.0, 2 * np.arctan2(sine, q[..., :1]) / np.where(small, 1, sine)) * q[..., 1:]
+    vector: Array = np.where(small, 2.0, 2 * np.arctan2(sine, q[..., :1]) / np.where(small, 1, sine)) * q[..., 1:]
+    return vector
 
 
 def moved(pose: ArrayLike, motion: ArrayLike) -> Array:
