@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "haptics/math/aligned.hpp"
 #include "haptics/qp/friction_facets.hpp"
 
 namespace touchstone {
