@@ -89,5 +89,11 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), p
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "haptic rendering of rigid contact, as a Python module
 ${method}
 
-This package holds the Python module. It needs a processor with AVX2 and FMA (x86-64-v3).")
+This package holds the Python module.
+It needs a processor with AVX2 and FMA (x86-64-v3).")
+# Python's caches come and go with the package.
+file(WRITE ${about}/postinst "#!/bin/sh\nset -e\nif command -v py3compile >/dev/null; then py3compile -p python3-touchstone; fi\n")
+file(WRITE ${about}/prerm "#!/bin/sh\nset -e\nif command -v py3clean >/dev/null; then py3clean -p python3-touchstone; fi\n")
+file(CHMOD ${about}/postinst ${about}/prerm PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${about}/postinst ${about}/prerm)
 include(CPack)

@@ -1,7 +1,6 @@
-// Writes motions of bundled scenes as cases that step_motions steps:
-//   export_motions SCENES OUT SCENE,MOTION,GEOMETRY,MODE…
-// Prints the lines that step_motions should print; an empty MOTION is the demonstration; MODE is
-// empty or paper.
+// Writes motions of bundled scenes as cases for step_motions:
+//   export_motions SCENES OUT SCENE[,motion=NAME][,geometry=spheres][,mode=paper]…
+// Without a motion it is the demonstration. Prints the lines that step_motions should print.
 #include <cstdio>
 #include <sstream>
 
@@ -30,12 +29,13 @@ MotionPart partOf(const sandbox::HapticScene& scene, engine::Entity node, const 
 }
 
 void exportCase(const fs::path& scenes, const fs::path& out, const std::string& name) {
-    std::istringstream words(name);
     std::string scene, motion, geometry, mode;
+    std::istringstream words(name);
     std::getline(words, scene, ',');
-    std::getline(words, motion, ',');
-    std::getline(words, geometry, ',');
-    std::getline(words, mode, ',');
+    for (std::string word; std::getline(words, word, ',');) {
+        const std::string key = word.substr(0, word.find('=')), value = word.substr(word.find('=') + 1);
+        (key == "motion" ? motion : key == "geometry" ? geometry : mode) = value;
+    }
     fs::path file = scenes / (scene + ".glb");
     if (!fs::exists(file)) file = scenes / (scene + ".gltf");
 

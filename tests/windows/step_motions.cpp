@@ -1,7 +1,8 @@
-// Steps the cases of export_motions, on Linux or on Windows:  step_motions CASES OUT NAME…
+// Steps the cases of export_motions, on Linux or on Windows:  step_motions CASES OUT [--results FOLDER] NAME…
 // Writes to OUT/NAME.ticks, for each tick, the chained hash and 13 numbers: position, rotation and wrench. Writes to
 // OUT/NAME.calls every call of a function of the system's mathematical library: function, tick, two arguments, result.
-// Tick -1 is the making of the world. Prints the hash of each world and that of all ticks.
+// Tick -1 is the making of the world. With --results these calls get the results that another system wrote to FOLDER.
+// Prints the hash of each world, that of all ticks, and how many calls differed from the other system's.
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -17,13 +18,23 @@ struct Call {
     std::int32_t function, tick;
     double x, y, result;
 };
-std::vector<Call> calls;
+std::vector<Call> calls, others;
+std::size_t unlike = 0;  // calls that another system did not make with these arguments
 std::int32_t tickNow = -1;
-constexpr std::size_t kCalls = 400'000;  // of a case; the first that differs is among them
 
 double noted(int function, double x, double y, double result) {
-    if (calls.size() < kCalls) calls.push_back({function, tickNow, x, y, result});
-    return result;
+    Call call{function, tickNow, x, y, result};
+    if (!others.empty()) {
+        const Call other = calls.size() < others.size() ? others[calls.size()] : Call{};
+        const bool same = other.function == function && other.tick == tickNow &&
+                          std::memcmp(&other.x, &x, sizeof x) == 0 && std::memcmp(&other.y, &y, sizeof y) == 0;
+        if (same)
+            call.result = other.result;
+        else
+            ++unlike;
+    }
+    calls.push_back(call);
+    return call.result;
 }
 
 }  // namespace
@@ -50,8 +61,8 @@ double __wrap_fmod(double x, double y) { return noted(7, x, y, __real_fmod(x, y)
 void __real_sincos(double, double*, double*);  // the compiler makes one call of both
 void __wrap_sincos(double x, double* sine, double* cosine) {
     __real_sincos(x, sine, cosine);
-    noted(0, x, 0, *sine);
-    noted(1, x, 0, *cosine);
+    *sine = noted(0, x, 0, *sine);
+    *cosine = noted(1, x, 0, *cosine);
 }
 }
 
@@ -82,9 +93,18 @@ World worldOf(const MotionCase& all, const fs::path& folder) {
     return world;
 }
 
-void stepCase(const fs::path& cases, const fs::path& out, const std::string& name) {
+std::vector<Call> readCalls(const fs::path& file) {
+    std::vector<Call> read(fs::file_size(file) / sizeof(Call));
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char*>(read.data()), std::streamsize(read.size() * sizeof(Call)));
+    return read;
+}
+
+void stepCase(const fs::path& cases, const fs::path& out, const fs::path& results, const std::string& name) {
     const MotionCase all = readCase(cases / name / "case");
     calls.clear();
+    others = results.empty() ? std::vector<Call>() : readCalls(results / (name + ".calls"));
+    unlike = 0;
     tickNow = -1;
     const World world = worldOf(all, cases / name);
     const Settings settings = settingsOf(all);
@@ -106,15 +126,17 @@ void stepCase(const fs::path& cases, const fs::path& out, const std::string& nam
     }
     std::ofstream(out / (name + ".calls"), std::ios::binary)
         .write(reinterpret_cast<const char*>(calls.data()), std::streamsize(calls.size() * sizeof(Call)));
-    std::printf("%s %016llx %016llx\n", name.c_str(), static_cast<unsigned long long>(worldHash(world)),
+    std::printf("%s %016llx %016llx", name.c_str(), static_cast<unsigned long long>(worldHash(world)),
                 static_cast<unsigned long long>(hash));
+    std::printf(results.empty() ? "\n" : " %zu\n", unlike);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     try {
-        for (int i = 3; i < argc; ++i) stepCase(argv[1], argv[2], argv[i]);
+        const bool given = argc > 4 && std::strcmp(argv[3], "--results") == 0;
+        for (int i = given ? 5 : 3; i < argc; ++i) stepCase(argv[1], argv[2], given ? argv[4] : "", argv[i]);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "step_motions: %s\n", error.what());
         return 1;
