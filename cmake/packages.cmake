@@ -64,7 +64,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME touchstone)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 # OpenGL is loaded at run time, so no library that the program is linked to names these.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1, python3")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libgl1-mesa-dri")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "fonts-dejavu-core, libgl1-mesa-dri")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-matplotlib, python3-numpy, spacenavd")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "sandbox for haptic rendering of rigid contact
 ${method}
