@@ -12,7 +12,19 @@ namespace {
 
 void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) noexcept {
     ++touchstone::test::allocationsOfThread;
+#ifdef _WIN32
+    return _aligned_malloc(std::max<std::size_t>(size, 1), alignment);
+#else
     return std::aligned_alloc(alignment, (std::max<std::size_t>(size, 1) + alignment - 1) / alignment * alignment);
+#endif
+}
+
+void release(void* p) noexcept {
+#ifdef _WIN32
+    _aligned_free(p);
+#else
+    std::free(p);
+#endif
 }
 
 void* orThrow(void* p) {
@@ -33,18 +45,18 @@ void* operator new(size_t n, const nothrow_t&) noexcept { return allocate(n); }
 void* operator new[](size_t n, const nothrow_t&) noexcept { return allocate(n); }
 void* operator new(size_t n, align_val_t a, const nothrow_t&) noexcept { return allocate(n, size_t(a)); }
 void* operator new[](size_t n, align_val_t a, const nothrow_t&) noexcept { return allocate(n, size_t(a)); }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete[](void* p) noexcept { std::free(p); }
-void operator delete(void* p, size_t) noexcept { std::free(p); }
-void operator delete[](void* p, size_t) noexcept { std::free(p); }
-void operator delete(void* p, align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, size_t, align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, size_t, align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, const nothrow_t&) noexcept { std::free(p); }
-void operator delete[](void* p, const nothrow_t&) noexcept { std::free(p); }
-void operator delete(void* p, align_val_t, const nothrow_t&) noexcept { std::free(p); }
-void operator delete[](void* p, align_val_t, const nothrow_t&) noexcept { std::free(p); }
+void operator delete(void* p) noexcept { release(p); }
+void operator delete[](void* p) noexcept { release(p); }
+void operator delete(void* p, size_t) noexcept { release(p); }
+void operator delete[](void* p, size_t) noexcept { release(p); }
+void operator delete(void* p, align_val_t) noexcept { release(p); }
+void operator delete[](void* p, align_val_t) noexcept { release(p); }
+void operator delete(void* p, size_t, align_val_t) noexcept { release(p); }
+void operator delete[](void* p, size_t, align_val_t) noexcept { release(p); }
+void operator delete(void* p, const nothrow_t&) noexcept { release(p); }
+void operator delete[](void* p, const nothrow_t&) noexcept { release(p); }
+void operator delete(void* p, align_val_t, const nothrow_t&) noexcept { release(p); }
+void operator delete[](void* p, align_val_t, const nothrow_t&) noexcept { release(p); }
 
 TEST_CASE("allocation counter: counts plain, array and aligned allocations, and nothing else", "[support]") {
     struct alignas(64) Line {

@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
@@ -8,24 +6,20 @@
 #include <thread>
 
 #include "haptics/builder/tree_builder.hpp"
+#include "tests/support/temp_folder.hpp"
 #include "tests/support/test_meshes.hpp"
 
 namespace touchstone::tree_cache_tests {
+
+using test::TempFolder;
+
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A temporary folder of the test, removed at its end.
 struct Folder {
-    fs::path path;
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "touchstone-cache-XXXXXX").string();
-        REQUIRE(::mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    ~Folder() { fs::remove_all(path); }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
+    TempFolder folder;
+    const fs::path& path = folder.path();
 
     std::vector<fs::path> files() const {
         std::vector<fs::path> out;
@@ -108,7 +102,7 @@ TEST_CASE("tree cache: a truncated, lengthened, empty or foreign entry is rebuil
     // A valid entry, but of another tree.
     cachedSphereTree(kMesh, {.leaves = 8}, folder.path);
     for (const fs::path& other : folder.files())
-        if (other != file) fs::copy_file(other, file, fs::copy_options::overwrite_existing);
+        if (other != file) write(file, read(other));
     const auto [tree, built] = get(folder.path);
     CHECK(built);
     CHECK(same(tree, good));

@@ -331,7 +331,9 @@ TEST_CASE("tree check: the same tree gives the same figures", "[tree]") {
     CHECK(a.hausdorffToTree == b.hausdorffToTree);
     CHECK(a.normalErrorMean == b.normalErrorMean);
     CHECK(a.testsPerPose == b.testsPerPose);
+#ifndef _WIN32  // which counts a thread's time in steps that are longer than the walks
     CHECK(a.walkUs > 0);
+#endif
     // Another random seed gives other samples and poses, and similar figures.
     CheckOptions other = kQuick;
     other.seed = 2;

@@ -1,7 +1,6 @@
 // The tick between meshes, judged by answers that follow from the geometry and by the reference.
 #include <catch2/catch.hpp>
 
-#include "haptics/loop/neighbor_list_worker.hpp"
 #include "haptics/loop/step.hpp"
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"

@@ -1,10 +1,7 @@
 // Obstacles that move while ticks run: how they push the tool, and what holds them.
 #include <catch2/catch.hpp>
-#include <chrono>
-#include <thread>
 
 #include "haptics/collision/pair_finder.hpp"
-#include "haptics/loop/neighbor_list_worker.hpp"
 #include "haptics/loop/step.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/mesh_world.hpp"
@@ -165,36 +162,6 @@ TEST_CASE("obstacles: targets equal to the poses change no bit of a tick", "[ste
         return sum;
     };
     CHECK(hash(true) == hash(false));
-}
-
-TEST_CASE("obstacles: lists found by another thread, and an audit, change no result", "[step][obstacle]") {
-    const Settings settings = settingsFor(GENERATE(Geometry::Spheres, Geometry::Mesh));
-    const World world = bodies();
-    const auto drive = [&](bool helped, bool audit) {
-        StepState state(world);
-        std::unique_ptr<NeighborListWorker> worker;
-        if (helped) worker = std::make_unique<NeighborListWorker>(world);
-        std::uint64_t sum = 0;
-        for (int tick = 0; tick < 400; ++tick) {
-            const std::vector<Pose> targets{tick < 200 ? at(0, 20, 5, Vec3(0.5, 0, 0)) : at(5, -10, 0)};
-            StepInput input{at(0, std::max(36.0, 45 - 0.06 * tick), 0), {}, targets};
-            if (worker) input.entries = worker->newest();
-            const TickRecord r = step(world, settings, input, state, {}, audit);
-            sum = hashTick(r, sum);
-            if (!worker) continue;
-            worker->request({.tickMs = 1,
-                             .within = state.asked(),
-                             .trust = settings.trust,
-                             .slack = settings.slack,
-                             .geometry = settings.geometry},
-                            r.X_WT, state.obstacles());
-            std::this_thread::sleep_for(std::chrono::microseconds(300));
-        }
-        return sum;
-    };
-    const std::uint64_t plain = drive(false, false);
-    CHECK(drive(true, false) == plain);
-    CHECK(drive(false, true) == plain);
 }
 
 TEST_CASE("obstacles: moving, pushing and holding allocate nothing", "[step][obstacle]") {

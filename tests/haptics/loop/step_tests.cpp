@@ -2,11 +2,8 @@
 #include "haptics/loop/step.hpp"
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <random>
-#include <thread>
 
-#include "haptics/loop/neighbor_list_worker.hpp"
 #include "tests/support/alloc_count.hpp"
 #include "tests/support/mesh_world.hpp"
 #include "tests/support/solvers.hpp"
@@ -336,41 +333,6 @@ TEST_CASE("step: entries from another thread change no result, at any pose and w
         REQUIRE(hashTick(step(world, settings, {device, offered}, helped)) == hashTick(expected));
     }
     REQUIRE(complete > 50);
-}
-
-TEST_CASE("neighbor list worker: finds the pairs ahead of a moving tool that a tick may need", "[thread]") {
-    const World world = worldOf(blob(300, 20, 7), blob(300, 20, 8), at(0, 32, 0));
-    NeighborListWorker worker(world);
-    REQUIRE(worker.newest().size() == 1);
-    REQUIRE(worker.newest()[0]->within.margin < 0);
-    const LeafPairFinder finder(*world.tool, *world.obstacles[0].tree);
-    const auto wait = [&](auto&& until) {
-        for (int i = 0; i < 5000 && !until(*worker.newest()[0]); ++i)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        return until(*worker.newest()[0]);
-    };
-    // 0.1 mm a tick: the tool will have moved 0.15 mm when the entries arrive.
-    const auto ask = [&](double y) {
-        const Pose X_WO[] = {world.obstacles[0].X_WO};
-        worker.request({}, at(0, y + 0.1, 0), X_WO);
-        worker.request({.tickMs = 1, .within = 0.5, .trust = 0.5, .slack = 0.2}, at(0, y, 0), X_WO);
-    };
-    ask(32);
-    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 31.85, 0), 0.5}) >= 0; }));
-    REQUIRE(worker.takeCpuUs() > 0);
-    ask(25);
-    REQUIRE(wait([&](const PairEntries& e) { return finder.reserve(e, {at(0, 24.85, 0), 0.5}) >= 0; }));
-    // It publishes the same entries as a finder in this thread.
-    LeafPairFinder own(*world.tool, *world.obstacles[0].tree);
-    PairEntries expected(*world.tool, *world.obstacles[0].tree);
-    const PairEntries& found = *worker.newest()[0];
-    REQUIRE(own.find(found, expected));
-    REQUIRE(found.count == expected.count);
-    for (int i = 0; i < found.count; ++i) {
-        REQUIRE(found.at[i].tool == expected.at[i].tool);
-        REQUIRE(found.at[i].obstacle == expected.at[i].obstacle);
-        REQUIRE(found.gap[i] == expected.gap[i]);
-    }
 }
 
 TEST_CASE("step: the tick allocates nothing, in any mode, with every solver", "[step]") {
