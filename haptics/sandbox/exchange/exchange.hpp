@@ -11,7 +11,7 @@ namespace touchstone::sandbox {
 
 struct ExportRequest {
     std::vector<std::filesystem::path> recordings;  ///< become demo_0, demo_1, …
-    std::filesystem::path hdf5, mcap;               ///< files to write; empty: none
+    std::filesystem::path hdf5 = {}, mcap = {};     ///< files to write; empty: none
     bool carryScenes = true;                        ///< false: scenes are only named, by the hash of their content
     SceneProgress progress = {};
     std::function<void(const std::string&)> report = {};  ///< receives one line for each demonstration
