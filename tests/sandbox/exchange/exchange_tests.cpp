@@ -229,7 +229,7 @@ TEST_CASE("exchange: a recording that does not repeat is neither confirmed nor e
         refusedBoth("row 250 differs from its replay");
     }
     SECTION("a changed setting") {
-        replaceIn(push.recording / "recording.json", "\"trust\": \"0.5\"", "\"trust\": \"0.05\"");
+        replaceIn(push.recording / "recording.json", "\"solver\": \"dual-active-set\"", "\"solver\": \"pqp\"");
         refusedBoth("differs from its replay");
     }
     SECTION("a changed mesh") {
