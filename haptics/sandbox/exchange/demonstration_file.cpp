@@ -4,11 +4,13 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
 #include <system_error>
 
+#include "engine/scene/gltf_container.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace touchstone::sandbox {
@@ -54,17 +56,23 @@ DemonstrationFile::DemonstrationFile(std::filesystem::path file) : file_(std::mo
         found_ = readMcapParts(bytes);
     else
         fail("it is not a file that `touchstone export` wrote, or its beginning was changed");
-    if (const auto found = found_.parts.find(kManifestPart); found != found_.parts.end())
-        manifest_ = json::parse(found->second, nullptr, false);
+    const auto changed = [&](const std::string& part) {
+        return std::find(found_.changed.begin(), found_.changed.end(), part) != found_.changed.end();
+    };
+    if (has(kManifestPart) && !changed(kManifestPart))
+        manifest_ = engine::parseJson(file_, std::string(part(kManifestPart)));
     for (const std::string& part : found_.changed)
         if (part != kManifestPart) fail(changeIn(part));
-    if (!found_.changed.empty()) fail("the manifest was changed after the export");
+    if (changed(kManifestPart)) fail("the manifest was changed after the export");
     if (!found_.damage.empty()) fail(found_.damage);
-    if (!manifest_.is_object()) fail("it has no demonstrations that `touchstone export` wrote");
-    if (manifest_.value("version", 0) != 1) fail("its version is unknown: use the program that wrote it");
+    if (!manifest_.is_object() || !manifest_.contains("version"))
+        fail("it has no demonstrations that `touchstone export` wrote");
+    if (manifest_["version"] != 1) fail("its version is unknown: use the program that wrote it");
 }
 
-void DemonstrationFile::fail(const std::string& what) const { throw std::runtime_error(file_.string() + ": " + what); }
+void DemonstrationFile::fail(const std::string& what) const {
+    throw std::runtime_error(file_.string() + ": " + engine::escaped(what));
+}
 
 std::string_view DemonstrationFile::part(const std::string& name) const {
     const auto found = found_.parts.find(name);
@@ -89,9 +97,9 @@ std::string DemonstrationFile::changeIn(const std::string& part) const {
     if (part == folder + "recording.json" && manifest_.is_object() && manifest_.contains("demonstrations") &&
         manifest_["demonstrations"].is_array()) {
         for (const json& demo : manifest_["demonstrations"])
-            if (demo.is_object() && partOf(demo.value("name", ""), "recording.json") == part)
-                if (const std::string key = changedSetting(demo.value("settings", json()), found_.parts.at(part));
-                    !key.empty())
+            if (demo.is_object() && demo.contains("name") && demo.contains("settings") &&
+                demo["name"] == folder.substr(5, folder.size() - 6))
+                if (const std::string key = changedSetting(demo["settings"], found_.parts.at(part)); !key.empty())
                     what += ": the setting " + key + " differs";
     } else if (part == folder + "ticks" && intact(folder + "chain") && intact(folder + "recording.json")) {
         // The chain says where: every link follows from its own row and the link before.

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "engine/scene/folders.hpp"
+#include "engine/scene/gltf_container.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/hash.hpp"
@@ -137,8 +138,8 @@ class UnpackedScenes {
 };
 
 /// recording.json with the scenes where they are now.
-std::string relocated(std::string_view notes, const UnpackedScenes& scenes) {
-    json moved = json::parse(notes);
+std::string relocated(const fs::path& file, std::string_view notes, const UnpackedScenes& scenes) {
+    json moved = engine::parseJson(file, std::string(notes));
     const auto move = [&](json& scene) { scene.at("file") = scenes.at(scene.at("hash").get<std::string>()).string(); };
     move(moved.at("scene"));
     for (json& change : moved.at("changes"))
@@ -166,10 +167,10 @@ Demonstration verified(const DemonstrationFile& file, const json& entry, const U
     const std::string_view notes = file.part(partOf(name, "recording.json"));
     const std::string_view rows = file.part(partOf(name, "ticks"));
     fs::create_directories(folder);
-    writeFile(folder / kNotesFile, "the recording", relocated(notes, scenes));
-    writeFile(folder / kTicksFile, "the ticks", npyHeader({}, rows.size() / tickRowBytes()) + std::string(rows));
     Demonstration demo;
     try {
+        writeFile(folder / kNotesFile, "the recording", relocated(folder / kNotesFile, notes, scenes));
+        writeFile(folder / kTicksFile, "the ticks", npyHeader({}, rows.size() / tickRowBytes()) + std::string(rows));
         demo = replayDemonstration(folder, name, shelf);
     } catch (const std::runtime_error& error) {
         std::string what = error.what();  // it names the folder
@@ -220,7 +221,7 @@ void exportDemonstrations(const ExportRequest& request) {
             }
         }
         for (const auto& writer : writers) writer->add(demo);
-        const json notes = json::parse(demo.notes);
+        const json notes = engine::parseJson(recording / kNotesFile, demo.notes);
         demos.push_back({{"name", demo.name},
                          {"scene", demo.scenes.front().file.filename().string()},
                          {"scene_hash", demo.scenes.front().hash},
