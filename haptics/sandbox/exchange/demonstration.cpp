@@ -8,8 +8,11 @@
 #include <stdexcept>
 
 #include "engine/scene/gltf_load.hpp"
+#include "haptics/loop/step.hpp"
 #include "haptics/math/hash.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/record/recording_json.hpp"
+#include "haptics/sandbox/record/tick_fields.hpp"
 #include "haptics/sandbox/session/replay_pass.hpp"
 
 namespace touchstone::sandbox {

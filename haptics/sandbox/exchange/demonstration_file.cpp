@@ -12,6 +12,7 @@
 
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/scene.hpp"
+#include "haptics/sandbox/record/tick_file.hpp"
 
 namespace touchstone::sandbox {
 namespace {

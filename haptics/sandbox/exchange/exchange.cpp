@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <system_error>
@@ -19,6 +21,7 @@
 #include "haptics/sandbox/record/build_info.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/record/recording_json.hpp"
+#include "haptics/sandbox/record/tick_file.hpp"
 
 namespace touchstone::sandbox {
 namespace {

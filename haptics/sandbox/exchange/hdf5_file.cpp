@@ -3,14 +3,18 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
+#include <map>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/hash.hpp"
 #include "haptics/sandbox/exchange/demonstration_file.hpp"
+#include "haptics/sandbox/record/tick_file.hpp"
 
 namespace touchstone::sandbox {
 namespace {

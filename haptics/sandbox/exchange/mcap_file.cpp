@@ -2,6 +2,7 @@
 // contact as JSON messages for viewers, and the recording itself as attachments, which is what a replay needs.
 #include <zlib.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/exchange/demonstration_file.hpp"
 #include "haptics/sandbox/record/build_info.hpp"
+#include "haptics/sandbox/record/tick_fields.hpp"
 #include "haptics/sandbox/record/tick_file.hpp"
 
 namespace touchstone::sandbox {
