@@ -49,13 +49,18 @@ bool hasScheme(std::string_view uri) {
            });
 }
 
+/// Whether the path, in normal form, stays in the folder that it is relative to.
+bool leavesNoFolder(const fs::path& relative) {
+    return !relative.empty() && !relative.is_absolute() && *relative.begin() != "..";
+}
+
 /// Reads a file in the scene's folder. Paths that leave the folder by `..`, as absolute path or by links are refused.
 Bytes externalBytes(const fs::path& file, const std::string& label, const std::string& uri) {
     const std::string name = percentDecoded(uri), shown = "\"" + printable(name) + "\"";
     const std::string outside = "refers to " + shown + " outside the scene's folder; put the file into that folder";
     if (hasScheme(name) || name.find('\0') != name.npos) failIn(file, label, outside);
     const fs::path relative = fs::path(name).lexically_normal();
-    if (relative.empty() || relative.is_absolute() || *relative.begin() == "..") failIn(file, label, outside);
+    if (!leavesNoFolder(relative)) failIn(file, label, outside);
     std::error_code error;
     const fs::path folder = fs::canonical(file.has_parent_path() ? file.parent_path() : ".", error);
     const fs::path found = error ? fs::path() : fs::canonical(folder / relative, error);
@@ -222,6 +227,25 @@ LoadedGltf loadGltf(const fs::path& file, int scene, Warnings& warnings) {
         failIn(file, "", "is rejected by the glTF parser (" + printable(error) + "); export it again");
     }
     return loaded;
+}
+
+std::vector<fs::path> externalFiles(const fs::path& file) {
+    const json document = parseJson(file, readContainer(file).json);
+    std::vector<fs::path> found;
+    for (const char* array : {"buffers", "images"}) {
+        if (!document.is_object() || !document.contains(array) || !document[array].is_array()) continue;
+        for (const json& entry : document[array]) {
+            if (!entry.is_object() || !entry.contains("uri") || !entry["uri"].is_string()) continue;
+            const std::string name = percentDecoded(entry["uri"].get_ref<const std::string&>());
+            const fs::path relative = fs::path(name).lexically_normal();
+            std::error_code error;
+            if (!hasScheme(name) && leavesNoFolder(relative) &&
+                fs::is_regular_file(file.parent_path() / relative, error) &&
+                std::find(found.begin(), found.end(), relative) == found.end())
+                found.push_back(relative);
+        }
+    }
+    return found;
 }
 
 }  // namespace touchstone::engine

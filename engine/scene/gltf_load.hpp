@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "engine/scene/gltf_check.hpp"
 
@@ -24,5 +25,9 @@ struct LoadedGltf {
 /// uses. tinygltf only receives checked properties and opens no file. External files must be in the scene's folder or
 /// below it. Throws SceneError.
 LoadedGltf loadGltf(const std::filesystem::path& file, int scene, Warnings& warnings);
+
+/// The files beside a .gltf or .glb that its buffers and images refer to and that exist, relative to its folder. Throws
+/// SceneError if the file cannot be read.
+std::vector<std::filesystem::path> externalFiles(const std::filesystem::path& file);
 
 }  // namespace touchstone::engine

@@ -18,11 +18,13 @@ class OutputFile {
     OutputFile& operator=(const OutputFile&) = delete;
 
     void write(std::string_view bytes);
+    /// The file that close() renames: for a library that writes it itself, in place of write().
+    const std::filesystem::path& temporary() const { return part_.empty() ? target_ : part_; }
+    [[noreturn]] void fail() const;  ///< throws the sentence, with the reason in errno
     /// When it returns, the file is complete and has its name.
     void close();
 
   private:
-    [[noreturn]] void fail() const;
     void flush();
 
     std::filesystem::path file_, target_, part_;  // part_ is the temporary file; empty if bytes go to the target

@@ -33,6 +33,7 @@ void addNew(CLI::App& program, Action& action);
 void addTree(CLI::App& program, Action& action);
 void addQp(CLI::App& program, Action& action);
 void addExport(CLI::App& program, Action& action);
+void addVerify(CLI::App& program, Action& action);
 void addRecover(CLI::App& program, Action& action);
 void addSoak(CLI::App& program, Action& action);
 void addCompare(CLI::App& program, Action& action);

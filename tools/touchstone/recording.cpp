@@ -1,32 +1,69 @@
-// touchstone export and recover: writes recordings as CSV, and repairs interrupted ones.
+// touchstone export, verify and recover: writes recordings for other programs, confirms them, and repairs interrupted
+// ones.
 #include "haptics/sandbox/record/recording.hpp"
+
+#include <spdlog/spdlog.h>
 
 #include <cstdio>
 
+#include "engine/scene/scene.hpp"
+#include "haptics/sandbox/exchange/exchange.hpp"
 #include "tools/touchstone/command_line.hpp"
+#include "tools/touchstone/console.hpp"
 
 namespace touchstone::app {
 namespace {
 
 struct ExportOptions {
-    std::filesystem::path recording, output;  ///< no output: the recording's folder with .csv
-    bool fields = false;                      ///< print the table of columns instead
+    sandbox::ExportRequest request;
+    std::filesystem::path output;  ///< of the CSV; empty: the recording's folder with .csv
+    bool fields = false;           ///< print the table of columns instead
+    bool byHash = false;           ///< scenes are only named
 };
 
-int exportRecording(const ExportOptions& options) {
+void printLine(const std::string& line) { std::printf("%s\n", line.c_str()); }
+
+int exportRecording(ExportOptions& options) {
     if (options.fields) {
         std::fputs(sandbox::fieldsAsMarkdown().c_str(), stdout);
         return kOk;
     }
-    if (options.recording.empty()) throw UsageError("touchstone export needs DIR, the folder of a recording");
+    sandbox::ExportRequest& request = options.request;
+    if (request.recordings.empty()) throw UsageError("touchstone export needs DIR, the folder of a recording");
+    if (!request.hdf5.empty() || !request.mcap.empty()) {
+        if (!options.output.empty()) throw UsageError("--out is the CSV file: give it without --hdf5 and --mcap");
+        if (request.hdf5 == request.mcap) throw UsageError("--hdf5 and --mcap need different files");
+        request.carryScenes = !options.byHash;
+        request.progress = progressBar();
+        request.report = printLine;
+        exportDemonstrations(request);
+        return kOk;
+    }
+    if (options.byHash) throw UsageError("--by-hash needs --hdf5 or --mcap");
+    if (request.recordings.size() > 1)
+        throw UsageError("a CSV holds one recording: give one DIR, or write all of them with --hdf5 or --mcap");
     std::filesystem::path output = options.output;
     if (output.empty()) {
-        output = options.recording;
+        output = request.recordings.front();
         if (!output.has_filename()) output = output.parent_path();  // DIR/
         output += ".csv";
     }
-    sandbox::exportCsv(options.recording, output);
+    sandbox::exportCsv(request.recordings.front(), output);
     return kOk;
+}
+
+/// Every file is checked, also after one that fails.
+int verify(const std::vector<std::filesystem::path>& files) {
+    int code = kOk;
+    for (const std::filesystem::path& file : files) try {
+            sandbox::verifyDemonstrations(file, progressBar(), printLine);
+            std::printf("%s: confirmed\n", file.c_str());
+        } catch (const std::exception& error) {
+            if (file == files.back()) throw;
+            spdlog::error("{}", engine::escaped(error.what()));
+            code = kFailed;
+        }
+    return code;
 }
 
 int recoverRecording(const std::filesystem::path& folder) {
@@ -38,12 +75,38 @@ int recoverRecording(const std::filesystem::path& folder) {
 
 void addExport(CLI::App& program, Action& action) {
     const auto options = std::make_shared<ExportOptions>();
-    CLI::App* command = addCommand(program, "export", "Write the ticks of a recording as CSV",
-                                   "Example:\n  touchstone export push --out push.csv\n");
-    command->add_option("DIR", options->recording, kRecordingHelp);
+    CLI::App* command = addCommand(
+        program, "export", "Write recordings for other programs: as CSV, HDF5 or MCAP",
+        "HDF5 and MCAP files hold demonstrations that were replayed and agree with their recordings; `touchstone\n"
+        "verify` confirms them elsewhere.\n\n"
+        "Examples:\n"
+        "  touchstone export push --out push.csv                  the ticks of one recording as a table\n"
+        "  touchstone export study/trial-* --hdf5 study.hdf5      demonstrations in robomimic's layout\n"
+        "  touchstone export push --mcap push.mcap                poses and wrench for Foxglove and its kin\n"
+        "  touchstone export push --hdf5 push.hdf5 --by-hash      without the scene, which verify must find\n");
+    command->add_option("DIR", options->request.recordings, kRecordingHelp);
     command->add_option("--out", options->output, "CSV file (default: DIR.csv)");
+    command->add_option("--hdf5", options->request.hdf5, "write all recordings to this HDF5 file instead");
+    command->add_option("--mcap", options->request.mcap, "write all recordings to this MCAP file instead");
+    command->add_flag("--by-hash", options->byHash,
+                      "name scenes and meshes by the hash of their content instead of carrying them in the file");
     command->add_flag("--fields", options->fields, "print the columns and their meaning as a Markdown table, and exit");
     command->callback([options, &action] { action = [options] { return exportRecording(*options); }; });
+}
+
+void addVerify(CLI::App& program, Action& action) {
+    const auto files = std::make_shared<std::vector<std::filesystem::path>>();
+    CLI::App* command = addCommand(
+        program, "verify", "Confirm recordings and exported demonstrations tick by tick",
+        "Replays every demonstration: to the bit in the build that recorded it, within a stated tolerance in\n"
+        "another (docs/recording.md). One sentence says what is missing, damaged or different.\n\n"
+        "Examples:\n"
+        "  touchstone verify study.hdf5\n"
+        "  touchstone verify push.mcap push study/trial-*\n\n"
+        "Exit codes: 0 all confirmed, 1 at least one is not.\n");
+    command->add_option("FILE", *files, "a file that `touchstone export` wrote, or the folder of a recording")
+        ->required();
+    command->callback([files, &action] { action = [files] { return verify(*files); }; });
 }
 
 void addRecover(CLI::App& program, Action& action) {

@@ -23,21 +23,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
 constexpr std::size_t kPreamble = kMagic.size() + 2, kCountDigits = 20, kReadRows = 1024;
 
-/// The .npy header for that many rows. Its length does not depend on the number.
-std::string headerFor(std::uint64_t rows) {
-    std::string text = "{'descr': [";
-    for (const TickField& field : tickFields()) text += "('" + std::string(field.name) + "', '" + field.type() + "'), ";
-    text += "], 'fortran_order': False, 'shape': (";
-    std::string count = std::to_string(rows);
-    const std::size_t spare = kCountDigits - count.size();
-    text += count + ",), }" + std::string(spare, ' ');
-    text.append(63 - (kPreamble + text.size()) % 64, ' ');  // NumPy wants the data aligned to 64
-    text += '\n';
-    std::string header(kMagic);
-    header += static_cast<char>(text.size() & 0xff);
-    header += static_cast<char>(text.size() >> 8);
-    return header + text;
-}
+/// The .npy header for that many ticks. Its length does not depend on the number.
+std::string headerFor(std::uint64_t rows) { return npyHeader({}, rows); }
 
 std::uint64_t headerBytes() {
     static const std::uint64_t bytes = headerFor(0).size();
@@ -201,6 +188,25 @@ bool setField(const TickField& field, RecordedTick& tick, const char* bytes) {
 }
 
 }  // namespace
+
+std::string npyHeader(const std::string& type, std::uint64_t rows) {
+    std::string text = "{'descr': " + (type.empty() ? "[" : "'" + type + "'");
+    if (type.empty()) {
+        for (const TickField& field : tickFields())
+            text += "('" + std::string(field.name) + "', '" + field.type() + "'), ";
+        text += "]";
+    }
+    text += ", 'fortran_order': False, 'shape': (";
+    std::string count = std::to_string(rows);
+    const std::size_t spare = kCountDigits - count.size();
+    text += count + ",), }" + std::string(spare, ' ');
+    text.append(63 - (kPreamble + text.size()) % 64, ' ');  // NumPy wants the data aligned to 64
+    text += '\n';
+    std::string header(kMagic);
+    header += static_cast<char>(text.size() & 0xff);
+    header += static_cast<char>(text.size() >> 8);
+    return header + text;
+}
 
 std::uint64_t tickLayout() {
     const std::string header = headerFor(0);

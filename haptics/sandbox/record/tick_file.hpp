@@ -94,6 +94,9 @@ struct TickFileRepair {
 /// `layout` is this program's tickLayout(). Throws std::runtime_error with one sentence.
 TickFileRepair repairTickFile(const std::filesystem::path& file, std::uint64_t layout);
 
+/// The header of a .npy file for that many rows of one type in NumPy's notation; empty: of ticks.
+std::string npyHeader(const std::string& type, std::uint64_t rows);
+
 /// Hash of the names and types of tickFields(): two programs with the same value write the same columns.
 std::uint64_t tickLayout();
 

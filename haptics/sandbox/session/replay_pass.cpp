@@ -22,7 +22,8 @@ void ReplayPass::enterScene(const std::filesystem::path& openedFile, const std::
     std::string why;
     world_ = recordedWorld(then, opened, why);
     if (!world_) {
-        check_.differences.push_back("the scene differs from the recorded " + name + ": " + why);
+        check_.otherPart = "the scene differs from the recorded " + name + ": " + why;
+        check_.differences.push_back(check_.otherPart);
         world_ = opened;
     }
     state_ = std::make_unique<StepState>(*world_);

@@ -16,6 +16,7 @@ struct ReplayCheck {
     std::vector<std::string>
         differences;                ///< sentences: what differs from the time of the recording and may be the cause
     std::uint64_t notCompared = 0;  ///< ticks after lost ticks, whose initial state is unknown
+    std::string otherPart;          ///< one sentence if a part is not the recorded one; else empty
 };
 
 class ReplayPass {
@@ -31,6 +32,8 @@ class ReplayPass {
 
     /// Input and record of the newest tick; its session is the number of the scene.
     const RecordedTick& tick() const { return replayed_; }
+    /// The newest tick as the recording has it.
+    const RecordedTick& recorded() const { return recorded_; }
     /// Of the newest tick; before next() was called, of the first one.
     const std::shared_ptr<const World>& world() const { return world_; }
     const RecordedScene& scene() const { return recording_.scene(); }
