@@ -17,12 +17,14 @@
 //   slow            a pose takes 20 ms
 //   nan  far  skewed  mirrored   the pose is NaN or 1e27 m away, or its frame is no rotation
 //   max-force       the library limits the force to 3 N
+// For programs: $FAKE_DHD_HAND="x y z" is where the hand goes 0.3 s after opening, and $FAKE_DHD_LOG a file that gets
+// the largest force, the opened device's own motions and its misuses when it is closed.
 #include "tests/support/fake_dhd/fake_dhd.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
@@ -50,7 +52,8 @@ struct Fake {
     int cause = 0;
     double p[3]{}, v[3]{}, w[3]{}, wv[3]{}, handP[3]{}, handW[3]{}, force[3]{}, torque[3]{}, gripper = 0, peakForce = 0;
     unsigned buttons = 0;
-    Clock::time_point now = Clock::now(), lastWord = now;
+    double largest[3]{};
+    Clock::time_point now = Clock::now(), lastWord = now, opened = now;
 
     bool has(const std::string& fault) const {
         return ("," + faults + ",").find("," + fault + ",") != std::string::npos;
@@ -78,6 +81,8 @@ struct Fake {
         }
     }
     void move() {
+        if (const char* hand = std::getenv("FAKE_DHD_HAND"); hand && now - opened > std::chrono::milliseconds(300))
+            std::sscanf(hand, "%lf %lf %lf", &handP[0], &handP[1], &handP[2]);
         for (int i = 0; i < 3; ++i) {
             v[i] += kStep * (kSpring * (handP[i] - p[i]) - kDamping * v[i] + (motors ? force[i] : 0)) / kMass;
             p[i] += kStep * v[i];
@@ -175,7 +180,7 @@ int dhdOpen() {
     for (double* zero : {f.p, f.v, f.w, f.wv, f.force, f.torque, f.handP, f.handW})
         std::memset(zero, 0, 3 * sizeof *zero);
     f.buttons = 0;
-    f.now = f.lastWord = Clock::now();
+    f.now = f.lastWord = f.opened = Clock::now();
     return kId;
 }
 int dhdOpenSerial(int serial) { return serial == 1234 ? dhdOpen() : fake().fail(5); }
@@ -184,6 +189,11 @@ int dhdClose(char id) {
     if (f.misused(id)) return f.fail(12);
     f.open = 0;
     f.motors = false;
+    if (const char* file = std::getenv("FAKE_DHD_LOG"))
+        if (FILE* log = std::fopen(file, "w")) {
+            std::fprintf(log, "%g %g %g %lu %lu\n", f.largest[0], f.largest[1], f.largest[2], f.moves, f.misuses);
+            std::fclose(log);
+        }
     return 0;
 }
 int dhdGetSystemType(char id) {
@@ -269,7 +279,10 @@ int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double 
     std::memcpy(f.force, force, sizeof force);
     if (!f.has("omega6")) std::memcpy(f.torque, torque, sizeof torque);
     f.gripper = fg;
-    if (f.motors) f.peakForce = std::max(f.peakForce, std::hypot(fx, fy, fz));
+    if (f.motors && std::hypot(fx, fy, fz) > f.peakForce) {
+        f.peakForce = std::hypot(fx, fy, fz);
+        std::memcpy(f.largest, force, sizeof force);
+    }
     return f.has("saturated") ? 2 : 0;
 }
 #ifndef FAKE_DHD_LACKS_STATUS
