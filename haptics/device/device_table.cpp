@@ -37,10 +37,9 @@ constexpr std::array kDevices{
 
 std::span<const DeviceInfo> deviceTable() { return kDevices; }
 
-const DeviceInfo* findDevice(std::string_view name) {
-    const auto found =
-        std::find_if(kDevices.begin(), kDevices.end(), [&](const DeviceInfo& d) { return d.name == name; });
-    return found == kDevices.end() ? nullptr : &*found;
+const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table) {
+    const auto found = std::find_if(table.begin(), table.end(), [&](const DeviceInfo& d) { return d.name == name; });
+    return found == table.end() ? nullptr : &*found;
 }
 
 }  // namespace touchstone

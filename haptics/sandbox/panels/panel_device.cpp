@@ -137,8 +137,13 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
         ImGui::Spacing();
         ImGui::TextDisabled("Gains and limits at the hand");
         ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
-        ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
-        ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+        if (limits.torque) {
+            ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
+            ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+        } else {
+            ImGui::TextDisabled("peak: %.3g N, continuous: %.3g N", limits.peakForce, limits.continuousForce);
+            ImGui::TextDisabled("force only: this device has no torque");
+        }
     }
     ImGui::Spacing();
     ImGui::TextDisabled("Workspace mapping");
