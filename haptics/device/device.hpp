@@ -113,7 +113,8 @@ struct DeviceInfo {
 };
 
 /// The devices of the core: demo, forcedimension, hand, insert, lab, mouse, phantom, replay, rest and spacemouse. To
-/// add a device, add a row.
+/// add a device, add a row. The program's table, with the devices that need more libraries, is allDevices() of
+/// haptics/sandbox/devices.
 std::span<const DeviceInfo> deviceTable();
 const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table = deviceTable());
 

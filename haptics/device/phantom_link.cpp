@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 #include "haptics/threads/rt_thread.hpp"
@@ -118,7 +119,8 @@ std::string PhantomLink::initialize() {
         tried += (tried.empty() ? "" : ", ") + called + ": " + (errors.empty() ? "no reason given" : errors);
     }
     throw std::runtime_error("OpenHaptics (" + hd_.name + ") opens no device; tried " + tried +
-                             ". Connect and power the device, and run the vendor's setup and diagnostic programs");
+                             ". Connect and power the device, and run the vendor's setup and diagnostic programs" +
+                             (std::getenv("GTDD_HOME") ? "" : "; with libHD 3.4, set GTDD_HOME as their setup says"));
 }
 
 void PhantomLink::calibrate() {

@@ -27,8 +27,7 @@ constexpr double kLongestMotionMs = 86.4e6;  // a day: a longer motion counts as
 /// One pass of the run, tick by tick, until the motion, the recording or the requested time ends.
 class Pass {
   public:
-    /// `stops`: this pass ends at a signal; false if another pass does. A device with motors holds somebody's hand: its
-    /// pass is paced by the clock, and there is only one.
+    /// `stops`: this pass ends at a signal; false if another pass does.
     Pass(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options, bool stops)
         : stops_(stops) {
         if (const auto folder = recordingOf(options.device)) {
@@ -39,22 +38,27 @@ class Pass {
             if (options.paced) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
             watch(session->state, settings, options);
             driver_.emplace(std::move(session));
-            live_ = driver_->session().device->limits().motors;
             driver_->engage();  // a headless run has no user who engages the forces
         }
         if (geometryOf(this->settings()) == Geometry::Spheres && !world()->hasSpheres())
             throw std::invalid_argument("the scene was opened without the sphere trees that these settings touch");
         const double rate = this->settings().rate;
-        if (options.paced || live_) pacer_.emplace(rate, false);
+        if (options.paced) pacer_.emplace(rate, false);
         const bool endless = driver_ && driver_->session().device->duration().value_or(INFINITY) > kLongestMotionMs;
         if (options.seconds || endless)
             limit_ = std::max(1LL, std::llround(options.seconds.value_or(kUnendingSeconds) * rate));
         toTheEnd_ = !options.seconds;
     }
 
+    /// Whether the device has motors. No run then repeats another, so there is only this one, paced by the clock.
+    bool live() const { return driver_ && driver_->session().safety.motors(); }
+    void pace() { pacer_.emplace(settings().rate, false); }
+    /// Another pass decides where the run ends at a signal.
+    void ignoreSignals() { stops_ = false; }
+
     /// False when the run is over.
     bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
-        if ((stops_ || live_) && ticks_ > 0 && StopRequest::signal() != 0) return endWith(RunEnd::Signal);
+        if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return endWith(RunEnd::Signal);
         if (toTheEnd_ && driver_ && driver_->finished()) return endWith(RunEnd::Motion);
         if (limit_ > 0 && ticks_ == limit_) return endWith(toTheEnd_ ? RunEnd::Limit : RunEnd::Seconds);
         if (!replay_)
@@ -76,7 +80,6 @@ class Pass {
     const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
     /// Late ticks; absent if the pass is not paced.
     std::optional<std::uint64_t> overruns() const { return pacer_ ? std::optional(pacer_->overruns()) : std::nullopt; }
-    bool live() const { return live_; }
     const TickDriver* driver() const { return driver_ ? &*driver_ : nullptr; }
     const ReplayPass* replay() const { return replay_ ? &*replay_ : nullptr; }
     /// The newest tick with its input; `record` is its record.
@@ -101,8 +104,7 @@ class Pass {
         return false;
     }
 
-    const bool stops_;
-    bool live_ = false;
+    bool stops_;
     std::optional<TickDriver> driver_;
     std::optional<ReplayPass> replay_;
     long long limit_ = 0;    // ticks; 0: none
@@ -257,21 +259,25 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     HeadlessRun run;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) recorder.emplace(options.record);
+    HeadlessOptions unpaced = options;
+    unpaced.paced = false;
+    Pass pass(scene, settings, unpaced, true);
+    std::optional<TimedPass> timed;
+    std::optional<TimesAhead> times;
+    if (pass.live()) {
+        pass.pace();
+    } else if (options.timing) {
+        pass.ignoreSignals();
+        timed.emplace(scene, settings, options);
+        times.emplace(*timed, options.paced, recorder.has_value());
+    }
+
     RunStatistics statistics(scene.roles.gauge);
     // Limits for every tick are checked with any device; limits at the end only with the motion that they belong to.
     const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
     OutcomeJudge judge(outcome ? *outcome : scene.outcome);
     TickClocks clocks;
     if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
-    HeadlessOptions unpaced = options;
-    unpaced.paced = false;
-    Pass pass(scene, settings, unpaced, !options.timing);
-    std::optional<TimedPass> timed;
-    std::optional<TimesAhead> times;
-    if (options.timing && !pass.live()) {
-        timed.emplace(scene, settings, options);
-        times.emplace(*timed, options.paced, recorder.has_value());
-    }
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
     run.report.bySpheres = touchedBySpheres(scene, pass.settings());
     run.report.repairs = repairSentences(scene);
@@ -315,7 +321,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     if (run.report.pastGoal < kFellThrough) run.report.pastGoal = 0;
     statistics.write(run.report);
     run.report.ended = name(timed ? timed->end() : pass.end());
-    if (timed || pass.live()) run.report.overruns = timed ? timed->overruns() : pass.overruns();
+    run.report.overruns = timed ? timed->overruns() : pass.overruns();
     if (timed && timed->hash() != run.report.hash)
         throw std::runtime_error(
             "a repeated run gave different results, which is a bug in the program: please report it");

@@ -23,7 +23,9 @@ const char* name(RunEnd end);
 struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
     std::optional<double> seconds;  ///< simulated time; by default until the device's motion ends, see kUnendingSeconds
-    bool timing = true;             ///< measure CPU times, in a second pass without audit and shadow
+    /// Measure CPU times, in a second pass without audit and shadow. A device with motors has only one pass, paced by
+    /// the clock and without CPU times.
+    bool timing = true;
     /// The pass that measures times runs in real time, with the helper thread that prepares neighbor lists, as in a
     /// window.
     bool paced = false;
@@ -69,11 +71,10 @@ struct TimedRun {
 };
 
 /// Runs the scene from its start. A recording is replayed from its own start and with its own settings instead of
-/// `settings`. Without `timing` the report has no times. A device with motors holds somebody's hand and cannot repeat
-/// its motion: its run is paced by the clock, has no times, and counts late ticks. What is recorded is never more than
-/// 0.25 s of wall time behind the run. Pre: the scene has a world, with the trees that the settings touch (else
-/// std::invalid_argument), and checkSettings() accepts them. Throws std::runtime_error with one sentence if the device
-/// cannot start.
+/// `settings`. Without `timing` the report has no times. What is recorded is never more than 0.25 s of wall time behind
+/// the run. Pre: the scene has a world, with the trees that the settings touch (else std::invalid_argument), and
+/// checkSettings() accepts them. Throws std::runtime_error with one
+/// sentence if the device cannot start.
 HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, const HeadlessOptions& options = {});
 
 /// The times of the same run without audit and shadow, which would otherwise be measured too. Neither changes a result,

@@ -25,11 +25,26 @@ TEST_CASE("phantom: a missing library is reported with the names tried, the load
           "[device]") {
     setenv("TOUCHSTONE_LIBHD", "/no/such/libHD.so", 1);
     CHECK_THAT(refusal(), Contains("/no/such/libHD.so: ") && Contains("cannot open shared object file") &&
-                              Contains("Install") && Contains("libPHANToMIO.so.4"));
+                              Contains("Install") && Contains("libPHANToMIO.so.4") && Contains("libPhantomIOLib42.so"));
     CHECK_THAT(refusal(",library=/not/here.so"), Contains("/not/here.so: ") && !Contains("/no/such"));
     unsetenv("TOUCHSTONE_LIBHD");
     if (dlopen("libHD.so", RTLD_NOW) || dlopen("libHD.so.3", RTLD_NOW) || dlopen("libHD.so.3.0", RTLD_NOW)) return;
-    CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3: ") && Contains("libHD.so.3.0: "));
+    CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3.4: ") && Contains("libHD.so.3: ") &&
+                              Contains("libHD.so.3.0: "));
+}
+
+TEST_CASE("phantom: a driver that libHD needs and does not find is named, for both generations", "[device]") {
+    const auto [library, words, other] = GENERATE(table<std::string, std::string, std::string>({
+        {"libfake_hd_without_PhantomIOLib42.so", "Touch Device Driver, which brings libPhantomIOLib42.so", "PHANToMIO"},
+        {"libfake_hd_without_PHANToMIO.so", "PHANTOM Device Drivers 4.3, which bring libPHANToMIO.so.4", "IOLib42"},
+    }));
+    setenv("TOUCHSTONE_LIBHD", (TOUCHSTONE_BINARY_DIR "/fakes/" + library).c_str(), 1);
+    CHECK_THAT(refusal(),
+               Contains(library) && Contains("cannot open shared object file") && Contains(words) && !Contains(other));
+    CHECK_THAT(examinePhantom().text, Contains(words));
+    unsetenv("TOUCHSTONE_LIBHD");
+    CHECK_THAT(hd::remedy("libHD.so: libncurses.so.5: cannot open shared object file"),
+               Contains("apt install libncurses5"));
 }
 
 TEST_CASE("phantom: a library that lacks a symbol is reported with the symbol's name", "[device]") {
@@ -45,7 +60,8 @@ TEST_CASE("phantom: a missing device is reported with every name tried and why e
     const FakeHd fake("no-device");
     CHECK_THAT(refusal("left"), Contains("'left': ") && Contains("the default: ") && Contains("'Default Device': ") &&
                                     Contains("'Default PHANToM': ") && Contains("0x0300") &&
-                                    Contains("HD_DEVICE_FAULT") && Contains("Connect and power"));
+                                    Contains("HD_DEVICE_FAULT") && Contains("Connect and power") &&
+                                    Contains("set GTDD_HOME"));
     CHECK(fake.state().handles == 0);
 }
 

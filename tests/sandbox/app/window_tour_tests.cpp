@@ -12,6 +12,7 @@
 #include "haptics/sandbox/trials/live_trials.hpp"
 #include "tests/support/fake_dhd/fake_dhd_device.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
+#include "tests/support/fake_inverse/fake_inverse.hpp"
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_text.hpp"
 #include "tests/support/ui_user.hpp"
@@ -175,6 +176,16 @@ TEST_CASE("window tour: a device with motors", "[ui][long]") {
     tour.doing([](WindowFrame& frame) { frame.session.chooseDevice("phantom:,stale=500"); });
     tour.until([](WindowFrame& frame) { return frame.items.count("device state") > 0; });
     tour.aside().look("device");
+    FakeInverse service("no-grip");
+    tour.doing([&](WindowFrame& frame) { frame.session.chooseDevice("inverse3:" + service.options()); });
+    tour.until([](WindowFrame& frame) { return frame.session.device().choice.rfind("inverse3", 0) == 0; });
+    tour.aside().look("device-force-only");
+    tour.doing([&](WindowFrame&) { service.event("device-safety-triggered", "error", "stall_detected"); });
+    tour.until([](WindowFrame& frame) {
+        return frame.session.device().facts.status &&
+               frame.session.device().facts.status->state == DeviceStatus::State::Fault;
+    });
+    tour.aside().look("device-fault");
     tour.doing([](WindowFrame& frame) { frame.session.chooseDevice("spacemouse"); });
     tour.aside().look("device-trouble");
     CHECK(tour.use(tour.options(holdFile(folder))));

@@ -318,7 +318,7 @@ TEST_CASE("device choice: separates names and files, and names an unknown device
     CHECK_THROWS_WITH(
         sandbox::startDevice(scene, "joystick"),
         Contains("'joystick'") &&
-            Contains("demo, forcedimension, hand, insert, lab, mouse, phantom, replay, rest, spacemouse"));
+            Contains("demo, forcedimension, hand, insert, inverse3, lab, mouse, phantom, replay, rest, spacemouse"));
     CHECK_THROWS_WITH(sandbox::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }
 
