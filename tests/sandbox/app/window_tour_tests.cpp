@@ -198,7 +198,8 @@ TEST_CASE("window tour: an arm that moves only after consent, and an arm over th
     Tour tour(anySize());
     tour.until(isRunning).click("menu device").click("device forcedimension");
     tour.until([](WindowFrame& frame) { return frame.items.count("initialize") > 0; });
-    tour.aside().look("device-uninitialized").click("initialize").aside().look("device-consent");
+    tour.aside().look("device-uninitialized").click("initialize");
+    tour.aside().look("device-consent");
     tour.click("initialize cancel").click("initialize");
     tour.doing([&](WindowFrame&) { CHECK(fake.state().moves == 0); }).click("initialize now");
     tour.until([](WindowFrame& frame) {
