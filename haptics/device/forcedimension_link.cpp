@@ -158,8 +158,8 @@ void ForceDimensionLink::initializeItself() {
 std::string ForceDimensionLink::howToInitialize() const {
     const std::string byHand = "put its calibration pole into the pit by hand until the status light stops blinking";
     if (robot_)
-        return "The device is not initialized: clear its way and allow it to move by itself with "
-               "forcedimension:init=auto, or " +
+        return "The device is not initialized: clear its way and let it move by itself (on the device page, or with "
+               "forcedimension:init=auto), or " +
                byHand;
     return "The device is not initialized and cannot do it itself (" +
            (dhd_.robotless.empty() ? "DRD does not support it" : dhd_.robotless) + "): " + byHand;
