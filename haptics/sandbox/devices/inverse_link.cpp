@@ -233,9 +233,11 @@ void InverseLink::closed(int channel, const std::string& why) {
     if (running_)
         trip(why == WebSockets::kTooLong ? InverseFault::MessageTooLong : InverseFault::Disconnected);
     else
-        enter(Phase::Failed, why +
-                                 ". Install and start Haply's Inverse Service (sudo systemctl start "
-                                 "haply-inverse-service), or name its port with port=PORT");
+        enter(Phase::Failed, inventory_.device.empty()
+                                 ? "nothing answers there (" + why +
+                                       "). Install and start Haply's Inverse Service (sudo "
+                                       "systemctl start haply-inverse-service), or name its port with port=PORT"
+                                 : why);
 }
 
 void InverseLink::takeInventory(const std::string& message) {

@@ -1,5 +1,6 @@
 #include "haptics/sandbox/devices/inverse_messages.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -23,9 +24,17 @@ const json& at(const json& object, const char* key) {
     return found == object.end() ? none : *found;
 }
 
+/// A text of an object as one line, shortened to whole characters; empty if there is none.
 std::string textAt(const json& object, const char* key) {
     const json& value = at(object, key);
-    return value.is_string() ? value.get<std::string>().substr(0, kLongestText) : "";
+    if (!value.is_string()) return {};
+    std::string text = value.get<std::string>();
+    std::size_t end = std::min(text.size(), kLongestText);
+    while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+    text.resize(end);
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+    return text;
 }
 
 bool isFalse(const json& value) { return value.is_boolean() && !value.get<bool>(); }

@@ -47,8 +47,9 @@ void drawStatus(const DevicePanelView& view, DevicePanelState& state, PanelReque
     const DeviceStatus status = view.facts.status.value_or(DeviceStatus{});
     using State = DeviceStatus::State;
     const bool running = status.state == State::Running;
-    ImGui::TextColored(running ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s",
-                       view.device.c_str(), name(status.state));
+    const std::string device = view.device.substr(0, view.device.find(':'));  // its options may be long
+    ImGui::TextColored(running ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s", device.c_str(),
+                       name(status.state));
     engine::noteItem(items, "device state");
     ImGui::TextWrapped("%s", status.text.c_str());
     if (status.rate > 0) ImGui::Text("Scheduler rate: %.0f Hz", status.rate);
