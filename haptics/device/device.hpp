@@ -22,6 +22,7 @@ struct DeviceLimits {
     double continuousTorque = 48;  ///< mN·m on each axis
     double slewForce = 3;          ///< N/ms, maximum rate at which the force may grow or turn
     double slewTorque = 40;        ///< mN·m/ms
+    bool torque = true;            ///< false: force only; the safety stage drops every torque, and judges none
     /// False: the wrench moves nothing, so nothing can heat up, vibrate or start unexpectedly (docs/safety.md).
     bool motors = true;
     /// Largest gains that the device is made for, as the hand feels them: N/mm and mN·m/rad.
@@ -111,8 +112,10 @@ struct DeviceInfo {
     DeviceCheck (*examine)() = nullptr;
 };
 
-/// The devices demo, hand, insert, mouse, phantom, replay, rest and spacemouse. To add a device, add a row.
+/// The devices of the core: demo, forcedimension, hand, insert, lab, mouse, phantom, replay, rest and spacemouse. To
+/// add a device, add a row. The program's table, with the devices that need more libraries, is allDevices() of
+/// haptics/sandbox/devices.
 std::span<const DeviceInfo> deviceTable();
-const DeviceInfo* findDevice(std::string_view name);
+const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table = deviceTable());
 
 }  // namespace touchstone

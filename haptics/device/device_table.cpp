@@ -3,8 +3,10 @@
 
 #include "haptics/device/demo.hpp"
 #include "haptics/device/device.hpp"
+#include "haptics/device/forcedimension.hpp"
 #include "haptics/device/held_motion.hpp"
 #include "haptics/device/inserting_hand.hpp"
+#include "haptics/device/lab.hpp"
 #include "haptics/device/mouse.hpp"
 #include "haptics/device/phantom.hpp"
 #include "haptics/device/replay.hpp"
@@ -15,6 +17,10 @@ namespace {
 
 constexpr std::array kDevices{
     DeviceInfo{"demo", "follows the scene's demonstration, or with demo:NAME another of its motions", makeDemo},
+    DeviceInfo{"forcedimension",
+               "an omega, sigma or lambda through Force Dimension's DHD, as forcedimension:OPTION[,OPTION] (see "
+               "docs/devices.md for options)",
+               makeForceDimension, examineForceDimension},
     DeviceInfo{
         "hand",
         "a simulated hand that follows the demonstration, as hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, N/m, "
@@ -22,6 +28,8 @@ constexpr std::array kDevices{
         makeHand},
     DeviceInfo{"insert", "a simulated hand that inserts the tool into the hole at the goal by feel, as insert:SEED",
                makeInsertingHand},
+    DeviceInfo{"lab", "any arm whose program sends poses by UDP, as lab:PORT[,OPTION] (see docs/devices.md)", makeLab,
+               examineLab},
     DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
     DeviceInfo{"phantom",
                "a Phantom or Touch through OpenHaptics, as phantom:NAME[,OPTION] (see docs/devices.md for options)",
@@ -37,10 +45,9 @@ constexpr std::array kDevices{
 
 std::span<const DeviceInfo> deviceTable() { return kDevices; }
 
-const DeviceInfo* findDevice(std::string_view name) {
-    const auto found =
-        std::find_if(kDevices.begin(), kDevices.end(), [&](const DeviceInfo& d) { return d.name == name; });
-    return found == kDevices.end() ? nullptr : &*found;
+const DeviceInfo* findDevice(std::string_view name, std::span<const DeviceInfo> table) {
+    const auto found = std::find_if(table.begin(), table.end(), [&](const DeviceInfo& d) { return d.name == name; });
+    return found == table.end() ? nullptr : &*found;
 }
 
 }  // namespace touchstone

@@ -61,19 +61,34 @@ bool losesDevice(Error code) {
            code == kInvalidLicense;
 }
 
+std::string remedy(const std::string& errors) {
+    const auto lacks = [&](const char* library) {
+        return errors.find(std::string(library) + ": cannot open") != std::string::npos;
+    };
+    if (lacks("libPhantomIOLib42.so"))
+        return "libHD 3.4 is there, but not the driver that it needs: install the vendor's Touch Device Driver, which "
+               "brings libPhantomIOLib42.so, and set GTDD_HOME as its setup says";
+    if (lacks("libPHANToMIO.so.4"))
+        return "libHD 3.0 is there, but not the driver that it needs: install the vendor's PHANTOM Device Drivers 4.3, "
+               "which bring libPHANToMIO.so.4";
+    if (lacks("libncurses.so.5") || lacks("libtinfo.so.5"))
+        return "libHD is there, but not a library of the system that it needs: apt install libncurses5";
+    return "Install the vendor's OpenHaptics and device driver (libHD 3.4 needs libPhantomIOLib42.so of the Touch "
+           "Device Driver, libHD 3.0 needs libPHANToMIO.so.4 of the PHANTOM Device Drivers, both need "
+           "libncurses.so.5), or name the library in TOUCHSTONE_LIBHD";
+}
+
 Library load(const std::string& file) {
-    constexpr const char* kInstall =
-        "Install the vendor's OpenHaptics and device driver (libHD 3.0 needs libPHANToMIO.so.4 and libncurses.so.5), "
-        "or name the library in TOUCHSTONE_LIBHD";
     const char* named = std::getenv("TOUCHSTONE_LIBHD");
-    std::vector<std::string> names{"libHD.so", "libHD.so.3", "libHD.so.3.0"};
+    std::vector<std::string> names{"libHD.so", "libHD.so.3.4", "libHD.so.3", "libHD.so.3.0"};
     if (!file.empty())
         names = {file};
     else if (named && *named)
         names = {named};
 
     const SharedLibrary found(names);
-    if (!found) throw std::runtime_error("OpenHaptics cannot be loaded (" + found.errors() + "). " + kInstall);
+    if (!found)
+        throw std::runtime_error("OpenHaptics cannot be loaded (" + found.errors() + "). " + remedy(found.errors()));
 
     Library hd{};
     hd.name = found.name();
@@ -100,7 +115,7 @@ Library load(const std::string& file) {
     found.find("hdUnschedule", hd.unschedule, missing);
     if (!missing.empty())
         throw std::runtime_error("OpenHaptics was loaded from " + hd.name + ", but this file lacks " + missing + ". " +
-                                 kInstall);
+                                 remedy({}));
     return hd;
 }
 

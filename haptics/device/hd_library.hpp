@@ -88,8 +88,13 @@ struct Library {
     std::string name;  ///< name of the loaded file
 };
 
-/// Loads `file`; if that is empty, the file in $TOUCHSTONE_LIBHD; otherwise the first of libHD.so, libHD.so.3 and
-/// libHD.so.3.0. Throws std::runtime_error with the names tried, the loader's messages and what to install.
+/// What to install when the library cannot be loaded, by the loader's messages: libHD 3.4 and 3.0 need different
+/// drivers.
+std::string remedy(const std::string& errors);
+
+/// Loads `file`; if that is empty, the file in $TOUCHSTONE_LIBHD; otherwise the first of libHD.so, libHD.so.3.4,
+/// libHD.so.3 and libHD.so.3.0. Throws std::runtime_error with the names tried, the loader's messages and what to
+/// install.
 Library load(const std::string& file = {});
 
 }  // namespace touchstone::hd

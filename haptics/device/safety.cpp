@@ -77,6 +77,7 @@ const char* name(Engagement engagement) {
 
 SafetyStage::SafetyStage(const DeviceLimits& l)
     : motors_(l.motors),
+      hasTorque_(l.torque),
       force_{limitOrZero(l.peakForce), limitOrZero(l.continuousForce), limitOrZero(l.slewForce)},
       torque_{limitOrZero(l.peakTorque), limitOrZero(l.continuousTorque), limitOrZero(l.slewTorque)} {
     begin();
@@ -180,16 +181,18 @@ Wrench SafetyStage::pass(const SafetyInput& in) noexcept {
     trip(Trip::LateTick, motors_ && in.period > kLatePeriods * in.dt);  // guard
     trip(Trip::TickHung, motors_ && in.hung);                           // guard
 
+    Wrench wanted = in.wrench_o;
+    if (!hasTorque_) wanted.torque.setZero();  // it cannot be felt, so it is neither limited nor an overload
     bool allowed = (acting_ & kZeroing) == 0;
     allowed &= isEngaged(engagement_);  // guard
-    const bool small = length(in.wrench_o.force) <= kSmallShare * force_.peak &&
-                       length(in.wrench_o.torque) <= kSmallShare * torque_.peak;
+    const bool small =
+        length(wanted.force) <= kSmallShare * force_.peak && length(wanted.torque) <= kSmallShare * torque_.peak;
     allowed &= small || !waiting_;  // guard
 
     Wrench out;
     if (allowed) {
         waiting_ = false;
-        out = in.wrench_o;
+        out = wanted;
         limit(force_, out.force, 0, in);
         limit(torque_, out.torque, 1, in);
     }

@@ -140,7 +140,7 @@ class SafetyStage {
     void trip(Trip trip, bool acts);
     void limit(Channel& channel, Vec3& v, int torque, const SafetyInput& input);
 
-    const bool motors_;
+    const bool motors_, hasTorque_;
     Channel force_, torque_;
     Engagement engagement_;
     bool waiting_;  // engaging begins only after a small force was requested

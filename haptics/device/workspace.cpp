@@ -20,6 +20,9 @@ class MappedControl final : public DeviceControl {
     void reconnect() override {
         if (raw_) raw_->reconnect();
     }
+    void selfInitialize() override {
+        if (raw_) raw_->selfInitialize();
+    }
     Maps maps() const override { return Maps::All; }
     Workspace workspace() const override { return newest_; }
     void setWorkspace(const Workspace& workspace) override {

@@ -8,7 +8,7 @@
 
 #include "engine/view/gl_context.hpp"
 #include "engine/view/window.hpp"
-#include "haptics/device/device.hpp"
+#include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/command_line.hpp"
@@ -105,7 +105,7 @@ void examineGraphics(Examination& examination) {
 }
 
 void examineDevices(Examination& examination) {
-    for (const DeviceInfo& device : deviceTable()) {
+    for (const DeviceInfo& device : sandbox::allDevices()) {
         const DeviceCheck check = device.examine ? device.examine() : DeviceCheck{};
         examination.say("device", check.works ? State::Works : State::Limited,
                         std::string(device.name) + ": " + std::string(device.summary) +

@@ -13,6 +13,7 @@
 #include "haptics/device/mouse.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/app/app_window.hpp"
+#include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/measure/contact_sweep.hpp"
 #include "haptics/sandbox/measure/fit_check.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
@@ -382,7 +383,7 @@ void addRun(CLI::App& program, Action& action) {
                     "device does not end within a day)")
         ->check(durationInSeconds());
     run->add_option("--device", options->device,
-                    "the device that moves the tool, NAME or NAME:FILE: " + namesOf(deviceTable()) +
+                    "the device that moves the tool, NAME or NAME:FILE: " + namesOf(sandbox::allDevices()) +
                         " (default: demo; without a demonstration, in a window mouse, and headless rest)");
     run->add_option("--mode", settings.mode,
                     "default; paper: " + paperModeHelp() +

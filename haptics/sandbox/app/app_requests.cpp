@@ -104,6 +104,7 @@ void App::carryOut() {
         session_.setWorkspace(workspace);
     }
     if (requests.reconnect) session_.reconnectDevice();
+    if (requests.initializeDevice) session_.initializeDevice();
     if (requests.restart) session_.restart();
     if (display_.trees() && std::exchange(treesFor_, session_.sceneNumber()) != session_.sceneNumber())
         session_.buildTrees();

@@ -21,12 +21,35 @@ void drawLabel(const char* label, const char* help) {
     ImGui::SetNextItemWidth(-1);
 }
 
-void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::ItemRects* items) {
+/// Asks before a device moves by itself: the first button shows the question, the second one starts the motion.
+void drawConsent(const std::string& consent, DevicePanelState& state, PanelRequests& requests,
+                 engine::ItemRects* items) {
+    state.asksConsent &= !consent.empty();
+    if (consent.empty()) return;
+    if (!state.asksConsent) {
+        state.asksConsent = ImGui::Button("Initialize ...", {-1, 0});
+        engine::noteItem(items, "initialize");
+        return;
+    }
+    ImGui::TextWrapped("%s", consent.c_str());
+    if (ImGui::Button("Move the arm")) {
+        requests.initializeDevice = true;
+        state.asksConsent = false;
+    }
+    engine::noteItem(items, "initialize now");
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel")) state.asksConsent = false;
+    engine::noteItem(items, "initialize cancel");
+}
+
+void drawStatus(const DevicePanelView& view, DevicePanelState& state, PanelRequests& requests,
+                engine::ItemRects* items) {
     const DeviceStatus status = view.facts.status.value_or(DeviceStatus{});
     using State = DeviceStatus::State;
     const bool running = status.state == State::Running;
-    ImGui::TextColored(running ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s",
-                       view.device.c_str(), name(status.state));
+    const std::string device = view.device.substr(0, view.device.find(':'));  // its options may be long
+    ImGui::TextColored(running ? ImVec4(0.55f, 0.85f, 0.55f, 1) : ImVec4(1, 0.6f, 0.4f, 1), "%s: %s", device.c_str(),
+                       name(status.state));
     engine::noteItem(items, "device state");
     ImGui::TextWrapped("%s", status.text.c_str());
     if (status.rate > 0) ImGui::Text("Scheduler rate: %.0f Hz", status.rate);
@@ -39,6 +62,7 @@ void drawStatus(const DevicePanelView& view, PanelRequests& requests, engine::It
         ImGui::ProgressBar(static_cast<float>(status.temperature), {-1, 0}, shown.data());
         engine::noteItem(items, "device temperature");
     }
+    drawConsent(status.consent, state, requests, items);
     ImGui::BeginDisabled(status.state == State::Connecting);
     if (ImGui::Button("Reconnect", {-1, 0})) requests.reconnect = true;
     engine::noteItem(items, "reconnect");
@@ -127,7 +151,7 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
         ImGui::Separator();
     }
     if (!view.control) return;
-    drawStatus(view, requests, items);
+    drawStatus(view, state, requests, items);
     using Maps = DeviceControl::Maps;
     const Maps maps = view.control->maps();
     if (maps == Maps::Nothing) return;
@@ -137,8 +161,13 @@ void drawDevicePanel(const DevicePanelView& view, DevicePanelState& state, Panel
         ImGui::Spacing();
         ImGui::TextDisabled("Gains and limits at the hand");
         ImGui::Text("%.3g N/mm, %.3g mN·m/rad", view.settings.stiffness, view.settings.torsion);
-        ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
-        ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+        if (limits.torque) {
+            ImGui::TextDisabled("peak: %.3g N, %.3g mN·m", limits.peakForce, limits.peakTorque);
+            ImGui::TextDisabled("continuous: %.3g N, %.3g mN·m", limits.continuousForce, limits.continuousTorque);
+        } else {
+            ImGui::TextDisabled("peak: %.3g N, continuous: %.3g N", limits.peakForce, limits.continuousForce);
+            ImGui::TextDisabled("force only: this device has no torque");
+        }
     }
     ImGui::Spacing();
     ImGui::TextDisabled("Workspace mapping");

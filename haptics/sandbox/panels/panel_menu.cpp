@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/panels/panels.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
 
@@ -152,7 +153,7 @@ void drawHelpDialog(MenuState& state, engine::ItemRects* items) {
 
 void drawDeviceMenu(const MenuView& view, MenuState& state, PanelRequests& requests, engine::ItemRects* items) {
     const std::string current = view.device.substr(0, view.device.find(':'));
-    for (const DeviceInfo& device : deviceTable()) {
+    for (const DeviceInfo& device : allDevices()) {
         const bool possible = view.running && (device.name != "demo" || view.hasDemonstration);
         const std::string text(device.name);
         if (ImGui::MenuItem(text.c_str(), nullptr, current == device.name, possible)) {

@@ -23,7 +23,7 @@ struct PanelRequests {
     std::optional<std::filesystem::path> open;
     std::optional<std::string> device;  ///< NAME or NAME:FILE
     std::optional<Workspace> workspace;
-    bool reconnect = false, alignWithView = false;
+    bool reconnect = false, initializeDevice = false, alignWithView = false;
     std::vector<engine::SceneEdit> edits;  ///< of the scene shown
     std::vector<Marking> markings;         ///< of the shown scene: roles, trees and friction
     std::optional<std::filesystem::path> save;
@@ -114,6 +114,7 @@ struct DevicePanelView {
 };
 struct DevicePanelState {
     std::optional<Workspace> edited;  ///< value being dragged or typed
+    bool asksConsent = false;         ///< the question whether the device may move is open
 };
 
 /// Draws the state of a hardware device, its gains and limits at the hand, and its workspace mapping.

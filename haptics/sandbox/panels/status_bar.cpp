@@ -142,10 +142,12 @@ std::vector<HealthItem> healthItems(const HealthView& view) {
                  "window.",
          .attention = s.dropped > 0},
         {.name = "Device",
-         .value = view.device + (s.finished ? " (ended)"
-                                 : troubled ? " (" + std::string(name(view.facts.status->state)) + ")"
-                                            : ""),
-         .help = "The device that moves the tool. Choose another one in the Device menu." +
+         // The options of hardware are long, and in the tooltip.
+         .value = (view.facts.status ? view.device.substr(0, view.device.find(':')) : view.device) +
+                  (s.finished ? " (ended)"
+                   : troubled ? " (" + std::string(name(view.facts.status->state)) + ")"
+                              : ""),
+         .help = "The device that moves the tool, " + view.device + ". Choose another one in the Device menu." +
                  (troubled ? "\n" + view.facts.status->text : ""),
          .attention = troubled},
         safetyItem(s),

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "haptics/device/motion.hpp"
+#include "haptics/sandbox/devices/all_devices.hpp"
 #include "haptics/sandbox/record/recording.hpp"
 
 namespace touchstone::sandbox {
@@ -25,10 +26,10 @@ std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string&
     if (const auto folder = recordingOf(choice)) return std::make_unique<MotionDevice>(recordedHand(*folder).motion);
     const auto colon = choice.find(':');
     const std::string name = choice.substr(0, colon);
-    const DeviceInfo* info = findDevice(name);
+    const DeviceInfo* info = findDevice(name, allDevices());
     if (!info) {
         std::string names;
-        for (const DeviceInfo& device : deviceTable()) names += (names.empty() ? "" : ", ") + std::string(device.name);
+        for (const DeviceInfo& device : allDevices()) names += (names.empty() ? "" : ", ") + std::string(device.name);
         throw std::runtime_error("unknown device '" + name + "': choose one of " + names);
     }
     return info->make({.X_WT_start = X_WT_start ? *X_WT_start : startPose(scene),

@@ -17,7 +17,7 @@ std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 /// else nothing, so that the tool rests at its start.
 std::string defaultDevice(const HapticScene& scene, bool window);
 
-/// Starts a device of deviceTable() for the scene. `choice`: NAME or NAME:FILE; `mouse`: the target that the window
+/// Starts a device of allDevices() for the scene. `choice`: NAME or NAME:FILE; `mouse`: the target that the window
 /// sets, null without a window; `X_WT_start`: tool pose at the start, by default the scene's. Throws std::runtime_error
 /// with one sentence if there is no such device or it cannot start. Pre: the scene has a tool.
 std::unique_ptr<Device> startDevice(const HapticScene& scene, const std::string& choice,

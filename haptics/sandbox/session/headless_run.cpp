@@ -50,6 +50,12 @@ class Pass {
         toTheEnd_ = !options.seconds;
     }
 
+    /// Whether the device has motors. No run then repeats another, so there is only this one, paced by the clock.
+    bool live() const { return driver_ && driver_->session().safety.motors(); }
+    void pace() { pacer_.emplace(settings().rate, false); }
+    /// Another pass decides where the run ends at a signal.
+    void ignoreSignals() { stops_ = false; }
+
     /// False when the run is over.
     bool next(TickRecord& record, const TickClocks& clocks, bool audit) {
         if (stops_ && ticks_ > 0 && StopRequest::signal() != 0) return endWith(RunEnd::Signal);
@@ -98,7 +104,7 @@ class Pass {
         return false;
     }
 
-    const bool stops_;
+    bool stops_;
     std::optional<TickDriver> driver_;
     std::optional<ReplayPass> replay_;
     long long limit_ = 0;    // ticks; 0: none
@@ -253,9 +259,15 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     HeadlessRun run;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) recorder.emplace(options.record);
+    HeadlessOptions unpaced = options;
+    unpaced.paced = false;
+    Pass pass(scene, settings, unpaced, true);
     std::optional<TimedPass> timed;
     std::optional<TimesAhead> times;
-    if (options.timing) {
+    if (pass.live()) {
+        pass.pace();
+    } else if (options.timing) {
+        pass.ignoreSignals();
         timed.emplace(scene, settings, options);
         times.emplace(*timed, options.paced, recorder.has_value());
     }
@@ -266,9 +278,6 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     OutcomeJudge judge(outcome ? *outcome : scene.outcome);
     TickClocks clocks;
     if (options.timing) clocks = {.stage = stageClock(), .cpuMicroseconds = threadCpuMicroseconds};
-    HeadlessOptions unpaced = options;
-    unpaced.paced = false;
-    Pass pass(scene, settings, unpaced, !timed);
     run.report = reportOf(sceneName(scene), options.device, pass.settings());
     run.report.bySpheres = touchedBySpheres(scene, pass.settings());
     run.report.repairs = repairSentences(scene);
@@ -313,7 +322,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     if (run.report.pastGoal < kFellThrough) run.report.pastGoal = 0;
     statistics.write(run.report);
     run.report.ended = name(timed ? timed->end() : pass.end());
-    if (timed) run.report.overruns = timed->overruns();
+    run.report.overruns = timed ? timed->overruns() : pass.overruns();
     if (timed && timed->hash() != run.report.hash)
         throw std::runtime_error(
             "a repeated run gave different results, which is a bug in the program: please report it");

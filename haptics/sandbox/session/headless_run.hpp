@@ -23,7 +23,9 @@ const char* name(RunEnd end);
 struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
     std::optional<double> seconds;  ///< simulated time; by default until the device's motion ends, see kUnendingSeconds
-    bool timing = true;             ///< measure CPU times, in a second pass without audit and shadow
+    /// Measure CPU times, in a second pass without audit and shadow. A device with motors has only one pass, paced by
+    /// the clock and without CPU times.
+    bool timing = true;
     /// The pass that measures times runs in real time, with the helper thread that prepares neighbor lists, as in a
     /// window.
     bool paced = false;

@@ -107,6 +107,7 @@ class LiveSession {
     /// the tool where it is.
     void setWorkspace(const Workspace& workspace);
     void reconnectDevice();
+    void initializeDevice();  ///< moves the device; the user has agreed
     /// Records what the device does, from now on, for finishDemonstration(). A reset of the tool begins it again, and
     /// another scene ends it. After kLongestDemonstrationMs it finishes by itself.
     void recordDemonstration();

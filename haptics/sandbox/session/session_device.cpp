@@ -139,6 +139,10 @@ void LiveSession::reconnectDevice() {
     if (device_.control) device_.control->reconnect();
 }
 
+void LiveSession::initializeDevice() {
+    if (device_.control) device_.control->selfInitialize();
+}
+
 void LiveSession::sayDevice() {
     if (!device_.control) {
         device_.facts.status.reset();

@@ -1,5 +1,6 @@
 #include "haptics/sandbox/session/workspace_file.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -18,7 +19,10 @@ using nlohmann::json;
 std::string keyOf(const fs::path& scene, const std::string& device) {
     std::error_code error;
     const fs::path whole = fs::absolute(scene, error).lexically_normal();
-    return device.substr(0, device.find(',')) + " in " + (error ? scene : whole).string();
+    std::string name = device.substr(0, device.find(','));
+    // What follows the colon is an option, and not a name.
+    if (name.find('=') != std::string::npos) name.resize(std::min(name.find(':'), name.size()));
+    return name + " in " + (error ? scene : whole).string();
 }
 
 std::runtime_error wrong(const fs::path& file, const std::string& what) {

@@ -12,8 +12,9 @@ namespace touchstone::device_tests {
 using Catch::Matchers::Contains;
 
 TEST_CASE("device table: finds each device by name, and no other", "[devices]") {
-    REQUIRE(deviceTable().size() == 8);
-    for (const char* name : {"demo", "hand", "insert", "mouse", "phantom", "replay", "rest", "spacemouse"}) {
+    REQUIRE(deviceTable().size() == 10);
+    for (const char* name :
+         {"demo", "forcedimension", "hand", "insert", "lab", "mouse", "phantom", "replay", "rest", "spacemouse"}) {
         REQUIRE(findDevice(name));
         CHECK(findDevice(name)->name == name);
         CHECK(!findDevice(name)->summary.empty());

@@ -15,30 +15,7 @@ using State = DeviceStatus::State;
 
 namespace {
 
-/// Ticks a phantom: reads, then writes a wrench. The first tick begins the run, which engages the device.
-struct Ticked {
-    std::unique_ptr<Device> device;
-    double t = 0;
-    DeviceReading reading;
-    Wrench wrench;
-
-    explicit Ticked(const std::string& text = {}) : device(openPhantom(text)) {}
-    void tick() {
-        reading = device->read(t, 1);
-        t += 1;
-        device->write(wrench);
-    }
-    bool until(const std::function<bool()>& done) {
-        return within([&] {
-            tick();
-            return done();
-        });
-    }
-    /// Whether every reading so far was good. After a bad one, which a busy machine may cause, the tool is taken up at
-    /// an offset.
-    bool undisturbed() const { return reading.valid && !reading.fault && status().state == State::Running; }
-    DeviceStatus status() const { return device->control()->status(); }
-};
+Ticked ticked(const std::string& options = {}) { return Ticked(openPhantom(options)); }
 
 const Wrench kPush{{0, 2, 0}, {0, 0, 20}};
 
@@ -48,11 +25,26 @@ TEST_CASE("phantom: a missing library is reported with the names tried, the load
           "[device]") {
     setenv("TOUCHSTONE_LIBHD", "/no/such/libHD.so", 1);
     CHECK_THAT(refusal(), Contains("/no/such/libHD.so: ") && Contains("cannot open shared object file") &&
-                              Contains("Install") && Contains("libPHANToMIO.so.4"));
+                              Contains("Install") && Contains("libPHANToMIO.so.4") && Contains("libPhantomIOLib42.so"));
     CHECK_THAT(refusal(",library=/not/here.so"), Contains("/not/here.so: ") && !Contains("/no/such"));
     unsetenv("TOUCHSTONE_LIBHD");
     if (dlopen("libHD.so", RTLD_NOW) || dlopen("libHD.so.3", RTLD_NOW) || dlopen("libHD.so.3.0", RTLD_NOW)) return;
-    CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3: ") && Contains("libHD.so.3.0: "));
+    CHECK_THAT(refusal(), Contains("libHD.so: ") && Contains("libHD.so.3.4: ") && Contains("libHD.so.3: ") &&
+                              Contains("libHD.so.3.0: "));
+}
+
+TEST_CASE("phantom: a driver that libHD needs and does not find is named, for both generations", "[device]") {
+    const auto [library, words, other] = GENERATE(table<std::string, std::string, std::string>({
+        {"libfake_hd_without_PhantomIOLib42.so", "Touch Device Driver, which brings libPhantomIOLib42.so", "PHANToMIO"},
+        {"libfake_hd_without_PHANToMIO.so", "PHANTOM Device Drivers 4.3, which bring libPHANToMIO.so.4", "IOLib42"},
+    }));
+    setenv("TOUCHSTONE_LIBHD", (TOUCHSTONE_BINARY_DIR "/fakes/" + library).c_str(), 1);
+    CHECK_THAT(refusal(),
+               Contains(library) && Contains("cannot open shared object file") && Contains(words) && !Contains(other));
+    CHECK_THAT(examinePhantom().text, Contains(words));
+    unsetenv("TOUCHSTONE_LIBHD");
+    CHECK_THAT(hd::remedy("libHD.so: libncurses.so.5: cannot open shared object file"),
+               Contains("apt install libncurses5"));
 }
 
 TEST_CASE("phantom: a library that lacks a symbol is reported with the symbol's name", "[device]") {
@@ -68,13 +60,14 @@ TEST_CASE("phantom: a missing device is reported with every name tried and why e
     const FakeHd fake("no-device");
     CHECK_THAT(refusal("left"), Contains("'left': ") && Contains("the default: ") && Contains("'Default Device': ") &&
                                     Contains("'Default PHANToM': ") && Contains("0x0300") &&
-                                    Contains("HD_DEVICE_FAULT") && Contains("Connect and power"));
+                                    Contains("HD_DEVICE_FAULT") && Contains("Connect and power") &&
+                                    Contains("set GTDD_HOME"));
     CHECK(fake.state().handles == 0);
 }
 
 TEST_CASE("phantom: the last of the names is also tried, and reported", "[device]") {
     const FakeHd fake("only-phantom");
-    Ticked phantom;
+    Ticked phantom = ticked();
     CHECK_THAT(phantom.status().details, Contains("'Default PHANToM', after the default: "));
 }
 
@@ -89,7 +82,7 @@ TEST_CASE("phantom: does not start uncalibrated, and runs an automatic calibrati
         CHECK_THAT(refusal(), Contains("put the stylus into the inkwell and choose the device again"));
     }
     const FakeHd fake(GENERATE("update-calibration", "inkwell"));
-    Ticked phantom;
+    Ticked phantom = ticked();
     phantom.tick();
     CHECK(phantom.status().state == State::Running);
     CHECK(fake.state().misuses == 0);  // the fake counts calibrating under force
@@ -129,7 +122,7 @@ TEST_CASE("phantom: reads pose and buttons, writes the wrench, and takes limits 
         CHECK(within([&] {
             if (!opened || !opened->undisturbed()) {
                 opened.reset();
-                opened.emplace(",stale=500");
+                opened.emplace(openPhantom(",stale=500"));
                 opened->wrench = kPush;
                 opened->tick();  // before the hand moves, so that the pose is mapped from where it is now
                 fake.hand(10, 20, 30, 0, 0, 0.5);
@@ -160,7 +153,7 @@ TEST_CASE("phantom: reads pose and buttons, writes the wrench, and takes limits 
 
 TEST_CASE("phantom: unreadable limits become the safe defaults", "[device]") {
     const FakeHd fake("no-limits");
-    const DeviceLimits limits = Ticked(",torque=40").device->limits(), defaults;
+    const DeviceLimits limits = ticked(",torque=40").device->limits(), defaults;
     CHECK(limits.peakForce == defaults.peakForce);
     CHECK(limits.continuousForce == defaults.continuousForce);
     CHECK(limits.peakTorque == 40);
@@ -169,15 +162,9 @@ TEST_CASE("phantom: unreadable limits become the safe defaults", "[device]") {
 }
 
 TEST_CASE("phantom: the driver's output is finite and within the limits", "[device]") {
-    const FakeHd fake;
-    Ticked phantom;
-    phantom.wrench = {{300, 400, 0}, {0, 0, 1e9}};
-    CHECK(phantom.until([&] { return fake.force().norm() > 0; }));
-    CHECK((fake.force() - Vec3(4.8, 6.4, 0)).norm() < 1e-9);
-    CHECK((fake.torque() - Vec3(0, 0, 170)).norm() < 1e-9);
-    phantom.wrench.force.x() = NAN;
-    CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
-    CHECK(fake.state().peakForce < 8 + 1e-9);
+    PhantomStandIn arm;
+    checkLimits(arm);
+    CHECK(arm.fake.state().peakForce < 8 + 1e-9);
 }
 
 TEST_CASE("phantom: faults are named and zero the force until the device is engaged again", "[device]") {
@@ -187,58 +174,19 @@ TEST_CASE("phantom: faults are named and zero the force until the device is enga
         {"impulse", "the force changed faster"},
         {"max-velocity", "the maximum velocity was exceeded"},
     }));
-    INFO(fault);
-    const FakeHd fake;
-    Ticked phantom;
-    phantom.wrench = kPush;
-    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
-
-    fake.fault((fault + "@" + std::to_string(fake.state().ticks + 5)).c_str());
-    REQUIRE(phantom.until([&] { return phantom.reading.fault; }));
-    CHECK(fake.force().isZero());
-    CHECK(fake.torque().isZero());
-    CHECK(phantom.status().state == State::Fault);
-    CHECK_THAT(phantom.status().text, Contains(words));
-    // The fault passes while a wrench is still requested: the force returns only after engaging.
-    REQUIRE(phantom.until([&] { return !phantom.reading.fault; }));
-    for (int i = 0; i < 50; ++i) phantom.until([] { return true; });
-    CHECK(fake.force().isZero());
-    phantom.device->engage(phantom.reading.X_WT_device);
-    CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
-    CHECK(phantom.status().state == State::Running);
-    CHECK_THAT(phantom.status().details, Contains(words));
+    PhantomStandIn arm;
+    checkFault(arm, fault, words, true);
 }
 
 TEST_CASE("phantom: a lost connection zeroes the force, is reported, and is restored on request", "[device]") {
-    const FakeHd fake;
-    Ticked phantom(",stale=500");  // a sample of the old connection must not count for the new one
-    phantom.wrench = kPush;
-    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
-    fake.hand(5, 0, 0, 0, 0, 0);
-    REQUIRE(phantom.until([&] { return fake.position().x() > 4; }));
-
-    fake.fault("comm");
-    REQUIRE(phantom.until([&] { return phantom.reading.fault; }));
-    CHECK_FALSE(phantom.reading.valid);
-    CHECK(phantom.until([&] { return fake.force().isZero() && fake.torque().isZero(); }));
-    CHECK(phantom.status().state == State::Lost);
-    CHECK_THAT(phantom.status().text, Contains("connection to the device is lost") && Contains("0x0302"));
-    phantom.device->engage(phantom.reading.X_WT_device);  // cannot engage a lost device
-    for (int i = 0; i < 20; ++i) phantom.until([] { return true; });
-    CHECK(fake.force().isZero());
-    CHECK_THAT(refusal(",stale=500"), Contains("lost") && Contains("reconnect"));
+    PhantomStandIn arm;
+    const std::string options = "stale=500";  // a sample of the old connection must not count for the new one
+    Ticked phantom(arm.open(options));
+    checkLost(arm, phantom, "comm", "connection to the device is lost: check cable and power (0x0302)", options);
 
     SECTION("plugged in again") {
-        const Pose before = phantom.reading.X_WT_device;
-        phantom.device->control()->reconnect();
-        REQUIRE(phantom.until([&] { return phantom.reading.valid && !phantom.reading.fault; }));
-        CHECK((phantom.reading.X_WT_device.p - before.p).norm() <
-              0.5);  // the stylus is at its origin again, the tool is not
-        CHECK(fake.force().isZero());
-        phantom.device->engage(phantom.reading.X_WT_device);
-        CHECK(phantom.until([&] { return fake.force() == kPush.force; }));
-        CHECK(phantom.until([&] { return phantom.status().state == State::Running; }));
-        CHECK(fake.state().handles == 1);
+        checkReconnects(arm, phantom);
+        CHECK(arm.fake.state().handles == 1);
     }
     SECTION("still unplugged") {
         setenv("FAKE_HD_FAULT", "no-device", 1);
@@ -252,7 +200,7 @@ TEST_CASE("phantom: a lost connection zeroes the force, is reported, and is rest
 TEST_CASE("phantom: a stopped scheduler leaves a stale pose, and a missing one is reported", "[device]") {
     {
         const FakeHd fake;
-        Ticked phantom;
+        Ticked phantom = ticked();
         REQUIRE(phantom.until([&] { return phantom.reading.valid; }));
         fake.fault("dead");
         CHECK(phantom.until([&] { return !phantom.reading.valid; }));
@@ -263,16 +211,13 @@ TEST_CASE("phantom: a stopped scheduler leaves a stale pose, and a missing one i
 }
 
 TEST_CASE("phantom: a wrench that is not renewed drops to zero", "[device]") {
-    const FakeHd fake;
-    Ticked phantom;
-    phantom.wrench = kPush;
-    REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
-    CHECK(within([&] { return fake.force().isZero(); }));  // no tick renews the wrench
+    PhantomStandIn arm;
+    checkUnrenewed(arm);
 }
 
 TEST_CASE("phantom: a scheduler that is too slow for force is a fault", "[device]") {
     const FakeHd fake;
-    Ticked phantom;
+    Ticked phantom = ticked();
     phantom.wrench = kPush;
     REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
     fake.fault("slow");
@@ -284,7 +229,7 @@ TEST_CASE("phantom: a scheduler that is too slow for force is a fault", "[device
 
 TEST_CASE("phantom: a non-finite or far transform is an invalid pose", "[device]") {
     const FakeHd fake;
-    Ticked phantom;
+    Ticked phantom = ticked();
     fake.fault(GENERATE("nan", "far"));
     CHECK(phantom.until([&] { return !phantom.reading.valid; }));
     CHECK(phantom.reading.X_WT_device.isValid());
@@ -293,7 +238,7 @@ TEST_CASE("phantom: a non-finite or far transform is an invalid pose", "[device]
 TEST_CASE("phantom: without CURRENT_TORQUE there is only force, or gimbal torque with the option", "[device]") {
     const FakeHd fake("no-torque");
     const bool gimbal = GENERATE(false, true);
-    Ticked phantom(gimbal ? ",gimbal" : "");
+    Ticked phantom = ticked(gimbal ? ",gimbal" : "");
     phantom.wrench = kPush;
     REQUIRE(phantom.until([&] { return fake.force() == kPush.force; }));
     if (gimbal) {
@@ -309,9 +254,9 @@ TEST_CASE("phantom: without CURRENT_TORQUE there is only force, or gimbal torque
 
 TEST_CASE("phantom: two holders share one connection", "[device]") {
     const FakeHd fake;
-    Ticked first;
+    Ticked first = ticked();
     first.tick();
-    auto second = std::make_unique<Ticked>();
+    auto second = std::make_unique<Ticked>(openPhantom());
     second->wrench = kPush;
     CHECK(second->until([&] { return fake.force() == kPush.force; }));
     CHECK(fake.state().handles == 1);

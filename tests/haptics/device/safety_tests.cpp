@@ -70,6 +70,23 @@ TEST_CASE("safety: force and torque are clamped by magnitude with their directio
     CHECK_FALSE(safety.zeroed());
 }
 
+TEST_CASE("safety: a device without torque gets none, and none is limited, waited for or an overload", "[safety]") {
+    SafetyStage safety{DeviceLimits{.torque = false}};
+    safety.engage();
+    const SafetyInput in{.wrench_o = {{1, 0, 0}, {0, 1000, 0}}};
+    for (int i = 0; i < 6000; ++i) {
+        const Wrench out = safety.pass(in);
+        REQUIRE(out.torque == Vec3(0, 0, 0));
+        REQUIRE(safety.engagement() != Engagement::Faulted);
+    }
+    CHECK(safety.pass(in).force == Vec3(1, 0, 0));
+    for (const Trip trip : {Trip::TorqueClamped, Trip::TorqueThermallyLimited, Trip::TorqueSlewLimited, Trip::Overload})
+        CHECK(safety.count(trip).ticks == 0);
+    SafetyStage with{DeviceLimits{}};
+    with.engage();
+    CHECK(with.pass(in).force == Vec3(0, 0, 0));  // it waits for a small torque
+}
+
 TEST_CASE("safety: every failure zeroes the wrench under its own name", "[safety]") {
     const Wrench good{{1, 2, 3}, {4, 5, 6}};
     struct Case {

@@ -10,7 +10,9 @@
 #include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/trials/live_trials.hpp"
+#include "tests/support/fake_dhd/fake_dhd_device.hpp"
 #include "tests/support/fake_hd/fake_hd_device.hpp"
+#include "tests/support/fake_inverse/fake_inverse.hpp"
 #include "tests/support/ui_scene.hpp"
 #include "tests/support/ui_text.hpp"
 #include "tests/support/ui_user.hpp"
@@ -174,8 +176,41 @@ TEST_CASE("window tour: a device with motors", "[ui][long]") {
     tour.doing([](WindowFrame& frame) { frame.session.chooseDevice("phantom:,stale=500"); });
     tour.until([](WindowFrame& frame) { return frame.items.count("device state") > 0; });
     tour.aside().look("device");
+    FakeInverse service("no-grip");
+    tour.doing([&](WindowFrame& frame) { frame.session.chooseDevice("inverse3:" + service.options()); });
+    tour.until([](WindowFrame& frame) { return frame.session.device().choice.rfind("inverse3", 0) == 0; });
+    tour.aside().look("device-force-only");
+    tour.doing([&](WindowFrame&) { service.event("device-safety-triggered", "error", "stall_detected"); });
+    tour.until([](WindowFrame& frame) {
+        return frame.session.device().facts.status &&
+               frame.session.device().facts.status->state == DeviceStatus::State::Fault;
+    });
+    tour.aside().look("device-fault");
     tour.doing([](WindowFrame& frame) { frame.session.chooseDevice("spacemouse"); });
     tour.aside().look("device-trouble");
+    CHECK(tour.use(tour.options(holdFile(folder))));
+}
+
+TEST_CASE("window tour: an arm that moves only after consent, and an arm over the network", "[ui]") {
+    if (!hasDisplay()) return;
+    const TempFolder folder;
+    const FakeDhd fake("uncalibrated,omega6");
+    Tour tour(anySize());
+    tour.until(isRunning).click("menu device").click("device forcedimension");
+    tour.until([](WindowFrame& frame) { return frame.items.count("initialize") > 0; });
+    tour.aside().look("device-uninitialized").click("initialize");
+    tour.aside().look("device-consent");
+    tour.click("initialize cancel").click("initialize");
+    tour.doing([&](WindowFrame&) { CHECK(fake.state().moves == 0); }).click("initialize now");
+    tour.until([](WindowFrame& frame) {
+        return frame.session.device().facts.status->state == DeviceStatus::State::Running &&
+               frame.items.count("initialize") == 0;
+    });
+    tour.doing([&](WindowFrame&) { CHECK(fake.state().moves == 1); });
+    tour.aside().look("device-initialized");
+    tour.click("menu device").click("device lab");
+    tour.until([](WindowFrame& frame) { return frame.session.device().choice == "lab"; });
+    tour.aside().look("device-lab");
     CHECK(tour.use(tour.options(holdFile(folder))));
 }
 

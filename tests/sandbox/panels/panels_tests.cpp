@@ -797,6 +797,22 @@ TEST_CASE("panels: the device page shows state and errors, and requests what was
     CHECK(requests.workspace->scale > 4);
     CHECK_FALSE(state.edited);
 
+    // A device that moves by itself asks twice, and a question that is no longer asked is closed.
+    facts.status->consent = "it moves";
+    bench.frame(draw);
+    CHECK(bench.items.count("initialize now") == 0);
+    bench.click("initialize", draw);
+    bench.frame(draw);
+    CHECK_FALSE(requests.initializeDevice);
+    bench.click("initialize now", draw);
+    CHECK(requests.initializeDevice);
+    bench.click("initialize", draw);
+    facts.status->consent.clear();
+    bench.items.clear();
+    bench.frame(draw);
+    CHECK_FALSE(state.asksConsent);
+    CHECK(bench.items.count("initialize now") == 0);
+
     // A device that sets velocities has axes, and no offset.
     control.follows = DeviceControl::Maps::Axes;
     bench.items.clear();

@@ -317,7 +317,8 @@ TEST_CASE("device choice: separates names and files, and names an unknown device
     CHECK(demo->read(0, 1).X_WT_device.p.isApprox(Vec3(0, 15, 0), 1e-6));
     CHECK_THROWS_WITH(
         sandbox::startDevice(scene, "joystick"),
-        Contains("'joystick'") && Contains("demo, hand, insert, mouse, phantom, replay, rest, spacemouse"));
+        Contains("'joystick'") &&
+            Contains("demo, forcedimension, hand, insert, inverse3, lab, mouse, phantom, replay, rest, spacemouse"));
     CHECK_THROWS_WITH(sandbox::startDevice(scene, "replay:/no/such:file.csv"), Contains("/no/such:file.csv"));
 }
 

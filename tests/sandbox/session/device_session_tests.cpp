@@ -125,6 +125,10 @@ TEST_CASE("device session: the workspace is saved for each pair of device and sc
     CHECK(saved == workspace);
     CHECK(WorkspaceFile(folder).load(scene, "phantom:,drive=device") == workspace);
     CHECK(WorkspaceFile(folder).load(scene, "phantom:left") == Workspace{});
+    CHECK(WorkspaceFile(folder).load(scene, "inverse3") == Workspace{});
+    WorkspaceFile(folder).save(scene, "inverse3:port=7,peak=3", workspace);
+    CHECK(WorkspaceFile(folder).load(scene, "inverse3") == workspace);
+    CHECK(WorkspaceFile(folder).load(scene, "inverse3:peak=4") == workspace);
     CHECK(WorkspaceFile(folder).load(scene.parent_path() / "other.glb", kPhantom) == Workspace{});
 }
 

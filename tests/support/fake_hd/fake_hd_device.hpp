@@ -1,15 +1,12 @@
 #pragma once
-// A phantom on the fake libHD, and waiting with a time limit.
+// A phantom on the fake libHD.
 #include <dlfcn.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cstdlib>
-#include <functional>
-#include <thread>
 
-#include "haptics/device/control.hpp"
 #include "haptics/device/phantom.hpp"
+#include "tests/support/arm_matrix.hpp"
 #include "tests/support/fake_hd/fake_hd.hpp"
 
 namespace touchstone::test {
@@ -50,22 +47,32 @@ class FakeHd {
     }
 };
 
-/// Calls `step` every millisecond until it returns true; false after half a minute, which only a hang exceeds.
-inline bool within(const std::function<bool()>& step) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (std::chrono::steady_clock::now() < end) {
-        if (step()) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-}
-
 inline std::unique_ptr<Device> openPhantom(const std::string& text = {}, const Pose& X_WT_start = {}) {
     DeviceContext context;
     context.X_WT_start = X_WT_start;
     context.file = text;
     return makePhantom(context);
 }
+
+/// The phantom as the safety matrix sees it.
+class PhantomStandIn final : public ArmStandIn {
+  public:
+    std::unique_ptr<Device> open(const std::string& options = {}) override {
+        return openPhantom(options.empty() ? "" : "," + options);
+    }
+    Vec3 force() const override { return fake.force(); }
+    Vec3 torque() const override { return fake.torque(); }
+    void hand(const Vec3& p) override { fake.hand(p.x(), p.y(), p.z(), 0, 0, 0); }
+    Vec3 position() const override { return fake.position(); }
+    /// The codes of errors last 20 ticks; other faults last.
+    void inject(const std::string& fault) override {
+        const bool lasts = fault == "comm" || fault == "slow";
+        fake.fault((lasts ? fault : fault + "@" + std::to_string(fake.state().ticks + 5)).c_str());
+    }
+    void clear() override {}
+
+    FakeHd fake;
+};
 
 /// The error message of a failed opening.
 inline std::string refusal(const std::string& text = {}) {
