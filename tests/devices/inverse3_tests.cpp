@@ -130,6 +130,7 @@ TEST_CASE("inverse3: any text is a fault or a state, never an exception", "[devi
 TEST_CASE("inverse3: unknown options are refused by name", "[device]") {
     CHECK_THAT(refusal("spring=3"), Contains("'spring=3' is not an option") && Contains("port=PORT"));
     CHECK_THAT(refusal("port=70000"), Contains("'port=70000'"));
+    CHECK_THAT(refusal("port=7.5"), Contains("'port=7.5'"));
     CHECK_THAT(refusal("force=torque"), Contains("'force=torque'"));
     const InverseOptions options =
         inverseOptions("port=7,events=8,device=A,grip=B,force=values,rate=500,stale=8,peak=3");

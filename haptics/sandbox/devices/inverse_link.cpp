@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +23,13 @@ constexpr auto kOpeningTime = std::chrono::seconds(2);  // the service is on thi
 constexpr std::uint64_t kSilenceNs = 100 * kNsPerMs;
 constexpr double kNominalStiffness = 1;  // N/mm; not confirmed
 
+bool takePort(const std::string& text, int& to) {
+    double port = 0;
+    if (!takeNumber(text, 1, 65535, port) || port != std::floor(port)) return false;
+    to = static_cast<int>(port);
+    return true;
+}
+
 void sleepUntil(std::uint64_t ns) {
     const timespec when{.tv_sec = static_cast<std::time_t>(ns / 1'000'000'000),
                         .tv_nsec = static_cast<long>(ns % 1'000'000'000)};
@@ -32,8 +40,7 @@ void sleepUntil(std::uint64_t ns) {
 
 InverseOptions inverseOptions(const std::string& text) {
     InverseOptions options;
-    if (const char* port = std::getenv("TOUCHSTONE_INVERSE");
-        port && *port && !takeNumber(port, 1, 65535, options.port))
+    if (const char* port = std::getenv("TOUCHSTONE_INVERSE"); port && *port && !takePort(port, options.port))
         throw std::runtime_error("inverse3: TOUCHSTONE_INVERSE is '" + std::string(port) +
                                  "', which is no port: set it to a number from 1 to 65535");
     const auto word = [](const std::string& value, std::string& to) {
@@ -44,8 +51,8 @@ InverseOptions inverseOptions(const std::string& text) {
                    "inverse3[:port=PORT][,events=PORT][,device=ID][,grip=ID][,force=vector or values]"
                    "[,rate=250 to 4000][,stale=1 to 1000 ms][,peak=0.1 to 20 N][,continuous=0.1 to 20 N]",
                    [&](const std::string& key, const std::string& value) {
-                       return key == "port"     ? takeNumber(value, 1, 65535, options.port)
-                              : key == "events" ? takeNumber(value, 1, 65535, options.eventsPort)
+                       return key == "port"     ? takePort(value, options.port)
+                              : key == "events" ? takePort(value, options.eventsPort)
                               : key == "device" ? word(value, options.device)
                               : key == "grip"   ? word(value, options.grip)
                               : key == "force"
@@ -102,7 +109,7 @@ void InverseLink::open() {
     std::unique_lock lock(phaseMutex_);
     phaseChanged_.wait_for(lock, kOpeningTime, [&] { return phase_ == Phase::Running || phase_ == Phase::Failed; });
     if (phase_ == Phase::Running) return;
-    const std::string port = std::to_string(static_cast<int>(options_.port));
+    const std::string port = std::to_string(options_.port);
     const std::string why = phase_ == Phase::Failed    ? problem_
                             : phase_ == Phase::Waiting ? "it sends no state"
                                                        : "it sends no inventory";
@@ -175,7 +182,7 @@ DeviceStatus InverseLink::status() const {
     status.details += grip ? "\nA VerseGrip gives the orientation" : "\nNo VerseGrip: the orientation stays fixed";
     const Events events = events_;
     if (events != Events::Open)
-        status.details += "\nNo channel of events at port " + std::to_string(static_cast<int>(options_.eventsPort)) +
+        status.details += "\nNo channel of events at port " + std::to_string(options_.eventsPort) +
                           ": safety events of the service are not seen";
     return status;
 }
@@ -184,7 +191,7 @@ std::string InverseLink::described() const {
     char numbers[160];
     std::snprintf(numbers, sizeof numbers, "Force only, no torque\nPeak force %g N, continuous force %g N",
                   limits_.peakForce, limits_.continuousForce);
-    return "Inverse Service at port " + std::to_string(static_cast<int>(options_.port)) + ", forces as '" +
+    return "Inverse Service at port " + std::to_string(options_.port) + ", forces as '" +
            (inventory_.vectorCommand ? "vector" : "values") + "'\nModel " +
            (inventory_.model.empty() ? "unknown" : inventory_.model) + ", " +
            (inventory_.handedness.empty() ? "unknown handedness" : inventory_.handedness + "-handed") + ", firmware " +
@@ -202,8 +209,8 @@ void InverseLink::run(const std::stop_token& stop) {
     sigfillset(&all);
     for (const int own : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigdelset(&all, own);
     pthread_sigmask(SIG_BLOCK, &all, nullptr);
-    sockets_->connect(kSimulation, static_cast<int>(options_.port));
-    sockets_->connect(kEvents, static_cast<int>(options_.eventsPort));
+    sockets_->connect(kSimulation, options_.port);
+    sockets_->connect(kEvents, options_.eventsPort);
     while (!stop.stop_requested()) {
         sockets_->serve();
         if (running_) watchSilence();

@@ -16,8 +16,8 @@ namespace touchstone::sandbox {
 
 /// The options of --device inverse3[:OPTION[,OPTION]...].
 struct InverseOptions {
-    double port = 10001;         ///< port=PORT of the service; the default is $TOUCHSTONE_INVERSE, if it is set
-    double eventsPort = 10020;   ///< events=PORT of its events
+    int port = 10001;            ///< port=PORT of the service; the default is $TOUCHSTONE_INVERSE, if it is set
+    int eventsPort = 10020;      ///< events=PORT of its events
     std::string device;          ///< device=ID of the Inverse3; empty: the first
     std::string grip;            ///< grip=ID of the VerseGrip; empty: the first that is awake
     std::string command;         ///< force=vector or values: how set_cursor_force is written; empty: by the inventory
