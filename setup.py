@@ -1,4 +1,5 @@
 # Builds the compiled part with CMake, and puts the bundled scenes beside it. What does not change is in pyproject.toml.
+import os
 import re
 import shutil
 import subprocess
@@ -14,15 +15,18 @@ ROOT = Path(__file__).resolve().parent
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
         package = Path(self.get_ext_fullpath(extension.name)).resolve().parent
-        build = ROOT / "build/python"
+        # A build folder of this tree that is there already may be named, which saves the minutes of another one.
+        named = os.environ.get("TOUCHSTONE_BUILD_FOLDER")
+        build = Path(named or ROOT / "build/python").resolve()
         if not shutil.which("cmake"):
             sys.exit("touchstone is built with CMake, which is missing: run tools/setup first")
-        subprocess.run(
-            ["cmake", "--preset", "release", "-B", build, f"-DPython_EXECUTABLE={sys.executable}"], check=True, cwd=ROOT
-        )
+        if not named:
+            subprocess.run(
+                ["cmake", "--preset", "release", "-B", build, f"-DPython_EXECUTABLE={sys.executable}"], check=True, cwd=ROOT
+            )
         subprocess.run(["cmake", "--build", build, "--target", "touchstone_python"], check=True)
         package.mkdir(parents=True, exist_ok=True)
-        for module in (build / "python/touchstone").glob("_core.*.so"):
+        for module in [*(build / "python/touchstone").glob("_core.*.so"), build / "python/touchstone/_build.py"]:
             shutil.copy(module, package)
         scenes = package / "scenes"
         scenes.mkdir(exist_ok=True)

@@ -86,10 +86,12 @@ pkg-config. It is compiled for processors with AVX2 and FMA (x86-64-v3).")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-touchstone)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS touchstone)   # its scenes
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "haptic rendering of rigid contact, as a Python module
 ${method}
 
-This package holds the Python module.
+This package holds the Python package: scenes, worlds and batches of them,
+recordings, solvers, and a task for learning, with NumPy.
 It needs a processor with AVX2 and FMA (x86-64-v3).")
 # Python's caches come and go with the package.
 file(WRITE ${about}/postinst "#!/bin/sh\nset -e\nif command -v py3compile >/dev/null; then py3compile -p python3-touchstone; fi\n")

@@ -53,3 +53,12 @@ class Types(TestCase):
             thing = getattr(ts, name)
             if inspect.isclass(thing) or inspect.isfunction(thing) or inspect.isbuiltin(thing):
                 self.assertTrue(thing.__doc__ or name == "SceneError", name)
+
+    def test_an_older_processor_is_told_apart(self):
+        from touchstone import _processor
+
+        new, old = "processor: 0\nflags\t\t: fpu sse2 avx avx2 bmi2 fma\n", "flags\t\t: fpu sse2 avx\n"
+        self.assertFalse(_processor.lacks("x86-64-v3", new))
+        self.assertTrue(_processor.lacks("x86-64-v3", old))
+        self.assertFalse(_processor.lacks("native", old))
+        self.assertFalse(_processor.lacks("x86-64-v3", ""))

@@ -4,6 +4,7 @@ Lengths are in mm, forces in N, torques in mN·m, angles in rad, times in ms. A 
 a part in the scene frame; a wrench is force and torque on the hand, about the tool's origin, on the axes of the scene.
 """
 
+from . import _processor
 from . import pose
 from ._core import (
     Answer,
