@@ -84,7 +84,9 @@ std::shared_ptr<LabLink> LabLink::connect(const std::string& text) {
 }
 
 LabLink::LabLink(LabOptions options)
-    : options_(std::move(options)), staleNs_(static_cast<std::uint64_t>(1e6 * options_.staleMs)) {
+    : options_(std::move(options)),
+      staleNs_(static_cast<std::uint64_t>(1e6 * options_.staleMs)),
+      lostNs_(std::max(kLostNs, staleNs_)) {
     if (!options_.peer.empty()) {
         in_addr address{};
         inet_pton(AF_INET, options_.peer.c_str(), &address);
@@ -134,7 +136,7 @@ void LabLink::take(std::span<const std::uint8_t> bytes, std::size_t size, std::u
     if (!readLabPose(bytes, size, pose, why)) return reject(why);
 
     const std::uint64_t peer = peer_.load(std::memory_order_relaxed), before = arrived_.load(std::memory_order_relaxed);
-    if (peer != 0 && now - before <= kLostNs) {
+    if (peer != 0 && now - before <= lostNs_) {
         if (from != peer) return reject(LabRejected::Foreign);
         if (pose.session != pose_.session) return reject(LabRejected::Session);
         if (pose.sequence <= pose_.sequence) return reject(LabRejected::Old);
@@ -229,7 +231,7 @@ DeviceStatus LabLink::status() const {
     if (peer == 0) {
         status.state = State::Connecting;
         status.text = "Waiting for the arm's first datagram at " + here + rejection;
-    } else if (now > arrived && now - arrived > kLostNs) {
+    } else if (now > arrived && now - arrived > lostNs_) {
         status.state = State::Lost;
         status.text = "The arm at " + from + " sends no poses: start its program again and engage" + rejection;
     } else if (fault_.load()) {

@@ -22,11 +22,12 @@ struct LabOptions {
 LabOptions labOptions(const std::string& text);
 
 /// Listens on one port. The first valid datagram makes its sender the arm, and from then on only newer datagrams of
-/// the same sender and session are accepted. After kLostNs of silence any sender and session may begin; the wrench is
-/// then zero until the user engages again. Everything else is rejected and counted by reason.
+/// the same sender and session are accepted. After a silence of kLostNs, or of staleMs if that is longer, any sender
+/// and session may begin; the wrench is then zero until the user engages again. Everything else is rejected and counted
+/// by reason.
 class LabLink final : public DeviceControl {
   public:
-    static constexpr std::uint64_t kLostNs = 100'000'000;  ///< the silence after which the safety stage faults, too
+    static constexpr std::uint64_t kLostNs = 100'000'000;  ///< after which the safety stage faults, too
     static constexpr int kMostPerRead = 64;                ///< datagrams taken in a tick: a flood must not delay it
 
     static std::shared_ptr<LabLink> connect(const std::string& text);
@@ -55,7 +56,7 @@ class LabLink final : public DeviceControl {
     void send(const Wrench& wrench, LabState state) noexcept;
 
     const LabOptions options_;
-    const std::uint64_t staleNs_;
+    const std::uint64_t staleNs_, lostNs_;
     std::uint32_t onlyPeer_ = 0;  // IPv4 address, network order; 0: any
     int socket_ = -1;
 

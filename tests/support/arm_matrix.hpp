@@ -42,7 +42,10 @@ struct Ticked {
         });
     }
     void tickFor(int ticks) {
-        for (int i = 0; i < ticks; ++i) until([] { return true; });
+        for (int i = 0; i < ticks; ++i) {
+            tick();
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
     }
     /// Whether every reading so far was good. After a bad one, which a busy machine may cause, the tool is taken up at
     /// an offset.

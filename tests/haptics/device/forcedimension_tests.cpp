@@ -353,6 +353,21 @@ TEST_CASE("forcedimension: a library that hangs is reported, and what follows is
     CHECK(sigma.until([&] { return arm.pushes(); }));
 }
 
+TEST_CASE("forcedimension: a library that returns after it hung is a fault, also where no watchdog acts", "[device]") {
+    SigmaStandIn arm("no-watchdog");
+    Ticked sigma(arm.open());
+    sigma.wrench = arm.push();
+    REQUIRE(sigma.until([&] { return arm.pushes(); }));
+    arm.inject("stall,no-watchdog");
+    REQUIRE(sigma.until([&] { return sigma.status().state == State::Lost; }));
+    arm.inject("no-watchdog");
+    REQUIRE(sigma.until([&] { return sigma.reading.fault; }));
+    CHECK(sigma.until([&] { return arm.rests(); }));
+    CHECK_THAT(sigma.status().text, Contains("did not answer for more than 0.1 s"));
+    sigma.tickFor(50);
+    CHECK(arm.rests());
+}
+
 TEST_CASE("forcedimension: a pose that is not finite, far away or no rotation is invalid", "[device]") {
     SigmaStandIn arm;
     Ticked sigma(arm.open());

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint16_t kPort = 50733;
 
-std::unique_ptr<Device> openLab(const std::string& options = ",stale=60") {
+std::unique_ptr<Device> openLab(const std::string& options = ",stale=500") {
     DeviceContext context;
     context.X_WT_start.p = {100, 0, 0};
     context.file = std::to_string(kPort) + options;

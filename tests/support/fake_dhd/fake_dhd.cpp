@@ -14,6 +14,7 @@
 //   timeguard       every pose returns 1              saturated  every wrench returns 2
 //   button  velocity  watchdog  software  usb  deadman  unknown-cause   the motors switch off, once, for this cause
 //   stall           a pose is not returned until the fault is replaced
+//   no-watchdog     the controller's watchdog is off
 //   slow            a pose takes 20 ms
 //   nan  far  skewed  mirrored   the pose is NaN or 1e27 m away, or its frame is no rotation
 //   max-force       the library limits the force to 3 N
@@ -76,7 +77,7 @@ struct Fake {
         const Clock::time_point until = Clock::now();
         for (int steps = 0; now + std::chrono::milliseconds(1) <= until; ++steps) {
             now += std::chrono::milliseconds(1);
-            if (motors && now - lastWord > kWatchdog) switchOff(3);
+            if (motors && now - lastWord > kWatchdog && !has("no-watchdog")) switchOff(3);
             if (steps < 1000) move();
         }
     }
