@@ -99,11 +99,11 @@ void addVerify(CLI::App& program, Action& action) {
     CLI::App* command = addCommand(
         program, "verify", "Confirm recordings and exported demonstrations tick by tick",
         "Replays every demonstration: to the bit in the build that recorded it, within a stated tolerance in\n"
-        "another (docs/recording.md). One sentence says what is missing, damaged or different.\n\n"
+        "another (docs/recording.md). One sentence says what is missing, damaged or different, and the exit code\n"
+        "is then 1.\n\n"
         "Examples:\n"
         "  touchstone verify study.hdf5\n"
-        "  touchstone verify push.mcap push study/trial-*\n\n"
-        "Exit codes: 0 all confirmed, 1 at least one is not.\n");
+        "  touchstone verify push.mcap push study/trial-*\n");
     command->add_option("FILE", *files, "a file that `touchstone export` wrote, or the folder of a recording")
         ->required();
     command->callback([files, &action] { action = [files] { return verify(*files); }; });

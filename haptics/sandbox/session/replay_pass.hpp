@@ -16,7 +16,8 @@ struct ReplayCheck {
     std::vector<std::string>
         differences;                ///< sentences: what differs from the time of the recording and may be the cause
     std::uint64_t notCompared = 0;  ///< ticks after lost ticks, whose initial state is unknown
-    std::string otherPart;          ///< one sentence if a part is not the recorded one; else empty
+    std::string
+        otherPart;  ///< one sentence if a part is not the recorded one, and that not by another build; else empty
 };
 
 class ReplayPass {

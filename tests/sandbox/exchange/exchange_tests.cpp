@@ -267,6 +267,20 @@ TEST_CASE("exchange: another build is confirmed within the tolerance", "[sandbox
                Contains("row 57") && Contains("1e-05 N") && Contains("more than another build explains"));
 }
 
+TEST_CASE("exchange: a mesh that another build made from the same file is judged by the tolerance",
+          "[sandbox][exchange]") {
+    const Push push;
+    replaceIn(push.recording / "recording.json", "\"surface\": \"", "\"surface\": \"0");
+    CHECK_THAT(refusal(push.recording), Contains("the mesh of the tool differs"));
+    push.otherBuild();
+    CHECK_THAT(verified(push.recording), Contains("300 ticks, all with the recorded bits"));
+    std::string mesh = bytesOf(push.mesh);
+    mesh[3] = static_cast<char>(mesh[3] ^ 1);
+    writeFile(push.mesh, "the mesh", mesh);
+    replaceIn(push.scene, "\"asset\"", "\"asset\" ");
+    CHECK_THAT(refusal(push.recording), Contains("the mesh of the tool differs"));
+}
+
 TEST_CASE("exchange: what a file shows follows from its ticks", "[sandbox][exchange]") {
     const Push push;
     sandbox::SceneShelf scenes;
