@@ -109,6 +109,7 @@ void setNumber(hid_t object, const char* name, hid_t type, T value) {
 class Hdf5Writer final : public DemonstrationWriter {
   public:
     explicit Hdf5Writer(const std::filesystem::path& file) : out_(file, "the demonstrations") {
+        H5dont_atexit();  // at exit the library would crash over a file that it could not write
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors become one sentence
         guarded([&] {
             Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
