@@ -1,6 +1,7 @@
 """Worlds, batches and runs against the program, to the bit."""
 
 import json
+import pickle
 import signal
 import subprocess
 import sys
@@ -114,6 +115,8 @@ class Worlds(TestCase):
             (lambda: ts.Scene("bunnys"), "did you mean 'bunnies'"),
             (lambda: ts.Scene(__file__), "test_world.py"),
             (lambda: ts.run(scene, "demo:nothing"), "nothing"),
+            (lambda: ts.run(scene, seconds=float("nan")), "seconds must be above 0"),
+            (lambda: ts.Scene("hello", leaves=-5), "leaves must be from 8"),
         ]:
             with self.assertRaisesRegex((ValueError, RuntimeError), words):
                 call()
@@ -126,6 +129,7 @@ class Worlds(TestCase):
         self.assertIs(settings["friction"], False)
         self.assertEqual(settings["solver"], "pqp")
         self.assertEqual(ts.Settings(**dict(settings)), settings)
+        self.assertEqual(pickle.loads(pickle.dumps(settings)), settings)
         self.assertEqual(ts.Settings().in_mode("paper")["solver"], "pqp")
         self.assertIn("N/mm", ts.Settings.help("stiffness"))
         self.assertIn("stiffness=0.5", repr(settings))
@@ -141,9 +145,26 @@ class Worlds(TestCase):
         batch = ts.Batch(scene, 64, threads=1)
         devices = np.tile(scene.motions[0].poses()[:, None], (1, 64, 1))
         done = threading.Event()
-        worker = threading.Thread(target=lambda: (batch.run(devices), done.set()))
+
+        def work():
+            while not done.is_set():
+                try:
+                    batch.run(devices)
+                    done.set()
+                except RuntimeError:  # the other thread was first
+                    pass
+
+        worker = threading.Thread(target=work)
         worker.start()
         turns = 0
+        refused = 0
+        while not done.is_set() and refused == 0:
+            try:
+                batch.step(devices[0])
+            except RuntimeError as error:
+                self.assertIn("another thread", str(error))
+                refused += 1
+        self.assertEqual(refused, 1)
         while not done.is_set():
             turns += 1
             time.sleep(1e-4)

@@ -1,6 +1,7 @@
 // Runs as the program makes them, and replays.
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "haptics/sandbox/session/device_choice.hpp"
@@ -27,6 +28,7 @@ py::object replayDict(const std::optional<sandbox::ReplayCheck>& check) {
 
 RunResult run(SceneHandle& handle, const std::optional<std::string>& device, const std::optional<Settings>& given,
               std::optional<double> seconds, const std::string& record, bool timing) {
+    if (seconds && !(*seconds > 0 && std::isfinite(*seconds))) throw std::invalid_argument("seconds must be above 0");
     sandbox::HeadlessOptions options;
     options.seconds = seconds;
     options.timing = timing;

@@ -72,6 +72,9 @@ py::dict fitOf(SceneHandle& handle, const std::optional<Settings>& given) {
 }  // namespace
 
 SceneHandle::SceneHandle(const std::string& file, int leaves, bool trees) : leaves_(leaves) {
+    if (leaves != 0 && (leaves < sandbox::kMinLeaves || leaves > TreeOptions::kMaxLeaves))
+        throw std::invalid_argument("leaves must be from " + std::to_string(sandbox::kMinLeaves) + " to " +
+                                    std::to_string(TreeOptions::kMaxLeaves) + ", or 0 for the scene's own");
     scene_ = open(file, trees);
 }
 

@@ -93,6 +93,19 @@ out of its range raises ValueError, an unknown key KeyError.)")
                        std::string(info.help);
             },
             py::arg("key"), "The unit of a setting, and what happens if it is larger or smaller.")
+        .def(py::pickle(
+            [](const Settings& settings) {
+                py::dict values;
+                for (const SettingInfo& info : settingTable())
+                    values[py::str(std::string(info.key))] = getSetting(settings, info.key);
+                return values;
+            },
+            [](const py::dict& values) {
+                Settings settings;
+                for (const auto& [key, value] : values)
+                    set(settings, key.cast<std::string>(), value.cast<py::object>());
+                return settings;
+            }))
         .def("__copy__", [](const Settings& s) { return s; })
         .def("__deepcopy__", [](const Settings& s, const py::dict&) { return s; })
         .def("__eq__", [](const Settings& a, const Settings& b) { return a == b; })

@@ -44,6 +44,8 @@ Answer solveQp(const Numbers& rows, const Numbers& gaps, const Numbers& stiffnes
     requireShape(rows, {-1, 6}, "rows");
     const py::ssize_t count = rows.shape(0);
     requireShape(gaps, {count}, "gaps");
+    if (!(tolerance > 0) || maxIterations < 1)
+        throw std::invalid_argument("tolerance must be above 0, and max_iterations at least 1");
     const SolverInfo& info = infoOf(solverTable(), solver);
     RowSet set{int(count)};
     for (py::ssize_t i = 0; i < count; ++i)

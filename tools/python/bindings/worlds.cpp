@@ -1,6 +1,7 @@
 // One world that is stepped, and thousands of the same scene.
 #include <pybind11/stl.h>
 
+#include <atomic>
 #include <thread>
 #include <variant>
 
@@ -32,6 +33,7 @@ class Copy {
         return tick_ = touchstone::step(*world_, settings_, {X_WT_device, {}, X_WO}, *state_);
     }
 
+    std::atomic<bool>& taken() { return *taken_; }
     const World& world() const { return *world_; }
     const Settings& settings() const { return settings_; }
     /// Throws std::invalid_argument if they contradict each other or touch sphere trees that the world lacks.
@@ -50,10 +52,27 @@ class Copy {
     std::unique_ptr<StepState> state_;
     Settings settings_;
     TickRecord tick_;
+    std::unique_ptr<std::atomic<bool>> taken_ = std::make_unique<std::atomic<bool>>(false);
+};
+
+/// While it lives, no other thread of Python steps or resets the same worlds.
+class Turn {
+  public:
+    explicit Turn(std::atomic<bool>& taken) : taken_(taken) {
+        if (taken_.exchange(true))
+            throw std::runtime_error("another thread is stepping this at the moment: give each thread its own");
+    }
+    ~Turn() { taken_ = false; }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+  private:
+    std::atomic<bool>& taken_;
 };
 
 /// The device poses are checked only by the tick, as in the program.
 py::tuple stepOne(Copy& copy, const Numbers& device, const std::optional<Numbers>& obstacles) {
+    const Turn turn(copy.taken());
     requireShape(device, {kPose}, "device");
     std::vector<Pose> X_WO;
     if (obstacles) X_WO = toPoses(*obstacles, "obstacles", py::ssize_t(copy.world().obstacles.size()));
@@ -62,6 +81,7 @@ py::tuple stepOne(Copy& copy, const Numbers& device, const std::optional<Numbers
 }
 
 py::array runOne(Copy& copy, const Numbers& devices) {
+    const Turn turn(copy.taken());
     const std::vector<Pose> poses = toPoses(devices, "devices");
     std::vector<RecordedTick> ticks;
     ticks.reserve(poses.size());
@@ -106,6 +126,7 @@ class Batch {
     std::size_t size() const { return copies_.size(); }
 
     void reset(const std::optional<Numbers>& poses, const std::optional<Indices>& which) {
+        const Turn turn(taken_);
         const std::vector<std::size_t> chosen = indices(which);
         std::optional<std::vector<Pose>> to;
         if (poses) {
@@ -169,6 +190,7 @@ class Batch {
     /// its memory stays in the cache.
     void advance(const double* devices, std::size_t ticks, double* poses, double* wrenches) {
         const std::size_t n = size();
+        const Turn turn(taken_);
         const std::size_t grain = std::max<std::size_t>(1, n / (8 * std::size_t(threads_)));
         const py::gil_scoped_release free;
         try {
@@ -177,6 +199,7 @@ class Batch {
             }).eachRange(n, grain, [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i)
                     for (std::size_t t = 0; t < ticks; ++t) {
+                        if (t % 4096 == 4095 && !noInterrupt()) throw Interrupt{};
                         const std::size_t at = t * n + i;
                         const TickRecord& tick = copies_[i].step(poseAt(devices + at * kPose));
                         writePose(tick.X_WT, poses + at * kPose);
@@ -191,6 +214,7 @@ class Batch {
 
     std::vector<Copy> copies_;
     int threads_;
+    std::atomic<bool> taken_ = false;
 };
 
 constexpr const char* kWorldHelp =
@@ -220,7 +244,10 @@ void bindWorlds(py::module_& module) {
              "columns of recordings.")
         .def(
             "reset",
-            [](Copy& copy, const std::optional<Numbers>& pose) { copy.reset(poseOr(pose, copy.world().X_WT_start)); },
+            [](Copy& copy, const std::optional<Numbers>& pose) {
+                const Turn turn(copy.taken());
+                copy.reset(poseOr(pose, copy.world().X_WT_start));
+            },
             py::arg("pose") = py::none(),
             "Tool and device at rest at this pose (7,), by default the scene's start; obstacles at their start.")
         .def_property(
