@@ -4,6 +4,7 @@
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
@@ -17,6 +18,11 @@ namespace {
 
 // The window sees a press or a move in a later frame, because system events are delayed.
 constexpr int kSeen = 3;
+// Frames after which an item may go on moving, or the mouse be outside the window.
+constexpr int kPatience = 60;
+
+/// A mouse is at whole pixels.
+bool near(glm::vec2 a, glm::vec2 b) { return glm::distance(a, b) < 1.5f; }
 
 /// Reports a key as GLFW does.
 void report(WindowFrame& frame, int key, int action, int mods = 0) {
@@ -73,10 +79,16 @@ User& User::doing(const std::function<void(WindowFrame&)>& what) {
 
 User& User::hold(const Place& place) {
     until([=](WindowFrame& frame) { return place(frame).has_value(); });
-    return then([=, this](WindowFrame& frame, int frames) {
-        down_ = frames > kSeen;
-        if (!down_) cursor_ = place(frame).value_or(cursor_);  // an item that has just appeared may still move
-        return frames > 2 * kSeen;
+    // An item that has just appeared may still move, and a busy machine is late with the mouse.
+    then([=, this](WindowFrame& frame, int frames) {
+        const glm::vec2 target = place(frame).value_or(cursor_);
+        still_ = near(target, cursor_) && seesCursor() ? still_ + 1 : 0;
+        cursor_ = target;
+        return still_ >= kSeen || frames > kPatience;
+    });
+    return then([this](WindowFrame&, int frames) {
+        down_ = true;
+        return frames > kSeen && ImGui::GetIO().MouseDown[0];
     });
 }
 
@@ -87,8 +99,8 @@ User& User::moveTo(const Place& place) {
             from_ = cursor_;
             to_ = place(frame).value_or(cursor_);
         }
-        cursor_ = glm::mix(from_, to_, static_cast<float>(frames) / kFrames);
-        return frames == kFrames;
+        cursor_ = glm::mix(from_, to_, std::min(static_cast<float>(frames) / kFrames, 1.f));
+        return frames >= kFrames && (seesCursor() || frames > kPatience);
     });
 }
 
@@ -99,8 +111,13 @@ User& User::moveBy(glm::vec2 pixels) {
 User& User::release() {
     return then([this](WindowFrame&, int frames) {
         down_ = frames <= kSeen;
-        return frames > 2 * kSeen;
+        return frames > 2 * kSeen && !ImGui::GetIO().MouseDown[0];
     });
+}
+
+bool User::seesCursor() const {
+    const ImVec2 seen = ImGui::GetIO().MousePos;
+    return near({seen.x, seen.y}, cursor_);
 }
 
 User& User::click(const Place& place) { return hold(place).release(); }

@@ -48,10 +48,11 @@ class User {
 
   private:
     void act(sandbox::WindowFrame& frame);
+    bool seesCursor() const;
 
     std::vector<Step> steps_;
     std::size_t at_ = 0;
-    int frames_ = 0;
+    int frames_ = 0, still_ = 0;
     glm::vec2 cursor_{10, 10}, from_{0}, to_{0};
     bool down_ = false;
 };
