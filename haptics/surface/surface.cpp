@@ -81,7 +81,7 @@ Vec3 centerOf(const std::vector<Vec3>& points) {
     return box.center();
 }
 
-/// One point of each group of faces that are connected by points.
+/// One face of each group of faces that are connected by points.
 std::vector<int> findShells(const SurfaceFeatures& features) {
     std::vector<int> parent(features.points.size());
     for (int i = 0; i < int(parent.size()); ++i) parent[i] = i;
@@ -92,9 +92,9 @@ std::vector<int> findShells(const SurfaceFeatures& features) {
     for (const SurfaceFeatures::Face& face : features.faces)
         for (int k = 1; k < 3; ++k) parent[root(face.points[k])] = root(face.points[0]);
     std::vector<int> shells;
-    for (const SurfaceFeatures::Face& face : features.faces) shells.push_back(root(face.points[0]));
-    std::sort(shells.begin(), shells.end());
-    shells.erase(std::unique(shells.begin(), shells.end()), shells.end());
+    std::vector<char> found(features.points.size());
+    for (int f = 0; f < int(features.faces.size()); ++f)
+        if (!std::exchange(found[std::size_t(root(features.faces[f].points[0]))], 1)) shells.push_back(f);
     return shells;
 }
 

@@ -23,7 +23,7 @@ struct Surface {
     std::array<Columns, 2> wings;             ///< of edges, as EdgePlace::wings
     std::vector<Eigen::Vector3f> spokes;      ///< directions of features.spokes, of unit length
     std::vector<NormalCone> tips;             ///< of outward normals, by vertex
-    std::vector<int> shells;                  ///< a point of each connected group of faces
+    std::vector<int> shells;                  ///< a face of each connected group of faces
 
     /// Features of one part: what a contact's identity can number.
     static constexpr int kMaxFeatures = 1 << 26;

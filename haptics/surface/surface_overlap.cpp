@@ -101,6 +101,13 @@ class FaceIntersection {
     const BoxPlacement boxes_;
 };
 
+/// Times that a face is halved in the search for its deepest point.
+constexpr int kHalvings = 4;
+
+/// How far below its face a point is taken that tells whether a shell is inside another part, in reaches of its part:
+/// far above rounding, far below a wall.
+constexpr double kBelowFace = 1e-7;
+
 /// Number of faces below a node that a ray leaves through, less those that it enters through.
 struct CrossingCount {
     const Surface& surface;
@@ -162,6 +169,24 @@ struct DepthSearch {
             const double length = (b - a).norm();
             if (in && out && (*in - a).norm() < length && (*out - b).norm() < length) test((*in + *out) / 2);
         }
+        testMiddle({X * face[0], X * face[1], X * face[2]}, kHalvings);
+    }
+    /// Of a face whose border is nowhere deep: one that passes through flush with others, or is larger than the
+    /// overlap.
+    void testMiddle(const Triangle& face, int halvings) {
+        const Vec3 center = (face[0] + face[1] + face[2]) / 3;
+        double radius = 0;
+        for (const Vec3& p : face) radius = std::max(radius, (p - center).norm());
+        const double distance = distanceTo(outer, center);
+        if (distance + radius <= deepest) return;
+        if (isInside(outer, center))
+            deepest = std::max(deepest, distance);
+        else if (distance >= radius)
+            return;
+        if (halvings == 0) return;
+        const Triangle middles{(face[1] + face[2]) / 2, (face[2] + face[0]) / 2, (face[0] + face[1]) / 2};
+        for (int k = 0; k < 3; ++k) testMiddle({face[k], middles[(k + 2) % 3], middles[(k + 1) % 3]}, halvings - 1);
+        testMiddle(middles, halvings - 1);
     }
     void descend(int height, int i) {
         Float8 low[3], high[3];
@@ -221,10 +246,15 @@ double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_
 
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
     if (FaceIntersection(tool, obstacle, X_OT).run()) return true;
-    // Surfaces that do not intersect: a part is inside the other with all of a shell, or outside.
+    // Surfaces that do not intersect: a part is inside the other with all of a shell, or outside. A point just below a
+    // face says so where all faces lie on the other's, too.
     const auto anyShellInside = [](const Surface& inner, const Surface& outer, const Pose& X) {
-        for (const int point : inner.shells)
-            if (isInside(outer, X * inner.features.points[point])) return true;
+        for (const int f : inner.shells) {
+            const Triangle face = inner.features.triangle(f);
+            const Vec3 middle = (face[0] + face[1] + face[2]) / 3;
+            const Vec3 below = kBelowFace * inner.extent.reach * inner.features.faces[f].normal;
+            if (isInside(outer, X * (middle - below))) return true;
+        }
         return false;
     };
     return anyShellInside(tool, obstacle, X_OT) || anyShellInside(obstacle, tool, X_OT.inverse());

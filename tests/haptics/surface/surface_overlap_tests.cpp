@@ -108,6 +108,20 @@ TEST_CASE("overlap: a part inside the material of another overlaps, one in its c
     CHECK(overlapDepth(surfaceOf(small), surfaceOf(centeredBox(10, 10, 10)), Pose{}) == Approx(4.5).margin(1e-9));
 }
 
+TEST_CASE("overlap: parts whose faces are flush where they overlap", "[surface]") {
+    const Surface cube = surfaceOf(centeredBox(10, 10, 10)), plate = surfaceOf(centeredBox(40, 1, 40)),
+                  peg = surfaceOf(centeredBox(2, 10, 4));
+    CHECK(overlap(cube, cube, Pose{}));
+    CHECK(overlapDepth(cube, cube, at(9, 0, 0)) == Approx(1).margin(1e-9));
+    CHECK(overlapDepth(cube, cube, at(9, 4, 0)) == Approx(1).margin(1e-9));
+    CHECK(overlapDepth(cube, cube, at(9, 0, -7)) == Approx(1).margin(1e-9));
+    CHECK(overlapDepth(cube, cube, at(10, 0, 0)) == Approx(0).margin(1e-9));
+    // Flush with two sides of the plate and 0.25 mm deep, far from the middle of its faces.
+    const Pose corner = at(19, 5.25, 18);
+    CHECK(overlapDepth(peg, plate, corner) == Approx(0.25).margin(1e-9));
+    CHECK(overlapDepth(plate, peg, corner.inverse()) == Approx(0.25).margin(1e-9));
+}
+
 TEST_CASE("overlap: its depth is that of the deepest vertex, or of the middle of an edge that passes through",
           "[surface]") {
     // Bars that cross, 0.5 mm deep: no vertex of either is in the other.
