@@ -19,6 +19,8 @@ struct DeviceStatus {
     double rate = 0;  ///< measured rate of the device's own scheduler, Hz; 0: unknown
 };
 const char* name(DeviceStatus::State state);
+/// What a device that does not run says of it; empty if it runs.
+std::string troubleOf(const DeviceStatus& status);
 
 /// Shared by a device and the window. One thread other than the haptic thread may use it.
 class DeviceControl {

@@ -169,6 +169,10 @@ const char* name(DeviceStatus::State state) {
     return "unknown";
 }
 
+std::string troubleOf(const DeviceStatus& status) {
+    return status.state == DeviceStatus::State::Running ? "" : status.text;
+}
+
 std::unique_ptr<Device> makeMapped(std::unique_ptr<Device> raw, const Pose& X_WT_start) {
     return std::make_unique<MappedDevice>(std::move(raw), X_WT_start);
 }

@@ -46,6 +46,21 @@ TEST_CASE("arms: a headless run does not move an arm unasked", "[device]") {
     CHECK_THAT(textOf(touchstone.file("log")), Contains(" 1 0\n"));
 }
 
+TEST_CASE("arms: a headless run says what was wrong with its device", "[device]") {
+    const Program touchstone;
+    const auto saidBy = [&](const std::string& device, const std::string& environment) {
+        const Answer answer = touchstone("run hello --headless --seconds 0.3 --device " + device, environment);
+        INFO(answer.out << answer.err);
+        CHECK((answer.code == 0 || answer.code == 3));
+        const std::size_t at = answer.out.find("the device, at the end: ");
+        return at == std::string::npos ? "" : answer.out.substr(at, answer.out.find('\n', at) - at);
+    };
+    CHECK(saidBy("forcedimension:stale=200", kDhd) == "");
+    CHECK_THAT(saidBy("forcedimension:stale=200", kDhd + " FAKE_DHD_FAULT=no-power"), Contains("power"));
+    CHECK_THAT(saidBy("forcedimension:stale=200", kDhd + " FAKE_DHD_FAULT=com"), Contains("communication"));
+    CHECK_THAT(saidBy("lab:5991", ""), Contains("Waiting for the arm's first datagram"));
+}
+
 TEST_CASE("arms: doctor reports on each", "[device]") {
     const Program touchstone;
     CHECK_THAT(touchstone("doctor", "TOUCHSTONE_LIBDHD=/no/libdhd.so").out,

@@ -74,6 +74,7 @@ void printReport(const sandbox::Report& report) {
         std::printf("  the tool fell through: it was %.1f mm past its goal without contact\n", report.pastGoal);
     if (!report.safetyFault.empty())
         std::printf("  the safety stage switched the force off: %s\n", report.safetyFault.c_str());
+    if (!report.deviceTrouble.empty()) std::printf("  the device, at the end: %s\n", report.deviceTrouble.c_str());
     if (report.overruns)
         std::printf("  %llu ticks ended late, %llu were not recorded\n",
                     static_cast<unsigned long long>(*report.overruns), static_cast<unsigned long long>(report.dropped));
@@ -129,6 +130,7 @@ sandbox::Report LiveReport::finish(const sandbox::LiveSession& session) const {
         report.repairs = sandbox::repairSentences(*session.scene());
     }
     statistics_.write(report);
+    if (const auto& status = session.device().facts.status) report.deviceTrouble = troubleOf(*status);
     report.frameCpuMs = percentiles(frameMs_);
     report.drawCalls = percentiles(drawCalls_);
     if (const LoopSnapshot* snapshot = session.snapshot()) {

@@ -104,6 +104,7 @@ ordered_json toJson(const Report& report) {
         {"dropped", report.dropped},
         {"safety_trips", report.safetyTrips},
         {"safety_fault", report.safetyFault},
+        {"device_trouble", report.deviceTrouble},
         {"hash", hexadecimal(report.hash)},
         {"outcome", {{"met", report.met()}, {"checks", std::move(checks)}, {"checks_left", report.checksLeft}}},
         {"settings", std::move(settings)},

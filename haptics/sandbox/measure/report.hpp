@@ -53,6 +53,7 @@ struct Report {
     std::vector<std::string> bySpheres;  ///< one sentence for each part that is touched by its spheres, not its mesh
     std::vector<std::string> repairs;    ///< one sentence for each part whose mesh was repaired
     std::string safetyFault;             ///< the guard that switched the force off for good; empty if none did
+    std::string deviceTrouble;           ///< troubleOf() the device at the end
     std::string gauge;                   ///< name of the scene's gauge; empty without one
     GaugeReading depth;                  ///< readings of the gauge
     std::vector<OutcomeCheck> checks;    ///< of the expected outcome; without checks it is met

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "haptics/device/control.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/loop/tick_driver.hpp"
 #include "haptics/sandbox/measure/watched_solver.hpp"
@@ -272,6 +273,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         times.emplace(*timed, options.paced, recorder.has_value());
     }
 
+    const auto control = pass.driver() ? pass.driver()->session().device->control() : nullptr;
     RunStatistics statistics(scene.roles.gauge);
     // Limits for every tick are checked with any device; limits at the end only with the motion that they belong to.
     const ExpectedOutcome* outcome = outcomeFor(scene, options.device);
@@ -335,6 +337,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
         for (const TripCount& trip : safety.counts()) run.report.safetyTrips += trip.events;
         if (safety.engagement() == Engagement::Faulted) run.report.safetyFault = name(safety.cause());
     }
+    if (control) run.report.deviceTrouble = troubleOf(control->status());
     if (pass.replay()) run.replay = pass.replay()->check();
     return run;
 }

@@ -70,6 +70,7 @@ TEST_CASE("report: has every key, and only the late ticks of a run without a clo
         {"force_out_N", {"max"}},
         {"safety_trips", {}},
         {"safety_fault", {}},
+        {"device_trouble", {}},
         {"outcome", {"met", "checks"}}};
     for (const auto& [key, inner] : keys) {
         INFO(key);
