@@ -27,7 +27,7 @@ void append(ShaderSource& source, const std::filesystem::path& file, int depth =
     if (!in)
         throw std::runtime_error(
             "Shader " + file.string() +
-            " cannot be read; set TOUCHSTONE_SHADERS to the folder with the .vert and .frag files.");
+            " cannot be read; set TOUCHSTONE_SHADERS to the folder with the .vert, .frag and .comp files.");
     std::string line;
     for (int number = 1; std::getline(in, line); ++number) {
         if (line.starts_with("#include")) {
@@ -129,16 +129,21 @@ std::filesystem::path shaderDirectory() {
 ShaderProgram::ShaderProgram(const std::filesystem::path& vertexFile, const std::filesystem::path& fragmentFile) {
     const Shader vertex(GL_VERTEX_SHADER, shaderDirectory() / vertexFile);
     const Shader fragment(GL_FRAGMENT_SHADER, shaderDirectory() / fragmentFile);
-    glAttachShader(id(), vertex.id());
-    glAttachShader(id(), fragment.id());
+    link({vertex.id(), fragment.id()}, "Shaders " + vertexFile.string() + " and " + fragmentFile.string() + " do");
+}
+
+ShaderProgram::ShaderProgram(const std::filesystem::path& computeFile) {
+    const Shader compute(GL_COMPUTE_SHADER, shaderDirectory() / computeFile);
+    link({compute.id()}, "Shader " + computeFile.string() + " does");
+}
+
+void ShaderProgram::link(std::initializer_list<GLuint> shaders, const std::string& names) {
+    for (const GLuint shader : shaders) glAttachShader(id(), shader);
     glLinkProgram(id());
-    glDetachShader(id(), vertex.id());
-    glDetachShader(id(), fragment.id());
+    for (const GLuint shader : shaders) glDetachShader(id(), shader);
     GLint linked = GL_FALSE;
     glGetProgramiv(id(), GL_LINK_STATUS, &linked);
-    if (!linked)
-        throw std::runtime_error("Shaders " + vertexFile.string() + " and " + fragmentFile.string() +
-                                 " do not link: " + infoLog(id(), glGetProgramiv, glGetProgramInfoLog));
+    if (!linked) throw std::runtime_error(names + " not link: " + infoLog(id(), glGetProgramiv, glGetProgramInfoLog));
 }
 
 void ShaderProgram::use() const { glUseProgram(id()); }

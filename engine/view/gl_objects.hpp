@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -87,12 +88,14 @@ class Texture : public GlObject<TextureTag> {
 /// Folder of the GLSL files: the environment variable TOUCHSTONE_SHADERS, else the folder set at build time.
 std::filesystem::path shaderDirectory();
 
-/// A linked vertex and fragment shader. Names are relative to shaderDirectory(), or absolute paths. A line
+/// A linked vertex and fragment shader, or a compute shader, which needs OpenGL 4.3. Names are relative to
+/// shaderDirectory(), or absolute paths. A line
 /// `#include "file"` in a shader is replaced by that file, found beside the including one.
 /// Throws std::runtime_error naming file and line of the first error, or the missing file and the remedy.
 class ShaderProgram : public GlObject<ProgramTag> {
   public:
     ShaderProgram(const std::filesystem::path& vertexFile, const std::filesystem::path& fragmentFile);
+    explicit ShaderProgram(const std::filesystem::path& computeFile);
 
     void use() const;
 
@@ -106,6 +109,7 @@ class ShaderProgram : public GlObject<ProgramTag> {
     void set(const char* name, const glm::mat4& value) const;
 
   private:
+    void link(std::initializer_list<GLuint> shaders, const std::string& names);
     GLint location(const char* name) const;
     mutable std::unordered_map<std::string, GLint> locations_;
 };

@@ -272,4 +272,38 @@ TEST_CASE("bench qp: a table of every solver against rows, and the exact ones wi
     CHECK(count == 8 * (exact + 4 * approximate) + 6 * 2 * approximate);
 }
 
+TEST_CASE("qp: on the graphics card a batch has the answers of the processor's pqp, line by line", "[gl]") {
+    const Program touchstone;
+    const std::string lines = floorLine() + "{broken\n" + floorLine(2, 3) + floorLine(1e-3);
+    const Solved card = solve(touchstone, lines, "--solver pqp-gpu --tolerance 1e-3"),
+                 processor = solve(touchstone, lines, "--solver pqp --tolerance 1e-3");
+    INFO(card.program.err);
+    CHECK(card.program.code == 1);  // a line is broken
+    CHECK_THAT(card.program.err, Contains("3 problems") && Contains("a second") && Contains("upload") &&
+                                     Contains("dispatch") && Contains("solve") && Contains("download"));
+    REQUIRE(card.answers.size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) {
+        CAPTURE(i, card.answers[i].dump(), processor.answers[i].dump());
+        CHECK(card.answers[i].at("status") == processor.answers[i].at("status"));
+        for (std::size_t k = 0; k < 6; ++k)
+            CHECK(card.answers[i]["x"][k].get<double>() ==
+                  Approx(processor.answers[i]["x"][k].get<double>()).margin(2e-3));
+    }
+    CHECK_THAT(solve(touchstone, lines, "--solver pqp-gpu --warm").program.err, Contains("--warm"));
+}
+
+TEST_CASE("qp: without a card that can, one sentence says why, and the processor solves", "[gl]") {
+    const Program touchstone;
+    std::ofstream(touchstone.file("problems.jsonl")) << floorLine();
+    const std::string command = "qp " + touchstone.file("problems.jsonl") + " --solver pqp-gpu";
+    for (const char* environment : {"MESA_GL_VERSION_OVERRIDE=3.3", "TOUCHSTONE_SHADERS=/nowhere"}) {
+        const Answer answer = touchstone(command, environment);
+        CAPTURE(environment, answer.err);
+        CHECK(answer.code == 0);
+        CHECK_THAT(answer.err, Contains("pqp-gpu cannot be used, and pqp solves on the processor: "));
+        REQUIRE(answersOf(answer.out).size() == 1);
+        CHECK(answersOf(answer.out)[0].at("status") == "solved");
+    }
+}
+
 }  // namespace touchstone::qp_program_tests

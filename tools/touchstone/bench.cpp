@@ -150,7 +150,8 @@ constexpr const char* kBenchFooter =
     "  touchstone bench --suite hard --shard 2/8 --out part-2\n"
     "  touchstone bench merge part-* --out hard\n"
     "  touchstone bench qp --csv qp.csv\n"
-    "  touchstone bench friction --csv friction.csv\n";
+    "  touchstone bench friction --csv friction.csv\n"
+    "  touchstone bench gpu --csv gpu.csv\n";
 
 const CLI::App* addBenchMerge(CLI::App& bench, Action& action) {
     const auto options = std::make_shared<BenchMergeCommand>();
@@ -179,7 +180,7 @@ void addBench(CLI::App& program, Action& action) {
         ->capture_default_str();
     command->add_option("--shard", options->shard, "K/N: measure the K-th of N parts, for `touchstone bench merge`");
     const std::array parts{addBenchQp(*command, action), addBenchFriction(*command, action),
-                           addBenchMerge(*command, action)};
+                           addBenchGpu(*command, action), addBenchMerge(*command, action)};
     command->callback([options, parts, &action] {
         if (std::none_of(parts.begin(), parts.end(), [](const CLI::App* part) { return part->parsed(); }))
             action = [options] { return bench(*options); };

@@ -86,5 +86,7 @@ std::vector<double> timeConstant(std::size_t count, double us);
 const CLI::App* addBenchQp(CLI::App& bench, Action& action);
 /// Likewise `touchstone bench friction`.
 const CLI::App* addBenchFriction(CLI::App& bench, Action& action);
+/// Likewise `touchstone bench gpu`.
+const CLI::App* addBenchGpu(CLI::App& bench, Action& action);
 
 }  // namespace touchstone::app

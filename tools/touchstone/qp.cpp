@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <bit>
+#include <climits>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numeric>
 
+#include "haptics/qp/pqp_paper.hpp"
+#include "haptics/sandbox/gpu/gpu_pqp.hpp"
 #include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/qp_file.hpp"
@@ -23,6 +27,7 @@ struct QpCommand {
     bool warm = false;
 };
 
+constexpr const char *kGpuSolver = "pqp-gpu", *kCpuSolver = "pqp";  // of the same updates
 constexpr int kFewRows = 4096;  // initial capacity of the solver; a longer problem reallocates it and starts cold
 
 /// A problem scaled for the solvers, and the scaling back: rows with unit normals in the order of their identities,
@@ -118,12 +123,43 @@ const char* statusName(SolveStatus status) {
     return status == SolveStatus::Elastic ? "infeasible-elastic" : name(status);
 }
 
-/// Solves one line after another.
+/// Completes the answer to a line.
+QpAnswer finished(const QpLine& line, const NormalizedProblem& normalized, const SolveResult& result, bool paper,
+                  int mostRows, double us) {
+    QpAnswer answer;
+    answer.y.resize(line.J.size());
+    answer.us = us;
+    answer.iterations = result.iterations;
+    answer.status = statusName(result.status);
+    if (result.status == SolveStatus::Invalid) {
+        answer.why = static_cast<int>(line.J.size()) > mostRows
+                         ? std::string(paper ? "paper mode's" : "the card's") + " solver takes at most " +
+                               std::to_string(mostRows) + " rows"
+                     : paper ? "paper mode's answer is not finite, for example because of a zero row"
+                             : "the answer is not finite: the problem's numbers differ too much in size";
+        return answer;
+    }
+    if (result.status == SolveStatus::Solved && normalized.hopeless()) answer.status = statusName(SolveStatus::Elastic);
+    normalized.takeOver(result, answer);
+    return answer;
+}
+
+/// Solves lines; the answers are in their order.
 class LineSolver {
   public:
-    LineSolver(const Settings& settings, bool warm) : settings_(settings), warm_(warm) {}
+    virtual ~LineSolver() = default;
+    virtual void add(QpLine line) = 0;
+    virtual void addAnswer(QpAnswer answer) = 0;
+    virtual void finish() {}
+};
 
-    QpAnswer answer(const QpLine& line) {
+/// One line after another on the CPU.
+class CpuLines final : public LineSolver {
+  public:
+    CpuLines(const Settings& settings, bool warm) : settings_(settings), warm_(warm) {}
+
+    void addAnswer(QpAnswer answer) override { std::puts(toLine(answer).c_str()); }
+    void add(QpLine line) override {
         const SolverInfo& info = solverTable()[static_cast<std::size_t>(settings_.solver)];
         const int m = static_cast<int>(line.J.size());
         if (m > capacity_) {
@@ -140,22 +176,8 @@ class LineSolver {
         const std::uint64_t start = clock_.now();
         const SolveResult result = solver_->solve(normalized.problem(), settings);
         const std::uint64_t end = clock_.now();
-
-        QpAnswer answer;
-        answer.y.resize(line.J.size());
-        answer.us = static_cast<double>(end - start) * clock_.microseconds;
-        answer.iterations = result.iterations;
-        answer.status = statusName(result.status);
-        if (result.status == SolveStatus::Invalid) {
-            answer.why = paper && m > 1024 ? "paper mode's solver takes at most 1024 rows"
-                         : paper           ? "paper mode's answer is not finite, for example because of a zero row"
-                                           : "the answer is not finite: the problem's numbers differ too much in size";
-            return answer;
-        }
-        if (result.status == SolveStatus::Solved && normalized.hopeless())
-            answer.status = statusName(SolveStatus::Elastic);
-        normalized.takeOver(result, answer);
-        return answer;
+        addAnswer(finished(line, normalized, result, paper, paper ? PaperPqp::kMaxRows : INT_MAX,
+                           static_cast<double>(end - start) * clock_.microseconds));
     }
 
   private:
@@ -166,9 +188,71 @@ class LineSolver {
     std::unique_ptr<Solver> solver_;
 };
 
+/// All lines at once on the graphics card, when the last has been read. The time of a line is its share of the batch.
+class GpuLines final : public LineSolver {
+  public:
+    explicit GpuLines(const Settings& settings) : settings_(settings) {}
+
+    void addAnswer(QpAnswer answer) override { answers_.push_back(std::move(answer)); }
+    void add(QpLine line) override {
+        lines_.push_back({std::make_unique<QpLine>(std::move(line)), answers_.size()});
+        answers_.emplace_back();
+    }
+    void finish() override {
+        const bool paper = settings_.mode == Mode::Paper;
+        // The tolerance is one for all problems of a dispatch, and that of a scaled problem is scaled.
+        std::map<double, std::vector<std::size_t>> byScale;
+        std::vector<NormalizedProblem> normalized;
+        for (const auto& [line, at] : lines_) {
+            normalized.emplace_back(*line, paper);
+            byScale[paper ? 1 : normalized.back().stiffer()].push_back(normalized.size() - 1);
+        }
+        sandbox::GpuTimes times;
+        for (const auto& [scale, members] : byScale) {
+            std::vector<QpProblem> problems;
+            for (const std::size_t i : members) problems.push_back(normalized[i].problem());
+            SolverSettings settings;
+            settings.paperForm = paper;
+            settings.tolerance = settings_.tolerance * scale;
+            const auto results = gpu_.solve(problems, settings);
+            const double us = gpu_.times().total() / static_cast<double>(members.size());
+            times += gpu_.times();
+            for (std::size_t k = 0; k < members.size(); ++k)
+                answers_[lines_[members[k]].answer] = finished(*lines_[members[k]].line, normalized[members[k]],
+                                                               results[k], paper, sandbox::GpuPqp::kMaxRows, us);
+        }
+        for (const QpAnswer& answer : answers_) std::puts(toLine(answer).c_str());
+        spdlog::info(
+            "{}: {} problems, {:.0f} a second; upload {:.2f} ms, dispatch {:.2f} ms, solve {:.2f} ms, "
+            "download {:.2f} ms",
+            gpu_.card(), lines_.size(), 1e6 * static_cast<double>(lines_.size()) / std::max(1.0, times.total()),
+            times.upload / 1000, times.dispatch / 1000, times.solve / 1000, times.download / 1000);
+    }
+
+  private:
+    struct Line {
+        std::unique_ptr<QpLine> line;  // which its normalized problem refers to
+        std::size_t answer;
+    };
+    const Settings settings_;
+    sandbox::GpuPqp gpu_;
+    std::vector<Line> lines_;
+    std::vector<QpAnswer> answers_;
+};
+
+/// Without a card, in one sentence why, and the CPU solves the same.
+std::unique_ptr<LineSolver> lineSolver(const Settings& settings, const QpCommand& command) {
+    if (command.solver == kGpuSolver) try {
+            return std::make_unique<GpuLines>(settings);
+        } catch (const std::runtime_error& e) {
+            spdlog::warn("{} cannot be used, and {} solves on the processor: {}", kGpuSolver, kCpuSolver, e.what());
+        }
+    return std::make_unique<CpuLines>(settings, command.warm);
+}
+
 Settings settingsOf(const QpCommand& command) {
     SettingsChoice choice;
-    choice.solver = command.solver;
+    choice.solver = command.solver == kGpuSolver ? kCpuSolver : command.solver;
     choice.tolerance = command.tolerance;
     Settings settings = withCommandLine({}, choice);
     if (command.mode) setFromOption(settings, "mode", *command.mode, "--mode");
@@ -184,24 +268,28 @@ int solveQps(const QpCommand& command) {
     std::ifstream in(command.file, std::ios::binary);
     if (!in || std::filesystem::is_directory(command.file))
         throw std::runtime_error("cannot read '" + command.file.string() + "': check that the file exists");
-    LineSolver solver(settings, command.warm);
+    if (command.solver == kGpuSolver && command.warm)
+        throw UsageError(
+            "--warm: the problems of a batch are solved at once: leave it out, or choose another --solver");
+    const std::unique_ptr<LineSolver> solver = lineSolver(settings, command);
     std::string text;
     int number = 0, broken = 0;
     for (QpLine line; nextLine(in, text, number);) {
         const QpFault fault = readQpLine(text, line);
-        QpAnswer answer;
-        if (fault.why.empty()) {
-            answer = solver.answer(line);
-        } else {
-            answer.y.resize(line.J.size());
-            answer.why = fault.why;
-        }
         if (fault.broken) {
             ++broken;
             spdlog::error("{}, line {}: {}", command.file.string(), number, fault.why);
         }
-        std::puts(toLine(answer).c_str());
+        if (fault.why.empty()) {
+            solver->add(line);
+        } else {
+            QpAnswer answer;
+            answer.y.resize(line.J.size());
+            answer.why = fault.why;
+            solver->addAnswer(std::move(answer));
+        }
     }
+    solver->finish();
     return broken > 0 ? kFailed : kOk;
 }
 
@@ -220,7 +308,8 @@ std::string qpFooter() {
            std::string(approximate) +
            " --tolerance 1e-3\n"
            "  touchstone run bunnies --headless --dump-qp bunnies.jsonl\n"
-           "  touchstone qp bunnies.jsonl --warm\n";
+           "  touchstone qp bunnies.jsonl --warm\n"
+           "  touchstone qp bunnies.jsonl --solver pqp-gpu\n";
 }
 
 }  // namespace
@@ -231,7 +320,10 @@ void addQp(CLI::App& program, Action& action) {
         addCommand(program, "qp", "Solve quadratic programs of contact, one JSON object per line", qpFooter().c_str());
     command->add_option("FILE", options->file, "lines of {\"G\":[6],\"J\":[[6],…],\"g\":[…],\"h\":[6],\"ids\":[…]}")
         ->required();
-    command->add_option("--solver", options->solver, "one of " + namesOf(solverTable()) + " (default: the first)");
+    command->add_option("--solver", options->solver,
+                        "one of " + namesOf(solverTable()) +
+                            ", or pqp-gpu: all lines at once on the graphics card "
+                            "(default: the first)");
     command->add_option("--tolerance", options->tolerance, kToleranceHelp);
     command->add_option("--mode", options->mode,
                         "default, or paper: approximate solvers in their published form, on unscaled rows");
