@@ -81,6 +81,8 @@ class Insertion(TestCase):
             task.step([np.nan] * 6)
         with self.assertRaisesRegex(ValueError, "no goal"):
             ts.Insertion("bunnies")
+        with self.assertRaisesRegex(ValueError, "step_mm"):
+            ts.Insertion(self.scene, step_mm=-1)
 
     def test_box(self):
         box = ts.Box([-1, -1, -np.inf], [1, 2, np.inf], (3,), seed=1)

@@ -27,7 +27,7 @@ class Recordings(TestCase):
         run = ts.run(scene, record=str(self.folder / "mine"))
         self.assertIn("all of 2401 ticks", program("run", "hello", "--headless", "--device", f"replay:{self.folder / 'mine'}"))
         self.same(ts.Recording(self.folder / "mine").ticks["tool_y_mm"], run.ticks["tool_y_mm"])
-        with self.assertRaisesRegex(RuntimeError, "holds a recording already"):
+        with self.assertRaisesRegex(ValueError, "holds a recording already"):
             ts.run(scene, record=str(self.folder / "mine"))
 
     def test_what_is_no_recording(self):

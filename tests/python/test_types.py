@@ -20,6 +20,8 @@ class Types(TestCase):
                     yield node.name
                 elif isinstance(node, ast.AnnAssign):
                     yield node.target.id
+                elif isinstance(node, ast.Assign) and body is not STUB.body:  # the members of an enumeration
+                    yield node.targets[0].id
 
         def public(thing):
             return {name for name in vars(thing) if not name.startswith("_")}

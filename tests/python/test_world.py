@@ -117,11 +117,45 @@ class Worlds(TestCase):
             (lambda: ts.run(scene, "demo:nothing"), "nothing"),
             (lambda: ts.run(scene, seconds=float("nan")), "seconds must be above 0"),
             (lambda: ts.Scene("hello", leaves=-5), "leaves must be from 8"),
+            (lambda: ts.Batch(scene, -1), "at least one world"),
+            (lambda: ts.Batch(scene, 2).reset(worlds=[0.5]), "whole numbers"),
+            (lambda: ts.Batch(scene, 2).reset(worlds=[1, 1]), "twice"),
+            (lambda: ts.Batch(scene, 2).reset(worlds=[True]), "mask"),
+            (lambda: ts.run(scene, "xx"), "unknown device 'xx'"),
+            (lambda: scene.motions[0].poses(np.inf), "rate_hz"),
         ]:
-            with self.assertRaisesRegex((ValueError, RuntimeError), words):
+            with self.assertRaisesRegex(ValueError, words):
                 call()
+        with self.assertRaisesRegex(TypeError, "^scene must be a Scene, .* not str$"):
+            ts.World("hello")
         with self.assertRaises(IndexError):
             ts.Batch(scene, 2).reset(worlds=[2])
+
+    def test_a_mask_chooses_worlds(self):
+        scene = ts.Scene("hello")
+        batch = ts.Batch(scene, 3)
+        batch.run(np.tile(scene.motions[0].poses(1000)[:500, None], (1, 3, 1)))
+        moved = batch.poses.copy()
+        batch.reset(worlds=[False, True, False])
+        self.same(batch.poses[1], scene.start)
+        self.same(batch.poses[[0, 2]], moved[[0, 2]])
+
+    def test_a_start_inside_an_obstacle_is_told(self):
+        scene = ts.Scene("hello")
+        world = ts.World(scene)
+        self.assertIs(world.reset(), False)
+        inside = scene.start.copy()
+        inside[1] -= 12
+        self.assertIs(world.reset(inside), True)
+        world.step(inside)
+        self.assertIn(ts.Flag.OVERLAPPING, ts.Flag(int(world.tick["flags"])))
+        self.assertEqual(ts.Batch(scene, 2).reset([scene.start, inside]).tolist(), [False, True])
+
+    def test_an_object_without_value_is_refused(self):
+        with self.assertRaisesRegex(TypeError, "has no value"):
+            ts.Scene.__new__(ts.Scene).name
+        with self.assertRaisesRegex(TypeError, "has no value"):
+            ts.World.__new__(ts.World).pose
 
     def test_settings_are_a_mapping(self):
         settings = ts.Settings(stiffness=0.5, friction=False, solver="pqp")

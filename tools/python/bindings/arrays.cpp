@@ -22,6 +22,21 @@ Numbers rowsOf(std::size_t count, py::ssize_t width, Write&& write) {
     return array;
 }
 
+/// Anything that NumPy makes an array of. Throws std::invalid_argument.
+py::array arrayOf(const py::object& object, const std::string& name) {
+    py::array array = py::array::ensure(object);
+    if (array) return array;
+    PyErr_Clear();
+    throw std::invalid_argument(name + " must be an array");
+}
+
+/// Throws std::invalid_argument with this sentence unless the array is of whole numbers or empty.
+Indices wholeNumbers(const py::array& array, const char* sentence) {
+    const char kind = array.dtype().kind();
+    if (array.size() > 0 && kind != 'i' && kind != 'u') throw std::invalid_argument(sentence);
+    return Indices::ensure(array);
+}
+
 }  // namespace
 
 void requireShape(const py::array& array, const std::vector<py::ssize_t>& shape, const std::string& name) {
@@ -92,9 +107,11 @@ Numbers toArray(std::span<const Vec3> vectors) {
     return rowsOf(vectors.size(), 3, [&](std::size_t i, double* to) { std::copy_n(vectors[i].data(), 3, to); });
 }
 
-TriangleMesh toMesh(const Numbers& vertices, const Indices& triangles) {
+TriangleMesh toMesh(const Numbers& vertices, const py::object& faces) {
+    const py::array indices = arrayOf(faces, "triangles");
     requireShape(vertices, {-1, 3}, "vertices");
-    requireShape(triangles, {-1, 3}, "triangles");
+    requireShape(indices, {-1, 3}, "triangles");
+    const Indices triangles = wholeNumbers(indices, "triangles must be indices of vertices, whole numbers");
     TriangleMesh mesh;
     for (py::ssize_t i = 0; i < vertices.shape(0); ++i)
         mesh.vertices.emplace_back(Eigen::Map<const Vec3>(vertices.data(i, 0)));
@@ -109,6 +126,35 @@ TriangleMesh toMesh(const Numbers& vertices, const Indices& triangles) {
         }
     }
     return mesh;
+}
+
+std::vector<std::size_t> chosenWorlds(const py::object& worlds, std::size_t count) {
+    std::vector<std::size_t> chosen;
+    if (worlds.is_none()) {
+        for (std::size_t i = 0; i < count; ++i) chosen.push_back(i);
+        return chosen;
+    }
+    const py::array array = arrayOf(worlds, "worlds");
+    if (array.dtype().kind() == 'b') {
+        requireShape(array, {py::ssize_t(count)}, "a mask of worlds");
+        const py::array_t<bool> mask(array);
+        for (std::size_t i = 0; i < count; ++i)
+            if (mask.at(py::ssize_t(i))) chosen.push_back(i);
+        return chosen;
+    }
+    requireShape(array, {-1}, "worlds");
+    const Indices indices = wholeNumbers(array, "worlds must be indices (m,), whole numbers, or a mask of booleans");
+    std::vector<bool> seen(count);
+    for (py::ssize_t i = 0; i < indices.size(); ++i) {
+        const std::int64_t index = indices.at(i);
+        const std::string name = std::to_string(index);
+        if (index < 0 || index >= std::int64_t(count))
+            throw py::index_error("there is no world " + name + " in a batch of " + std::to_string(count));
+        if (seen[std::size_t(index)]) throw std::invalid_argument("worlds names world " + name + " twice");
+        seen[std::size_t(index)] = true;
+        chosen.push_back(std::size_t(index));
+    }
+    return chosen;
 }
 
 py::dtype tickType() {
@@ -133,5 +179,10 @@ bool noInterrupt() {
 }
 
 void raiseInterrupt() { throw py::error_already_set(); }
+
+void raise(PyObject* type, const std::string& sentence) {
+    PyErr_SetString(type, sentence.c_str());
+    throw py::error_already_set();
+}
 
 }  // namespace touchstone::python

@@ -43,7 +43,11 @@ Numbers toArray(std::span<const Pose> poses);
 Numbers toArray(std::span<const Vec3> vectors);
 
 /// Throws std::invalid_argument for wrong shapes, corners that are no vertex, and coordinates that are not finite.
-TriangleMesh toMesh(const Numbers& vertices, const Indices& triangles);
+TriangleMesh toMesh(const Numbers& vertices, const py::object& triangles);
+
+/// Worlds that a user chose: None: all `count`; a mask (count,) of truth values; or indices (m,), each once.
+/// Throws std::invalid_argument, or IndexError for a world that is not there.
+std::vector<std::size_t> chosenWorlds(const py::object& worlds, std::size_t count);
 
 /// The NumPy type of a tick's row, as in recordings.
 py::dtype tickType();
@@ -59,5 +63,8 @@ bool noInterrupt();
 /// For work that ends by an exception.
 struct Interrupt {};
 [[noreturn]] void raiseInterrupt();
+
+/// Raises an exception of Python with one sentence.
+[[noreturn]] void raise(PyObject* type, const std::string& sentence);
 
 }  // namespace touchstone::python

@@ -25,10 +25,14 @@ class SceneHandle {
     std::shared_ptr<sandbox::HapticScene> scene_;
 };
 
+/// Throws TypeError with one sentence if it is no scene.
+SceneHandle& sceneOf(const py::object& scene);
+
 /// The scene's settings or those given. Throws std::invalid_argument if they contradict each other.
 Settings settingsFor(const SceneHandle& scene, const std::optional<Settings>& given);
 
 void bindSettings(py::module_& module);
+void bindFlags(py::module_& module);
 void bindScenes(py::module_& module);
 void bindWorlds(py::module_& module);
 void bindRuns(py::module_& module);

@@ -1,5 +1,6 @@
 // Runs as the program makes them, and replays.
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -26,8 +27,9 @@ py::object replayDict(const std::optional<sandbox::ReplayCheck>& check) {
     return dict;
 }
 
-RunResult run(SceneHandle& handle, const std::optional<std::string>& device, const std::optional<Settings>& given,
-              std::optional<double> seconds, const std::string& record, bool timing) {
+RunResult run(const py::object& scene, const std::optional<std::string>& device, const std::optional<Settings>& given,
+              std::optional<double> seconds, const std::filesystem::path& record, bool timing) {
+    SceneHandle& handle = sceneOf(scene);
     if (seconds && !(*seconds > 0 && std::isfinite(*seconds))) throw std::invalid_argument("seconds must be above 0");
     sandbox::HeadlessOptions options;
     options.seconds = seconds;
@@ -56,7 +58,7 @@ RunResult run(SceneHandle& handle, const std::optional<std::string>& device, con
     } catch (const Interrupt&) {
         raiseInterrupt();
     }
-    if (!result->recordingFailure.empty()) throw std::runtime_error(result->recordingFailure);
+    if (!result->recordingFailure.empty()) raise(PyExc_OSError, result->recordingFailure);
     return {fromJson(sandbox::toJson(result->report).dump()), ticksArray(ticks), replayDict(result->replay)};
 }
 

@@ -104,6 +104,12 @@ std::shared_ptr<const World> SceneHandle::world(const Settings& settings) {
     return scene_->world;
 }
 
+SceneHandle& sceneOf(const py::object& scene) {
+    if (py::isinstance<SceneHandle>(scene)) return scene.cast<SceneHandle&>();
+    raise(PyExc_TypeError, "scene must be a Scene, as Scene(\"bunnies\"), not " +
+                               py::type::of(scene).attr("__name__").cast<std::string>());
+}
+
 void bindScenes(py::module_& module) {
     py::class_<NamedMotion>(
         module, "Motion",
@@ -114,9 +120,11 @@ void bindScenes(py::module_& module) {
         .def(
             "poses",
             [](const NamedMotion& motion, double rate) {
-                if (!(rate > 0)) throw std::invalid_argument("rate must be above 0 Hz");
+                const double ticks = std::ceil(motion.motion->duration() * rate / 1000);
+                if (!(rate > 0 && ticks < 1e8))
+                    throw std::invalid_argument("rate_hz must be above 0, and give fewer than 100 million poses");
                 // As the program reads it: up to the first tick at or after the end.
-                Numbers times(py::ssize_t(std::ceil(motion.motion->duration() * rate / 1000)) + 1);
+                Numbers times(py::ssize_t(ticks) + 1);
                 for (py::ssize_t n = 0; n < times.size(); ++n) times.mutable_at(n) = double(n) * 1000 / rate;
                 return posesOf(motion, times);
             },

@@ -25,8 +25,11 @@ py::object valueOf(const Settings& settings, const SettingInfo& info) {
 
 void set(Settings& settings, const std::string& key, const py::object& value) {
     infoOf(key);
-    const std::string text =
-        py::isinstance<py::bool_>(value) ? value.cast<bool>() ? "on" : "off" : py::str(value).cast<std::string>();
+    std::string text = py::str(value).cast<std::string>();
+    const std::string now = getSetting(settings, key);
+    const bool isSwitch = now == "on" || now == "off";
+    if (text == "True" || (isSwitch && text == "1")) text = "on";  // also of NumPy's types
+    if (text == "False" || (isSwitch && text == "0")) text = "off";
     if (const std::string wrong = setSetting(settings, key, text); !wrong.empty()) throw std::invalid_argument(wrong);
 }
 

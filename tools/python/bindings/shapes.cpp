@@ -1,5 +1,6 @@
 // Surfaces and sphere trees from arrays.
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <cmath>
 #include <thread>
@@ -15,7 +16,7 @@
 namespace touchstone::python {
 namespace {
 
-std::shared_ptr<Surface> surfaceOf(const Numbers& vertices, const Indices& triangles) {
+std::shared_ptr<Surface> surfaceOf(const Numbers& vertices, const py::object& triangles) {
     const TriangleMesh mesh = toMesh(vertices, triangles);
     const py::gil_scoped_release free;
     const RepairedMesh body = repairMesh(mesh);
@@ -29,6 +30,9 @@ std::shared_ptr<Surface> surfaceOf(const Numbers& vertices, const Indices& trian
 template <class T, class Measure>
 py::array_t<T> forPoints(const Numbers& points, Measure&& measure) {
     requireShape(points, {-1, 3}, "points");
+    for (py::ssize_t i = 0; i < points.size(); ++i)
+        if (!std::isfinite(points.data()[i]))
+            throw std::invalid_argument("points[" + std::to_string(i / 3) + "] is not finite");
     py::array_t<T> result(points.shape(0));
     T* to = result.mutable_data();
     const py::gil_scoped_release free;
@@ -47,7 +51,7 @@ py::object nearest(const Surface& self, const Surface& tool, const Numbers& pose
     return py::make_tuple(points->distance(), toArray(points->onObstacle), toArray(points->onTool));
 }
 
-std::shared_ptr<SphereTree> buildTree(const Numbers& vertices, const Indices& triangles, int leaves, double maxError,
+std::shared_ptr<SphereTree> buildTree(const Numbers& vertices, const py::object& triangles, int leaves, double maxError,
                                       const std::string& quality, const std::string& interior, std::uint64_t seed,
                                       int threads) {
     TreeOptions options{.leaves = leaves, .maxError = maxError, .seed = seed};
@@ -66,6 +70,18 @@ std::shared_ptr<SphereTree> buildTree(const Numbers& vertices, const Indices& tr
             buildSphereTree(mesh, options, [](const BuildStatus&) { return noInterrupt(); }));
     } catch (const BuildCancelled&) {
         raiseInterrupt();
+    }
+}
+
+void save(const SphereTree& tree, const std::filesystem::path& file) {
+    const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+    if (!std::filesystem::is_directory(folder))
+        raise(PyExc_FileNotFoundError,
+              "there is no folder '" + folder.string() + "' for the sphere tree: make it first");
+    try {
+        saveTree(tree, file);
+    } catch (const std::runtime_error& error) {
+        raise(PyExc_OSError, error.what());
     }
 }
 
@@ -152,17 +168,16 @@ SphereTree(vertices, triangles, leaves=4096, max_error_mm=0, quality="fast", int
              py::arg("max_error_mm") = 0.0, py::kw_only(), py::arg("quality") = "fast", py::arg("interior") = "shell",
              py::arg("seed") = 1, py::arg("threads") = 0)
         .def_static(
-            "load", [](const std::string& file) { return std::make_shared<SphereTree>(loadTree(file)); },
+            "load", [](const std::filesystem::path& file) { return std::make_shared<SphereTree>(loadTree(file)); },
             py::arg("file"), "Reads a tree that save() or `touchstone tree` wrote.")
-        .def(
-            "save", [](const SphereTree& tree, const std::string& file) { saveTree(tree, file); }, py::arg("file"))
+        .def("save", save, py::arg("file"), "Writes it for load() and `touchstone tree check`.")
         .def_property_readonly("leaves", leavesOf, "The leaves (n, 4): center and radius, mm.")
         .def_property_readonly(
             "certificate", certificateOf,
             "What is proven: protrusion_mm, diagonal_mm, hollow_mm (None: not measured), covered, closed, note.")
         .def(
             "refute",
-            [](const SphereTree& tree, const Numbers& vertices, const Indices& triangles) {
+            [](const SphereTree& tree, const Numbers& vertices, const py::object& triangles) {
                 const TriangleMesh mesh = toMesh(vertices, triangles);
                 const py::gil_scoped_release free;
                 return refuteCertificate(tree, mesh);

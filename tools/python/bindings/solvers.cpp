@@ -1,6 +1,8 @@
 // The quadratic program of the tick, and Coulomb friction, for rows of one's own.
 #include <pybind11/stl.h>
 
+#include <cmath>
+
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/qp/solver.hpp"
 #include "tools/python/bindings/bindings.hpp"
@@ -39,11 +41,35 @@ Vec6 stiffnessOf(const Numbers& array) {
     return stiffness;
 }
 
+void requireFinite(const Numbers& array, const char* name) {
+    for (py::ssize_t i = 0; i < array.size(); ++i)
+        if (!std::isfinite(array.data()[i])) throw std::invalid_argument(std::string(name) + " must be finite");
+}
+
+/// Whether an answer is one by its residuals: to 1e-6 of the sizes in the problem, beyond what an approximate solver
+/// may leave.
+bool holds(const QpProblem& problem, const SolveResult& result, double tolerance) {
+    double reach = 1;  // mm
+    double yield = 0;  // mm a N: a force error of `tolerance` leaves so much of a gap
+    for (int i = 0; i < problem.rows->size(); ++i) {
+        const Vec6 row = problem.rows->row(i);
+        reach = std::max({reach, std::abs(problem.rows->gap()[i]), std::abs(row.dot(problem.wanted))});
+        yield = std::max(yield, row.cwiseAbs2().cwiseQuotient(problem.stiffness).sum());
+    }
+    double force = 1;  // N
+    for (const Multiplier& m : result.multipliers) force = std::max(force, m.value);
+    return result.kkt.primal_mm <= 1e-6 * reach + tolerance * yield &&
+           result.kkt.stationarity_N <= 1e-6 * force + tolerance && result.kkt.dual_N <= 1e-6 * force + tolerance;
+}
+
 Answer solveQp(const Numbers& rows, const Numbers& gaps, const Numbers& stiffness, const Numbers& wanted,
                const std::string& solver, double tolerance, int maxIterations, bool paperForm) {
     requireShape(rows, {-1, 6}, "rows");
     const py::ssize_t count = rows.shape(0);
     requireShape(gaps, {count}, "gaps");
+    requireFinite(rows, "rows");
+    requireFinite(gaps, "gaps");
+    requireFinite(wanted, "wanted");
     if (!(tolerance > 0) || maxIterations < 1)
         throw std::invalid_argument("tolerance must be above 0, and max_iterations at least 1");
     const SolverInfo& info = infoOf(solverTable(), solver);
@@ -62,7 +88,9 @@ Answer solveQp(const Numbers& rows, const Numbers& gaps, const Numbers& stiffnes
     Numbers forces(count);
     std::fill_n(forces.mutable_data(), count, 0.0);
     for (const Multiplier& m : result.multipliers) forces.mutable_at(m.row) = m.value;
-    answer.status = name(result.status);
+    const bool solved = result.status == SolveStatus::Solved;
+    answer.status = solved && !paperForm && !holds(problem, result, info.exact ? 0 : tolerance) ? "inaccurate"
+                                                                                                : name(result.status);
     answer.iterations = result.iterations;
     answer.x = toArray(result.x);
     answer.forces = forces;
@@ -117,7 +145,12 @@ Answer solveFriction(const Numbers& normals, const Numbers& arms, const Numbers&
 
 void bindSolvers(py::module_& module) {
     py::class_<Answer>(module, "Answer", "What solve_qp() and solve_friction() return.")
-        .def_readonly("status", &Answer::status, "How the solve ended, as the program's reports name it.")
+        .def_readonly(
+            "status", &Answer::status,
+            R"(How the solve ended. solve_qp(): solved; elastic: the rows contradict each other; iteration-limit; invalid: no finite
+answer, x is 0; inaccurate: the solver ended, but the residuals deny it, as where stiffnesses differ by many powers of ten.
+solve_friction(): exact; regularized: contacts give way a little; approximate: all that a baseline aims at, and only the
+residuals say how near; none: no answer, all forces are 0.)")
         .def_readonly("iterations", &Answer::iterations)
         .def_readonly("x", &Answer::x, "The increment (6,), mm and rad.")
         .def_readonly("forces", &Answer::forces, "Of each row (m,), or with friction of each contact (m, 3), N.")
@@ -141,7 +174,8 @@ mN·m/rad; wanted: h (6,), mm and rad. tolerance: of an approximate solver, N; w
                R"(Increment and forces of a quasi-static tool with Coulomb friction.
 
 normals: (m, 3), from the obstacle to the tool; arms: (m, 3) from C, mm; gaps: (m,), mm; coefficients: µ (m,);
-stiffness and wanted as in solve_qp().)");
+stiffness and wanted as in solve_qp(). The baselines have limits: lemke-4 takes at most 40 contacts and lemke-8 24, and
+gauss-seidel ends after 2000 sweeps, often with large residuals: look at them.)");
 }
 
 }  // namespace touchstone::python

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "haptics/builder/workers.hpp"
+#include "haptics/surface/surface_overlap.hpp"
 #include "tools/python/bindings/bindings.hpp"
 
 namespace touchstone::python {
@@ -31,6 +32,18 @@ class Copy {
 
     const TickRecord& step(const Pose& X_WT_device, std::span<const Pose> X_WO = {}) noexcept {
         return tick_ = touchstone::step(*world_, settings_, {X_WT_device, {}, X_WO}, *state_);
+    }
+
+    /// Whether the tick would find an overlap with the tool at X_WT: see kOverlapping.
+    bool overlaps(const Pose& X_WT) const {
+        const std::span<const Pose> X_WO = state_->obstacles();
+        for (std::size_t k = 0; k < X_WO.size(); ++k) {
+            const Pose X_OT = X_WO[k].inverse() * X_WT;
+            if (world_->byMeshes(k, geometryOf(settings_)) &&
+                overlap(*world_->toolSurface, *world_->obstacles[k].surface, X_OT))
+                return true;
+        }
+        return false;
     }
 
     std::atomic<bool>& taken() { return *taken_; }
@@ -60,7 +73,7 @@ class Turn {
   public:
     explicit Turn(std::atomic<bool>& taken) : taken_(taken) {
         if (taken_.exchange(true))
-            throw std::runtime_error("another thread is stepping this at the moment: give each thread its own");
+            raise(PyExc_RuntimeError, "another thread is stepping this at the moment: give each thread its own");
     }
     ~Turn() { taken_ = false; }
     Turn(const Turn&) = delete;
@@ -104,9 +117,11 @@ Pose poseOr(const std::optional<Numbers>& pose, const Pose& otherwise) {
 
 class Batch {
   public:
-    Batch(SceneHandle& scene, std::size_t count,
+    Batch(const py::object& sceneObject, std::int64_t worlds,
           const std::variant<std::monostate, Settings, std::vector<Settings>>& given, int threads) {
-        if (count < 1) throw std::invalid_argument("a batch needs at least one world");
+        SceneHandle& scene = sceneOf(sceneObject);
+        if (worlds < 1) throw std::invalid_argument("a batch needs at least one world");
+        const auto count = std::size_t(worlds);
         const auto* each = std::get_if<std::vector<Settings>>(&given);
         if (each && each->size() != count)
             throw std::invalid_argument("settings has " + std::to_string(each->size()) + " entries for " +
@@ -125,9 +140,9 @@ class Batch {
 
     std::size_t size() const { return copies_.size(); }
 
-    void reset(const std::optional<Numbers>& poses, const std::optional<Indices>& which) {
+    py::array_t<bool> reset(const std::optional<Numbers>& poses, const py::object& worlds) {
         const Turn turn(taken_);
-        const std::vector<std::size_t> chosen = indices(which);
+        const std::vector<std::size_t> chosen = chosenWorlds(worlds, size());
         std::optional<std::vector<Pose>> to;
         if (poses) {
             requireShape(*poses, {py::ssize_t(chosen.size()), kPose}, "poses");
@@ -136,10 +151,13 @@ class Batch {
                 to->push_back(
                     toPose(Numbers(kPose, poses->data(py::ssize_t(i), 0)), "poses[" + std::to_string(i) + "]"));
         }
+        py::array_t<bool> overlapping{py::ssize_t(chosen.size())};
         for (std::size_t i = 0; i < chosen.size(); ++i) {
             Copy& copy = copies_[chosen[i]];
             copy.reset(to ? (*to)[i] : copy.world().X_WT_start);
+            overlapping.mutable_data()[i] = copy.overlaps(copy.tick().X_WT);
         }
+        return overlapping;
     }
 
     py::tuple step(const Numbers& devices) {
@@ -169,23 +187,6 @@ class Batch {
     }
 
   private:
-    std::vector<std::size_t> indices(const std::optional<Indices>& which) const {
-        std::vector<std::size_t> chosen;
-        if (!which) {
-            for (std::size_t i = 0; i < size(); ++i) chosen.push_back(i);
-            return chosen;
-        }
-        requireShape(*which, {-1}, "worlds");
-        for (py::ssize_t i = 0; i < which->size(); ++i) {
-            const std::int64_t index = which->data()[i];
-            if (index < 0 || index >= std::int64_t(size()))
-                throw py::index_error("there is no world " + std::to_string(index) + " in a batch of " +
-                                      std::to_string(size()));
-            chosen.push_back(std::size_t(index));
-        }
-        return chosen;
-    }
-
     /// All worlds by some ticks. Arrays are (ticks, worlds, ...). A core keeps a world for a stretch of ticks, so that
     /// its memory stays in the cache.
     void advance(const double* devices, std::size_t ticks, double* poses, double* wrenches) {
@@ -233,7 +234,8 @@ pose that is not valid holds the tool without force; `tick` tells.)";
 
 void bindWorlds(py::module_& module) {
     py::class_<Copy>(module, "World", kWorldHelp)
-        .def(py::init([](SceneHandle& scene, const std::optional<Settings>& given) {
+        .def(py::init([](const py::object& sceneObject, const std::optional<Settings>& given) {
+                 SceneHandle& scene = sceneOf(sceneObject);
                  const Settings settings = settingsFor(scene, given);
                  return std::make_unique<Copy>(scene.world(settings), settings);
              }),
@@ -247,9 +249,14 @@ void bindWorlds(py::module_& module) {
             [](Copy& copy, const std::optional<Numbers>& pose) {
                 const Turn turn(copy.taken());
                 copy.reset(poseOr(pose, copy.world().X_WT_start));
+                return copy.overlaps(copy.tick().X_WT);
             },
             py::arg("pose") = py::none(),
-            "Tool and device at rest at this pose (7,), by default the scene's start; obstacles at their start.")
+            "Tool and device at rest at this pose (7,), by default the scene's start; obstacles at their start. "
+            "Returns "
+            "True if the tool overlaps an obstacle there: it passes through that one without force until it is out, "
+            "and "
+            "its ticks have Flag.OVERLAPPING.")
         .def_property(
             "settings", [](const Copy& copy) { return copy.settings(); }, &Copy::set,
             "A copy of the settings; assign to change them.")
@@ -295,12 +302,17 @@ void bindWorlds(py::module_& module) {
 
 Batch(scene, count, settings=None, threads=0): settings for all, or a list of one for each. World i is the same, to the
 bit, as a World that gets the same poses. threads=0: one for each core.)")
-        .def(py::init<SceneHandle&, std::size_t, const std::variant<std::monostate, Settings, std::vector<Settings>>&,
-                      int>(),
+        .def(py::init<const py::object&, std::int64_t,
+                      const std::variant<std::monostate, Settings, std::vector<Settings>>&, int>(),
              py::arg("scene"), py::arg("count"), py::arg("settings") = py::none(), py::arg("threads") = 0)
         .def("__len__", &Batch::size)
         .def("reset", &Batch::reset, py::arg("poses") = py::none(), py::arg("worlds") = py::none(),
-             "As World.reset(), of all worlds or of those with these indices (m,), each at its pose of (m, 7).")
+             "As World.reset(), of all worlds or of those with these indices (m,) or in this mask (n,), each at its "
+             "pose of "
+             "(m, 7). Returns which of them (m,) overlap an obstacle.")
+        .def(
+            "_chosen", [](const Batch& batch, const py::object& worlds) { return chosenWorlds(worlds, batch.size()); },
+            py::arg("worlds") = py::none())
         .def("step", &Batch::step, py::arg("devices"),
              "One tick of each world, device poses (n, 7). Returns poses (n, 7) and wrenches (n, 6).")
         .def("run", &Batch::run, py::arg("devices"),

@@ -50,8 +50,12 @@ class Recording:
 
     @property
     def scene(self) -> Scene:
-        """The scene that was recorded. Raises SceneError if its file is gone."""
-        return Scene(self.notes["scene"]["file"])
+        """The scene that was recorded. Raises SceneError if its file is gone, ValueError if none is named."""
+        try:
+            file = os.fspath(self.notes["scene"]["file"])
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"{self.folder / 'recording.json'}: 'scene' names no file: open the scene yourself") from error
+        return Scene(file)
 
     def replay(self, settings: Settings | None = None) -> dict[str, Any]:
         """Repeats the recording by its inputs and compares all ticks: see Run.replay. With other settings they differ."""

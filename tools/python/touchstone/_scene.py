@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import json
 import os
 import struct
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ._core import SceneError, SceneFile
 
@@ -56,19 +57,37 @@ class Scene(SceneFile):
 
     def __init__(self, scene: str | os.PathLike[str], *, leaves: int = 0, trees: bool = False) -> None:
         super().__init__(os.fspath(find_scene(scene)), leaves=leaves, trees=trees)
+        self._options = {"leaves": leaves, "trees": trees}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled by the path of its file, which the reader opens again."""
+        return functools.partial(Scene, **self._options), (os.path.abspath(self.file),)
 
 
 def _node(name: str, pose: ArrayLike | None, extras: Mapping[str, Any]) -> dict[str, Any]:
     node: dict[str, Any] = {"name": name, "extras": {"touchstone": dict(extras)}}
     if pose is not None:
-        node.update(_place(pose))
+        node.update(_place(pose, name))
     return node
 
 
-def _place(pose: ArrayLike) -> dict[str, Any]:
+def _require_poses(poses: NDArray[np.float64], name: str) -> None:
+    if not np.isfinite(poses).all() or (np.abs(np.linalg.norm(poses[..., 3:], axis=-1) - 1) > 1e-3).any():
+        raise ValueError(f"{name} needs finite x, y, z in mm and quaternions qw, qx, qy, qz of length 1")
+
+
+def _plain(value: Any) -> Any:
+    """For json: NumPy's numbers and arrays as Python's."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError(f"a key of a scene cannot hold a {type(value).__name__}")
+
+
+def _place(pose: ArrayLike, name: str) -> dict[str, Any]:
     p = np.asarray(pose, float)
     if p.shape != (7,):
-        raise ValueError(f"a pose has the shape (7,), not {p.shape}")
+        raise ValueError(f"{name}: a pose has the shape (7,), not {p.shape}")
+    _require_poses(p, f"the pose of {name}")
     return {"translation": (p[:3] / 1000).tolist(), "rotation": [*p[4:].tolist(), float(p[3])]}
 
 
@@ -95,6 +114,11 @@ def write_scene(
     file = Path(file)
     if file.suffix != ".glb":
         raise ValueError(f"{file}: give the file a name that ends in .glb")
+    wrong = next((name for name in obstacles if not isinstance(name, str) or not name), None)
+    if wrong is not None:
+        raise ValueError(f"the name of an obstacle must be a text that is not empty, not {wrong!r}")
+    if goal_keys and goal is None:
+        raise ValueError("goal_keys needs a goal: give its pose as goal")
     if "tool" in obstacles:
         raise ValueError("an obstacle cannot have the name 'tool'")
     binary = bytearray()
@@ -144,7 +168,7 @@ def write_scene(
 
     unknown = (set(poses or {}) - set(obstacles)) | (set(keys or {}) - set(obstacles) - {"tool"})
     if unknown:
-        raise ValueError(f"there is no part '{sorted(unknown)[0]}'")
+        raise ValueError(f"there is no part '{sorted(unknown, key=str)[0]}'")
     part("tool", tool, "tool", start)
     for name, mesh in obstacles.items():
         part(name, mesh, "obstacle", (poses or {}).get(name))
@@ -154,6 +178,9 @@ def write_scene(
         times, path = np.asarray(demonstration[0], float), np.asarray(demonstration[1], float)
         if times.ndim != 1 or path.shape != (len(times), 7):
             raise ValueError("a demonstration is times (k,) in ms and poses (k, 7)")
+        if not len(times) or not np.isfinite(times).all() or times[0] < 0 or (np.diff(times) <= 0).any():
+            raise ValueError("the times of a demonstration must be finite, from 0 and ascending")
+        _require_poses(path, "a demonstration")
         at = accessor(np.ascontiguousarray(times / 1000, np.float32), "SCALAR", True)
         where = accessor(np.ascontiguousarray(path[:, :3] / 1000, np.float32), "VEC3", False)
         turned = accessor(np.ascontiguousarray(path[:, [4, 5, 6, 3]], np.float32), "VEC4", False)
@@ -169,7 +196,10 @@ def write_scene(
         ]
     gltf["scenes"][0]["nodes"] = list(range(len(gltf["nodes"])))
     gltf["buffers"] = [{"byteLength": len(binary)}]
-    text = json.dumps(gltf, ensure_ascii=False).encode()
+    try:
+        text = json.dumps(gltf, ensure_ascii=False, allow_nan=False, default=_plain).encode()
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"keys and goal_keys must be texts, truth values, finite numbers, and lists and dicts of them: {error}") from error
     text += b" " * (-len(text) % 4)
     binary.extend(b"\0" * (-len(binary) % 4))
     size = 12 + 8 + len(text) + 8 + len(binary)

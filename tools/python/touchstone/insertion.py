@@ -19,6 +19,9 @@ from ._scene import Scene
 Array = NDArray[np.float64]
 Observation = dict[str, Array]
 
+# An error that leaves one start in ten free finds it all but surely: 0.9^200 is 7e-10.
+_TRIES = 200
+
 
 class Box:
     """All arrays of a shape between two bounds, as gymnasium.spaces.Box."""
@@ -56,7 +59,8 @@ class InsertionBatch:
     scene: with a goal. settings: of the tick; the scene's by default. ticks: of the tick, 1 ms each at 1 kHz, per action.
     max_actions: an episode ends after as many. step_mm, step_rad: greatest motion of the device in an action.
     start_mm: an episode begins so far from the goal, along its `out`; by default at the start of the scene. Tool and
-    device are displaced from there at random by up to start_error_mm, start_error_rad along and about each axis.
+    device are displaced from there at random by up to start_error_mm, start_error_rad along and about each axis; a start
+    that overlaps an obstacle is drawn again.
     goal_error_mm, goal_error_rad: likewise the goal that is observed, for a whole episode. max_force_N, max_torque_mNm:
     the device goes no further from the tool than these pull.
     """
@@ -85,6 +89,21 @@ class InsertionBatch:
             raise ValueError(f"scene '{self.scene.name}' has no goal: mark one, see docs/scenes.md")
         if ticks < 1 or max_actions < 1 or count < 1:
             raise ValueError("ticks, max_actions and count must be at least 1")
+        sizes = {
+            "step_mm": step_mm,
+            "step_rad": step_rad,
+            "max_force_N": max_force_N,
+            "max_torque_mNm": max_torque_mNm,
+            "start_error_mm": start_error_mm,
+            "start_error_rad": start_error_rad,
+            "goal_error_mm": goal_error_mm,
+            "goal_error_rad": goal_error_rad,
+        }
+        for name, value in sizes.items():
+            if not (0 <= value < np.inf):
+                raise ValueError(f"{name} must be a finite number from 0, not {value}")
+        if start_mm is not None and not np.isfinite(start_mm):
+            raise ValueError(f"start_mm must be finite, not {start_mm}")
         self.goal = self.scene.goal
         # Without the shadow solver, which only measures.
         self.settings = (self.scene.settings if settings is None else settings).with_(shadow="none")
@@ -115,20 +134,33 @@ class InsertionBatch:
         return len(self.batch)
 
     def reset(self, seeds: ArrayLike, worlds: ArrayLike | None = None) -> Observation:
-        """Begins episodes, in all worlds or those with these indices, each determined by its seed (m,)."""
-        which = np.arange(len(self)) if worlds is None else np.asarray(worlds, int)
+        """Begins episodes, in all worlds, those with these indices (m,) or in this mask (n,), each determined by its seed
+        (m,). Raises ValueError if no start is found without overlap; those episodes have not begun then."""
+        which = np.array(self.batch._chosen(worlds), int)
         seeds = np.asarray(seeds)
-        if seeds.shape != which.shape:
-            raise ValueError(f"seeds must have the shape {which.shape}, not {seeds.shape}")
-        for i, seed in zip(which, seeds):
-            random = np.random.default_rng(int(seed))
-            self._device[i] = poses.moved(self.start, self.start_error * random.uniform(-1, 1, 6))
-            self._goal[i] = poses.moved(self.goal.pose, self.goal_error * random.uniform(-1, 1, 6))
-        self.batch.reset(self._device[which], which)
+        if seeds.shape != which.shape or seeds.size and not np.issubdtype(seeds.dtype, np.integer):
+            raise ValueError(f"seeds must be whole numbers of the shape {which.shape}, not {seeds.dtype} of {seeds.shape}")
+        if seeds.size and seeds.min() < 0:
+            raise ValueError("seeds must be from 0")
+        random = [np.random.default_rng(int(seed)) for seed in seeds]
+        again = np.arange(len(which))
+        for _ in range(_TRIES):
+            for k in again:
+                self._device[which[k]] = poses.moved(self.start, self.start_error * random[k].uniform(-1, 1, 6))
+            again = again[self.batch.reset(self._device[which[again]], which[again])]
+            if not len(again):
+                break
+        for i, source in zip(which, random):
+            self._goal[i] = poses.moved(self.goal.pose, self.goal_error * source.uniform(-1, 1, 6))
         self._pose[which], self._wrench[which] = self._device[which], 0
         self._held[which], self._actions[which] = 0, 0
         self._distance[which] = np.linalg.norm(self._pose[which, :3] - self.goal.pose[:3], axis=-1)
         self._first[which] = np.maximum(self._distance[which], 1e-9)
+        if len(again):
+            raise ValueError(
+                f"the tool overlaps an obstacle at each of {_TRIES} starts drawn from seed {seeds[again[0]]}: make start_mm "
+                f"larger, or start_error_mm and start_error_rad smaller"
+            )
         return self._observe()
 
     def act(self, actions: ArrayLike) -> tuple[Observation, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Array]]:
