@@ -20,9 +20,8 @@ namespace {
 constexpr int kSeen = 3;
 // Frames after which an item may go on moving, or the mouse be outside the window.
 constexpr int kPatience = 60;
-
-/// A mouse is at whole pixels.
-bool near(glm::vec2 a, glm::vec2 b) { return glm::distance(a, b) < 1.5f; }
+// How far the mouse may be behind: it is at whole pixels, and an item that moves does not wait for it.
+constexpr float kPixel = 1.5f, kMoving = 20;
 
 /// Reports a key as GLFW does.
 void report(WindowFrame& frame, int key, int action, int mods = 0) {
@@ -82,9 +81,9 @@ User& User::hold(const Place& place) {
     // An item that has just appeared may still move, and a busy machine is late with the mouse.
     then([=, this](WindowFrame& frame, int frames) {
         const glm::vec2 target = place(frame).value_or(cursor_);
-        still_ = near(target, cursor_) && seesCursor() ? still_ + 1 : 0;
+        still_ = glm::distance(target, cursor_) < kPixel && seesCursor(kPixel) ? still_ + 1 : 0;
         cursor_ = target;
-        return still_ >= kSeen || frames > kPatience;
+        return still_ >= kSeen || (frames > kPatience && seesCursor(kMoving));
     });
     return then([this](WindowFrame&, int frames) {
         down_ = true;
@@ -92,15 +91,14 @@ User& User::hold(const Place& place) {
     });
 }
 
-User& User::moveTo(const Place& place) {
-    constexpr int kFrames = 8;
+User& User::moveTo(const Place& place, int duration) {
     return then([=, this](WindowFrame& frame, int frames) {
         if (frames == 1) {
             from_ = cursor_;
             to_ = place(frame).value_or(cursor_);
         }
-        cursor_ = glm::mix(from_, to_, std::min(static_cast<float>(frames) / kFrames, 1.f));
-        return frames >= kFrames && (seesCursor() || frames > kPatience);
+        cursor_ = glm::mix(from_, to_, std::min(static_cast<float>(frames) / static_cast<float>(duration), 1.f));
+        return frames >= duration && (seesCursor(kPixel) || frames > kPatience);
     });
 }
 
@@ -115,9 +113,16 @@ User& User::release() {
     });
 }
 
-bool User::seesCursor() const {
+User& User::wheel(const Place& place, float lines) {
+    return moveTo(place).then([=](WindowFrame& frame, int frames) {
+        if (frames == 1) ImGui_ImplGlfw_ScrollCallback(frame.window.handle(), 0, static_cast<double>(lines));
+        return frames > kSeen;
+    });
+}
+
+bool User::seesCursor(float within) const {
     const ImVec2 seen = ImGui::GetIO().MousePos;
-    return near({seen.x, seen.y}, cursor_);
+    return glm::distance(glm::vec2(seen.x, seen.y), cursor_) < within;
 }
 
 User& User::click(const Place& place) { return hold(place).release(); }

@@ -32,12 +32,13 @@ class User {
     User& doing(const std::function<void(sandbox::WindowFrame&)>& what);
 
     User& hold(const Place& place);  ///< waits for the place, moves there, and presses the left button
-    User& moveTo(const Place& place);
+    User& moveTo(const Place& place, int duration = 8);  ///< frames
     User& moveBy(glm::vec2 pixels);
     User& release();
     User& click(const Place& place);
     User& click(const std::string& item) { return click(onItem(item)); }
     User& drag(const Place& from, const Place& to);
+    User& wheel(const Place& place, float lines);  ///< up if positive; stops at the ends
     User& key(int key, bool control = false);
     User& tap(int key);                             ///< for 12 ms, within one frame
     User& drop(const std::filesystem::path& file);  ///< on the window
@@ -48,7 +49,7 @@ class User {
 
   private:
     void act(sandbox::WindowFrame& frame);
-    bool seesCursor() const;
+    bool seesCursor(float within) const;
 
     std::vector<Step> steps_;
     std::size_t at_ = 0;
