@@ -101,8 +101,10 @@ class FaceIntersection {
     const BoxPlacement boxes_;
 };
 
-/// Times that a face is halved in the search for its deepest point.
-constexpr int kHalvings = 4;
+/// Pieces along its longest side that a face is cut to, in the search for its deepest point.
+constexpr double kPieces = 16;
+/// How much deeper than vertices and edges a point inside a face must be to be looked for: the search takes its time.
+constexpr double kDeeper = 1.1;
 
 /// How far below its face a point is taken that tells whether a shell is inside another part, in reaches of its part:
 /// far above rounding, far below a wall.
@@ -151,7 +153,10 @@ struct DepthSearch {
     const Surface &inner, &outer;
     const Pose& X;  ///< of the inner part in the outer one's frame
     double deepest;
+    bool middles;  ///< points inside faces, instead of vertices and edges
 
+    /// Whether it is worth to look below a node or in a face whose points are at most this deep.
+    bool open(double bound) const { return bound > (middles ? kDeeper : 1) * deepest; }
     double run() {
         descend(inner.tree.height(), 0);
         return deepest;
@@ -161,32 +166,41 @@ struct DepthSearch {
         if (distance > deepest && isInside(outer, point)) deepest = distance;
     }
     void test(const Triangle& face) {
+        const Triangle placed{X * face[0], X * face[1], X * face[2]};
+        if (middles) return testMiddle(placed, longest(placed).second / kPieces);
         for (int k = 0; k < 3; ++k) {
-            const Vec3 a = X * face[k], b = X * face[(k + 1) % 3];
+            const Vec3 &a = placed[k], &b = placed[(k + 1) % 3];
             test(a);
             // Of an edge that passes through, the middle of the first way in and the last way out.
             const auto in = firstHit(outer, a, b - a), out = firstHit(outer, b, a - b);
             const double length = (b - a).norm();
             if (in && out && (*in - a).norm() < length && (*out - b).norm() < length) test((*in + *out) / 2);
         }
-        testMiddle({X * face[0], X * face[1], X * face[2]}, kHalvings);
+    }
+    /// Index and length of the longest side, which is opposite the vertex of that index.
+    static std::pair<int, double> longest(const Triangle& face) {
+        std::pair<int, double> found{0, 0};
+        for (int k = 0; k < 3; ++k)
+            if (const double length = (face[(k + 2) % 3] - face[(k + 1) % 3]).norm(); length > found.second)
+                found = {k, length};
+        return found;
     }
     /// Of a face whose border is nowhere deep: one that passes through flush with others, or is larger than the
-    /// overlap.
-    void testMiddle(const Triangle& face, int halvings) {
+    /// overlap. Halves it along its longest side, until that is no longer than `least`.
+    void testMiddle(const Triangle& face, double least) {
         const Vec3 center = (face[0] + face[1] + face[2]) / 3;
         double radius = 0;
         for (const Vec3& p : face) radius = std::max(radius, (p - center).norm());
         const double distance = distanceTo(outer, center);
-        if (distance + radius <= deepest) return;
-        if (isInside(outer, center))
-            deepest = std::max(deepest, distance);
-        else if (distance >= radius)
-            return;
-        if (halvings == 0) return;
-        const Triangle middles{(face[1] + face[2]) / 2, (face[2] + face[0]) / 2, (face[0] + face[1]) / 2};
-        for (int k = 0; k < 3; ++k) testMiddle({face[k], middles[(k + 2) % 3], middles[(k + 1) % 3]}, halvings - 1);
-        testMiddle(middles, halvings - 1);
+        if (!open(distance + radius)) return;
+        const double depth = isInside(outer, center) ? distance : -distance;
+        deepest = std::max(deepest, depth);
+        if (!open(depth + radius)) return;
+        const auto [k, length] = longest(face);
+        if (length <= least) return;
+        const Vec3 middle = (face[(k + 1) % 3] + face[(k + 2) % 3]) / 2;
+        testMiddle({face[k], face[(k + 1) % 3], middle}, least);
+        testMiddle({face[k], middle, face[(k + 2) % 3]}, least);
     }
     void descend(int height, int i) {
         Float8 low[3], high[3];
@@ -197,11 +211,11 @@ struct DepthSearch {
             for (int k = 0; k < 3; ++k) lo[k] = low[k][lane], hi[k] = high[k][lane];
             const Vec3 center = X * (inner.extent.center + (lo + hi) / 2);
             const double distance = distanceTo(outer, center), radius = (hi - lo).norm() / 2;
-            const bool open = distance + radius > deepest;
-            order[std::size_t(lane)] = {(open && isInside(outer, center) ? distance : -distance) + radius, lane};
+            const bool inside = open(distance + radius) && isInside(outer, center);
+            order[std::size_t(lane)] = {(inside ? distance : -distance) + radius, lane};
         }
         std::sort(order.begin(), order.begin() + lanes, std::greater<>());
-        for (int n = 0; n < lanes && order[std::size_t(n)].first > deepest; ++n) {
+        for (int n = 0; n < lanes && open(order[std::size_t(n)].first); ++n) {
             const int child = FeatureTree::kChildren * i + order[std::size_t(n)].second;
             if (height > 0)
                 descend(height - 1, child);
@@ -236,11 +250,14 @@ bool isInside(const Surface& surface, const Vec3& point) {
     return votes > 0;
 }
 
-double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {
+double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT, bool insideFaces) {
     double deepest = 0;
-    for (const auto& [inner, outer, X] :
-         {std::tuple(&tool, &obstacle, X_OT), std::tuple(&obstacle, &tool, X_OT.inverse())})
-        if (!inner->tree.empty()) deepest = DepthSearch{*inner, *outer, X, deepest}.run();
+    for (const bool middles : {false, true}) {  // few faces can have points deeper than the deepest vertex
+        if (middles && !insideFaces) break;
+        for (const auto& [inner, outer, X] :
+             {std::tuple(&tool, &obstacle, X_OT), std::tuple(&obstacle, &tool, X_OT.inverse())})
+            if (!inner->tree.empty()) deepest = DepthSearch{*inner, *outer, X, deepest, middles}.run();
+    }
     return deepest;
 }
 

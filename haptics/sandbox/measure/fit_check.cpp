@@ -43,10 +43,13 @@ class RoomFinder {
     /// The search ends when there is `enough` room, mm.
     FitRoom at(const Pose& X_WT, double enough) {
         FitRoom room{.X_WT = X_WT};
-        Nearest near = nearest(X_WT);
+        Nearest near = nearest(X_WT, Overlap::Measured);
         room.asPlaced = near.clearance;
-        if (near.clearance <= 0 && near.clearance < enough) near = apart(room.X_WT, near, enough);
-        if (near.clearance > 0) near = widen(room.X_WT, near, enough);
+        if (near.clearance <= 0 && near.clearance < enough) near = apart(room.X_WT, nearest(X_WT), enough);
+        if (near.clearance > 0)
+            near = widen(room.X_WT, near, enough);
+        else if (room.asPlaced < 0)
+            near = nearest(room.X_WT, Overlap::Measured);
         room.clearance = std::min(near.clearance, kFitRange);
         room.p_W = near.p_W;
         room.obstacle = near.obstacle;
@@ -54,17 +57,20 @@ class RoomFinder {
     }
 
   private:
-    /// `apart`: no parts can overlap.
-    Nearest nearest(const Pose& X_WT, bool apart = false) const {
+    /// What is done about parts that overlap. A search does without the points inside faces, which take long.
+    enum class Overlap { Impossible, Estimated, Measured };
+    Nearest nearest(const Pose& X_WT, Overlap expected = Overlap::Estimated) const {
         Nearest found{.clearance = 2 * kFitRange};
         for (std::size_t k = 0; k < world_.obstacles.size(); ++k) {
             const Obstacle& obstacle = world_.obstacles[k];
             const Pose X_OT = obstacle.X_WO.inverse() * X_WT;
             const auto points = nearestPoints(*world_.toolSurface, *obstacle.surface, X_OT, found.clearance);
-            const bool inside = !apart && overlap(*world_.toolSurface, *obstacle.surface, X_OT);
-            const double clearance = inside   ? -overlapDepth(*world_.toolSurface, *obstacle.surface, X_OT)
-                                     : points ? points->distance()
-                                              : INFINITY;
+            const bool inside =
+                expected != Overlap::Impossible && overlap(*world_.toolSurface, *obstacle.surface, X_OT);
+            const double clearance =
+                inside   ? -overlapDepth(*world_.toolSurface, *obstacle.surface, X_OT, expected == Overlap::Measured)
+                : points ? points->distance()
+                         : INFINITY;
             if (clearance < found.clearance)
                 found = {std::abs(clearance) < kZero ? 0 : clearance,
                          points ? obstacle.X_WO * points->onObstacle : X_WT * world_.p_TC(), k};
@@ -106,7 +112,8 @@ class RoomFinder {
             const std::optional<Vec6> x = linearized(X_WT, best.clearance, step);
             const Pose tried = x ? after(X_WT, *x) : X_WT;
             // Nothing crosses a surface in a move that is shorter than its distance.
-            const Nearest there = x ? nearest(tried, 4 * step < best.clearance) : best;
+            const Nearest there =
+                x ? nearest(tried, 4 * step < best.clearance ? Overlap::Impossible : Overlap::Estimated) : best;
             const bool near = (tried * world_.p_TC() - start * world_.p_TC()).norm() <= kFitRange;
             if (there.clearance <= best.clearance + 1e-9 || !near) {
                 step /= 4;
