@@ -1,13 +1,14 @@
 #version 430
 // Parallel quadratic programming, many problems at once: one to a workgroup, each thread has every 256th row. The updates
-// are those of haptics/qp/pqp.cpp (guarded) and pqp_paper.cpp (paper: equations 16 to 19), in single precision.
+// are those of haptics/qp/pqp.cpp (guarded) and pqp_paper.cpp (paper: equations 16 to 19), in single precision. One dispatch
+// makes some of the updates, and the next goes on from there: drivers end a dispatch or a loop that takes long.
 layout(local_size_x = 256) in;
 
 const int kThreads = 256;
 const int kPerThread = 16;
 const int kMaxRows = kThreads * kPerThread;
 const float kStart = 0.001, kLargestScale = 1000.0, kRunaway = 1e9;
-const int kLimit = 0, kSolved = 1, kNotFinite = 2;
+const int kLimit = 0, kSolved = 1, kNotFinite = 2, kGoesOn = 3;
 
 struct Row {
     float b[6];     // guarded: of unit length in the metric of G; paper: of Q = b b'
@@ -15,18 +16,24 @@ struct Row {
     float inverse;  // of the length; 0: the row has no direction. The paper's form does not use it
 };
 layout(std430, binding = 0) readonly buffer Rows { Row rows[]; };
-layout(std430, binding = 1) readonly buffer Firsts { int first[]; };  // row of each problem, and the end of the last
-layout(std430, binding = 2) writeonly buffer Forces { float forces[]; };
-layout(std430, binding = 3) writeonly buffer Ends { ivec2 ends[]; };  // iterations, how it ended
+layout(std430, binding = 1) readonly buffer Problems { ivec2 problems[]; };  // first row, limit; last: end of the rows
+layout(std430, binding = 2) buffer Forces { float forces[]; };
+struct End {
+    int iterations, how;
+    float carried;  // guarded: pace of the momentum; paper: F of the last update
+};
+layout(std430, binding = 3) buffer Ends { End ends[]; };
+layout(std430, binding = 4) buffer States { vec2 states[]; };  // of each row: u, and guarded: where it came from
 
-uniform int paper, limit;
+uniform int paper, pause;  // pause: iterations after which a dispatch ends
 uniform float tolerance, least;
 
 const int kSums = 14, kResidual = 12, kUphill = 13;
 shared float sums[kSums][kThreads];
 shared float y[kMaxRows];  // of the paper's form
 
-int lane, begin, size;
+int lane, begin, size, limit;
+End end;  // of the earlier dispatch, or the start
 
 /// Adds up the lanes of sums[0..count), of which kResidual is a maximum.
 void reduce(int count) {
@@ -44,27 +51,32 @@ void reduce(int count) {
 void guarded() {
     float u[kPerThread], next[kPerThread], reached[kPerThread];
     float along[6], around[6];
-    float slope = 0.0;
+    int count = (size - lane + kThreads - 1) / kThreads;
+    float scale = 1.0;
+    bool starts = end.iterations == 0;
     for (int k = 0; k < kSums; ++k) sums[k][lane] = 0.0;
-    int count = 0;
-    for (int i = lane; i < size; i += kThreads, ++count) {
-        Row row = rows[begin + i];
-        u[count] = row.inverse > 0.0 ? kStart / row.inverse : 0.0;
-        slope += row.inverse > 0.0 ? u[count] * row.offset : 0.0;
-        for (int k = 0; k < 6; ++k) sums[k][lane] += u[count] * row.b[k];
+    if (starts) {
+        float slope = 0.0;
+        for (int n = 0; n < count; ++n) {
+            Row row = rows[begin + lane + n * kThreads];
+            u[n] = row.inverse > 0.0 ? kStart / row.inverse : 0.0;
+            slope += row.inverse > 0.0 ? u[n] * row.offset : 0.0;
+            for (int k = 0; k < 6; ++k) sums[k][lane] += u[n] * row.b[k];
+        }
+        sums[6][lane] = slope;
+        reduce(7);
+        float length2 = 0.0;
+        for (int k = 0; k < 6; ++k) length2 += sums[k][0] * sums[k][0];
+        slope = sums[6][0];
+        scale = length2 > 0.0 ? clamp(-slope / length2, 0.0, kLargestScale) : slope < 0.0 ? kLargestScale : 0.0;
+        barrier();
+        for (int k = 0; k < kSums; ++k) sums[k][lane] = 0.0;
     }
-    sums[6][lane] = slope;
-    reduce(7);
-    float length2 = 0.0;
-    for (int k = 0; k < 6; ++k) length2 += sums[k][0] * sums[k][0];
-    slope = sums[6][0];
-    float scale = length2 > 0.0 ? clamp(-slope / length2, 0.0, kLargestScale) : slope < 0.0 ? kLargestScale : 0.0;
-    barrier();
-    for (int k = 0; k < kSums; ++k) sums[k][lane] = 0.0;
     for (int n = 0; n < count; ++n) {
         Row row = rows[begin + lane + n * kThreads];
-        u[n] = row.inverse > 0.0 ? max(least, scale * u[n]) : 0.0;
-        reached[n] = u[n];
+        vec2 state = states[begin + lane + n * kThreads];
+        u[n] = starts ? row.inverse > 0.0 ? max(least, scale * u[n]) : 0.0 : state.x;
+        reached[n] = starts ? u[n] : state.y;
         for (int k = 0; k < 6; ++k) {
             sums[k][lane] += u[n] * row.b[k];
             sums[6 + k][lane] += u[n] * abs(row.b[k]);
@@ -72,8 +84,8 @@ void guarded() {
     }
     reduce(12);
 
-    float pace = 1.0;
-    int ended = kLimit, iterations = 0;
+    float pace = end.carried;
+    int ended = kLimit, iterations = end.iterations;
     for (;; ++iterations) {
         float size1 = 0.0;
         for (int k = 0; k < 6; ++k) {
@@ -83,6 +95,10 @@ void guarded() {
         }
         if (!(size1 < kRunaway)) {
             ended = size1 < 1e30 ? kLimit : kNotFinite;
+            break;
+        }
+        if (iterations == pause) {
+            ended = kGoesOn;
             break;
         }
         float nextPace = (1.0 + sqrt(1.0 + 4.0 * pace * pace)) / 2.0, momentum = (pace - 1.0) / nextPace;
@@ -121,9 +137,10 @@ void guarded() {
     }
     for (int n = 0; n < count; ++n) {
         int i = begin + lane + n * kThreads;
+        states[i] = vec2(u[n], reached[n]);
         forces[i] = u[n] * rows[i].inverse;
     }
-    if (lane == 0) ends[gl_WorkGroupID.x] = ivec2(iterations, ended);
+    if (lane == 0) ends[gl_WorkGroupID.x] = End(iterations, ended, pace);
 }
 
 /// Of row i: the sums of the positive and the negative entries of Q, each times y, or times one; and Q_ii.
@@ -137,13 +154,14 @@ vec3 products(int i, bool timesY) {
         for (int k = 0; k < 6; ++k) sums[k][lane] = tile + lane < size ? rows[begin + tile + lane].b[k] : 0.0;
         barrier();
         int last = min(kThreads, size - tile);
-        for (int j = 0; j < last; ++j) {
-            float q = 0.0;
-            for (int k = 0; k < 6; ++k) q += b[k] * sums[k][j];
-            float weight = timesY ? y[tile + j] : 1.0;
-            result.x += max(q, 0.0) * weight;
-            result.y += max(-q, 0.0) * weight;
-            if (tile + j == i) result.z = q;
+        for (int j = 0; j < last; j += 4) {  // rows beyond the last are zero
+            vec4 q = vec4(0.0);
+            for (int k = 0; k < 6; ++k)
+                q += b[k] * vec4(sums[k][j], sums[k][j + 1], sums[k][j + 2], sums[k][j + 3]);
+            vec4 weight = timesY ? vec4(y[tile + j], y[tile + j + 1], y[tile + j + 2], y[tile + j + 3]) : vec4(1.0);
+            result.x += dot(max(q, 0.0), weight);
+            result.y += dot(max(-q, 0.0), weight);
+            if (i - tile - j >= 0 && i - tile - j < 4) result.z = q[i - tile - j];
         }
     }
     barrier();
@@ -155,13 +173,18 @@ void paperForm() {
     int count = (size + kThreads - 1) / kThreads;
     for (int n = 0; n < count; ++n) {
         vec3 entries = products(lane + n * kThreads, false);
+        int i = lane + n * kThreads;
         r[n] = max(entries.z, entries.y);
-        if (lane + n * kThreads < size) y[lane + n * kThreads] = kStart;
+        y[i] = i >= size ? 0.0 : end.iterations == 0 ? kStart : states[begin + i].x;
     }
     barrier();
-    float before = 0.0;
-    int ended = kLimit, iterations = 0;
+    float before = end.carried;
+    int ended = kLimit, iterations = end.iterations;
     for (;; ++iterations) {
+        if (iterations == pause) {
+            ended = kGoesOn;
+            break;
+        }
         float F = 0.0;
         for (int n = 0; n < count; ++n) {
             int i = lane + n * kThreads;
@@ -183,14 +206,21 @@ void paperForm() {
             if (lane + n * kThreads < size) y[lane + n * kThreads] = next[n];
         barrier();
     }
-    for (int i = lane; i < size; i += kThreads) forces[begin + i] = y[i];
-    if (lane == 0) ends[gl_WorkGroupID.x] = ivec2(iterations, ended);
+    for (int i = lane; i < size; i += kThreads) {
+        states[begin + i].x = y[i];
+        forces[begin + i] = y[i];
+    }
+    if (lane == 0) ends[gl_WorkGroupID.x] = End(iterations, ended, before);
 }
 
 void main() {
     lane = int(gl_LocalInvocationIndex);
-    begin = first[gl_WorkGroupID.x];
-    size = first[gl_WorkGroupID.x + 1] - begin;
+    begin = problems[gl_WorkGroupID.x].x;
+    size = problems[gl_WorkGroupID.x + 1].x - begin;
+    limit = problems[gl_WorkGroupID.x].y;
+    end = ends[gl_WorkGroupID.x];
+    if (end.how != kGoesOn) return;
+    barrier();  // all have read the end before one writes it
     if (paper != 0)
         paperForm();
     else

@@ -159,7 +159,8 @@ class CpuLines final : public LineSolver {
     CpuLines(const Settings& settings, bool warm) : settings_(settings), warm_(warm) {}
 
     void addAnswer(QpAnswer answer) override { std::puts(toLine(answer).c_str()); }
-    void add(QpLine line) override {
+    void add(QpLine line) override { addAnswer(answerTo(line)); }
+    QpAnswer answerTo(const QpLine& line) {
         const SolverInfo& info = solverTable()[static_cast<std::size_t>(settings_.solver)];
         const int m = static_cast<int>(line.J.size());
         if (m > capacity_) {
@@ -176,8 +177,8 @@ class CpuLines final : public LineSolver {
         const std::uint64_t start = clock_.now();
         const SolveResult result = solver_->solve(normalized.problem(), settings);
         const std::uint64_t end = clock_.now();
-        addAnswer(finished(line, normalized, result, paper, paper ? PaperPqp::kMaxRows : INT_MAX,
-                           static_cast<double>(end - start) * clock_.microseconds));
+        return finished(line, normalized, result, paper, paper ? PaperPqp::kMaxRows : INT_MAX,
+                        static_cast<double>(end - start) * clock_.microseconds);
     }
 
   private:
@@ -189,6 +190,7 @@ class CpuLines final : public LineSolver {
 };
 
 /// All lines at once on the graphics card, when the last has been read. The time of a line is its share of the batch.
+/// If the card fails, the CPU goes on.
 class GpuLines final : public LineSolver {
   public:
     explicit GpuLines(const Settings& settings) : settings_(settings) {}
@@ -199,6 +201,23 @@ class GpuLines final : public LineSolver {
         answers_.emplace_back();
     }
     void finish() override {
+        try {
+            solveOnCard();
+        } catch (const std::runtime_error& e) {
+            spdlog::warn("{} failed, and {} solves on the processor: {}", kGpuSolver, kCpuSolver, e.what());
+            CpuLines cpu(settings_, false);
+            for (const auto& [line, at] : lines_) answers_[at] = cpu.answerTo(*line);
+        }
+        for (const QpAnswer& answer : answers_) std::puts(toLine(answer).c_str());
+    }
+
+  private:
+    struct Line {
+        std::unique_ptr<QpLine> line;  // which its normalized problem refers to
+        std::size_t answer;
+    };
+
+    void solveOnCard() {
         const bool paper = settings_.mode == Mode::Paper;
         // The tolerance is one for all problems of a dispatch, and that of a scaled problem is scaled.
         std::map<double, std::vector<std::size_t>> byScale;
@@ -221,7 +240,6 @@ class GpuLines final : public LineSolver {
                 answers_[lines_[members[k]].answer] = finished(*lines_[members[k]].line, normalized[members[k]],
                                                                results[k], paper, sandbox::GpuPqp::kMaxRows, us);
         }
-        for (const QpAnswer& answer : answers_) std::puts(toLine(answer).c_str());
         spdlog::info(
             "{}: {} problems, {:.0f} a second; upload {:.2f} ms, dispatch {:.2f} ms, solve {:.2f} ms, "
             "download {:.2f} ms",
@@ -229,11 +247,6 @@ class GpuLines final : public LineSolver {
             times.upload / 1000, times.dispatch / 1000, times.solve / 1000, times.download / 1000);
     }
 
-  private:
-    struct Line {
-        std::unique_ptr<QpLine> line;  // which its normalized problem refers to
-        std::size_t answer;
-    };
     const Settings settings_;
     sandbox::GpuPqp gpu_;
     std::vector<Line> lines_;

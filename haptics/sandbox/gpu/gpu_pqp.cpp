@@ -17,15 +17,26 @@ namespace {
 constexpr double kFloor = 1e-4, kSmallestFloor = 1e-12;
 constexpr float kLargest = 1e30f;        // of a single-precision entry, so that 0 times it is 0
 constexpr std::size_t kGroups = 65'535;  // that every driver takes in one dispatch
+// Passes of a thread's loops in one dispatch. Mesa's rasteriser ends loops after 65,535, and says nothing; drivers of
+// cards end a dispatch of seconds.
+constexpr int kPasses = 60'000;
+constexpr int kThreads = 256, kReductions = 128;  // of the shader; reductions: passes of the loops that add up lanes
 
 /// As the shader's struct.
 struct Row {
     float b[6], offset, inverse;
 };
+struct Problem {
+    int first, limit;
+};
 struct End {
     int iterations, how;
+    float carried;
 };
-enum { kLimit = 0, kSolved = 1 };  // of End::how
+struct State {
+    float u, reached;
+};
+enum { kLimit = 0, kSolved = 1, kGoesOn = 3 };  // of End::how
 
 float single(double value) { return std::clamp(static_cast<float>(value), -kLargest, kLargest); }
 
@@ -35,17 +46,18 @@ struct GpuPqp::Impl {
     engine::HeadlessContext context;
     std::string card = engine::glDescription();
     std::unique_ptr<engine::ShaderProgram> program;
-    engine::Buffer rows, firsts, forces, ends;
+    engine::Buffer rows, firsts, forces, ends, states;
     std::size_t mostRows = 0;  ///< of a dispatch
     UnitRows unit{kMaxRows};
     GpuTimes times;
     const StageClock clock = stageClock();
 
     std::vector<Row> packed;
-    std::vector<int> first, sizes;
+    std::vector<Problem> first;  ///< of each problem, and the end of the last
     std::vector<char> unsatisfiable;
     std::vector<float> y;
     std::vector<End> ended;
+    std::vector<State> state;
     std::vector<SolveResult> results;
     std::vector<std::vector<Multiplier>> multipliers;
 
@@ -94,31 +106,44 @@ struct GpuPqp::Impl {
     /// Solves what is packed.
     void dispatch(const SolverSettings& settings) {
         const std::size_t count = first.size() - 1;
-        const int most = static_cast<int>(*std::max_element(sizes.begin(), sizes.end()));
+        const bool paper = settings.paperForm;
+        int most = 0, limit = 0;
+        for (std::size_t at = 0; at < count; ++at) {
+            const std::int64_t size = first[at + 1].first - first[at].first;
+            first[at].limit = static_cast<int>(
+                std::min<std::int64_t>(settings.maxIterations, settings.workLimit / (paper ? size * size : size)));
+            most = std::max(most, static_cast<int>(size));
+            limit = std::max(limit, first[at].limit);
+        }
+        const int rowsEach = (most + kThreads - 1) / kThreads;
+        const int passes = kReductions + (paper ? rowsEach * (rowsEach + (most + 3) / 4) : 2 * rowsEach);
+        const int updates = std::max(1, kPasses / passes - 2);  // the start takes as long as two
         y.resize(packed.size());
-        ended.resize(count);
+        state.resize(packed.size());
+        ended.assign(count, {.iterations = 0, .how = kGoesOn, .carried = paper ? 0.f : 1.f});
         std::uint64_t start = clock.now();
         const auto bind = [](engine::Buffer& buffer, GLuint at) {
             glBindBufferBase(GL_SHADER_STORAGE_BUFFER, at, buffer.id());
         };
         rows.write<Row>(GL_SHADER_STORAGE_BUFFER, packed, GL_STREAM_DRAW), bind(rows, 0);
-        firsts.write<int>(GL_SHADER_STORAGE_BUFFER, first, GL_STREAM_DRAW), bind(firsts, 1);
+        firsts.write<Problem>(GL_SHADER_STORAGE_BUFFER, first, GL_STREAM_DRAW), bind(firsts, 1);
         forces.write<float>(GL_SHADER_STORAGE_BUFFER, y, GL_STREAM_READ), bind(forces, 2);
         ends.write<End>(GL_SHADER_STORAGE_BUFFER, ended, GL_STREAM_READ), bind(ends, 3);
+        states.write<State>(GL_SHADER_STORAGE_BUFFER, state, GL_STREAM_COPY), bind(states, 4);
         glFinish();
         checkCard();
         times.upload += since(start);
 
-        const std::int64_t work = settings.paperForm ? std::int64_t(most) * most : most;
         program->use();
-        program->set("paper", settings.paperForm ? 1 : 0);
-        program->set("limit", static_cast<int>(std::min<std::int64_t>(
-                                  settings.maxIterations, settings.workLimit / std::max<std::int64_t>(1, work))));
+        program->set("paper", paper ? 1 : 0);
         program->set("tolerance", static_cast<float>(settings.tolerance));
         program->set("least", static_cast<float>(std::max(kSmallestFloor, kFloor * settings.tolerance)));
-        glDispatchCompute(static_cast<GLuint>(count), 1, 1);
-        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-        glFlush();
+        for (int from = 0; from <= limit; from += updates) {
+            program->set("pause", from + updates);
+            glDispatchCompute(static_cast<GLuint>(count), 1, 1);
+            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+            glFlush();
+        }
         times.dispatch += since(start);
         glFinish();
         checkCard();
@@ -139,9 +164,9 @@ struct GpuPqp::Impl {
         std::vector<Multiplier>& pushing = multipliers[result];
         r.iterations = ended[at].iterations;
         Vec6 force = Vec6::Zero();
-        const int m = first[at + 1] - first[at];
+        const int m = first[at + 1].first - first[at].first;
         for (int i = 0; i < m; ++i) {
-            const double value = y[static_cast<std::size_t>(first[at] + i)];
+            const double value = y[static_cast<std::size_t>(first[at].first + i)];
             if (value == 0) continue;
             pushing.push_back({i, value});
             force += value * problem.rows->row(i);
@@ -182,15 +207,14 @@ std::span<const SolveResult> GpuPqp::solve(std::span<const QpProblem> problems, 
     for (std::size_t p = 0; p < problems.size(); ++p) {
         const std::size_t rows = problems[p].rows ? static_cast<std::size_t>(problems[p].rows->size()) : 0;
         if (packed.size() == kGroups || gpu.packed.size() + rows > gpu.mostRows) flush();
-        if (packed.empty()) gpu.packed.clear(), gpu.first = {0}, gpu.sizes.clear(), gpu.unsatisfiable.clear();
+        if (packed.empty()) gpu.packed.clear(), gpu.first = {{}}, gpu.unsatisfiable.clear();
         if (rows > kMaxRows || !gpu.pack(problems[p], settings.paperForm)) continue;
         if (rows == 0) {
             gpu.results[p].status = SolveStatus::Solved;
             gpu.results[p].x = problems[p].wanted;
             continue;
         }
-        gpu.first.push_back(static_cast<int>(gpu.packed.size()));
-        gpu.sizes.push_back(static_cast<int>(rows));
+        gpu.first.push_back({static_cast<int>(gpu.packed.size()), 0});
         gpu.unsatisfiable.push_back(gpu.unit.unsatisfiable);
         packed.push_back(p);
     }
