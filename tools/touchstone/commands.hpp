@@ -40,5 +40,6 @@ void addCompare(CLI::App& program, Action& action);
 void addPaper(CLI::App& program, Action& action);
 void addTrials(CLI::App& program, Action& action);
 void addBench(CLI::App& program, Action& action);
+void addReferee(CLI::App& program, Action& action);
 
 }  // namespace touchstone::app

@@ -23,9 +23,9 @@ using namespace touchstone;
 
 /// The commands, in the order of --help. A new command is a file with its add function, and a row here.
 constexpr app::AddCommand kCommands[] = {
-    app::addRun,  app::addValidate, app::addFit,    app::addDoctor, app::addNew,
-    app::addTree, app::addQp,       app::addExport, app::addVerify, app::addRecover,
-    app::addSoak, app::addCompare,  app::addPaper,  app::addTrials, app::addBench,
+    app::addRun,   app::addValidate, app::addFit,    app::addDoctor,  app::addNew,  app::addTree,
+    app::addQp,    app::addExport,   app::addVerify, app::addRecover, app::addSoak, app::addCompare,
+    app::addPaper, app::addTrials,   app::addBench,  app::addReferee,
 };
 
 constexpr const char* kFooter =

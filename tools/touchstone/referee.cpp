@@ -1,0 +1,477 @@
+// touchstone referee: the same device motions through Touchstone and through physics engines, scored by one judge.
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "engine/view/image_file.hpp"
+#include "haptics/files/output_file.hpp"
+#include "haptics/math/statistics.hpp"
+#include "haptics/sandbox/measure/report.hpp"
+#include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/session/presets.hpp"
+#include "haptics/surface/surface_distance.hpp"
+#include "haptics/surface/surface_overlap.hpp"
+#include "haptics/threads/rt_thread.hpp"
+#include "tools/touchstone/command_line.hpp"
+#include "tools/touchstone/console.hpp"
+#include "tools/touchstone/csv.hpp"
+#include "tools/touchstone/figures.hpp"
+#include "tools/touchstone/referee/rigid_engine.hpp"
+#include "tools/touchstone/scene_path.hpp"
+
+namespace touchstone::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+struct RefereeCommand {
+    fs::path out;
+    std::vector<std::string> motions;  ///< empty: all
+    double seconds = 4;                ///< of each motion at most
+    double limit = 120;                ///< s of processor time for a system and motion
+};
+
+/// A motion of a bundled scene.
+struct JudgedMotion {
+    const char *name, *scene, *motion;
+    double friction;
+    bool spheres;    ///< its fit is wide enough for sphere trees
+    double picture;  ///< s: the moment of the pictures
+};
+constexpr JudgedMotion kMotions[] = {
+    {"bunnies", "bunnies", "demonstration", 0, true, 2},
+    {"bunnies-friction", "bunnies", "demonstration", 0.4, true, 2},
+    {"teleport", "bunnies", "hard-05-teleport", 0, true, 1},
+    {"plate-1", "plate", "hard-04-plate-1", 0, true, 0.1},
+    {"plate-10", "plate", "hard-04-plate-10", 0, true, 0.1},
+    {"wedge", "wedge", "hard-09-wedge", 0, true, 1},
+    {"wedge-friction", "wedge", "hard-09-wedge", 0.4, true, 1},
+    {"spline-0.2", "spline", "demonstration", 0, true, 3},
+    {"spline-0.2-friction", "spline", "demonstration", 0.2, true, 3},
+    {"spline-0.02", "spline-002", "demonstration", 0, false, 3},
+    {"nut", "nut", "demonstration", 0, false, 3},
+    {"nut-friction", "nut", "demonstration", 0.2, false, 3},
+};
+
+constexpr int kRest = 300;               // ticks for which the device rests at the end
+constexpr int kFiner = 8;                // ticks of the reference in one of the others
+constexpr double kMass = 50;             // g of the tool in engines
+constexpr double kMargin = 0.04;         // mm, Bullet's own; less in a close fit
+constexpr double kSmallestForce = 1e-3;  // N that count as contact
+
+/// What the hand would feel, as Touchstone defines it: springs between the device and the tool, at C.
+Wrench springs(const Pose& X_WC, const Pose& device, const Settings& settings) {
+    return {settings.stiffness * (X_WC.p - device.p),
+            settings.torsion * logRotation((X_WC.q * device.q.conjugate()).normalized())};
+}
+
+struct JudgedTick {
+    Pose X_WT;
+    Wrench wrench;  ///< on the hand, about C
+    double us = 0;  ///< thread CPU time
+    double depth = 0;
+    bool intersects = false;
+};
+
+struct JudgedRun {
+    std::string system, note = {};
+    double prepareMs = 0;
+    std::vector<JudgedTick> ticks = {};
+};
+
+/// A scene with a motion of the device.
+class Course {
+  public:
+    Course(const JudgedMotion& motion, const RefereeCommand& command) : what(motion), limit_(command.limit) {
+        sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
+        options.allTrees = motion.spheres;
+        scene = sandbox::openScene(findScene(motion.scene), options);
+        settings = scene.settings;
+        settings.shadow = -1;
+        settings.geometry = Geometry::Mesh;
+        settings.friction = motion.friction > 0;
+        settings.frictionCoefficient = motion.friction;
+        const auto found = std::find_if(scene.motions.begin(), scene.motions.end(),
+                                        [&](const NamedMotion& m) { return m.name == motion.motion; });
+        if (found == scene.motions.end() || !scene.world)
+            throw std::runtime_error(std::string(motion.scene) + " has no motion " + motion.motion +
+                                     ": build the bundled scenes again");
+        const double ms = std::min(command.seconds * 1000, found->motion->duration());
+        for (int i = 0; i <= static_cast<int>(ms); ++i) device.push_back(found->motion->at(i));
+        device.insert(device.end(), kRest, device.back());
+    }
+
+    const World& world() const { return *scene.world; }
+    Pose center(const Pose& X_WT) const { return {X_WT * world().p_TC(), X_WT.q}; }
+
+    /// Touchstone, `finer` ticks for one of the others.
+    JudgedRun touchstone(const char* name, Geometry geometry, Mode mode, int finer = 1) const {
+        JudgedRun run{.system = name};
+        Settings chosen = mode == settings.mode ? settings : sandbox::withMode(settings, mode);
+        chosen.geometry = geometry;
+        chosen.shadow = -1;
+        if (mode == Mode::Paper)
+            chosen.solver = static_cast<int>(std::find_if(solverTable().begin(), solverTable().end(),
+                                                          [](const SolverInfo& s) { return s.name == "pqp"; }) -
+                                             solverTable().begin());
+        chosen.rate *= finer;
+        const double start = threadCpuMicroseconds();
+        StepState state(world());
+        run.prepareMs = (threadCpuMicroseconds() - start) / 1000;
+        Pose last = device.front();
+        for (const Pose& wanted : device) {
+            const double began = threadCpuMicroseconds();
+            const Vec6 way = incrementBetween(last, wanted);
+            TickRecord record;
+            for (int k = 1; k <= finer; ++k) {
+                const double share = double(k) / finer;
+                const Pose input = k == finer ? wanted
+                                              : Pose{last.p + share * way.head<3>(),
+                                                     (expRotation(share * way.tail<3>()) * last.q).normalized()};
+                record = step(world(), chosen, {.X_WT_device = input}, state);
+            }
+            const double us = threadCpuMicroseconds() - began;
+            last = wanted;
+            run.ticks.push_back({record.X_WT, record.wrench_C, us});
+            if (record.wrench_C.isZero()) run.ticks.back().wrench = {};
+            if (spent(start)) break;
+        }
+        return run;
+    }
+
+    JudgedRun engine(const EngineInfo& info, int substeps) const {
+        JudgedRun run{.system = std::string(info.name) + (substeps > 1 ? ", 4 substeps" : "")};
+        const double start = threadCpuMicroseconds();
+        try {
+            const double h = 1.0 / substeps, k = settings.stiffness, omega2 = k / kMass,
+                         inertia = settings.torsion / omega2;
+            EngineScene given{.mass = kMass, .inertia = inertia, .friction = what.friction, .step = h};
+            given.margin = std::min(kMargin, clearance() / 4);
+            given.tool = meshOf(*world().toolSurface, {-world().p_TC(), Quat::Identity()});
+            for (const Obstacle& obstacle : world().obstacles)
+                given.obstacles.push_back(meshOf(*obstacle.surface, obstacle.X_WO));
+            given.X_WC = center(world().X_WT_start);
+            const std::unique_ptr<RigidEngine> body = info.make(given);
+            run.prepareMs = (threadCpuMicroseconds() - start) / 1000;
+            Pose last = center(device.front());
+            // Critical damping.
+            const double c = 2 * std::sqrt(k * kMass), turning = 2 * std::sqrt(settings.torsion * inertia);
+            for (const Pose& X_WT_device : device) {
+                const double began = threadCpuMicroseconds();
+                const Pose wanted = center(X_WT_device);
+                const Vec6 speed = incrementBetween(last, wanted);  // in 1 ms
+                for (int n = 1; n <= substeps; ++n) {
+                    const double share = n * h;
+                    const Pose at{last.p + share * speed.head<3>(),
+                                  (expRotation(share * speed.tail<3>()) * last.q).normalized()};
+                    const BodyState s = body->state();
+                    const Wrench pull = springs(s.X_WC, at, settings);
+                    body->step(c * (speed.head<3>() - s.v) - pull.force,
+                               turning * (speed.tail<3>() - s.w) - pull.torque);
+                }
+                last = wanted;
+                const double us = threadCpuMicroseconds() - began;
+                const Pose X_WC = body->state().X_WC;
+                if (!X_WC.isValid()) {
+                    run.note = "no valid pose after " + std::to_string(run.ticks.size()) + " ticks";
+                    break;
+                }
+                run.ticks.push_back({{X_WC.p - X_WC.q * world().p_TC(), X_WC.q}, springs(X_WC, wanted, settings), us});
+                if (spent(start)) break;
+            }
+        } catch (const std::exception& e) {
+            run.note = e.what();
+        }
+        return run;
+    }
+
+    /// Whether the meshes intersect, and how deep: for all systems the same code, on the meshes themselves.
+    void judge(JudgedRun& run) const {
+        for (JudgedTick& tick : run.ticks)
+            for (const Obstacle& obstacle : world().obstacles) {
+                const Pose X_OT = obstacle.X_WO.inverse() * tick.X_WT;
+                if (!overlap(*world().toolSurface, *obstacle.surface, X_OT)) continue;
+                tick.intersects = true;
+                const bool measured = (&tick - run.ticks.data()) % 10 == 0;  // it takes long
+                if (measured)
+                    tick.depth =
+                        std::max(tick.depth, overlapDepth(*world().toolSurface, *obstacle.surface, X_OT, false));
+            }
+        if (run.ticks.size() < device.size() && run.note.empty())
+            run.note = "stopped after " + std::to_string(run.ticks.size()) + " ticks: too slow";
+    }
+
+    /// One line of the table. `reference`: whose forces count as true.
+    ordered_json row(const JudgedRun& run, const JudgedRun& reference) const {
+        std::vector<double> us, errors, rest;
+        double depth = 0, energy = 0, least = 0;
+        int intersecting = 0, touching = 0;
+        const std::size_t ticks = run.ticks.size();
+        for (std::size_t i = 0; i < ticks; ++i) {
+            const JudgedTick& tick = run.ticks[i];
+            us.push_back(tick.us);
+            depth = std::max(depth, tick.depth);
+            intersecting += tick.intersects;
+            touching += tick.wrench.force.norm() > kSmallestForce;
+            if (i < reference.ticks.size())
+                errors.push_back((tick.wrench.force - reference.ticks[i].wrench.force).norm());
+            if (i > 0) {  // work of the hand on the device, against the mean force of both ticks
+                const Vec6 move = incrementBetween(center(device[i - 1]), center(device[i]));
+                const Wrench &a = run.ticks[i - 1].wrench, &b = tick.wrench;
+                energy -= (a.force + b.force).dot(move.head<3>()) / 2 + (a.torque + b.torque).dot(move.tail<3>()) / 2;
+                least = std::min(least, energy);
+            }
+        }
+        const bool whole = ticks == device.size();
+        ordered_json line{{"motion", what.name}, {"system", run.system}, {"ticks", ticks}};
+        line["intersecting_percent"] = ticks ? ordered_json(100.0 * intersecting / double(ticks)) : nullptr;
+        line["depth_mm"] = ticks ? ordered_json(depth) : nullptr;
+        const auto& goal = scene.roles.goal;
+        line["seated"] = goal && whole ? ordered_json(goal->contains(run.ticks.back().X_WT)) : nullptr;
+        line["tunnelled"] = whole ? ordered_json(tunnelled(run, reference)) : nullptr;
+        const auto share = [](std::vector<double>& values, double percent) {
+            const auto found = percentile(values, percent);
+            return found ? ordered_json(*found) : ordered_json();
+        };
+        line["force_error_p50_N"] = share(errors, 50);
+        line["force_error_p99_N"] = share(errors, 99);
+        line["rest_noise_N"] = whole ? ordered_json(noiseAtRest(run)) : nullptr;
+        line["energy_created_mJ"] = ticks ? ordered_json(-least) : nullptr;
+        line["tick_p50_us"] = share(us, 50);
+        line["tick_p999_us"] = share(us, 99.9);
+        line["prepare_ms"] = run.prepareMs;
+        line["note"] = run.note;
+        return line;
+    }
+
+    void draw(const JudgedRun& run, const fs::path& file) const {
+        const auto at = static_cast<std::size_t>(what.picture * 1000);
+        if (run.ticks.empty()) return;
+        TickRecord record;
+        const JudgedTick& tick = run.ticks[std::min(at, run.ticks.size() - 1)];
+        record.X_WT = tick.X_WT;
+        record.X_WT_device = device[std::min(at, run.ticks.size() - 1)];
+        record.wrench_C = tick.wrench;
+        sandbox::ScenePicture picture;
+        picture.width = 480;
+        picture.height = 360;
+        picture.display.section = true;
+        picture.display.contacts = false;
+        engine::writePng(file, sandbox::renderScene(scene, record, settings, picture));
+    }
+
+    const JudgedMotion what;
+    sandbox::HapticScene scene;
+    Settings settings;
+    std::vector<Pose> device;  ///< X_WT of every tick
+
+  private:
+    bool spent(double start) const { return threadCpuMicroseconds() - start > 1e6 * limit_; }
+    double clearance() const {
+        const auto& goal = scene.roles.clearance;
+        return goal ? *goal : 4 * kMargin;
+    }
+    static TriangleMesh meshOf(const Surface& surface, const Pose& X) {
+        TriangleMesh mesh;
+        for (const Vec3& p : surface.features.points) mesh.vertices.push_back(X * p);
+        for (const auto& face : surface.features.faces) {
+            const auto& c = face.points;
+            mesh.triangles.push_back({std::uint32_t(c[0]), std::uint32_t(c[1]), std::uint32_t(c[2])});
+        }
+        return mesh;
+    }
+    /// At the end, the way from where the reference holds C to where the system has it crosses an obstacle.
+    bool tunnelled(const JudgedRun& run, const JudgedRun& reference) const {
+        const Vec3 from = reference.ticks.back().X_WT * world().p_TC(), to = run.ticks.back().X_WT * world().p_TC();
+        for (const Obstacle& obstacle : world().obstacles) {
+            const Pose X_OW = obstacle.X_WO.inverse();
+            const Vec3 a = X_OW * from, b = X_OW * to;
+            const auto hit = firstHit(*obstacle.surface, a, b - a);
+            if (hit && (*hit - a).norm() < (b - a).norm()) return true;
+        }
+        return false;
+    }
+    /// Root mean square of the force about its mean, in the last 100 ticks of rest.
+    static double noiseAtRest(const JudgedRun& run) {
+        constexpr std::size_t kLast = 100;
+        Vec3 mean = Vec3::Zero();
+        const std::span last(run.ticks.data() + run.ticks.size() - kLast, kLast);
+        for (const JudgedTick& tick : last) mean += tick.wrench.force / kLast;
+        double sum = 0;
+        for (const JudgedTick& tick : last) sum += (tick.wrench.force - mean).squaredNorm() / kLast;
+        return std::sqrt(sum);
+    }
+    const double limit_;
+};
+
+std::string fileName(std::string text) {
+    std::erase(text, ',');
+    std::replace(text.begin(), text.end(), ' ', '-');
+    return text;
+}
+
+std::string cell(const ordered_json& value) {
+    if (value.is_null()) return "–";
+    if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+    if (value.is_number()) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.3g", value.get<double>());
+        return text;
+    }
+    return value.get<std::string>();
+}
+
+constexpr std::array<std::pair<const char*, const char*>, 12> kColumns{
+    {{"system", "system"},
+     {"intersecting_percent", "ticks that intersect, %"},
+     {"depth_mm", "depth, mm"},
+     {"seated", "seated"},
+     {"tunnelled", "tunnelled"},
+     {"force_error_p50_N", "force error p50, N"},
+     {"force_error_p99_N", "p99, N"},
+     {"rest_noise_N", "noise at rest, N"},
+     {"energy_created_mJ", "energy created, mJ"},
+     {"tick_p50_us", "tick p50, µs"},
+     {"tick_p999_us", "p99.9, µs"},
+     {"prepare_ms", "preparation, ms"}}};
+
+/// The page beside the folder: Markdown.
+void writePage(const RefereeCommand& command, const std::vector<ordered_json>& rows, const std::vector<Figure>& figures,
+               const std::vector<std::string>& motions) {
+    const fs::path folder = command.out.filename().empty() ? command.out.parent_path() : command.out;
+    std::string page = "# The referee: other engines on the same motions\n\n";
+    page += "Written by `touchstone referee --out " + folder.generic_string() + "`; [referee.csv](" +
+            folder.filename().string() +
+            "/referee.csv) has all figures.\n\n"
+            "The tool of an engine is a body of 50 g that a spring and a damper pull to the device: the scene's "
+            "stiffness and "
+            "torsion, critical damping, and an inertia with which turning is as fast as moving. One tick is 1 ms, in "
+            "one step or "
+            "in four. The force is that of the springs for all. One judge tests the meshes themselves after every tick "
+            "(depth: at each tenth tick that intersects, of vertices and edges). The reference is Touchstone between "
+            "meshes "
+            "with eight ticks for each. "
+            "*Tunnelled*: at the end the way of C from the reference's place to the system's crosses a part. *Energy "
+            "created*: "
+            "the most that the hand had got back beyond what it gave. Times are thread CPU time, engines with their "
+            "collision. "
+            "The device rests for the last 0.3 s. A system that needs more than " +
+            shortNumber(command.limit) +
+            " s for a motion is stopped.\n\n| engine | version | what was chosen |\n|---|---|---|\n";
+    for (const EngineInfo& info : engineTable())
+        page += std::string("| ") + info.name + " | " + info.version + " | " + info.choices + " |\n";
+    for (const char* name : {"Bullet", "ODE", "MuJoCo"})
+        if (std::none_of(engineTable().begin(), engineTable().end(),
+                         [&](const EngineInfo& info) { return std::string_view(info.name) == name; }))
+            page += std::string("| ") + name + " | – | not installed when the program was built |\n";
+    for (const Figure& figure : figures)
+        page += "\n![" + figure.caption + "](" + folder.filename().string() + "/" + figure.name + ".svg)\n";
+    for (const std::string& motion : motions) {
+        page += "\n## " + motion + "\n\n|";
+        for (const auto& [key, title] : kColumns) page += std::string(" ") + title + " |";
+        page += "\n|";
+        for (std::size_t k = 0; k < kColumns.size(); ++k) page += "---|";
+        page += "\n";
+        std::string notes, pictures;
+        for (const ordered_json& row : rows) {
+            if (row["motion"] != motion) continue;
+            page += "|";
+            for (const auto& [key, title] : kColumns) page += " " + cell(row[key]) + " |";
+            page += "\n";
+            const std::string system = row["system"], note = row["note"];
+            if (!note.empty()) notes += "- " + system + ": " + note + "\n";
+            const std::string picture = fileName(motion + "-" + system) + ".png";
+            if (fs::exists(command.out / picture))
+                pictures +=
+                    "| ![" + system + "](" + folder.filename().string() + "/" + picture + ")<br>" + system + " ";
+        }
+        if (!notes.empty()) page += "\n" + notes;
+        if (!pictures.empty()) {
+            const auto columns = std::count(pictures.begin(), pictures.end(), '|');
+            std::string head;
+            for (std::ptrdiff_t k = 0; k < columns; ++k) head += "| ";
+            std::string rule;
+            for (std::ptrdiff_t k = 0; k < columns; ++k) rule += "|---";
+            page += "\n" + head + "|\n" + rule + "|\n" + pictures + "|\n";
+        }
+    }
+    writeFile(fs::path(folder).concat(".md"), "the page", page);
+}
+
+int referee(const RefereeCommand& command) {
+    std::vector<JudgedMotion> motions;
+    for (const JudgedMotion& motion : kMotions)
+        if (command.motions.empty() ||
+            std::find(command.motions.begin(), command.motions.end(), motion.name) != command.motions.end())
+            motions.push_back(motion);
+    makeFolder(command.out, "the comparison");
+    if (engineTable().empty())
+        std::printf(
+            "The program was built without other engines, so only Touchstone is judged: install libbullet-dev, "
+            "libode-dev "
+            "or libmujoco-dev and build again\n");
+    std::vector<ordered_json> rows;
+    std::vector<std::string> names;
+    for (const JudgedMotion& motion : motions) {
+        const Course course(motion, command);
+        names.emplace_back(motion.name);
+        const JudgedRun reference = course.touchstone("reference", Geometry::Mesh, course.settings.mode, kFiner);
+        std::vector<JudgedRun> runs{course.touchstone("Touchstone, meshes", Geometry::Mesh, course.settings.mode)};
+        if (motion.spheres) {
+            runs.push_back(course.touchstone("Touchstone, spheres", Geometry::Spheres, course.settings.mode));
+            if (motion.friction == 0)
+                runs.push_back(course.touchstone("Touchstone, paper mode", Geometry::Spheres, Mode::Paper));
+        }
+        for (const EngineInfo& info : engineTable())
+            for (const int substeps : {1, 4}) runs.push_back(course.engine(info, substeps));
+        std::printf("%s%s\n", motion.name,
+                    motion.friction > 0 ? (", friction " + shortNumber(motion.friction)).c_str() : "");
+        for (JudgedRun& run : runs) {
+            course.judge(run);
+            rows.push_back(course.row(run, reference));
+            const ordered_json& row = rows.back();
+            std::printf(
+                "  %-24s intersects %6s %%, %8s mm; seated %-3s tunnelled %-3s force error %8s / %8s N, rest %8s N, "
+                "%8s mJ; %8s / %8s µs  %s\n",
+                run.system.c_str(), cell(row["intersecting_percent"]).c_str(), cell(row["depth_mm"]).c_str(),
+                cell(row["seated"]).c_str(), cell(row["tunnelled"]).c_str(), cell(row["force_error_p50_N"]).c_str(),
+                cell(row["force_error_p99_N"]).c_str(), cell(row["rest_noise_N"]).c_str(),
+                cell(row["energy_created_mJ"]).c_str(), cell(row["tick_p50_us"]).c_str(),
+                cell(row["tick_p999_us"]).c_str(), run.note.c_str());
+            std::fflush(stdout);
+            if (run.system.find("substeps") == std::string::npos)
+                course.draw(run, command.out / (fileName(std::string(motion.name) + "-" + run.system) + ".png"));
+        }
+        writeFile(command.out / "referee.csv", "the table", toCsv(rows));
+    }
+    writePage(command, rows, drawFigures("referee", command.out), names);
+    return kOk;
+}
+
+}  // namespace
+
+void addReferee(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<RefereeCommand>();
+    CLI::App* command = addCommand(program, "referee", "Judge Touchstone and physics engines on the same motions",
+                                   "Examples:\n  touchstone referee --out docs/referee\n"
+                                   "  touchstone referee --out judged --motions plate-10,wedge\n");
+    command
+        ->add_option("--out", options->out, "folder for table, figures and pictures; the page is beside it, as DIR.md")
+        ->required();
+    std::vector<std::string> names;
+    for (const JudgedMotion& motion : kMotions) names.emplace_back(motion.name);
+    command->add_option("--motions", options->motions, "comma-separated (default: all)")
+        ->delimiter(',')
+        ->check(CLI::IsMember(names));
+    command->add_option("--seconds", options->seconds, "of each motion at most")
+        ->check(durationInSeconds())
+        ->capture_default_str();
+    command->add_option("--limit", options->limit, "seconds of processor time for a system and a motion")
+        ->check(durationInSeconds())
+        ->capture_default_str();
+    command->callback([options, &action] { action = [options] { return referee(*options); }; });
+}
+
+}  // namespace touchstone::app
