@@ -1,4 +1,4 @@
-// touchstone compare and touchstone paper from outside. The measured values are never asserted: only that the inputs
+// touchstone compare, paper and referee from outside. The measured values are never asserted: only that the inputs
 // were the same and that every output is present.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -232,6 +232,56 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
     for (const char* steps : {"figure-5", "figure-7"})
         for (int k = 1; k <= 4; ++k)
             CHECK(fs::exists(touchstone.file("paper/" + std::string(steps) + "-step-" + std::to_string(k) + ".png")));
+}
+
+TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {
+    const Program touchstone;
+    const Answer answer = touchstone("referee --motions plate-10,wedge-friction --seconds 0.5 --limit 5 --out " +
+                                     touchstone.file("judged"));
+    INFO(answer.err);
+    REQUIRE(answer.code == 0);
+    const auto table = tableOf(touchstone.file("judged/referee.csv"));
+    const std::string page = textOf(touchstone.file("judged.md"));
+    std::set<std::string> systems;
+    std::map<std::string, std::string> ticks;
+    for (const auto& row : table) {
+        INFO(row.at("motion") << ", " << row.at("system"));
+        systems.insert(row.at("system"));
+        CHECK_THAT(page, Catch::Matchers::Contains("| " + row.at("system") + " |"));
+        if (!row.at("note").empty()) continue;
+        CHECK(row.at("ticks") == ticks.emplace(row.at("motion"), row.at("ticks")).first->second);
+        for (const char* column : {"intersecting_percent", "depth_mm", "tunnelled", "force_error_p50_N", "rest_noise_N",
+                                   "energy_created_mJ", "tick_p50_us", "tick_p999_us", "prepare_ms"})
+            CHECK_FALSE(row.at(column).empty());
+        if (row.at("system") == "Touchstone meshes") {
+            CHECK(row.at("intersecting_percent") == "0.0");
+            CHECK(row.at("tunnelled") == "false");
+        }
+        // A tool that falls through the plate is off by far more.
+        const bool engine = row.at("system").find("Touchstone") == std::string::npos;
+        if (engine && row.at("motion") == "plate-10") CHECK(std::stod(row.at("force_error_p50_N")) < 10);
+    }
+    CHECK(systems.count("Touchstone meshes") == 1);
+    CHECK(systems.count("Touchstone paper mode") == 1);
+    for (const char* engine : {"Bullet", "ODE", "MuJoCo"}) {
+        const bool built = page.find(std::string("| ") + engine + " | – | not installed") == std::string::npos;
+        CHECK(systems.count(engine) == (built ? 1 : 0));
+        CHECK(systems.count(std::string(engine) + " 4 substeps") == (built ? 1 : 0));
+    }
+
+    // Without sensors and noise, the hand rests up to what theory says.
+    const auto passivity = tableOf(touchstone.file("judged/passivity.csv"));
+    REQUIRE(passivity.size() == 8);
+    for (const auto& row : passivity) {
+        INFO(row.at("rate_Hz"));
+        const double bound = std::min(100.0, std::stod(row.at("bound_N_per_mm")));
+        CHECK(std::stod(row.at("rests_N_per_mm")) <= 1.1 * bound);
+        CHECK(std::stod(row.at("rests_N_per_mm")) >= 0.7 * bound);
+        CHECK(std::stod(row.at("passive_N_per_mm")) <= std::stod(row.at("rests_N_per_mm")));
+        CHECK(std::stod(row.at("passive_N_per_mm")) > 0.1);
+    }
+    CHECK_THAT(touchstone("referee --motions moon --out " + touchstone.file("judged")).err,
+               Catch::Matchers::Contains("moon"));
 }
 
 }  // namespace touchstone::compare_program_tests

@@ -1,14 +1,15 @@
 // touchstone referee: the same device motions through Touchstone and through physics engines, scored by one judge.
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/math/statistics.hpp"
-#include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
+#include "haptics/sandbox/record/build_info.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "haptics/surface/surface_distance.hpp"
 #include "haptics/surface/surface_overlap.hpp"
@@ -17,6 +18,7 @@
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/csv.hpp"
 #include "tools/touchstone/figures.hpp"
+#include "tools/touchstone/referee/passivity.hpp"
 #include "tools/touchstone/referee/rigid_engine.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
@@ -59,6 +61,7 @@ constexpr int kRest = 300;               // ticks for which the device rests at 
 constexpr int kFiner = 8;                // ticks of the reference in one of the others
 constexpr double kMass = 50;             // g of the tool in engines
 constexpr double kMargin = 0.04;         // mm, Bullet's own; less in a close fit
+constexpr int kDepths = 3;               // of so many ticks one has its depth measured
 constexpr double kSmallestForce = 1e-3;  // N that count as contact
 
 /// What the hand would feel, as Touchstone defines it: springs between the device and the tool, at C.
@@ -142,7 +145,7 @@ class Course {
     }
 
     JudgedRun engine(const EngineInfo& info, int substeps) const {
-        JudgedRun run{.system = std::string(info.name) + (substeps > 1 ? ", 4 substeps" : "")};
+        JudgedRun run{.system = std::string(info.name) + (substeps > 1 ? " 4 substeps" : "")};
         const double start = threadCpuMicroseconds();
         try {
             const double h = 1.0 / substeps, k = settings.stiffness, omega2 = k / kMass,
@@ -194,7 +197,7 @@ class Course {
                 const Pose X_OT = obstacle.X_WO.inverse() * tick.X_WT;
                 if (!overlap(*world().toolSurface, *obstacle.surface, X_OT)) continue;
                 tick.intersects = true;
-                const bool measured = (&tick - run.ticks.data()) % 10 == 0;  // it takes long
+                const bool measured = (&tick - run.ticks.data()) % kDepths == 0;  // it takes long
                 if (measured)
                     tick.depth =
                         std::max(tick.depth, overlapDepth(*world().toolSurface, *obstacle.surface, X_OT, false));
@@ -238,7 +241,7 @@ class Course {
         line["force_error_p50_N"] = share(errors, 50);
         line["force_error_p99_N"] = share(errors, 99);
         line["rest_noise_N"] = whole ? ordered_json(noiseAtRest(run)) : nullptr;
-        line["energy_created_mJ"] = ticks ? ordered_json(-least) : nullptr;
+        line["energy_created_mJ"] = ticks ? ordered_json(std::max(0.0, -least)) : nullptr;
         line["tick_p50_us"] = share(us, 50);
         line["tick_p999_us"] = share(us, 99.9);
         line["prepare_ms"] = run.prepareMs;
@@ -255,8 +258,8 @@ class Course {
         record.X_WT_device = device[std::min(at, run.ticks.size() - 1)];
         record.wrench_C = tick.wrench;
         sandbox::ScenePicture picture;
-        picture.width = 480;
-        picture.height = 360;
+        picture.width = 360;
+        picture.height = 270;
         picture.display.section = true;
         picture.display.contacts = false;
         engine::writePng(file, sandbox::renderScene(scene, record, settings, picture));
@@ -307,7 +310,6 @@ class Course {
 };
 
 std::string fileName(std::string text) {
-    std::erase(text, ',');
     std::replace(text.begin(), text.end(), ' ', '-');
     return text;
 }
@@ -337,10 +339,49 @@ constexpr std::array<std::pair<const char*, const char*>, 12> kColumns{
      {"tick_p999_us", "p99.9, µs"},
      {"prepare_ms", "preparation, ms"}}};
 
+/// The greatest stiffness that stays passive, of the ball on the plate.
+std::vector<ordered_json> passivityOf(const RefereeCommand& command) {
+    constexpr int kRates[] = {250, 500, 1000, 2000, 5000, 10'000, 20'000, 40'000};
+    const sandbox::HapticScene scene =
+        sandbox::openScene(findScene("plate"), {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
+    const std::vector<ordered_json> rows = greatestStiffness(*scene.world, scene.settings, kRates);
+    writeFile(command.out / "passivity.csv", "the table", toCsv(rows));
+    std::printf("passive with a simulated hand\n");
+    for (const ordered_json& row : rows)
+        std::printf("  %6.0f Hz  %.3g N/mm, at rest up to %.3g N/mm\n", row["rate_Hz"].get<double>(),
+                    row["passive_N_per_mm"].get<double>(), row["rests_N_per_mm"].get<double>());
+    return rows;
+}
+
+/// In how many motions the least value of a column is an engine's, in words. A system that was stopped does not count.
+std::string winsOfEngines(const std::vector<ordered_json>& rows, const std::vector<std::string>& motions,
+                          const char* column, const char* what) {
+    std::map<std::string, int> wins;
+    int all = 0;
+    for (const std::string& motion : motions) {
+        const ordered_json* best = nullptr;
+        for (const ordered_json& row : rows)
+            if (row["motion"] == motion && row["note"] == "" && row[column].is_number() &&
+                (!best || row[column] < (*best)[column]))
+                best = &row;
+        if (!best || (*best)["system"].get<std::string>().starts_with("Touchstone")) continue;
+        ++wins[(*best)["system"]];
+        ++all;
+    }
+    std::string text = std::string("- ") + what + ": an engine's in " + std::to_string(all) + " of " +
+                       std::to_string(motions.size()) + " motions";
+    const char* between = " (";
+    for (const auto& [system, count] : wins)
+        text += std::exchange(between, ", ") + system + " " + std::to_string(count);
+    return text + (all > 0 ? ")" : "") + ".\n";
+}
+
 /// The page beside the folder: Markdown.
-void writePage(const RefereeCommand& command, const std::vector<ordered_json>& rows, const std::vector<Figure>& figures,
+void writePage(const RefereeCommand& command, const std::vector<ordered_json>& rows,
+               const std::vector<ordered_json>& passivity, const std::vector<Figure>& figures,
                const std::vector<std::string>& motions) {
     const fs::path folder = command.out.filename().empty() ? command.out.parent_path() : command.out;
+    const ordered_json build = sandbox::buildInfo();
     std::string page = "# The referee: other engines on the same motions\n\n";
     page += "Written by `touchstone referee --out " + folder.generic_string() + "`; [referee.csv](" +
             folder.filename().string() +
@@ -350,15 +391,16 @@ void writePage(const RefereeCommand& command, const std::vector<ordered_json>& r
             "torsion, critical damping, and an inertia with which turning is as fast as moving. One tick is 1 ms, in "
             "one step or "
             "in four. The force is that of the springs for all. One judge tests the meshes themselves after every tick "
-            "(depth: at each tenth tick that intersects, of vertices and edges). The reference is Touchstone between "
+            "(depth: at every third tick, of vertices and edges). The reference is Touchstone between "
             "meshes "
             "with eight ticks for each. "
             "*Tunnelled*: at the end the way of C from the reference's place to the system's crosses a part. *Energy "
             "created*: "
             "the most that the hand had got back beyond what it gave. Times are thread CPU time, engines with their "
             "collision. "
-            "The device rests for the last 0.3 s. A system that needs more than " +
-            shortNumber(command.limit) +
+            "The device rests for the last 0.3 s. Processor: " +
+            build["machine"]["processor"].get<std::string>() + ", build " + build["flags"].get<std::string>() +
+            ". A system that needs more than " + shortNumber(command.limit) +
             " s for a motion is stopped.\n\n| engine | version | what was chosen |\n|---|---|---|\n";
     for (const EngineInfo& info : engineTable())
         page += std::string("| ") + info.name + " | " + info.version + " | " + info.choices + " |\n";
@@ -366,6 +408,14 @@ void writePage(const RefereeCommand& command, const std::vector<ordered_json>& r
         if (std::none_of(engineTable().begin(), engineTable().end(),
                          [&](const EngineInfo& info) { return std::string_view(info.name) == name; }))
             page += std::string("| ") + name + " | – | not installed when the program was built |\n";
+    page +=
+        "\n## What the engines do better\n\n"
+        "- They move many bodies, with gravity, joints and motors; Touchstone moves one tool among parts that stand.\n"
+        "- Their tool has mass, so that it can be thrown and can bounce; Touchstone's has none.\n" +
+        winsOfEngines(rows, motions, "tick_p50_us", "Shortest median tick") +
+        winsOfEngines(rows, motions, "tick_p999_us", "Shortest tick at p99.9") +
+        winsOfEngines(rows, motions, "prepare_ms", "Shortest preparation") +
+        "\nMuJoCo's times are those of hulls, which are other parts than those that the judge looks at.\n";
     for (const Figure& figure : figures)
         page += "\n![" + figure.caption + "](" + folder.filename().string() + "/" + figure.name + ".svg)\n";
     for (const std::string& motion : motions) {
@@ -397,6 +447,23 @@ void writePage(const RefereeCommand& command, const std::vector<ordered_json>& r
             page += "\n" + head + "|\n" + rule + "|\n" + pictures + "|\n";
         }
     }
+    page +=
+        "\n## Stiffness against rate\n\nA simulated hand (0.1 kg, 0.5 N/mm, 14 N·s/m) presses the ball of the scene "
+        "plate "
+        "4 mm into the plate and rests. *Passive*: with no greater stiffness of the coupling does the hand ever get "
+        "back more "
+        "energy than it gave, and it comes to rest. *At rest*: up to here it does not vibrate at the end; beside it 2 "
+        "b / T with the hand's damping (Colgate and Schenkel 1997), and 100 N/mm is the most that was tried. The hand "
+        "moves "
+        "continuously, the force holds from tick to tick; the device has no damping of its own, no resolution and no "
+        "noise, "
+        "and the safety stage has no part in it. Choi and Tan (2004) measured on a device where people began to "
+        "perceive "
+        "instability: 0.325 N/mm at 250 Hz to 0.904 N/mm at 40 kHz. Theirs stands beside ours, not against it.\n\n"
+        "| rate, Hz | passive up to, N/mm | at rest up to, N/mm | 2 b / T, N/mm |\n|---|---|---|---|\n";
+    for (const ordered_json& row : passivity)
+        page += "| " + std::to_string(row["rate_Hz"].get<int>()) + " | " + cell(row["passive_N_per_mm"]) + " | " +
+                cell(row["rests_N_per_mm"]) + " | " + cell(row["bound_N_per_mm"]) + " |\n";
     writeFile(fs::path(folder).concat(".md"), "the page", page);
 }
 
@@ -418,11 +485,11 @@ int referee(const RefereeCommand& command) {
         const Course course(motion, command);
         names.emplace_back(motion.name);
         const JudgedRun reference = course.touchstone("reference", Geometry::Mesh, course.settings.mode, kFiner);
-        std::vector<JudgedRun> runs{course.touchstone("Touchstone, meshes", Geometry::Mesh, course.settings.mode)};
+        std::vector<JudgedRun> runs{course.touchstone("Touchstone meshes", Geometry::Mesh, course.settings.mode)};
         if (motion.spheres) {
-            runs.push_back(course.touchstone("Touchstone, spheres", Geometry::Spheres, course.settings.mode));
+            runs.push_back(course.touchstone("Touchstone spheres", Geometry::Spheres, course.settings.mode));
             if (motion.friction == 0)
-                runs.push_back(course.touchstone("Touchstone, paper mode", Geometry::Spheres, Mode::Paper));
+                runs.push_back(course.touchstone("Touchstone paper mode", Geometry::Spheres, Mode::Paper));
         }
         for (const EngineInfo& info : engineTable())
             for (const int substeps : {1, 4}) runs.push_back(course.engine(info, substeps));
@@ -446,7 +513,8 @@ int referee(const RefereeCommand& command) {
         }
         writeFile(command.out / "referee.csv", "the table", toCsv(rows));
     }
-    writePage(command, rows, drawFigures("referee", command.out), names);
+    const std::vector<ordered_json> passivity = passivityOf(command);
+    writePage(command, rows, passivity, drawFigures("referee", command.out), names);
     return kOk;
 }
 
