@@ -236,7 +236,7 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
 
 TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {
     const Program touchstone;
-    const Answer answer = touchstone("referee --motions plate-10,wedge-friction --seconds 0.5 --limit 5 --out " +
+    const Answer answer = touchstone("referee --motions plate-10,wedge-friction --seconds 0.2 --limit 2 --out " +
                                      touchstone.file("judged"));
     INFO(answer.err);
     REQUIRE(answer.code == 0);

@@ -324,8 +324,9 @@ TEST_CASE("program: help and version need no scene, and every command has its ow
     // Every command has its own examples, not those of the program.
     std::size_t commands = 0;
     for (const std::string& command : std::vector<std::string>{
-             "run", "validate", "fit", "doctor", "new", "tree", "tree check", "qp", "export", "verify", "recover",
-             "soak", "compare", "paper", "trials", "trials summary", "bench", "bench qp", "bench merge"}) {
+             "run",    "validate",       "fit",    "doctor",   "new",       "tree",        "tree check",
+             "qp",     "export",         "verify", "recover",  "soak",      "compare",     "paper",
+             "trials", "trials summary", "bench",  "bench qp", "bench gpu", "bench merge", "referee"}) {
         INFO(command);
         const Answer answer = touchstone(command + " --help");
         CHECK(answer.code == 0);

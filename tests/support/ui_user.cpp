@@ -60,6 +60,8 @@ Place onItem(const std::string& name, float share) {
     };
 }
 
+std::optional<glm::vec2> inSettings(WindowFrame& frame) { return glm::vec2(100, frame.picture.w - 20); }
+
 User& User::then(Step step) {
     steps_.push_back(std::move(step));
     return *this;

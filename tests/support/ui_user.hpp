@@ -20,6 +20,8 @@ sandbox::WindowRunOptions optionsFor(const std::filesystem::path& scene);
 using Place = std::function<std::optional<glm::vec2>(sandbox::WindowFrame&)>;
 /// A point on a control, at a share of its width.
 Place onItem(const std::string& name, float share = 0.5f);
+/// A point in the settings, to scroll them.
+std::optional<glm::vec2> inSettings(sandbox::WindowFrame& frame);
 
 /// Runs one step after the other; repeats each once a frame until it returns true.
 class User {

@@ -151,7 +151,7 @@ constexpr const char* kBenchFooter =
     "  touchstone bench merge part-* --out hard\n"
     "  touchstone bench qp --csv qp.csv\n"
     "  touchstone bench friction --csv friction.csv\n"
-    "  touchstone bench gpu --csv gpu.csv\n";
+    "  touchstone bench gpu --out gpu\n";
 
 const CLI::App* addBenchMerge(CLI::App& bench, Action& action) {
     const auto options = std::make_shared<BenchMergeCommand>();

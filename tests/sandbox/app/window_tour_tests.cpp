@@ -108,10 +108,9 @@ TEST_CASE("window tour: panels, menus and dialogs", "[ui][long]") {
     tour.tap(GLFW_KEY_ESCAPE).key(GLFW_KEY_S, true), tour.look("dialog-save");
     tour.tap(GLFW_KEY_ESCAPE).click("menu scene").click("menu add"), tour.look("dialog-add");
     tour.tap(GLFW_KEY_ESCAPE).click("menu device").click("device replay"), tour.look("dialog-replay");
-    const Place settings = [](WindowFrame& frame) { return glm::vec2(100, frame.picture.w - 20); };
-    tour.tap(GLFW_KEY_ESCAPE).wheel(settings, -200).click("more").wheel(settings, -200);
+    tour.tap(GLFW_KEY_ESCAPE).wheel(inSettings, -200).click("more").wheel(inSettings, -200);
     tour.aside().look("settings-more");
-    tour.wheel(settings, 200).click("check fit");
+    tour.wheel(inSettings, 200).click("check fit");
     tour.until([](WindowFrame& frame) { return frame.items.count("fit verdict") > 0; });
     tour.aside().look("fit");
     tour.click("node hole"), tour.aside().look("selected");
