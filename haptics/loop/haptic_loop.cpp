@@ -48,7 +48,9 @@ HapticLoop::~HapticLoop() = default;
 
 Settings HapticLoop::checked(const Settings& settings) const {
     if (const std::string wrong = checkSettings(settings); !wrong.empty()) throw std::invalid_argument(wrong);
-    return limitWork(settings, nanosecondsPerRowIteration_, options_.shares);
+    Settings fitting = settings;
+    keepRoundTripsInTick(fitting, options_.shares);
+    return limitWork(fitting, nanosecondsPerRowIteration_, options_.shares);
 }
 
 std::unique_ptr<Session> HapticLoop::makeSession(std::shared_ptr<const World> world, const Settings& settings,

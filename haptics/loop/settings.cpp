@@ -320,6 +320,7 @@ SolverSettings solverSettings(const Settings& settings) {
     if (!s.paperForm && settings.solver != kExactSolver) s.maxIterations = settings.iterationCap;
     s.workLimit = s.paperForm ? settings.paperWork : settings.solverWork;
     s.elasticWeight = settings.elasticWeight;
+    s.longestWait = settings.solverWait;
     return s;
 }
 

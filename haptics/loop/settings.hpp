@@ -1,6 +1,7 @@
 #pragma once
 // All settings that a user can change, in one struct and one table.
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -73,7 +74,8 @@ struct Settings {
     double penaltyStiffness = 10;          ///< N/mm of each pair in penalty mode
     double rate = 1000;                    ///< Hz
     bool pause = false;                    ///< the tool is held with zero force
-    int deadMan = 0;                       ///< button of the device that must be held for any force, from 1; 0: none
+    double solverWait = std::numeric_limits<double>::infinity();  ///< SolverSettings::longestWait; see limitWork()
+    int deadMan = 0;  ///< button of the device that must be held for any force, from 1; 0: none
 
     friend bool operator==(const Settings&, const Settings&) = default;
 };

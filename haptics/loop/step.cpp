@@ -213,6 +213,7 @@ void Tick::note(const SolveResult& result) {
     if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
     if (result.status == SolveStatus::IterationLimit) record.flags |= kIterationLimit;
     if (result.status == SolveStatus::Invalid) record.flags |= kNonFinite;
+    if (result.byProcessor) record.flags |= kByProcessor;
     record.kkt.primal_mm = std::max(record.kkt.primal_mm, result.kkt.primal_mm);
     record.kkt.dual_N = std::max(record.kkt.dual_N, result.kkt.dual_N);
     record.kkt.stationarity_N = std::max(record.kkt.stationarity_N, result.kkt.stationarity_N);
@@ -290,7 +291,7 @@ void Tick::runShadow(const QpProblem& problem, const Vec6& rendered) {
     if (!s.paperForm) s.maxIterations = settings.iterationCap;
     const SolveResult shadow = state.shadows[settings.shadow]->solve(shared, s);
     record.shadowIterations = shadow.iterations;
-    record.shadowStatus = shadow.status;
+    record.shadowStatus = shadow.byProcessor ? SolveStatus::Invalid : shadow.status;
     addTime(record.shadowUs, start);
 
     // The error is measured against the exact answer to the same rows. If the shadow itself is exact, the difference is

@@ -1,9 +1,12 @@
 #include "haptics/loop/work_limits.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 #include "haptics/threads/rt_thread.hpp"
 
@@ -43,7 +46,32 @@ double nanosecondsPerRowIteration(int rows) {
     return least;
 }
 
+/// A sentence if a solver on another device does not fit a share of the tick; then the processor's takes its place.
+std::string keepInTick(int& solver, double rate, double share) {
+    if (solver < 0) return {};
+    const SolverInfo& info = solverTable()[static_cast<std::size_t>(solver)];
+    if (!info.roundTrip) return {};
+    const RoundTrip& trip = info.roundTrip();
+    const double needed = trip.us + kLeastUpdates * trip.updateUs, available = share * 1e6 / rate;
+    if (trip.trouble.empty() && needed <= available) return {};
+    solver = findSolver("pqp");
+    const std::string instead = std::string(info.name) + " is not used here, and pqp solves on the processor: ";
+    if (!trip.trouble.empty()) return instead + trip.trouble;
+    std::array<char, 200> why{};
+    std::snprintf(why.data(), why.size(),
+                  "its round trip with %d updates takes %.0f µs, and a tick at %.0f Hz has %.0f µs for it",
+                  kLeastUpdates, needed, rate, available);
+    return instead + why.data();
+}
+
 }  // namespace
+
+std::vector<std::string> keepRoundTripsInTick(Settings& settings, const WorkShares& shares) {
+    std::vector<std::string> sentences{keepInTick(settings.solver, settings.rate, shares.solver),
+                                       keepInTick(settings.shadow, settings.rate, shares.shadow)};
+    std::erase(sentences, "");
+    return sentences;
+}
 
 double calibrateWork() { return std::max(nanosecondsPerRowIteration(kFewRows), nanosecondsPerRowIteration(300)); }
 
@@ -56,6 +84,14 @@ Settings limitWork(Settings settings, double nanosecondsPerRowIteration, const W
     lower(settings.solverWork, shares.solver * available);
     lower(settings.shadowWork, shares.shadow * available);
     lower(settings.iterationCap, std::min(shares.solver, shares.shadow) * available / kFewRows);
+    for (const auto& [solver, share] :
+         {std::pair{settings.solver, shares.solver}, std::pair{settings.shadow, shares.shadow}}) {
+        if (solver < 0 || !solverTable()[static_cast<std::size_t>(solver)].roundTrip) continue;
+        const RoundTrip& trip = solverTable()[static_cast<std::size_t>(solver)].roundTrip();
+        const double us = share * 1e6 / settings.rate;
+        settings.solverWait = std::min(settings.solverWait, us);
+        lower(settings.iterationCap, (us - trip.us) / trip.updateUs);
+    }
     return settings;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 // One interface and one table for every solver of the tick's QP.
+#include <limits>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "haptics/qp/problem.hpp"
@@ -18,6 +20,9 @@ struct SolverSettings {
     /// are bit-reproducible.
     std::int64_t workLimit = 100'000'000;
     double elasticWeight = 1000;  ///< w of ½ w s² when rows contradict each other; rows scaled to unit G-length
+    /// Time that a solver on another device than the processor may keep the caller, µs. Only a live loop sets it:
+    /// beyond, the processor answers, see SolveResult::byProcessor.
+    double longestWait = std::numeric_limits<double>::infinity();
 };
 
 struct SolveResult {
@@ -27,6 +32,7 @@ struct SolveResult {
     double slack = 0;  ///< elastic slack s, in the scaled rows' unit; 0 when solved
     KktResiduals kkt;
     std::span<const Multiplier> multipliers;  ///< rows with y > 0; valid until the next call
+    bool byProcessor = false;  ///< the solver's device was late, lost or too small, so that the processor answered
 };
 
 /// Solves QpProblem. NaN or infinity in the problem gives Invalid and x = 0. Real time: no allocation, lock, log or
@@ -39,15 +45,28 @@ class Solver {
     virtual void reset() noexcept = 0;
 };
 
+/// What a solver costs on another device than the processor, measured there.
+struct RoundTrip {
+    std::string trouble;  ///< one sentence why it cannot be used on this machine; empty: it can
+    double us = 0;        ///< wall-clock time of a call without updates
+    double updateUs = 0;  ///< of each update of 300 rows
+};
+
 struct SolverInfo {
     std::string_view name;     ///< as on the command line
     std::string_view summary;  ///< one sentence for help and tooltips
     bool exact;                ///< its answer needs no projection
     std::unique_ptr<Solver> (*make)(int capacity);
+    /// Null: the processor solves. Else starts the device at the first call, which takes up to seconds.
+    const RoundTrip& (*roundTrip)() = nullptr;
 };
 
 /// The solvers in the order in which users see them: dual-active-set, pqp, active-set. A new solver is one more row.
 std::span<const SolverInfo> solverTable();
+/// Whether this machine has what the solver needs; starts its device, if it has one.
+inline bool isUsable(const SolverInfo& info) { return !info.roundTrip || info.roundTrip().trouble.empty(); }
+/// Appends a solver that the core does not know. Only at the start of a program, before it reads the table.
+void addSolver(const SolverInfo& info);
 /// Index into solverTable(), or -1.
 int findSolver(std::string_view name);
 inline constexpr int kExactSolver = 0;

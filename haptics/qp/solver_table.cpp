@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "haptics/qp/active_set.hpp"
 #include "haptics/qp/dual_active_set.hpp"
@@ -7,8 +8,12 @@
 
 namespace touchstone {
 
-std::span<const SolverInfo> solverTable() {
-    static constexpr SolverInfo kTable[] = {
+namespace {
+
+constexpr std::size_t kMostSolvers = 8;
+
+struct Table {
+    std::array<SolverInfo, kMostSolvers> rows{{
         {"dual-active-set",
          "Exact to rounding, in a few microseconds: a dual active-set method specialized to six unknowns.", true,
          makeDualActiveSet},
@@ -17,15 +22,26 @@ std::span<const SolverInfo> solverTable() {
          "answer.",
          false, makePqp},
         {"active-set", "The paper's baseline: the textbook primal active-set method.", true, makeActiveSet},
-    };
-    return kTable;
+    }};
+    std::size_t size = 3;
+};
+
+Table& table() {
+    static Table table;
+    return table;
 }
 
+}  // namespace
+
+std::span<const SolverInfo> solverTable() { return {table().rows.data(), table().size}; }
+
+void addSolver(const SolverInfo& info) { table().rows.at(table().size++) = info; }
+
 int findSolver(std::string_view name) {
-    const auto table = solverTable();
+    const auto solvers = solverTable();
     const auto found =
-        std::find_if(table.begin(), table.end(), [&](const SolverInfo& info) { return info.name == name; });
-    return found == table.end() ? -1 : int(found - table.begin());
+        std::find_if(solvers.begin(), solvers.end(), [&](const SolverInfo& info) { return info.name == name; });
+    return found == solvers.end() ? -1 : int(found - solvers.begin());
 }
 
 }  // namespace touchstone

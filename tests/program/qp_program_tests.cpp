@@ -292,6 +292,25 @@ TEST_CASE("qp: on the graphics card a batch has the answers of the processor's p
     CHECK_THAT(solve(touchstone, lines, "--solver pqp-gpu --warm").program.err, Contains("--warm"));
 }
 
+TEST_CASE("pqp-gpu: where it cannot be used, a run says so and goes on, and measurements refuse", "[gl]") {
+    const Program touchstone;
+    const char* old = "MESA_GL_VERSION_OVERRIDE=3.3";
+    const Answer run = touchstone("run plate --headless --seconds 0.1 --solver pqp-gpu --shadow pqp-gpu", old);
+    INFO(run.err);
+    CHECK(run.code == 0);
+    CHECK_THAT(run.err,
+               Contains("pqp-gpu is not used here, and pqp solves on the processor: ") && Contains("OpenGL 4.3"));
+    CHECK_THAT(run.out, Contains("solver pqp, shadow pqp"));
+    for (const char* command :
+         {"compare plate --seconds 0.1 --solvers pqp-gpu", "bench qp --gpu", "bench --quick --gpu --out never"}) {
+        const Answer answer = touchstone(command, old);
+        CAPTURE(command, answer.err);
+        CHECK(answer.code == 1);
+        CHECK(answer.out.empty());
+        CHECK_THAT(answer.err, Contains("pqp-gpu cannot be") && Contains("OpenGL 4.3"));
+    }
+}
+
 TEST_CASE("qp: without a card that can, one sentence says why, and the processor solves", "[gl]") {
     const Program touchstone;
     std::ofstream(touchstone.file("problems.jsonl")) << floorLine();

@@ -86,7 +86,7 @@ int bench(const BenchCommand& command) {
     BenchEffort effort = command.quick ? kQuick : kFull;
     if (command.suite == "mesh") effort.samples = 0;
     for (const int rows : plan.qpRows)
-        for (QpCost& cost : measureQp(rows, command.quick)) results["qp"].push_back(std::move(cost));
+        for (QpCost& cost : measureQp(rows, command.quick, command.gpu)) results["qp"].push_back(std::move(cost));
     for (std::size_t first = 0, end; first < plan.cases.size(); first = end) {
         end = endOfScene(plan.cases, first);
         const BenchCase& one = plan.cases[first];
@@ -178,6 +178,7 @@ void addBench(CLI::App& program, Action& action) {
                      "sweep: mode x solver x tolerance x leaves x linearizations; hard: all hard motions in both modes "
                      "with each solver; mesh: contact between meshes, with and without the thread that finds lists")
         ->capture_default_str();
+    command->add_flag("--gpu", options->gpu, kGpuHelp);
     command->add_option("--shard", options->shard, "K/N: measure the K-th of N parts, for `touchstone bench merge`");
     const std::array parts{addBenchQp(*command, action), addBenchFriction(*command, action),
                            addBenchGpu(*command, action), addBenchMerge(*command, action)};

@@ -21,7 +21,7 @@ struct BenchCommand {
     std::vector<std::string> scenes;  ///< empty: those of the suite
     std::string suite = "sweep", shard;
     std::filesystem::path out;
-    bool quick = false;
+    bool quick = false, gpu = false;  ///< gpu: with the solvers on other devices than the processor, too
 };
 
 /// One motion of a scene with one choice of settings.
@@ -72,7 +72,12 @@ std::vector<BenchRow> measureCases(const sandbox::HapticScene& opened, std::span
 
 /// The row counts for which the solvers' cost is measured, and that cost (`touchstone bench qp`).
 std::span<const int> qpRowCounts();
-std::vector<QpCost> measureQp(int rows, bool quick);
+std::vector<QpCost> measureQp(int rows, bool quick, bool gpu);
+
+/// The solvers that a sweep measures, as indices into solverTable(). Throws std::runtime_error with one sentence if
+/// this machine cannot use one of them.
+std::vector<int> benchSolvers(bool gpu);
+inline constexpr const char* kGpuHelp = "measure the solver pqp-gpu, too";
 
 /// A page of HTML with the figures of the folder, which needs no other file.
 std::string benchPage(const nlohmann::ordered_json& results, const std::vector<Figure>& figures,

@@ -7,6 +7,7 @@
 
 #include "engine/scene/text.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/qp/pqp_paper.hpp"
 #include "haptics/qp/random_contacts.hpp"
 #include "haptics/sandbox/gpu/gpu_pqp.hpp"
@@ -96,6 +97,20 @@ QpCost measureGpu(sandbox::GpuPqp& gpu, const std::vector<Contacts>& contacts, b
             {"card", gpu.card()}};
 }
 
+/// Whether a window may render with it.
+std::string renderingSentence() {
+    const SolverInfo& info = solverTable()[static_cast<std::size_t>(findSolver("pqp-gpu"))];
+    const RoundTrip& trip = info.roundTrip();
+    Settings settings;
+    settings.solver = findSolver("pqp-gpu");
+    const bool fits = keepRoundTripsInTick(settings).empty();
+    return engine::formatted(
+        "One problem of 300 rows takes %.0f µs there and back and %.1f µs for each update, so that a window at 1 kHz "
+        "%s "
+        "with it.\n\n",
+        trip.us, trip.updateUs, fits ? "renders" : "does not render");
+}
+
 /// The page beside the folder: Markdown.
 void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& table,
                   const std::vector<Figure>& figures) {
@@ -114,7 +129,7 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         "on one core. *Dispatch* ends when the driver has taken the commands, which a rasteriser does by solving. "
         "Batches that "
         "would take more than " +
-        shortNumber(kLongest) + " s on the card are left out.\n\n" +
+        shortNumber(kLongest) + " s on the card are left out.\n\n" + renderingSentence() +
         (asked == table.end()
              ? std::string("Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. Not "
                            "measured.\n")

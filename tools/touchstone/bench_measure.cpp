@@ -55,6 +55,7 @@ class Judge {
     void ticked(const TickRecord& record) {
         nonFinite_ += (record.flags & kNonFinite) != 0;
         overflows_ += (record.flags & kListOverflow) != 0;
+        byProcessor_ += (record.flags & kByProcessor) != 0;
         inexact_ += record.screenInexact > 0;
     }
 
@@ -68,6 +69,7 @@ class Judge {
             say(statuses_[static_cast<std::size_t>(status)], std::string("answers are ") + name(status));
         say(nonFinite_, "non-finite ticks");
         say(overflows_, "ticks with an overflowing list");
+        say(byProcessor_, "ticks that the card left to the processor");
         if (residual_ > limit_) {
             char number[96];
             std::snprintf(number, sizeof number, "%sresidual %.2g above %.2g", text.empty() ? "" : "; ", residual_,
@@ -98,7 +100,7 @@ class Judge {
     const bool exact_;
     const double limit_;
     std::array<std::uint64_t, 4> statuses_{};
-    std::uint64_t nonFinite_ = 0, overflows_ = 0, inexact_ = 0;
+    std::uint64_t nonFinite_ = 0, overflows_ = 0, byProcessor_ = 0, inexact_ = 0;
     double residual_ = 0;
     std::vector<double> forces_;
 };

@@ -53,7 +53,7 @@ std::vector<std::string> motionsOf(const std::string& name) {
 
 class Planner {
   public:
-    explicit Planner(bool quick) : quick_(quick) {}
+    Planner(bool quick, bool gpu) : quick_(quick), solvers_(benchSolvers(gpu)) {}
 
     /// Adds the case unless it is there already.
     void add(BenchCase wanted) {
@@ -64,7 +64,8 @@ class Planner {
 
     /// Each solver of the table, an approximate one at each of the tolerances.
     void addSolvers(BenchCase wanted, std::span<const double> tolerances) {
-        for (const SolverInfo& solver : solverTable()) {
+        for (const int index : solvers_) {
+            const SolverInfo& solver = solverTable()[static_cast<std::size_t>(index)];
             wanted.solver = solver.name;
             wanted.tolerance = 0;
             if (solver.exact) add(wanted);
@@ -103,8 +104,9 @@ class Planner {
         wanted = motion;
         wanted.fixedMargin = true;
         add(wanted);
-        for (const SolverInfo& solver : solverTable())
-            if (!solver.exact) addScreenings(wanted, std::string(solver.name), tolerances);
+        for (const int index : solvers_)
+            if (const SolverInfo& solver = solverTable()[static_cast<std::size_t>(index)]; !solver.exact)
+                addScreenings(wanted, std::string(solver.name), tolerances);
         wanted = motion;
         wanted.mode = "paper";
         addSolvers(wanted, quick_ ? std::span<const double>(&kUsualTolerance, 1) : kPaperTolerances);
@@ -156,10 +158,22 @@ class Planner {
 
   private:
     const bool quick_;
+    const std::vector<int> solvers_;
     std::vector<BenchCase> cases_;
 };
 
 }  // namespace
+
+std::vector<int> benchSolvers(bool gpu) {
+    std::vector<int> solvers;
+    for (const SolverInfo& info : solverTable()) {
+        if (info.roundTrip && !gpu) continue;
+        if (!isUsable(info))
+            throw std::runtime_error(std::string(info.name) + " cannot be measured: " + info.roundTrip().trouble);
+        solvers.push_back(static_cast<int>(&info - solverTable().data()));
+    }
+    return solvers;
+}
 
 std::string BenchCase::key() const {
     const auto part = [](const char* name, double value) { return value > 0 ? name + number(value) : std::string(); };
@@ -208,7 +222,7 @@ BenchPlan planBench(const BenchCommand& command) {
     if (hard && command.scenes.empty()) scenes.push_back("spline-05");
     if (!hard && !mesh && !command.quick && command.scenes.empty()) scenes.push_back("spline-01");
 
-    Planner planner(command.quick);
+    Planner planner(command.quick, command.gpu);
     for (const std::string& scene : scenes) {
         if (mesh) {
             planner.addMeshes(scene);

@@ -30,16 +30,16 @@ struct Way {
 
 /// Every solver of the table, the exact ones first: the program's exact solver also with a warm start, an approximate
 /// one at several tolerances, with a warm start and in the paper's form.
-std::vector<Way> waysToSolve() {
+std::vector<Way> waysToSolve(bool gpu) {
     std::vector<Way> ways;
-    const int count = static_cast<int>(solverTable().size());
+    const std::vector<int> solvers = benchSolvers(gpu);
     const auto isExact = [](int solver) { return solverTable()[static_cast<std::size_t>(solver)].exact; };
-    for (int solver = 0; solver < count; ++solver) {
+    for (const int solver : solvers) {
         if (!isExact(solver)) continue;
         ways.push_back({solver, 0, false, false});
         if (solver == kExactSolver) ways.push_back({solver, 0, false, true});
     }
-    for (int solver = 0; solver < count; ++solver) {
+    for (const int solver : solvers) {
         if (isExact(solver)) continue;
         for (const auto& [tolerance, paper, warm] :
              {std::tuple{0.1, false, false}, std::tuple{0.01, false, false}, std::tuple{0.01, false, true},
@@ -92,7 +92,7 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
             times[i] = std::min(times[i], static_cast<double>(end - start) * clock.microseconds);
             if (pass > 0) continue;
             result.iterations += solved.iterations / static_cast<double>(problems.size());
-            result.unsolved += solved.status != SolveStatus::Solved;
+            result.unsolved += solved.status != SolveStatus::Solved || solved.byProcessor;
             exact->reset();
             errors[i] = wrenchError(problem, solved.x, exact->solve(problem, {}).x).force_N;
         }
@@ -106,21 +106,21 @@ Measured measure(const Way& way, const std::vector<Contacts>& problems, int pass
 
 struct BenchQpCommand {
     std::filesystem::path csv;  ///< empty: none
-    bool quick = false;
+    bool quick = false, gpu = false;
 };
 
 }  // namespace
 
 std::span<const int> qpRowCounts() { return kRowCounts; }
 
-std::vector<QpCost> measureQp(int rows, bool quick) {
+std::vector<QpCost> measureQp(int rows, bool quick, bool gpu) {
     std::mt19937_64 random(kSeed);
     const int count = quick || rows > 1000 ? 30 : 300;
     std::vector<Contacts> problems;
     for (int i = 0; i < count; ++i)
         problems.push_back(randomContacts(random, kKinds[static_cast<std::size_t>(i) % std::size(kKinds)], rows));
     std::vector<QpCost> costs;
-    for (const Way& way : waysToSolve()) {
+    for (const Way& way : waysToSolve(gpu)) {
         if (way.paper && rows > kPaperRows) continue;
         const Measured got = measure(way, problems, way.solver == kExactSolver ? 9 : 3);
         costs.push_back({{"rows", rows},
@@ -142,10 +142,11 @@ namespace {
 
 int benchQp(const BenchQpCommand& command) {
     std::vector<QpCost> table;
+    benchSolvers(command.gpu);  // throws before anything is printed
     std::printf("%5s  %-16s %-7s %-9s %-5s %12s %12s %10s %14s %14s %9s\n", "rows", "solver", "form", "tolerance",
                 "start", "median µs", "p99 µs", "iterations", "median err N", "worst err N", "unsolved");
     for (const int m : kRowCounts) {
-        for (const QpCost& cost : measureQp(m, command.quick)) {
+        for (const QpCost& cost : measureQp(m, command.quick, command.gpu)) {
             const auto text = [&](const char* key) { return cost[key].get<std::string>(); };
             const auto number = [&](const char* key) { return cost[key].get<double>(); };
             std::printf("%5d  %-16s %-7s %-9g %-5s %11.2f %11.2f %10.1f %14.2g %14.2g %9d\n", m, text("solver").c_str(),
@@ -168,6 +169,7 @@ const CLI::App* addBenchQp(CLI::App& bench, Action& action) {
                               "Example:\n  touchstone bench qp --csv qp.csv\n");
     qp->add_option("--csv", options->csv, "write the table to a CSV file");
     qp->add_flag("--quick", options->quick, "fewer problems");
+    qp->add_flag("--gpu", options->gpu, kGpuHelp);
     qp->callback([options, &action] { action = [options] { return benchQp(*options); }; });
     return qp;
 }

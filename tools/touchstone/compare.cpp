@@ -261,7 +261,8 @@ std::vector<CompareCase> casesOf(const std::vector<std::string>& modes, const st
         const bool solves = withCommandLine({}, choice).mode != Mode::Penalty;
         for (const std::string& solver : solvers) {
             choice.solver = solver;
-            withCommandLine({}, choice);  // throws for a name that does not exist
+            const SolverInfo& info = solverTable()[std::size_t(withCommandLine({}, choice).solver)];
+            if (!isUsable(info)) throw std::runtime_error(solver + " cannot be used: " + info.roundTrip().trouble);
             if (solves) cases.push_back({mode, solver});
         }
         if (!solves) cases.push_back({mode, ""});
@@ -383,7 +384,8 @@ void addCompare(CLI::App& program, Action& action) {
         addCommand(program, "compare", "Render the same device motion with one solver after another", kCompareFooter);
     command->add_option("RECORDING|SCENE", options->motion, "folder that `touchstone run --record` wrote, or a scene")
         ->required();
-    for (const SolverInfo& solver : solverTable()) options->solvers.emplace_back(solver.name);
+    for (const SolverInfo& solver : solverTable())
+        if (!solver.roundTrip) options->solvers.emplace_back(solver.name);
     CLI::Option* solvers =
         command->add_option("--solvers", options->solvers, "comma-separated, of " + namesOf(solverTable()))
             ->delimiter(',')

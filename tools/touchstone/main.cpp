@@ -15,6 +15,7 @@
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/math/nearest_name.hpp"
+#include "haptics/sandbox/gpu/gpu_solver.hpp"
 #include "tools/touchstone/commands.hpp"
 
 namespace {
@@ -60,6 +61,7 @@ int fail(const std::string& sentence, int code) {
 
 int main(int argc, char** argv) {
     installEmergencyStop();
+    sandbox::addGpuSolver();
     // Reports go to the output stream, everything else to the error stream.
     spdlog::set_default_logger(spdlog::stderr_color_st("touchstone"));
     spdlog::set_pattern("%^%l%$: %v");

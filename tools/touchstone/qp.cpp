@@ -265,7 +265,7 @@ std::unique_ptr<LineSolver> lineSolver(const Settings& settings, const QpCommand
 
 Settings settingsOf(const QpCommand& command) {
     SettingsChoice choice;
-    choice.solver = command.solver == kGpuSolver ? kCpuSolver : command.solver;
+    choice.solver = command.solver == kGpuSolver ? kCpuSolver : command.solver;  // a batch has a way of its own
     choice.tolerance = command.tolerance;
     Settings settings = withCommandLine({}, choice);
     if (command.mode) setFromOption(settings, "mode", *command.mode, "--mode");
@@ -334,9 +334,7 @@ void addQp(CLI::App& program, Action& action) {
     command->add_option("FILE", options->file, "lines of {\"G\":[6],\"J\":[[6],…],\"g\":[…],\"h\":[6],\"ids\":[…]}")
         ->required();
     command->add_option("--solver", options->solver,
-                        "one of " + namesOf(solverTable()) +
-                            ", or pqp-gpu: all lines at once on the graphics card "
-                            "(default: the first)");
+                        "one of " + namesOf(solverTable()) + " (default: the first); pqp-gpu solves all lines at once");
     command->add_option("--tolerance", options->tolerance, kToleranceHelp);
     command->add_option("--mode", options->mode,
                         "default, or paper: approximate solvers in their published form, on unscaled rows");

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -176,7 +177,10 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
             "leave out --paced");
     const sandbox::HapticScene scene = openForRun(file, options);
     headless.device = options.device.empty() ? sandbox::defaultDevice(scene, false) : options.device;
-    const Settings settings = checkedWithCommandLine(scene.settings, options.settings);
+    Settings settings = checkedWithCommandLine(scene.settings, options.settings);
+    WorkShares shares;
+    if (!options.paced) shares.shadow = std::numeric_limits<double>::infinity();  // no deadline
+    for (const std::string& sentence : keepRoundTripsInTick(settings, shares)) spdlog::warn("{}", sentence);
     sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace
     const bool traced = picture.display.trace && !options.screenshot.empty();

@@ -53,6 +53,9 @@ void printReport(const sandbox::Report& report) {
         std::printf("  %llu ticks with infeasible rows, %lld rows truncated, %llu safety trips\n",
                     static_cast<unsigned long long>(report.infeasible), static_cast<long long>(report.rowsTruncated),
                     static_cast<unsigned long long>(report.safetyTrips));
+    if (report.byProcessor)
+        std::printf("  %llu ticks that the card left to the processor\n",
+                    static_cast<unsigned long long>(report.byProcessor));
     if (report.badInput)
         std::printf("  %llu ticks with an invalid pose, in which the tool was held without force\n",
                     static_cast<unsigned long long>(report.badInput));

@@ -1,6 +1,7 @@
 #include "haptics/sandbox/gpu/gpu_pqp.hpp"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -138,22 +139,30 @@ struct GpuPqp::Impl {
         program->set("paper", paper ? 1 : 0);
         program->set("tolerance", static_cast<float>(settings.tolerance));
         program->set("least", static_cast<float>(std::max(kSmallestFloor, kFloor * settings.tolerance)));
-        for (int from = 0; from <= limit; from += updates) {
-            program->set("pause", from + updates);
-            glDispatchCompute(static_cast<GLuint>(count), 1, 1);
-            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-            glFlush();
+        const auto read = [](const engine::Buffer& buffer, auto& values) {
+            glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.id());
+            glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0,
+                               static_cast<GLsizeiptr>(values.size() * sizeof values.front()), values.data());
+        };
+        // Twice as many dispatches each time, until no problem goes on: few questions, and few dispatches in vain.
+        std::int64_t made = 0;
+        bool goesOn = true;
+        for (std::int64_t asked = 1; goesOn && made <= limit; asked *= 2) {
+            for (std::int64_t k = 0; k < asked && made <= limit; ++k) {
+                made += updates;
+                program->set("pause", static_cast<int>(std::min<std::int64_t>(made, INT_MAX)));
+                glDispatchCompute(static_cast<GLuint>(count), 1, 1);
+                glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+                glFlush();
+            }
+            times.dispatch += since(start);
+            read(ends, ended);
+            checkCard();
+            goesOn = std::any_of(ended.begin(), ended.end(), [](const End& end) { return end.how == kGoesOn; });
+            times.solve += since(start);
         }
-        times.dispatch += since(start);
-        glFinish();
-        checkCard();
-        times.solve += since(start);
 
-        glBindBuffer(GL_SHADER_STORAGE_BUFFER, forces.id());
-        glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(y.size() * sizeof(float)), y.data());
-        glBindBuffer(GL_SHADER_STORAGE_BUFFER, ends.id());
-        glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(ended.size() * sizeof(End)),
-                           ended.data());
+        read(forces, y);
         checkCard();
         times.download += since(start);
     }

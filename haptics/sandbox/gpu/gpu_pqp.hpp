@@ -11,7 +11,7 @@ namespace touchstone::sandbox {
 /// Wall-clock time of a batch, µs.
 struct GpuTimes {
     double upload = 0;    ///< of the rows, until the card has them
-    double dispatch = 0;  ///< until the driver has taken the command
+    double dispatch = 0;  ///< until the driver has taken the commands
     double solve = 0;     ///< from then on until the last problem is solved
     double download = 0;  ///< of the forces
     GpuTimes& operator+=(const GpuTimes& other) {

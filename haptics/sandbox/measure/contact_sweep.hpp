@@ -50,7 +50,7 @@ struct SweepPoint {
     double us = 0;                           ///< median of the repetitions
     double forceError = 0, torqueError = 0;  ///< N, mN·m, against the exact answer, before any projection
     int iterations = 0;
-    SolveStatus status = SolveStatus::Solved;  ///< with friction Invalid if there is no answer
+    SolveStatus status = SolveStatus::Solved;  ///< Invalid too if the solver left the answer to another
     bool onFront = false;                      ///< no other point is both faster and more accurate
 };
 
@@ -64,7 +64,8 @@ struct Sweep {
     std::string_view nameOf(const SweepPoint& point) const;
 };
 
-/// Runs every solver, with friction every friction solver, with the limits of the settings. `progress` receives 0 to 1
+/// Runs every solver that this machine can use, with friction every friction solver, with the limits of the settings.
+/// `progress` receives 0 to 1
 /// and cancels by returning false; then there is no result.
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 

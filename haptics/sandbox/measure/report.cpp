@@ -95,6 +95,7 @@ ordered_json toJson(const Report& report) {
           {"stationarity_N", report.kkt.stationarity_N},
           {"complementarity_mJ", report.kkt.complementarity_mJ}}},
         {"infeasible", report.infeasible},
+        {"by_processor", report.byProcessor},
         {"invalid_poses", report.badInput},
         {"overlapping", report.overlapping},
         {"by_spheres", report.bySpheres},
@@ -164,6 +165,7 @@ void RunStatistics::add(const TickRecord& record, double penetration, double dt)
     kkt_.stationarity_N = std::max(kkt_.stationarity_N, record.kkt.stationarity_N);
     kkt_.complementarity_mJ = std::max(kkt_.complementarity_mJ, record.kkt.complementarity_mJ);
     infeasible_ += (record.flags & kInfeasible) != 0;
+    byProcessor_ += (record.flags & kByProcessor) != 0;
     badInput_ += (record.flags & kBadInput) != 0;
     overlapping_ += (record.flags & kOverlapping) != 0;
     friction_.sticking += record.sticking > 0;
@@ -206,6 +208,7 @@ void RunStatistics::write(Report& report) const {
     report.shadowForceError = percentiles(shadowError_);
     report.kkt = kkt_;
     report.infeasible = infeasible_;
+    report.byProcessor = byProcessor_;
     report.badInput = badInput_;
     report.overlapping = overlapping_;
     report.friction = friction_;

@@ -30,7 +30,8 @@ struct Report {
     Percentiles forceChange;                     ///< N/ms
     Percentiles shadowForceError;                ///< N, over feasible ticks of more than kContactForce
     KktResiduals kkt;
-    std::uint64_t infeasible = 0;  ///< ticks
+    std::uint64_t infeasible = 0;   ///< ticks
+    std::uint64_t byProcessor = 0;  ///< ticks with kByProcessor
     /// Of ticks with friction; all 0 without.
     struct FrictionReport {
         std::uint64_t sticking = 0, sliding = 0;  ///< ticks in which a contact stuck, slid
@@ -88,7 +89,7 @@ class RunStatistics {
     std::int64_t truncated_ = 0;
     double force_ = 0, torque_ = 0, forceOut_ = 0;
     KktResiduals kkt_;
-    std::uint64_t infeasible_ = 0, badInput_ = 0, overlapping_ = 0;
+    std::uint64_t infeasible_ = 0, byProcessor_ = 0, badInput_ = 0, overlapping_ = 0;
     Report::FrictionReport friction_;
     std::uint64_t hash_ = 0;
     Vec3 lastForce_ = Vec3::Zero();

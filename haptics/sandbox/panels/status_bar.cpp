@@ -101,6 +101,7 @@ HealthItem tickItem(const LoopSnapshot& s) {
     if (r.flags & kListOverflow) value += ", list overflow";
     if (r.flags & kBadInput) value += ", bad input";
     if (r.flags & kOverlapping) value += ", parts overlap";
+    if (r.flags & kByProcessor) value += ", solved by the processor";
     if (r.sticking + r.sliding > 0) value += engine::formatted(", %d stick, %d slide", r.sticking, r.sliding);
     return {
         .name = "Tick",
@@ -112,7 +113,7 @@ HealthItem tickItem(const LoopSnapshot& s) {
                                       "force until it is out, and touches it from then on."
                                     : ""),
         .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput | kObstacleHeld |
-                                 kOverlapping)) != 0};
+                                 kOverlapping | kByProcessor)) != 0};
 }
 
 }  // namespace

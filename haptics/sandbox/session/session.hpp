@@ -146,7 +146,7 @@ class LiveSession {
     bool lacksSpheres(const Settings& settings) const;
     /// Reports the parts that are touched by their spheres although the settings ask for meshes.
     void saySpheres(const HapticScene* scene);
-    /// Lowers settings to the device's limits and reports each as a message.
+    /// Lowers settings to the limits of the device and of a solver's round trip, and reports each as a message.
     Settings capped(Settings settings);
 
     SessionOptions options_;

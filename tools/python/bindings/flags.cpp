@@ -24,6 +24,7 @@ constexpr std::pair<TickFlag, const char*> kFlags[] = {
     {kOverlapping, "overlapping"},
     {kFrictionSoft, "friction-soft"},
     {kFrictionHeld, "friction-held"},
+    {kByProcessor, "by-processor"},
 };
 constexpr SolveStatus kStatusValues[] = {SolveStatus::Solved, SolveStatus::Elastic, SolveStatus::IterationLimit,
                                          SolveStatus::Invalid};
@@ -56,7 +57,7 @@ is not finite, for want of memory, for an invalid pose. ROWS_TRUNCATED: more pai
 shortened. UNFINISHED: the next tick goes on. PROJECTED: an approximate answer was projected onto the rows. PAUSED: by the
 setting `pause`. OBSTACLE_HELD: an obstacle waits for the tool. OVERLAPPING: meshes overlap, as at the start, and the tool
 passes through that obstacle without force until it is out. FRICTION_SOFT: contacts gave way by some 0.1 µm.
-FRICTION_HELD: no forces with friction were found, tool and force stay.)");
+FRICTION_HELD: no forces with friction were found, tool and force stay. BY_PROCESSOR: the solver's card was late or lost.)");
     add(module, "IntEnum", "Status", status,
         "How a solver ended: values of a tick's columns `status` and `shadow_status`.");
 }
