@@ -37,7 +37,9 @@ End end;  // of the earlier dispatch, or the start
 
 /// Adds up the lanes of sums[0..count), of which kResidual is a maximum.
 void reduce(int count) {
-    for (int stride = kThreads / 2; stride > 0; stride /= 2) {
+    int widest = kThreads / 2;
+    while (widest >= size) widest /= 2;  // lanes beyond the rows are zero
+    for (int stride = widest; stride > 0; stride /= 2) {
         barrier();
         if (lane < stride)
             for (int k = 0; k < count; ++k) {
