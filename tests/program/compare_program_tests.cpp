@@ -6,6 +6,7 @@
 
 #include "engine/scene/gltf_write.hpp"
 #include "haptics/device/motion.hpp"
+#include "haptics/loop/settings.hpp"
 #include "haptics/qp/friction_table.hpp"
 #include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
@@ -232,6 +233,45 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
     for (const char* steps : {"figure-5", "figure-7"})
         for (int k = 1; k <= 4; ++k)
             CHECK(fs::exists(touchstone.file("paper/" + std::string(steps) + "-step-" + std::to_string(k) + ".png")));
+}
+
+TEST_CASE("referee: a recording of the user goes through every geometry, mode and solver", "[program][gl]") {
+    const Program touchstone;
+    REQUIRE(touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.3 --record " + touchstone.file("push"))
+                .code == 0);
+    const std::string out = " --limit 1 --out " + touchstone.file("judged");
+    const auto systemsOf = [&](const std::string& args) {
+        const Answer answer = touchstone("referee " + args + out);
+        INFO(answer.err);
+        REQUIRE(answer.code == 0);
+        std::set<std::string> systems;
+        for (const auto& row : tableOf(touchstone.file("judged/referee.csv"))) {
+            if (row.at("system").starts_with("Touchstone")) systems.insert(row.at("system"));
+            CHECK(row.at("motion") == (args.starts_with(touchstone.file("push")) ? "push" : "press"));
+        }
+        return systems;
+    };
+    std::set<std::string> expected{"Touchstone penalty mode"}, withFriction;
+    for (const char* way : {"meshes", "spheres", "paper mode", "god-object mode"})
+        for (const std::string& solver : settingChoices("solver")) {
+            const bool usual = solver == (std::string(way) == "paper mode" ? "pqp" : kExactName);
+            expected.insert(std::string("Touchstone ") + way + (usual ? "" : " with " + solver));
+        }
+    for (const char* way : {"meshes", "spheres"})
+        for (const FrictionSolverInfo& info : frictionSolverTable())
+            withFriction.insert(std::string("Touchstone ") + way +
+                                (&info == &frictionSolverTable()[0] ? "" : " with " + std::string(info.name)));
+    CHECK(systemsOf(touchstone.file("push")) == expected);
+    const std::string page = textOf(touchstone.file("judged.md"));
+    CHECK_THAT(page, Catch::Matchers::Contains("touchstone referee " + touchstone.file("push")));
+    CHECK_THAT(page, !Catch::Matchers::Contains("Stiffness against rate"));  // that is of a bundled scene
+    CHECK(systemsOf(touchstone.file("press.glb") + " --friction 0.3 --seconds 0.1") == withFriction);
+
+    CHECK_THAT(touchstone("referee " + touchstone.file("press.glb") + " --device demo:moon" + out).err,
+               Catch::Matchers::Contains("has no motion 'moon'"));
+    CHECK(touchstone("referee " + touchstone.file("push") + " --device demo:moon" + out).code == 2);
+    CHECK(touchstone("referee " + touchstone.file("press.glb") + " --device mouse" + out).code == 2);
+    CHECK(touchstone("referee --friction 1" + out).code == 2);
 }
 
 TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {

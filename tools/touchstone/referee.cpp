@@ -3,13 +3,17 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "engine/view/image_file.hpp"
 #include "haptics/files/output_file.hpp"
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/math/statistics.hpp"
+#include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/picture/scene_view.hpp"
 #include "haptics/sandbox/record/build_info.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "haptics/surface/surface_distance.hpp"
 #include "haptics/surface/surface_overlap.hpp"
@@ -30,33 +34,51 @@ using nlohmann::ordered_json;
 
 struct RefereeCommand {
     fs::path out;
-    std::vector<std::string> motions;  ///< empty: all
+    std::string given;                 ///< a recording or a scene of the user; empty: the bundled motions
+    std::string device;                ///< demo:NAME of that scene; empty: its first motion
+    double friction = 0;               ///< of it
+    std::vector<std::string> motions;  ///< of the bundled ones; empty: all
     double seconds = 4;                ///< of each motion at most
     double limit = 120;                ///< s of processor time for a system and motion
 };
 
-/// A motion of a bundled scene.
+/// A motion of a scene, or a recording.
 struct JudgedMotion {
-    const char *name, *scene, *motion;
+    std::string name, scene, motion;  ///< motion: empty for the first
     double friction;
-    bool spheres;    ///< its fit is wide enough for sphere trees
-    double picture;  ///< s: the moment of the pictures
-};
-constexpr JudgedMotion kMotions[] = {
-    {"bunnies", "bunnies", "demonstration", 0, true, 2},
-    {"bunnies-friction", "bunnies", "demonstration", 0.4, true, 2},
-    {"teleport", "bunnies", "hard-05-teleport", 0, true, 1},
-    {"plate-1", "plate", "hard-04-plate-1", 0, true, 0.1},
-    {"plate-10", "plate", "hard-04-plate-10", 0, true, 0.1},
-    {"wedge", "wedge", "hard-09-wedge", 0, true, 1},
-    {"wedge-friction", "wedge", "hard-09-wedge", 0.4, true, 1},
-    {"spline-0.2", "spline", "demonstration", 0, true, 3},
-    {"spline-0.2-friction", "spline", "demonstration", 0.2, true, 3},
-    {"spline-0.02", "spline-002", "demonstration", 0, false, 3},
-    {"nut", "nut", "demonstration", 0, false, 3},
-    {"nut-friction", "nut", "demonstration", 0.2, false, 3},
+    bool spheres;                   ///< its fit is wide enough for sphere trees
+    std::optional<double> picture;  ///< s: the moment of the pictures; nothing: the middle
+    std::optional<fs::path> recording = {};
 };
 
+const std::vector<JudgedMotion>& bundledMotions() {
+    static const std::vector<JudgedMotion> motions{
+        {"bunnies", "bunnies", "demonstration", 0, true, 2},
+        {"bunnies-friction", "bunnies", "demonstration", 0.4, true, 2},
+        {"teleport", "bunnies", "hard-05-teleport", 0, true, 1},
+        {"teleport-friction", "bunnies", "hard-05-teleport", 0.4, true, 1},
+        {"plate-1", "plate", "hard-04-plate-1", 0, true, 0.1},
+        {"plate-10", "plate", "hard-04-plate-10", 0, true, 0.1},
+        {"plate-10-friction", "plate", "hard-04-plate-10", 0.4, true, 0.1},
+        {"wedge", "wedge", "hard-09-wedge", 0, true, 1},
+        {"wedge-friction", "wedge", "hard-09-wedge", 0.4, true, 1},
+        {"spline-0.2", "spline", "demonstration", 0, true, 3},
+        {"spline-0.2-friction", "spline", "demonstration", 0.2, true, 3},
+        {"spline-0.02", "spline-002", "demonstration", 0, false, 3},
+        {"spline-0.02-friction", "spline-002", "demonstration", 0.2, false, 3},
+        {"nut", "nut", "demonstration", 0, false, 3},
+        {"nut-friction", "nut", "demonstration", 0.2, false, 3},
+    };
+    return motions;
+}
+
+/// One way in which Touchstone renders.
+struct Way {
+    std::string name;
+    Settings settings;
+};
+
+constexpr std::string_view kDemo = "demo:";
 constexpr int kRest = 300;        // ticks for which the device rests at the end
 constexpr int kFiner = 8;         // ticks of the reference in one of the others
 constexpr double kMass = 50;      // g of the tool in engines
@@ -89,35 +111,77 @@ class Course {
     Course(const JudgedMotion& motion, const RefereeCommand& command) : what(motion), limit_(command.limit) {
         sandbox::SceneOptions options{.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()};
         options.allTrees = motion.spheres;
-        scene = sandbox::openScene(findScene(motion.scene), options);
-        settings = scene.settings;
+        std::shared_ptr<const Motion> moved;
+        std::optional<Settings> recorded;
+        fs::path file;
+        if (motion.recording) {
+            file = sandbox::Recording(*motion.recording).scene().file;
+            const sandbox::RecordedHand hand = sandbox::recordedHand(*motion.recording);
+            moved = hand.motion;
+            recorded = hand.changes.front().settings;
+        } else {
+            file = findScene(motion.scene);
+        }
+        scene = sandbox::openScene(file, options);
+        if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
+        for (const auto& [name, of] : scene.motions)
+            if (!moved && (motion.motion.empty() || name == motion.motion)) moved = of;
+        if (!moved)
+            throw std::runtime_error(file.string() + " has no motion" +
+                                     (motion.motion.empty() ? "" : " '" + motion.motion + "'") +
+                                     ": give a recording, or the name of a motion as --device demo:NAME");
+        for (std::size_t k = 0; k < world().obstacles.size(); ++k)
+            if (!world().hasMeshes(static_cast<int>(k)))
+                throw std::runtime_error(
+                    file.string() +
+                    ": the judge needs closed meshes, and the tool or an obstacle is none: see `touchstone validate`");
+        settings = sandbox::withMode(recorded.value_or(scene.settings), Mode::Default);
+        settings.rate = 1000;
+        settings.solver = kExactSolver;
         settings.shadow = -1;
+        settings.frictionSolver = 0;
         settings.geometry = Geometry::Mesh;
         settings.friction = motion.friction > 0;
         settings.frictionCoefficient = motion.friction;
-        const auto found = std::find_if(scene.motions.begin(), scene.motions.end(),
-                                        [&](const NamedMotion& m) { return m.name == motion.motion; });
-        if (found == scene.motions.end() || !scene.world)
-            throw std::runtime_error(std::string(motion.scene) + " has no motion " + motion.motion +
-                                     ": build the bundled scenes again");
-        const double ms = std::min(command.seconds * 1000, found->motion->duration());
-        for (int i = 0; i <= static_cast<int>(ms); ++i) device.push_back(found->motion->at(i));
+        const double ms = std::min(command.seconds * 1000, moved->duration());
+        for (int i = 0; i <= static_cast<int>(ms); ++i) device.push_back(moved->at(i));
         device.insert(device.end(), kRest, device.back());
+    }
+
+    /// Every geometry, mode and solver that can render it; the usual one first.
+    std::vector<Way> ways() const {
+        std::vector<Way> all;
+        const auto add = [&](const std::string& name, const Settings& usual) {
+            const std::string system = "Touchstone " + name;
+            all.push_back({system, usual});
+            if (usual.mode == Mode::Penalty) return;  // it has no solver
+            const char* key = usual.friction ? "friction_solver" : "solver";
+            for (const std::string& solver : settingChoices(key)) {
+                Settings chosen = usual;
+                setSetting(chosen, key, solver);
+                if (solver != getSetting(usual, key) && keepRoundTripsInTick(chosen).empty())
+                    all.push_back({system + " with " + solver, chosen});
+            }
+        };
+        add("meshes", settings);
+        if (!what.spheres) return all;
+        add("spheres", sandbox::withGeometry(settings, Geometry::Spheres));
+        if (settings.friction) return all;
+        for (const auto& [name, mode] :
+             {std::pair{"paper mode", Mode::Paper}, std::pair{"god-object mode", Mode::GodObject},
+              std::pair{"penalty mode", Mode::Penalty}})
+            add(name, sandbox::withMode(sandbox::withGeometry(settings, Geometry::Spheres), mode));
+        return all;
     }
 
     const World& world() const { return *scene.world; }
     Pose center(const Pose& X_WT) const { return {X_WT * world().p_TC(), X_WT.q}; }
 
     /// Touchstone; as the reference, `finer` ticks for one of the others, and without a limit.
-    JudgedRun touchstone(const char* name, Geometry geometry, Mode mode, int finer = 1) const {
-        JudgedRun run{.system = name};
-        Settings chosen = mode == settings.mode ? settings : sandbox::withMode(settings, mode);
-        chosen.geometry = geometry;
+    JudgedRun touchstone(const Way& way, int finer = 1) const {
+        JudgedRun run{.system = way.name};
+        Settings chosen = way.settings;
         chosen.shadow = -1;
-        if (mode == Mode::Paper)
-            chosen.solver = static_cast<int>(std::find_if(solverTable().begin(), solverTable().end(),
-                                                          [](const SolverInfo& s) { return s.name == "pqp"; }) -
-                                             solverTable().begin());
         chosen.rate *= finer;
         const double start = threadCpuMicroseconds();
         StepState state(world());
@@ -125,13 +189,13 @@ class Course {
         Pose last = device.front();
         for (const Pose& wanted : device) {
             const double began = threadCpuMicroseconds();
-            const Vec6 way = incrementBetween(last, wanted);
+            const Vec6 moved = incrementBetween(last, wanted);
             TickRecord record;
             for (int k = 1; k <= finer; ++k) {
                 const double share = double(k) / finer;
                 const Pose input = k == finer ? wanted
-                                              : Pose{last.p + share * way.head<3>(),
-                                                     (expRotation(share * way.tail<3>()) * last.q).normalized()};
+                                              : Pose{last.p + share * moved.head<3>(),
+                                                     (expRotation(share * moved.tail<3>()) * last.q).normalized()};
                 record = step(world(), chosen, {.X_WT_device = input}, state);
             }
             const double us = threadCpuMicroseconds() - began;
@@ -246,7 +310,8 @@ class Course {
     }
 
     void draw(const JudgedRun& run, const fs::path& file) const {
-        const auto at = static_cast<std::size_t>(what.picture * 1000);
+        const double middle = static_cast<double>(device.size() - kRest) / 2000;
+        const auto at = static_cast<std::size_t>(what.picture.value_or(middle) * 1000);
         if (run.ticks.empty()) return;
         TickRecord record;
         const JudgedTick& tick = run.ticks[std::min(at, run.ticks.size() - 1)];
@@ -372,6 +437,27 @@ std::string winsOfEngines(const std::vector<ordered_json>& rows, const std::vect
     return text + (all > 0 ? ")" : "") + ".\n";
 }
 
+std::string passivitySection(const std::vector<ordered_json>& rows) {
+    std::string text =
+        "\n## Stiffness against rate\n\n"
+        "A simulated hand (0.1 kg, 0.5 N/mm, 14 N·s/m) presses the ball of the scene plate 4 mm into the plate and "
+        "rests. "
+        "*Passive*: with no greater stiffness of the coupling does the hand ever get back more energy than it gave, "
+        "and "
+        "it comes to rest. *At rest*: up to here it does not vibrate at the end; beside it 2 b / T with the hand's "
+        "damping "
+        "(Colgate and Schenkel 1997), and 100 N/mm is the most that was tried. The hand moves continuously, the force "
+        "holds from tick to tick; the device has no damping of its own, no resolution and no noise, and the safety "
+        "stage "
+        "has no part in it. Choi and Tan (2004) measured on a device where people began to perceive instability: 0.325 "
+        "N/mm at 250 Hz to 0.904 N/mm at 40 kHz. Theirs stands beside ours, not against it.\n\n"
+        "| rate, Hz | passive up to, N/mm | at rest up to, N/mm | 2 b / T, N/mm |\n|---|---|---|---|\n";
+    for (const ordered_json& row : rows)
+        text += "| " + std::to_string(row["rate_Hz"].get<int>()) + " | " + cell(row["passive_N_per_mm"]) + " | " +
+                cell(row["rests_N_per_mm"]) + " | " + cell(row["bound_N_per_mm"]) + " |\n";
+    return text;
+}
+
 /// The page beside the folder: Markdown.
 void writePage(const RefereeCommand& command, const std::vector<ordered_json>& rows,
                const std::vector<ordered_json>& passivity, const std::vector<Figure>& figures,
@@ -380,8 +466,11 @@ void writePage(const RefereeCommand& command, const std::vector<ordered_json>& r
     const ordered_json build = sandbox::buildInfo();
     std::string page = "# The referee: other engines on the same motions\n\n";
     page +=
-        "Written by `touchstone referee --limit " + shortNumber(command.limit) + " --out " + folder.generic_string() +
-        "`; [referee.csv](" + folder.filename().string() +
+        "Written by `touchstone referee" + (command.given.empty() ? "" : " " + sandbox::shellQuoted(command.given)) +
+        (command.device.empty() ? "" : " --device " + sandbox::shellQuoted(command.device)) +
+        (command.friction > 0 ? " --friction " + shortNumber(command.friction) : "") + " --limit " +
+        shortNumber(command.limit) + " --out " + folder.generic_string() + "`; [referee.csv](" +
+        folder.filename().string() +
         "/referee.csv) has all figures.\n\n"
         "The tool of an engine is a body of 50 g that a spring and a damper pull to the device: the scene's stiffness "
         "and torsion, critical damping, and an inertia with which turning is as fast as moving. One tick is 1 ms, in "
@@ -440,31 +529,33 @@ void writePage(const RefereeCommand& command, const std::vector<ordered_json>& r
             page += "\n" + head + "|\n" + rule + "|\n" + pictures + "|\n";
         }
     }
-    page +=
-        "\n## Stiffness against rate\n\nA simulated hand (0.1 kg, 0.5 N/mm, 14 N·s/m) presses the ball of the scene "
-        "plate "
-        "4 mm into the plate and rests. *Passive*: with no greater stiffness of the coupling does the hand ever get "
-        "back more "
-        "energy than it gave, and it comes to rest. *At rest*: up to here it does not vibrate at the end; beside it 2 "
-        "b / T with the hand's damping (Colgate and Schenkel 1997), and 100 N/mm is the most that was tried. The hand "
-        "moves "
-        "continuously, the force holds from tick to tick; the device has no damping of its own, no resolution and no "
-        "noise, "
-        "and the safety stage has no part in it. Choi and Tan (2004) measured on a device where people began to "
-        "perceive "
-        "instability: 0.325 N/mm at 250 Hz to 0.904 N/mm at 40 kHz. Theirs stands beside ours, not against it.\n\n"
-        "| rate, Hz | passive up to, N/mm | at rest up to, N/mm | 2 b / T, N/mm |\n|---|---|---|---|\n";
-    for (const ordered_json& row : passivity)
-        page += "| " + std::to_string(row["rate_Hz"].get<int>()) + " | " + cell(row["passive_N_per_mm"]) + " | " +
-                cell(row["rests_N_per_mm"]) + " | " + cell(row["bound_N_per_mm"]) + " |\n";
+    if (!passivity.empty()) page += passivitySection(passivity);
     writeFile(fs::path(folder).concat(".md"), "the page", page);
 }
 
 int referee(const RefereeCommand& command) {
     std::vector<JudgedMotion> motions;
-    for (const JudgedMotion& motion : kMotions)
-        if (command.motions.empty() ||
-            std::find(command.motions.begin(), command.motions.end(), motion.name) != command.motions.end())
+    if (!command.given.empty()) {
+        const fs::path path(command.given);
+        JudgedMotion motion{.name = (path.has_filename() ? path : path.parent_path()).stem().string(),
+                            .scene = command.given,
+                            .motion = command.device.substr(std::min(command.device.size(), kDemo.size())),
+                            .friction = command.friction,
+                            .spheres = true,
+                            .picture = {}};
+        if (sandbox::isRecording(command.given)) motion.recording = command.given;
+        if (motion.recording && !command.device.empty())
+            throw UsageError("--device needs a scene: a recording contains its own motion");
+        if (!command.device.empty() && !command.device.starts_with(kDemo))
+            throw UsageError(
+                "--device is demo:NAME here, a motion of the scene: record another device with `touchstone "
+                "run --record` and give the recording");
+        motions.push_back(motion);
+    }
+    for (const JudgedMotion& motion : bundledMotions())
+        if (command.given.empty() &&
+            (command.motions.empty() ||
+             std::find(command.motions.begin(), command.motions.end(), motion.name) != command.motions.end()))
             motions.push_back(motion);
     makeFolder(command.out, "the comparison");
     if (engineTable().empty())
@@ -477,23 +568,20 @@ int referee(const RefereeCommand& command) {
     for (const JudgedMotion& motion : motions) {
         const Course course(motion, command);
         names.emplace_back(motion.name);
-        const JudgedRun reference = course.touchstone("reference", Geometry::Mesh, course.settings.mode, kFiner);
-        std::vector<JudgedRun> runs{course.touchstone("Touchstone meshes", Geometry::Mesh, course.settings.mode)};
-        if (motion.spheres) {
-            runs.push_back(course.touchstone("Touchstone spheres", Geometry::Spheres, course.settings.mode));
-            if (motion.friction == 0)
-                runs.push_back(course.touchstone("Touchstone paper mode", Geometry::Spheres, Mode::Paper));
-        }
+        const std::vector<Way> ways = course.ways();
+        const JudgedRun reference = course.touchstone(ways.front(), kFiner);
+        std::vector<JudgedRun> runs;
+        for (const Way& way : ways) runs.push_back(course.touchstone(way));
         for (const EngineInfo& info : engineTable())
             for (const int substeps : {1, 4}) runs.push_back(course.engine(info, substeps));
-        std::printf("%s%s\n", motion.name,
+        std::printf("%s%s\n", motion.name.c_str(),
                     motion.friction > 0 ? (", friction " + shortNumber(motion.friction)).c_str() : "");
         for (JudgedRun& run : runs) {
             course.judge(run);
             rows.push_back(course.row(run, reference));
             const ordered_json& row = rows.back();
             std::printf(
-                "  %-24s intersects %6s %%, %8s mm; seated %-3s tunnelled %-3s force error %8s / %8s N, rest %8s N, "
+                "  %-44s intersects %6s %%, %8s mm; seated %-3s tunnelled %-3s force error %8s / %8s N, rest %8s N, "
                 "%8s mJ; %8s / %8s µs  %s\n",
                 run.system.c_str(), cell(row["intersecting_percent"]).c_str(), cell(row["depth_mm"]).c_str(),
                 cell(row["seated"]).c_str(), cell(row["tunnelled"]).c_str(), cell(row["force_error_p50_N"]).c_str(),
@@ -501,12 +589,14 @@ int referee(const RefereeCommand& command) {
                 cell(row["energy_created_mJ"]).c_str(), cell(row["tick_p50_us"]).c_str(),
                 cell(row["tick_p999_us"]).c_str(), run.note.c_str());
             std::fflush(stdout);
-            if (motion.friction == 0 && run.system.find("substeps") == std::string::npos)
+            const auto is = [&](const char* word) { return run.system.find(word) != std::string::npos; };
+            if ((motion.friction == 0 || !command.given.empty()) && !is(" with ") && !is(" substeps"))
                 course.draw(run, command.out / (fileName(std::string(motion.name) + "-" + run.system) + ".png"));
         }
         writeFile(command.out / "referee.csv", "the table", toCsv(rows));
     }
-    const std::vector<ordered_json> passivity = passivityOf(command);
+    std::vector<ordered_json> passivity;
+    if (command.given.empty()) passivity = passivityOf(command);
     writePage(command, rows, passivity, drawFigures("referee", command.out), names);
     return kOk;
 }
@@ -517,14 +607,25 @@ void addReferee(CLI::App& program, Action& action) {
     const auto options = std::make_shared<RefereeCommand>();
     CLI::App* command = addCommand(program, "referee", "Judge Touchstone and physics engines on the same motions",
                                    "Examples:\n  touchstone referee --out docs/referee\n"
-                                   "  touchstone referee --out judged --motions plate-10,wedge\n");
+                                   "  touchstone referee --out judged --motions plate-10,wedge\n"
+                                   "  touchstone run part.glb --record push && touchstone referee push --out judged\n");
     command
         ->add_option("--out", options->out, "folder for table, figures and pictures; the page is beside it, as DIR.md")
         ->required();
+    CLI::Option* given =
+        command->add_option("RECORDING|SCENE", options->given,
+                            "folder that `touchstone run --record` wrote, or a scene (default: motions "
+                            "of the bundled scenes)");
+    command->add_option("--device", options->device, "demo:NAME: the motion of the scene (default: its first)")
+        ->needs(given);
+    command->add_option("--friction", options->friction, "coefficient of friction of every pair of its parts")
+        ->needs(given)
+        ->check(within(0, 10));
     std::vector<std::string> names;
-    for (const JudgedMotion& motion : kMotions) names.emplace_back(motion.name);
+    for (const JudgedMotion& motion : bundledMotions()) names.emplace_back(motion.name);
     command->add_option("--motions", options->motions, "comma-separated (default: all)")
         ->delimiter(',')
+        ->excludes(given)
         ->check(CLI::IsMember(names));
     command->add_option("--seconds", options->seconds, "of each motion at most")
         ->check(durationInSeconds())
