@@ -14,8 +14,11 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       t0_((before * tool.extent.center - obstacle.extent.center).cast<float>()),
       t1_((after * tool.extent.center - obstacle.extent.center).cast<float>()),
       guard_(guard),
+      pointGuard_(float(0x1p-24 * (10 * tool.extent.reach + 2 * obstacle.extent.reach) + 1e-7) +
+                  0x3p-24f * std::max(t0_.norm(), t1_.norm())),
       least_(float(least) + guard),
-      angle_(float(after.q.angularDistance(before.q) + kDirectionGuard)) {}
+      apart_(2.1001f * float(least) + 1e-8f),
+      turn_(float(after.q.angularDistance(before.q)) * 1.00001f + 1e-8f) {}
 
 /// Of vertices on these ways, each with a face: those which may cross it.
 TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
@@ -62,22 +65,24 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     Int8 may = meet(a0.x, a1.x, b0.x, b1.x, r0.x, r1.x) & meet(a0.y, a1.y, b0.y, b1.y, r0.y, r1.y) &
                meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
     if (!toMask(may)) return 0;
-    // As linesStayApart().
+    // As linesStayApart(). With points that are off by g, the edges are by 2 g, their cross product by 3.1 g (|u| +
+    // |v|), and the volume, whose arm is off by 2 g, by g (2 |u| |v| + 4.2 |w| (|u| + |v|)), its rounding included.
     const Vec8 u0 = from.second - from.first, u1 = to.second - to.first, v = r1 - r0, w0 = a0 - r0, w1 = b0 - r0;
     const Vec8 c0 = cross(u0, v), c1 = cross(u1, v);
     const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
     const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
-    const Float8 length = simd::sqrt(dot(v, v)) + simd::sqrt(dot(u0, u0));
+    const Float8 lu = simd::sqrt(dot(u0, u0)), lv = simd::sqrt(dot(v, v)), length = lu + lv;
     const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), size2 = max(dot(c0, c0), dot(c1, c1));
-    const Float8 apart = max(lowest, -highest) - 4 * guard_ * length * (far + length);
-    may &= (apart <= 0.0f) | (apart * apart <= (4.5f * least_ * least_) * size2);
+    const Float8 apart = max(lowest, -highest) - pointGuard_ * (3.0f * lu * lv + 5.0f * (far + splat(apart_)) * length);
+    may &= (apart <= 0.0f) | (apart * apart <= (apart_ * apart_) * size2);
     if (!toMask(may)) return 0;
-    // The faces of both edges are behind the normal, up to the angle of the step.
+    // The faces of both edges are behind the normal, up to the angle of the step, by which the cross product changes,
+    // too.
     const EdgeLanes wings = R0_ * EdgeLanes::of(tool_.wings, edges),
                     otherWings = EdgeLanes::of(obstacle_.wings, others);
     const Float8 m0 = dot(wings.first, c0), m1 = dot(wings.second, c0), n0 = dot(otherWings.first, c0),
                  n1 = dot(otherWings.second, c0);
-    const Float8 limit = angle_ * (simd::sqrt(size2) + length * length) + 4 * guard_ * length;
+    const Float8 limit = turn_ * (simd::sqrt(size2) + lu * lv) + 1e-6f * lu * lv + 4.0f * pointGuard_ * length;
     may &= ((min(m0, m1) >= -limit) & (max(n0, n1) <= limit)) | ((max(m0, m1) <= limit) & (min(n0, n1) >= -limit));
     return toMask(may);
 }

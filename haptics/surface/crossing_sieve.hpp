@@ -27,7 +27,10 @@ class CrossingSieve {
     const Surface &tool_, &obstacle_;
     Eigen::Matrix3f R0_, R1_;
     Eigen::Vector3f t0_, t1_;  ///< from the obstacle's center to the tool's
-    float guard_, least_, angle_;
+    float guard_;
+    float pointGuard_;  ///< bound on the error of a point alone, without that of long edges and faces
+    float least_, apart_;
+    float turn_;  ///< of the step, rad
 };
 
 }  // namespace touchstone
