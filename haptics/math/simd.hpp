@@ -33,6 +33,20 @@ TOUCHSTONE_INLINE Double8 load(const double* p) {
     return v;
 }
 TOUCHSTONE_INLINE void store(double* p, const Double8& v) { std::memcpy(p, &v, sizeof v); }
+/// Four numbers of each of eight rows, from `first` on: numbers[k] holds first + k of all rows.
+TOUCHSTONE_INLINE void transpose(const float* const rows[8], int first, Float8 numbers[4]) {
+    const auto pair = [&](int i) {
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(rows[i] + first)),
+                                    _mm_loadu_ps(rows[i + 4] + first), 1);
+    };
+    const __m256 a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+    const __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d), ab2 = _mm256_unpackhi_ps(a, b),
+                 cd2 = _mm256_unpackhi_ps(c, d);
+    numbers[0] = reinterpret_cast<Float8>(_mm256_shuffle_ps(ab, cd, 0x44));
+    numbers[1] = reinterpret_cast<Float8>(_mm256_shuffle_ps(ab, cd, 0xee));
+    numbers[2] = reinterpret_cast<Float8>(_mm256_shuffle_ps(ab2, cd2, 0x44));
+    numbers[3] = reinterpret_cast<Float8>(_mm256_shuffle_ps(ab2, cd2, 0xee));
+}
 inline Float8 splat(float v) { return reinterpret_cast<Float8>(_mm256_set1_ps(v)); }
 TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
 inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_epi32(v)); }

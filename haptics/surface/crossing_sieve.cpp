@@ -42,17 +42,18 @@ TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, 
 
 Mask CrossingSieve::vertexFaces(const int* vertices, const int* faces) const {
     const Vec8 arms = verticesOf(tool_, vertices);
-    return crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), FaceLanes::of(obstacle_, faces));
+    return crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), FaceLanes(Eight(obstacle_.faces, faces)));
 }
 
 Mask CrossingSieve::facesVertex(const int* faces, const int* vertices) const {
     const Vec8 at = verticesOf(obstacle_, vertices);
     const Matrix3f back0 = R0_.transpose(), back1 = R1_.transpose();
-    return crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), FaceLanes::of(tool_, faces));
+    return crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), FaceLanes(Eight(tool_.faces, faces)));
 }
 
 Mask CrossingSieve::edges(const int* edges, const int* others) const {
-    const EdgeLanes ours = EdgeLanes::endsOf(tool_, edges), resting = EdgeLanes::endsOf(obstacle_, others);
+    const Eight mine(tool_.edges, edges), theirs(obstacle_.edges, others);
+    const EdgeLanes ours = EdgeLanes::ends(mine), resting = EdgeLanes::ends(theirs);
     const EdgeLanes from = R0_ * ours, to = R1_ * ours;
     const Vec8 a0 = from.first + Vec8(t0_), a1 = from.second + Vec8(t0_), b0 = to.first + Vec8(t1_),
                b1 = to.second + Vec8(t1_);
@@ -78,8 +79,7 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     if (!toMask(may)) return 0;
     // The faces of both edges are behind the normal, up to the angle of the step, by which the cross product changes,
     // too.
-    const EdgeLanes wings = R0_ * EdgeLanes::of(tool_.wings, edges),
-                    otherWings = EdgeLanes::of(obstacle_.wings, others);
+    const EdgeLanes wings = R0_ * EdgeLanes::wings(mine), otherWings = EdgeLanes::wings(theirs);
     const Float8 m0 = dot(wings.first, c0), m1 = dot(wings.second, c0), n0 = dot(otherWings.first, c0),
                  n1 = dot(otherWings.second, c0);
     const Float8 limit = turn_ * (simd::sqrt(size2) + lu * lv) + 1e-6f * lu * lv + 4.0f * pointGuard_ * length;

@@ -17,8 +17,6 @@ struct Vec8 {
     TOUCHSTONE_INLINE Vec8(const Float8& x_, const Float8& y_, const Float8& z_) : x(x_), y(y_), z(z_) {}
     TOUCHSTONE_INLINE Vec8(const Eigen::Vector3f& v)
         : x(simd::splat(v.x())), y(simd::splat(v.y())), z(simd::splat(v.z())) {}  // NOLINT
-    TOUCHSTONE_INLINE Vec8(const Surface::Columns& c, int i)
-        : x(simd::load(&c[0][i])), y(simd::load(&c[1][i])), z(simd::load(&c[2][i])) {}
     /// One of them, eight times.
     TOUCHSTONE_INLINE Vec8 all(int i) const { return Eigen::Vector3f(x[i], y[i], z[i]); }
     TOUCHSTONE_INLINE friend Vec8 operator+(const Vec8& a, const Vec8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -69,24 +67,34 @@ TOUCHSTONE_INLINE Vec8 verticesOf(const Surface& part, const int* vertices) {
     return at;
 }
 
-/// Eight faces: neighbors, or any.
+/// Eight features: neighbors, or any.
+class Eight {
+  public:
+    TOUCHSTONE_INLINE Eight(const AlignedVector<Surface::Record>& of, int first) {
+        for (int i = 0; i < 8; ++i) at_[i] = of[first + i].data();
+    }
+    TOUCHSTONE_INLINE Eight(const AlignedVector<Surface::Record>& of, const int* which) {
+        for (int i = 0; i < 8; ++i) at_[i] = of[which[i]].data();
+    }
+    /// n numbers of each record from `first` on, each of all eight together.
+    template <int n>
+    TOUCHSTONE_INLINE std::array<simd::Float8, n> columns(int first = 0) const {
+        std::array<simd::Float8, n> all;
+        for (int k = 0; k < n; k += 4) simd::transpose(at_, first + k, &all[k]);
+        return all;
+    }
+
+  private:
+    const float* at_[8];
+};
+
+/// Eight faces.
 struct FaceLanes {
     Vec8 a, b, c, normal;
 
-    TOUCHSTONE_INLINE FaceLanes(const Surface& part, int first)
-        : a(part.corners[0], first),
-          b(part.corners[1], first),
-          c(part.corners[2], first),
-          normal(part.normals, first) {}
-    TOUCHSTONE_INLINE static FaceLanes of(const Surface& part, const int* faces) {
-        Gathered at[3], normals;
-        for (int i = 0; i < 8; ++i) {
-            const SurfaceFeatures::Face& face = part.features.faces[faces[i]];
-            for (int k = 0; k < 3; ++k) at[k].set(i, part.points[face.points[k]]);
-            normals.set(i, face.normal);
-        }
-        return {at[0], at[1], at[2], normals};
-    }
+    TOUCHSTONE_INLINE explicit FaceLanes(const Eight& faces) : FaceLanes(faces.columns<12>()) {}
+    TOUCHSTONE_INLINE explicit FaceLanes(const std::array<simd::Float8, 12>& v)
+        : a(v[0], v[1], v[2]), b(v[3], v[4], v[5]), c(v[6], v[7], v[8]), normal(v[9], v[10], v[11]) {}
     TOUCHSTONE_INLINE FaceLanes(const Vec8& a_, const Vec8& b_, const Vec8& c_, const Vec8& normal_)
         : a(a_), b(b_), c(c_), normal(normal_) {}
     TOUCHSTONE_INLINE Box8 box() const { return {min(min(a, b), c), max(max(a, b), c)}; }
@@ -95,25 +103,17 @@ struct FaceLanes {
     }
 };
 
-/// The ends of eight edges, or their wings: neighbors, or any.
+/// The ends of eight edges, or their wings.
 struct EdgeLanes {
     Vec8 first, second;
 
-    TOUCHSTONE_INLINE EdgeLanes(const std::array<Surface::Columns, 2>& of, int i) : first(of[0], i), second(of[1], i) {}
-    TOUCHSTONE_INLINE static EdgeLanes of(const std::array<Surface::Columns, 2>& columns, const int* edges) {
-        Gathered at[2];
-        for (int i = 0; i < 8; ++i)
-            for (int k = 0; k < 2; ++k) {
-                const auto& [x, y, z] = columns[k];
-                at[k].set(i, Eigen::Vector3f(x[edges[i]], y[edges[i]], z[edges[i]]));
-            }
-        return {at[0], at[1]};
+    TOUCHSTONE_INLINE static EdgeLanes ends(const Eight& edges) {
+        const auto v = edges.columns<8>();
+        return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
     }
-    TOUCHSTONE_INLINE static EdgeLanes endsOf(const Surface& part, const int* edges) {
-        Gathered at[2];
-        for (int i = 0; i < 8; ++i)
-            for (int k = 0; k < 2; ++k) at[k].set(i, part.points[part.features.edges[edges[i]].points[k]]);
-        return {at[0], at[1]};
+    TOUCHSTONE_INLINE static EdgeLanes wings(const Eight& edges) {
+        const auto v = edges.columns<8>(4);
+        return {{v[2], v[3], v[4]}, {v[5], v[6], v[7]}};
     }
     TOUCHSTONE_INLINE EdgeLanes(const Vec8& first_, const Vec8& second_) : first(first_), second(second_) {}
     TOUCHSTONE_INLINE EdgeLanes all(int i) const { return {first.all(i), second.all(i)}; }

@@ -126,11 +126,10 @@ struct FeaturePairFinder::Query {
         return {min(from, to) - wide, max(from, to) + wide};
     }
     /// The gaps of eight pairs. `arm`: of the tool's vertices from its center, on the obstacle's axes; so are the
-    /// tool's faces and edges. Infinite where the faces of two edges cannot oppose.
+    /// tool's faces. Infinite where the faces of two edges cannot oppose.
     Float8 vertexFaces(const Vec8& arm, const FaceLanes& faces) const;
     Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices) const;
-    Float8 edges(const EdgeLanes& ours, const EdgeLanes& wings, const EdgeLanes& others,
-                 const EdgeLanes& otherWings) const;
+    Float8 edges(const Eight& mine, const Eight& theirs) const;
     /// Whether edges u and v can have a common normal with all of their faces behind it.
     Int8 opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v, const EdgeLanes& otherWings) const;
     /// Those of eight pairs of a kind.
@@ -210,8 +209,9 @@ TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const E
     return ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
 }
 
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& ours, const EdgeLanes& wings,
-                                                         const EdgeLanes& others, const EdgeLanes& otherWings) const {
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const Eight& mine, const Eight& theirs) const {
+    const EdgeLanes ours = R * EdgeLanes::ends(mine), wings = R * EdgeLanes::wings(mine),
+                    others = EdgeLanes::ends(theirs), otherWings = EdgeLanes::wings(theirs);
     const Vec8 u = ours.second - ours.first, v = others.second - others.first;
     const Int8 may = opposing(u, wings, v, otherWings);
     if (!toMask(may)) return splat(HUGE_VALF);
@@ -226,12 +226,11 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& ours, 
 Float8 FeaturePairFinder::Query::gaps(PairKind kind, const int* ours, const int* others) const {
     switch (kind) {
         case PairKind::VertexFace:
-            return vertexFaces(R * verticesOf(tool, ours), FaceLanes::of(obstacle, others));
+            return vertexFaces(R * verticesOf(tool, ours), FaceLanes(Eight(obstacle.faces, others)));
         case PairKind::FaceVertex:
-            return facesVertex(R * FaceLanes::of(tool, ours), verticesOf(obstacle, others));
+            return facesVertex(R * FaceLanes(Eight(tool.faces, ours)), verticesOf(obstacle, others));
         default:
-            return edges(R * EdgeLanes::endsOf(tool, ours), R * EdgeLanes::of(tool.wings, ours),
-                         EdgeLanes::endsOf(obstacle, others), EdgeLanes::of(obstacle.wings, others));
+            return edges({tool.edges, ours}, {obstacle.edges, others});
     }
 }
 
@@ -334,7 +333,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
     });
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
     const auto vertexFaces = [&](int patch, const Swept&, int other) {
-        const FaceLanes faces(*obstacle_, n * other);
+        const FaceLanes faces(Eight(obstacle_->faces, n * other));
         const Box8 boxes = faces.box();
         const Vec8 normals = q.R.transpose() * faces.normal;
         for (int v = tool_->firstVertex[patch]; v < tool_->firstVertex[patch + 1]; ++v) {
@@ -346,7 +345,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
         return true;
     };
     const auto facesVertex = [&](int patch, const Swept& swept, int other) {
-        const FaceLanes faces = q.R * FaceLanes(*tool_, n * patch);
+        const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
         const Box8 boxes = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
         for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
             const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
@@ -362,19 +361,21 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
         const int end = tool_->firstEdge[patch + 1], otherEnd = obstacle_->firstEdge[other + 1];
         for (int eight = tool_->firstEdge[patch]; eight < end; eight += n) {
-            const EdgeLanes ends = q.R * EdgeLanes(tool_->ends, eight);
+            const Eight tools(tool_->edges, eight);
+            const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
             const Box8 boxes = q.swept(ends.first) | q.swept(ends.second);
             const Vec8 u = ends.second - ends.first;
-            const EdgeLanes wings = q.R * EdgeLanes(tool_->wings, eight);
+            const EdgeLanes wings = q.R * EdgeLanes::wings(tools);
             for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);
                 for (int at = obstacle_->firstEdge[other]; at < otherEnd; at += n) {
-                    const EdgeLanes others(obstacle_->ends, at);
+                    const Eight theirs(obstacle_->edges, at);
+                    const EdgeLanes others = EdgeLanes::ends(theirs);
                     Mask mask = mine.meets(others.box()) & first(otherEnd - at);
                     if (mask)
                         mask &= toMask(
-                            q.opposing(u.all(i), wings.all(i), others.second - others.first, {obstacle_->wings, at}));
+                            q.opposing(u.all(i), wings.all(i), others.second - others.first, EdgeLanes::wings(theirs)));
                     for (; mask; mask &= mask - 1)
                         if (!eights.push(PairKind::EdgeEdge, eight + i, at + std::countr_zero(mask))) return false;
                 }

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "haptics/surface/feature_lanes.hpp"
+
 namespace touchstone {
 
 using namespace simd;
@@ -40,8 +42,10 @@ std::vector<int> sortByPatch(std::vector<T>& all, int patches, PatchOf&& patchOf
     return first;
 }
 
-void append(Surface::Columns& columns, const Eigen::Vector3f& v) {
-    for (int k = 0; k < 3; ++k) columns[k].push_back(v[k]);
+Surface::Record recordOf(const std::array<Eigen::Vector3f, 4>& vectors) {
+    Surface::Record record;
+    for (std::size_t i = 0; i < record.size(); ++i) record[i] = vectors[i / 3][int(i % 3)];
+    return record;
 }
 
 /// The outward normals of planes that touch the material around a vertex in that point alone lie in the cone opposite
@@ -136,16 +140,8 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
         part.hi.array() += guard;
         part.normals = cone;
     };
-    const std::array<std::pair<Columns*, std::size_t>, 8> columns{{{&corners[0], order.size()},
-                                                                   {&corners[1], order.size()},
-                                                                   {&corners[2], order.size()},
-                                                                   {&normals, order.size()},
-                                                                   {&ends[0], features.edges.size()},
-                                                                   {&ends[1], features.edges.size()},
-                                                                   {&wings[0], features.edges.size()},
-                                                                   {&wings[1], features.edges.size()}}};
-    for (const auto& [of, count] : columns)
-        for (AlignedVector<float>& column : *of) column.reserve(count + 7);
+    faces.reserve(order.size() + 7);
+    edges.reserve(features.edges.size() + 7);
     spokes.reserve(features.spokes.size());
     tips.reserve(features.vertices.size());
     std::vector<int> sorted;
@@ -155,8 +151,8 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
         const int first = patch * FeatureTree::kChildren;
         for (int f = first; f < first + facesOf(patch); ++f) {
             const SurfaceFeatures::Face& face = features.faces[f];
-            for (int k = 0; k < 3; ++k) append(corners[k], points[face.points[k]]);
-            append(normals, face.normal.cast<float>());
+            faces.push_back(recordOf(
+                {points[face.points[0]], points[face.points[1]], points[face.points[2]], face.normal.cast<float>()}));
             bound({face.points[0], face.points[1], face.points[2]}, {face.normal.cast<float>(), kAngleGuard});
         }
         bounds[patch][std::size_t(FeatureKind::Face)] = FeatureBounds::of(parts);
@@ -166,9 +162,8 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
             const Vec3 &a = features.faces[edge.faces[0]].normal, &b = features.faces[edge.faces[1]].normal;
             const Vec3 along = (features.points[edge.points[1]] - features.points[edge.points[0]]).normalized();
             const Vec3 middle = a + b;
-            for (int k = 0; k < 2; ++k) append(ends[k], points[edge.points[k]]);
-            append(wings[0], a.cross(along).cast<float>());
-            append(wings[1], along.cross(b).cast<float>());
+            edges.push_back(recordOf({points[edge.points[0]], points[edge.points[1]], a.cross(along).cast<float>(),
+                                      along.cross(b).cast<float>()}));
             const bool thin = middle.norm() < 1e-3;
             bound({edge.points[0], edge.points[1]},
                   {(thin ? a : middle.normalized()).cast<float>(),
@@ -192,9 +187,8 @@ Surface::Surface(SurfaceFeatures from) : features(std::move(from)), extent(cente
         parts.clear();
     }
     features.spokes = std::move(sorted);
-    for (const auto& [of, count] : columns)
-        for (AlignedVector<float>& column : *of)
-            if (count > 0) column.resize(count + 7, column.back());
+    for (AlignedVector<Record>* records : {&faces, &edges})
+        if (!records->empty()) records->resize(records->size() + 7, records->back());
     tree = FeatureTree(bounds);
     shells = findShells(features);
 }
@@ -210,12 +204,9 @@ std::vector<int> Surface::faceOrder() const {
 
 void Surface::faceBoxes(int patch, Float8 lo[3], Float8 hi[3]) const {
     const Float8 guard = splat(kBoxGuard * float(extent.reach));
-    for (int k = 0; k < 3; ++k) {
-        const auto corner = [&](int i) { return load(&corners[i][k][patch * FeatureTree::kChildren]); };
-        const Float8 a = corner(0), b = corner(1), c = corner(2);
-        lo[k] = -max(max(-a, -b), -c) - guard;
-        hi[k] = max(max(a, b), c) + guard;
-    }
+    const Box8 box = FaceLanes(Eight(faces, patch * FeatureTree::kChildren)).box();
+    lo[0] = box.lo.x - guard, lo[1] = box.lo.y - guard, lo[2] = box.lo.z - guard;
+    hi[0] = box.hi.x + guard, hi[1] = box.hi.y + guard, hi[2] = box.hi.z + guard;
 }
 
 int Surface::boxesBelow(int height, int node, Float8 lo[3], Float8 hi[3]) const {
@@ -232,12 +223,8 @@ int Surface::boxesBelow(int height, int node, Float8 lo[3], Float8 hi[3]) const 
 std::size_t Surface::bytes() const {
     const auto sum = [](const auto&... lists) { return (... + (lists.capacity() * sizeof(lists[0]))); };
     const SurfaceFeatures& f = features;
-    std::size_t columns = 0;
-    for (const Columns* vectors :
-         {&corners[0], &corners[1], &corners[2], &normals, &ends[0], &ends[1], &wings[0], &wings[1]})
-        for (const auto& column : *vectors) columns += sum(column);
-    return columns + tree.bytes() +
-           sum(f.points, f.faces, f.edges, f.vertices, f.spokes, firstVertex, firstEdge, points, spokes, tips, shells);
+    return tree.bytes() + sum(f.points, f.faces, f.edges, f.vertices, f.spokes, firstVertex, firstEdge, points, faces,
+                              edges, spokes, tips, shells);
 }
 
 BoxPlacement placementOf(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {

@@ -9,18 +9,16 @@ namespace touchstone {
 /// Immutable once made, and shared by threads. Features have the order of the tree's patches. What is in float, from
 /// the center, is for searches; a crossing is computed from the points in double.
 struct Surface {
-    /// Vectors of eight neighboring features can be loaded at once. The last one of eight is repeated.
-    using Columns = std::array<AlignedVector<float>, 3>;
+    /// A feature for searches: of a face the corners and the normal, of an edge the ends and the wings (EdgePlace).
+    /// They are side by side, since eight features of a search lie anywhere.
+    using Record = std::array<float, 12>;
 
     SurfaceFeatures features;
     Extent extent;
     FeatureTree tree;
     std::vector<int> firstVertex, firstEdge;  ///< by patch, and the end of the last one: its own features
     std::vector<Eigen::Vector3f> points;      ///< from the center, mm
-    std::array<Columns, 3> corners;           ///< of faces
-    Columns normals;                          ///< of faces
-    std::array<Columns, 2> ends;              ///< of edges
-    std::array<Columns, 2> wings;             ///< of edges, as EdgePlace::wings
+    AlignedVector<Record> faces, edges;       ///< the last is repeated, so that eight neighbors can be read
     std::vector<Eigen::Vector3f> spokes;      ///< directions of features.spokes, of unit length
     std::vector<NormalCone> tips;             ///< of outward normals, by vertex
     std::vector<int> shells;                  ///< a face of each connected group of faces

@@ -7,6 +7,7 @@
 #include <functional>
 #include <tuple>
 
+#include "haptics/surface/feature_lanes.hpp"
 #include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
@@ -65,6 +66,7 @@ class FaceIntersection {
     bool patchesIntersect(int i, int j) const {
         Float8 theirLo[3], theirHi[3];
         obstacle_.faceBoxes(j, theirLo, theirHi);
+        const FaceLanes theirs(Eight(obstacle_.faces, kChildren * j));
         const Mask all = (1u << obstacle_.facesOf(j)) - 1;
         Float8 height[3];
         for (int f = kChildren * i; f < kChildren * i + tool_.facesOf(i); ++f) {
@@ -76,12 +78,7 @@ class FaceIntersection {
             Mask mask = all & meeting(theirLo, theirHi, lo.data(), hi.data());
             if (!mask) continue;
             // A face on one side of the other's plane does not intersect it.
-            for (int k = 0; k < 3; ++k) {
-                height[k] = splat(0.0f);
-                for (int a = 0; a < 3; ++a)
-                    height[k] += load(&obstacle_.normals[a][kChildren * j]) *
-                                 (corners[k][a] - load(&obstacle_.corners[0][a][kChildren * j]));
-            }
+            for (int k = 0; k < 3; ++k) height[k] = dot(theirs.normal, Vec8(corners[k]) - theirs.a);
             const Float8 most = max(max(height[0], height[1]), height[2]),
                          least = -max(max(-height[0], -height[1]), -height[2]);
             mask &= toMask((most >= -boxes_.guard) & (least <= boxes_.guard));
