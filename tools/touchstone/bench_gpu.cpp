@@ -116,6 +116,7 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
                   const std::vector<Figure>& figures) {
     const std::filesystem::path folder = out.filename().empty() ? out.parent_path() : out;
     const std::string name = folder.filename().string(), card = table.front()["card"];
+    const bool software = card.find("llvmpipe") != std::string::npos;
     const ordered_json build = sandbox::buildInfo();
     const auto asked = std::find_if(table.begin(), table.end(),
                                     [](const QpCost& row) { return row["rows"] == 1000 && row["problems"] == 1000; });
@@ -130,13 +131,13 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         "Batches that "
         "would take more than " +
         shortNumber(kLongest) + " s on the card are left out.\n\n" + renderingSentence() +
-        (asked == table.end()
-             ? std::string("Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. Not "
-                           "measured.\n")
-             : "Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. Measured: " +
-                   shortNumber((*asked)["times_one_core"].get<double>()) + " times (" +
-                   (*asked)["form"].get<std::string>() + " form).\n");
-    if (card.find("llvmpipe") != std::string::npos)
+        "Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. " +
+        (asked == table.end() ? "Not measured."
+                              : (software ? "Not measured on a card; here " : "Measured: ") +
+                                    shortNumber((*asked)["times_one_core"].get<double>()) + " times (" +
+                                    (*asked)["form"].get<std::string>() + " form).") +
+        "\n";
+    if (software)
         page +=
             "\n**This is no graphics card**: llvmpipe, Mesa's rasteriser, computes on the processor. The table shows "
             "that the "

@@ -161,7 +161,7 @@ class LiveSession {
     TickHistory history_;
     std::array<std::uint64_t, kTripCount> saidTrips_{};
     ObstacleMoves obstacleMoves_;
-    bool saidHang_ = false;
+    bool saidHang_ = false, saidByProcessor_ = false;
     std::optional<MotionRecorder> demonstration_;
     std::uint64_t loopSession_ = 0;               ///< number of the newest session given to the loop
     std::optional<Shown> next_;                   ///< given to the loop, shown when it ticks

@@ -29,6 +29,7 @@ Settings LiveSession::capped(Settings settings) {
     };
     cap(settings.stiffness, limits.nominalStiffness, "stiffness", "N/mm");
     cap(settings.torsion, limits.nominalTorsion, "torsion", "mN·m/rad");
+    saidByProcessor_ = false;
     for (const std::string& sentence : keepRoundTripsInTick(settings)) log_.say(Message::Kind::Warning, sentence);
     return settings;
 }

@@ -184,4 +184,44 @@ TEST_CASE("pqp-gpu: a window renders with it only where its round trip fits a ti
     CHECK(said == (fits ? 0 : 2));
 }
 
+TEST_CASE("session: a card that is late or lost is said once, and the run goes on", "[session]") {
+    /// A card that is fast when it is measured, and never answers.
+    class Lost final : public Solver {
+      public:
+        SolveResult solve(const QpProblem& problem, const SolverSettings& settings) noexcept override {
+            SolveResult result = pqp_->solve(problem, settings);
+            result.byProcessor = true;
+            return result;
+        }
+        void reset() noexcept override { pqp_->reset(); }
+
+      private:
+        std::unique_ptr<Solver> pqp_ = solverTable()[std::size_t(findSolver("pqp"))].make(1 << 15);
+    };
+    addSolver({"lost", "", false, [](int) -> std::unique_ptr<Solver> { return std::make_unique<Lost>(); },
+               []() -> const RoundTrip& {
+                   static const RoundTrip trip{.trouble = "", .us = 1, .updateUs = 1};
+                   return trip;
+               }});
+    const TempFolder folder;
+    SessionOptions options;
+    options.treeCache.clear();
+    options.loop.realTime.raise = false;
+    std::uint64_t flagged = 0;
+    options.onTick = [&](const TickRecord& record) { flagged += (record.flags & kByProcessor) != 0; };
+    options.adjust = [](Settings settings) {
+        settings.solver = findSolver("lost");
+        return settings;
+    };
+    LiveSession session(options);
+    session.open({holdFile(folder)});
+    REQUIRE(waitUntil([&] {
+        session.update();
+        return flagged > 100;
+    }));
+    CHECK(std::count_if(session.log().messages().begin(), session.log().messages().end(), [](const Message& m) {
+              return m.text.starts_with("The solver's card was late or lost");
+          }) == 1);
+}
+
 }  // namespace touchstone::gpu_solver_tests

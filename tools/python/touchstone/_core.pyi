@@ -31,6 +31,7 @@ class Flag(IntFlag):
     OVERLAPPING = 1 << 13
     FRICTION_SOFT = 1 << 14
     FRICTION_HELD = 1 << 15
+    BY_PROCESSOR = 1 << 16
 
 class Status(IntEnum):
     SOLVED = 0
