@@ -1,7 +1,6 @@
 // touchstone referee: the same device motions through Touchstone and through physics engines, scored by one judge.
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -22,6 +21,7 @@
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/csv.hpp"
 #include "tools/touchstone/figures.hpp"
+#include "tools/touchstone/referee/page.hpp"
 #include "tools/touchstone/referee/passivity.hpp"
 #include "tools/touchstone/referee/rigid_engine.hpp"
 #include "tools/touchstone/scene_path.hpp"
@@ -370,36 +370,6 @@ class Course {
     const double limit_;
 };
 
-std::string fileName(std::string text) {
-    std::replace(text.begin(), text.end(), ' ', '-');
-    return text;
-}
-
-std::string cell(const ordered_json& value) {
-    if (value.is_null()) return "–";
-    if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-    if (value.is_number()) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.3g", value.get<double>());
-        return text;
-    }
-    return value.get<std::string>();
-}
-
-constexpr std::array<std::pair<const char*, const char*>, 12> kColumns{
-    {{"system", "system"},
-     {"intersecting_percent", "ticks that intersect, %"},
-     {"depth_mm", "depth, mm"},
-     {"seated", "seated"},
-     {"tunnelled", "tunnelled"},
-     {"force_error_p50_N", "force error p50, N"},
-     {"force_error_p99_N", "p99, N"},
-     {"rest_noise_N", "noise at rest, N"},
-     {"energy_created_mJ", "energy created, mJ"},
-     {"tick_p50_us", "tick p50, µs"},
-     {"tick_p999_us", "p99.9, µs"},
-     {"prepare_ms", "preparation, ms"}}};
-
 /// The greatest stiffness that stays passive, of the ball on the plate.
 std::vector<ordered_json> passivityOf(const RefereeCommand& command) {
     constexpr int kRates[] = {250, 500, 1000, 2000, 5000, 10'000, 20'000, 40'000};
@@ -414,123 +384,19 @@ std::vector<ordered_json> passivityOf(const RefereeCommand& command) {
     return rows;
 }
 
-/// In how many motions the least value of a column is an engine's, in words. A system that was stopped does not count.
-std::string winsOfEngines(const std::vector<ordered_json>& rows, const std::vector<std::string>& motions,
-                          const char* column, const char* what) {
-    std::map<std::string, int> wins;
-    int all = 0;
-    for (const std::string& motion : motions) {
-        const ordered_json* best = nullptr;
-        for (const ordered_json& row : rows)
-            if (row["motion"] == motion && row["note"] == "" && row[column].is_number() &&
-                (!best || row[column] < (*best)[column]))
-                best = &row;
-        if (!best || (*best)["system"].get<std::string>().starts_with("Touchstone")) continue;
-        ++wins[(*best)["system"]];
-        ++all;
-    }
-    std::string text = std::string("- ") + what + ": an engine's in " + std::to_string(all) + " of " +
-                       std::to_string(motions.size()) + " motions";
-    const char* between = " (";
-    for (const auto& [system, count] : wins)
-        text += std::exchange(between, ", ") + system + " " + std::to_string(count);
-    return text + (all > 0 ? ")" : "") + ".\n";
-}
-
-std::string passivitySection(const std::vector<ordered_json>& rows) {
-    std::string text =
-        "\n## Stiffness against rate\n\n"
-        "A simulated hand (0.1 kg, 0.5 N/mm, 14 N·s/m) presses the ball of the scene plate 4 mm into the plate and "
-        "rests. "
-        "*Passive*: with no greater stiffness of the coupling does the hand ever get back more energy than it gave, "
-        "and "
-        "it comes to rest. *At rest*: up to here it does not vibrate at the end; beside it 2 b / T with the hand's "
-        "damping "
-        "(Colgate and Schenkel 1997), and 100 N/mm is the most that was tried. The hand moves continuously, the force "
-        "holds from tick to tick; the device has no damping of its own, no resolution and no noise, and the safety "
-        "stage "
-        "has no part in it. Choi and Tan (2004) measured on a device where people began to perceive instability: 0.325 "
-        "N/mm at 250 Hz to 0.904 N/mm at 40 kHz. Theirs stands beside ours, not against it.\n\n"
-        "| rate, Hz | passive up to, N/mm | at rest up to, N/mm | 2 b / T, N/mm |\n|---|---|---|---|\n";
-    for (const ordered_json& row : rows)
-        text += "| " + std::to_string(row["rate_Hz"].get<int>()) + " | " + cell(row["passive_N_per_mm"]) + " | " +
-                cell(row["rests_N_per_mm"]) + " | " + cell(row["bound_N_per_mm"]) + " |\n";
+/// What repeats the command, without --out.
+std::string argumentsOf(const RefereeCommand& command) {
+    std::string text;
+    const auto add = [&](const std::string& option, const std::string& value) {
+        text += (text.empty() ? "" : " ") + option + (option.empty() ? "" : " ") + sandbox::shellQuoted(value);
+    };
+    if (!command.given.empty()) add("", command.given);
+    if (!command.device.empty()) add("--device", command.device);
+    if (command.friction > 0) add("--friction", shortNumber(command.friction));
+    if (!command.motions.empty()) add("--motions", CLI::detail::join(command.motions, ","));
+    if (command.seconds != RefereeCommand{}.seconds) add("--seconds", shortNumber(command.seconds));
+    add("--limit", shortNumber(command.limit));
     return text;
-}
-
-/// The page beside the folder: Markdown.
-void writePage(const RefereeCommand& command, const std::vector<ordered_json>& rows,
-               const std::vector<ordered_json>& passivity, const std::vector<Figure>& figures,
-               const std::vector<std::string>& motions) {
-    const fs::path folder = command.out.filename().empty() ? command.out.parent_path() : command.out;
-    const ordered_json build = sandbox::buildInfo();
-    std::string page = "# The referee: other engines on the same motions\n\n";
-    page +=
-        "Written by `touchstone referee" + (command.given.empty() ? "" : " " + sandbox::shellQuoted(command.given)) +
-        (command.device.empty() ? "" : " --device " + sandbox::shellQuoted(command.device)) +
-        (command.friction > 0 ? " --friction " + shortNumber(command.friction) : "") + " --limit " +
-        shortNumber(command.limit) + " --out " + folder.generic_string() + "`; [referee.csv](" +
-        folder.filename().string() +
-        "/referee.csv) has all figures.\n\n"
-        "The tool of an engine is a body of 50 g that a spring and a damper pull to the device: the scene's stiffness "
-        "and torsion, critical damping, and an inertia with which turning is as fast as moving. One tick is 1 ms, in "
-        "one step or in four. The force is that of the springs for all. One judge tests the meshes themselves after "
-        "every tick (depth: at every third tick, of vertices and edges). The reference of the force is Touchstone "
-        "between meshes with eight ticks for each, so that Touchstone's own error there only says what the length of "
-        "a tick changes. *Tunnelled*: at the end the way of C from the reference's place to the system's crosses a "
-        "part. *Energy created*: the most that the hand had got back beyond what it gave. *Preparation*: of engines "
-        "their shapes; Touchstone makes its surfaces and trees when it opens a scene, which is not counted. Times are "
-        "thread CPU time, of engines with their collision. The device rests for the last 0.3 s. Processor: " +
-        build["machine"]["processor"].get<std::string>() + ". A system that needs more than " +
-        shortNumber(command.limit) +
-        " s for a motion is stopped.\n\n| engine | version | what was chosen |\n|---|---|---|\n";
-    for (const EngineInfo& info : engineTable())
-        page += std::string("| ") + info.name + " | " + info.version + " | " + info.choices + " |\n";
-    for (const char* name : {"Bullet", "ODE", "MuJoCo"})
-        if (std::none_of(engineTable().begin(), engineTable().end(),
-                         [&](const EngineInfo& info) { return std::string_view(info.name) == name; }))
-            page += std::string("| ") + name + " | – | not installed when the program was built |\n";
-    page +=
-        "\n## What the engines do better\n\n"
-        "- They move many bodies, with gravity, joints and motors; Touchstone moves one tool among parts that stand.\n"
-        "- Their tool has mass, so that it can be thrown and can bounce; Touchstone's has none.\n" +
-        winsOfEngines(rows, motions, "tick_p50_us", "Shortest median tick") +
-        winsOfEngines(rows, motions, "tick_p999_us", "Shortest tick at p99.9") +
-        winsOfEngines(rows, motions, "prepare_ms", "Shortest preparation") +
-        "\nMuJoCo's times are those of hulls, which are other parts than those that the judge looks at.\n";
-    for (const Figure& figure : figures)
-        page += "\n![" + figure.caption + "](" + folder.filename().string() + "/" + figure.name + ".svg)\n";
-    for (const std::string& motion : motions) {
-        page += "\n## " + motion + "\n\n|";
-        for (const auto& [key, title] : kColumns) page += std::string(" ") + title + " |";
-        page += "\n|";
-        for (std::size_t k = 0; k < kColumns.size(); ++k) page += "---|";
-        page += "\n";
-        std::string notes, pictures;
-        for (const ordered_json& row : rows) {
-            if (row["motion"] != motion) continue;
-            page += "|";
-            for (const auto& [key, title] : kColumns) page += " " + cell(row[key]) + " |";
-            page += "\n";
-            const std::string system = row["system"], note = row["note"];
-            if (!note.empty()) notes += "- " + system + ": " + note + "\n";
-            const std::string picture = fileName(motion + "-" + system) + ".png";
-            if (fs::exists(command.out / picture))
-                pictures +=
-                    "| ![" + system + "](" + folder.filename().string() + "/" + picture + ")<br>" + system + " ";
-        }
-        if (!notes.empty()) page += "\n" + notes;
-        if (!pictures.empty()) {
-            const auto columns = std::count(pictures.begin(), pictures.end(), '|');
-            std::string head;
-            for (std::ptrdiff_t k = 0; k < columns; ++k) head += "| ";
-            std::string rule;
-            for (std::ptrdiff_t k = 0; k < columns; ++k) rule += "|---";
-            page += "\n" + head + "|\n" + rule + "|\n" + pictures + "|\n";
-        }
-    }
-    if (!passivity.empty()) page += passivitySection(passivity);
-    writeFile(fs::path(folder).concat(".md"), "the page", page);
 }
 
 int referee(const RefereeCommand& command) {
@@ -583,21 +449,22 @@ int referee(const RefereeCommand& command) {
             std::printf(
                 "  %-44s intersects %6s %%, %8s mm; seated %-3s tunnelled %-3s force error %8s / %8s N, rest %8s N, "
                 "%8s mJ; %8s / %8s µs  %s\n",
-                run.system.c_str(), cell(row["intersecting_percent"]).c_str(), cell(row["depth_mm"]).c_str(),
-                cell(row["seated"]).c_str(), cell(row["tunnelled"]).c_str(), cell(row["force_error_p50_N"]).c_str(),
-                cell(row["force_error_p99_N"]).c_str(), cell(row["rest_noise_N"]).c_str(),
-                cell(row["energy_created_mJ"]).c_str(), cell(row["tick_p50_us"]).c_str(),
-                cell(row["tick_p999_us"]).c_str(), run.note.c_str());
+                run.system.c_str(), tableCell(row["intersecting_percent"]).c_str(), tableCell(row["depth_mm"]).c_str(),
+                tableCell(row["seated"]).c_str(), tableCell(row["tunnelled"]).c_str(),
+                tableCell(row["force_error_p50_N"]).c_str(), tableCell(row["force_error_p99_N"]).c_str(),
+                tableCell(row["rest_noise_N"]).c_str(), tableCell(row["energy_created_mJ"]).c_str(),
+                tableCell(row["tick_p50_us"]).c_str(), tableCell(row["tick_p999_us"]).c_str(), run.note.c_str());
             std::fflush(stdout);
             const auto is = [&](const char* word) { return run.system.find(word) != std::string::npos; };
             if ((motion.friction == 0 || !command.given.empty()) && !is(" with ") && !is(" substeps"))
-                course.draw(run, command.out / (fileName(std::string(motion.name) + "-" + run.system) + ".png"));
+                course.draw(run, command.out / pictureName(motion.name, run.system));
         }
         writeFile(command.out / "referee.csv", "the table", toCsv(rows));
     }
     std::vector<ordered_json> passivity;
     if (command.given.empty()) passivity = passivityOf(command);
-    writePage(command, rows, passivity, drawFigures("referee", command.out), names);
+    writeRefereePage({command.out, argumentsOf(command), command.limit, rows, passivity,
+                      drawFigures("referee", command.out), names});
     return kOk;
 }
 
