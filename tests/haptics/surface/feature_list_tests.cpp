@@ -192,4 +192,49 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
     CHECK(pairsTested < pairsAround / 3);
 }
 
+TEST_CASE("feature list: where large parts all but touch, rounding leaves out no pair that a small step crosses") {
+    const auto seed = unsigned(GENERATE(range(1, 5)));
+    CAPTURE(seed);
+    Random random(seed);
+    const Surface tool = surfaceOf(test::boxMesh({60, 70, 80}, {-30, -35, -40})),
+                  obstacle = surfaceOf(test::boxMesh({90, 100, 80}, {-45, -50, -40}));
+    FeatureList list(tool, obstacle, 0);
+    list.keepApart(kDistance);
+    FeaturePairFinder finder(tool, obstacle);
+    PairEntries around = finder.entries();
+    int crossing = 0, ofEdges = 0;
+    for (int n = 0; n < 60; ++n) {
+        Pose X = random.pose(60, 1);
+        while (overlap(tool, obstacle, X)) X.p *= 1.05;
+        // Toward the middle until they touch, and back by less than the distance that is kept.
+        double near = 0, apart = 1;
+        const Vec3 p = X.p;
+        while ((apart - near) * p.norm() > 1e-3 * kDistance) {
+            const double middle = (near + apart) / 2;
+            X.p = middle * p;
+            (overlap(tool, obstacle, X) ? near : apart) = middle;
+        }
+        X.p = apart * p + 0.7 * kDistance * p.normalized();
+        for (int k = 0; k < 5; ++k) {
+            const double length = kDistance * std::pow(10, -k / 2.0 + 1);
+            const Course step{X, length * random.vector(), length / 100 * random.vector()};
+            const Pose after = step.end(tool.extent.center);
+            REQUIRE(finder.find({step, 0.5}, around));
+            std::set<std::pair<int, int>> tested;
+            finder.forEachCrossing(around, {step, 0.5}, X, after, kDistance / 2, [&](const PairEntry& pair) {
+                return tested.insert({pair.tool, pair.obstacle}).second;
+            });
+            for (int i = 0; i < around.count; ++i) {
+                const PairEntry& pair = around.at[std::size_t(i)];
+                if (!list.isDeeper(X, after, {pair.tool, pair.obstacle}, 0)) continue;
+                ++crossing;
+                ofEdges += kindOf(pair.tool) == PairKind::EdgeEdge;
+                CHECK(tested.count({pair.tool, pair.obstacle}) == 1);
+            }
+        }
+    }
+    CHECK(crossing > 50);
+    CHECK(ofEdges > 20);
+}
+
 }  // namespace touchstone::feature_list_tests
