@@ -74,8 +74,7 @@ QpCost measureGpu(sandbox::GpuPqp& gpu, const std::vector<Contacts>& contacts, b
         if (best.total() > 1e6 * kOnce) break;
     }
     const std::span sample(problems.data(), std::min(problems.size(), kProcessorSample));
-    const SolverInfo &pqp = *std::find_if(solverTable().begin(), solverTable().end(),
-                                          [](const SolverInfo&info) { return info.name == "pqp"; }),
+    const SolverInfo &pqp = solverTable()[static_cast<std::size_t>(findSolver("pqp"))],
                      &exact = solverTable()[kExactSolver];
     const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
     const double rate = 1e6 * static_cast<double>(problems.size()) / best.total(),
@@ -106,8 +105,8 @@ std::string renderingSentence() {
     const bool fits = keepRoundTripsInTick(settings).empty();
     return engine::formatted(
         "One problem of 300 rows takes %.0f µs there and back and %.1f µs for each update, so that a window at 1 kHz "
-        "%s "
-        "with it.\n\n",
+        "%s with "
+        "it.\n\n",
         trip.us, trip.updateUs, fits ? "renders" : "does not render");
 }
 

@@ -134,7 +134,8 @@ class Course {
             if (!world().hasMeshes(static_cast<int>(k)))
                 throw std::runtime_error(
                     file.string() +
-                    ": the judge needs closed meshes, and the tool or an obstacle is none: see `touchstone validate`");
+                    ": only closed meshes can be judged, and the tool or an obstacle is open: `touchstone validate` "
+                    "names it");
         settings = sandbox::withMode(recorded.value_or(scene.settings), Mode::Default);
         settings.rate = 1000;
         settings.solver = kExactSolver;
@@ -311,13 +312,13 @@ class Course {
 
     void draw(const JudgedRun& run, const fs::path& file) const {
         const double middle = static_cast<double>(device.size() - kRest) / 2000;
-        const auto at = static_cast<std::size_t>(what.picture.value_or(middle) * 1000);
-        if (run.ticks.empty()) return;
+        const auto at = std::min(static_cast<std::size_t>(what.picture.value_or(middle) * 1000), device.size() - 1);
+        fs::remove(file);
+        if (run.ticks.size() <= at) return;  // it was stopped before: all pictures are of one moment
         TickRecord record;
-        const JudgedTick& tick = run.ticks[std::min(at, run.ticks.size() - 1)];
-        record.X_WT = tick.X_WT;
-        record.X_WT_device = device[std::min(at, run.ticks.size() - 1)];
-        record.wrench_C = tick.wrench;
+        record.X_WT = run.ticks[at].X_WT;
+        record.X_WT_device = device[at];
+        record.wrench_C = run.ticks[at].wrench;
         sandbox::ScenePicture picture;
         picture.width = 360;
         picture.height = 270;
@@ -485,7 +486,9 @@ void addReferee(CLI::App& program, Action& action) {
                             "of the bundled scenes)");
     command->add_option("--device", options->device, "demo:NAME: the motion of the scene (default: its first)")
         ->needs(given);
-    command->add_option("--friction", options->friction, "coefficient of friction of every pair of its parts")
+    command
+        ->add_option("--friction", options->friction,
+                     "coefficient of friction of every pair of its parts (default: none, whatever their materials)")
         ->needs(given)
         ->check(within(0, 10));
     std::vector<std::string> names;

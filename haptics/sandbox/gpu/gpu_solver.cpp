@@ -103,7 +103,7 @@ class Card {
             state_.store(State::Free);
     }
 
-    /// On the problem with which work_limits.cpp measures the processor: as many rows.
+    /// With as many rows as those with which calibrateWork() measures the processor.
     void measure(GpuPqp& gpu) {
         constexpr int kRuns = 5, kRows = 300, kUpdates = 100;
         std::mt19937_64 random(1);

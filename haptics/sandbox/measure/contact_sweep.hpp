@@ -65,8 +65,7 @@ struct Sweep {
 };
 
 /// Runs every solver that this machine can use, with friction every friction solver, with the limits of the settings.
-/// `progress` receives 0 to 1
-/// and cancels by returning false; then there is no result.
+/// `progress` receives 0 to 1 and cancels by returning false; then there is no result.
 std::optional<Sweep> sweepContact(const FrozenContact& contact, const std::function<bool(double)>& progress = {});
 
 /// Time and error of a solver at any tolerance, interpolated on logarithmic axes; nothing without points.

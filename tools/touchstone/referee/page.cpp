@@ -113,7 +113,8 @@ void writeRefereePage(const RefereePage& of) {
         "their shapes; Touchstone makes its surfaces and trees when it opens a scene, which is not counted. Times are "
         "thread CPU time, of engines with their collision. The device rests for the last 0.3 s. Processor: " +
         build["machine"]["processor"].get<std::string>() + ". A system that needs more than " + shortNumber(of.limit) +
-        " s for a motion is stopped.\n\n| engine | version | what was chosen |\n|---|---|---|\n";
+        " s for a motion is stopped, and has no picture if that was before its moment.\n\n| engine | version | what "
+        "was chosen |\n|---|---|---|\n";
     for (const EngineInfo& info : engineTable())
         page += std::string("| ") + info.name + " | " + info.version + " | " + info.choices + " |\n";
     for (const char* name : {"Bullet", "ODE", "MuJoCo"})
