@@ -384,8 +384,7 @@ void addCompare(CLI::App& program, Action& action) {
         addCommand(program, "compare", "Render the same device motion with one solver after another", kCompareFooter);
     command->add_option("RECORDING|SCENE", options->motion, "folder that `touchstone run --record` wrote, or a scene")
         ->required();
-    for (const SolverInfo& solver : solverTable())
-        if (!solver.roundTrip) options->solvers.emplace_back(solver.name);
+    options->solvers = processorSolvers();
     CLI::Option* solvers =
         command->add_option("--solvers", options->solvers, "comma-separated, of " + namesOf(solverTable()))
             ->delimiter(',')

@@ -21,6 +21,7 @@
 #include "tools/touchstone/console.hpp"
 #include "tools/touchstone/figures.hpp"
 #include "tools/touchstone/scene_path.hpp"
+#include "tools/touchstone/settings_choice.hpp"
 
 namespace touchstone::app {
 namespace {
@@ -41,11 +42,6 @@ const std::string kPublished = "pqp", kFormer = "active-set";
 std::string exactSolver() { return std::string(solverTable()[kExactSolver].name); }
 std::string inPaperMode(const std::string& solver) { return "paper " + solver; }
 std::string inDefaultMode(const std::string& solver) { return "default " + solver; }
-std::vector<std::string> allSolvers() {
-    std::vector<std::string> names;
-    for (const SolverInfo& solver : solverTable()) names.emplace_back(solver.name);
-    return names;
-}
 
 /// Upper ends of the classes of pair counts by which times are reported.
 constexpr int kPairs[] = {0, 50, 100, 150, 200, 300, 500, 1000};
@@ -76,7 +72,7 @@ ordered_json classesOf(const std::vector<const Runs*>& motions) {
     ordered_json classes = ordered_json::array();
     for (std::size_t k = 0; k + 1 < std::size(kPairs); ++k) {
         ordered_json line{{"pairs_from", kPairs[k] + 1}, {"pairs_to", kPairs[k + 1]}};
-        for (const std::string& name : allSolvers()) {
+        for (const std::string& name : processorSolvers()) {
             Values times, iterations;
             for (const Runs* runs : motions) {
                 const ComparedRun& run = runOf(*runs, inPaperMode(name));
@@ -101,21 +97,22 @@ using ColdTimes = std::map<std::string, double>;
 ColdTimes coldTimes(const sandbox::HapticScene& scene, const ComparedRun& run, const std::string& motion,
                     std::optional<double> seconds) {
     constexpr int kRows = 1024;  // maximum row count of paper mode
-    std::vector<std::unique_ptr<Solver>> solvers;
-    std::vector<Values> times(solverTable().size());
-    for (const SolverInfo& info : solverTable()) solvers.push_back(info.make(kRows));
+    std::vector<std::pair<std::string, std::unique_ptr<Solver>>> solvers;
+    std::map<std::string, Values> times;
+    for (const std::string& name : processorSolvers())
+        solvers.emplace_back(name, solverTable()[std::size_t(findSolver(name))].make(kRows));
     sandbox::HeadlessOptions options{.device = "demo:" + motion, .seconds = seconds, .timing = false};
     options.onSolve = [&](const QpProblem& problem, const SolveResult&) {
-        for (std::size_t k = 0; k < solvers.size(); ++k) {
-            solvers[k]->reset();
+        for (auto& [name, solver] : solvers) {
+            solver->reset();
             const double start = threadCpuMicroseconds();
-            solvers[k]->solve(problem, solverSettings(run.settings));
-            times[k].push_back(threadCpuMicroseconds() - start);
+            solver->solve(problem, solverSettings(run.settings));
+            times[name].push_back(threadCpuMicroseconds() - start);
         }
     };
     sandbox::runHeadless(scene, run.settings, options);
     ColdTimes means;
-    for (std::size_t k = 0; k < solvers.size(); ++k) means[std::string(solverTable()[k].name)] = meanOrZero(times[k]);
+    for (const auto& solver : solvers) means[solver.first] = meanOrZero(times[solver.first]);
     return means;
 }
 
@@ -322,7 +319,7 @@ class Experiment {
 
 int paper(const PaperCommand& command) {
     makeFolder(command.out, "the experiments");
-    const std::vector<CompareCase> all = casesOf({"paper", "default", "penalty"}, allSolvers());
+    const std::vector<CompareCase> all = casesOf({"paper", "default", "penalty"}, processorSolvers());
 
     ordered_json results = sandbox::buildInfo();
     results["quick"] = command.quick;
@@ -332,7 +329,7 @@ int paper(const PaperCommand& command) {
                deeper = bunnies.run("figure-5-deeper", all, "figure-5-deeper");
     // In the paper about 200 pairs, the deepest, form the constraints. The second run keeps all rows of paper mode.
     const Runs shaft = spline.run("figure-7", all, "figure-7", {"paper_rows=200"});
-    spline.run("figure-7", casesOf({"paper"}, allSolvers()), "figure-7-1024");
+    spline.run("figure-7", casesOf({"paper"}, processorSolvers()), "figure-7-1024");
     const Phases phases = phasesOf(shaft.front());
 
     bunnies.draw(runOf(shallow, inPaperMode(kPublished)), "figure-5");

@@ -1,5 +1,6 @@
 #include "tools/touchstone/settings_choice.hpp"
 
+#include "haptics/qp/solver.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 
 namespace touchstone::app {
@@ -38,6 +39,13 @@ Settings checkedWithCommandLine(const Settings& settings, const SettingsChoice& 
     const Settings chosen = withCommandLine(settings, choice);
     if (const std::string wrong = checkSettings(chosen); !wrong.empty()) throw UsageError(wrong);
     return chosen;
+}
+
+std::vector<std::string> processorSolvers() {
+    std::vector<std::string> names;
+    for (const SolverInfo& solver : solverTable())
+        if (!solver.roundTrip) names.emplace_back(solver.name);
+    return names;
 }
 
 }  // namespace touchstone::app

@@ -22,6 +22,9 @@ Settings withCommandLine(Settings settings, const SettingsChoice& choice);
 /// The same, and the result checked as a whole. Throws UsageError with one sentence.
 Settings checkedWithCommandLine(const Settings& settings, const SettingsChoice& choice);
 
+/// Names of the solvers of the table that run on the processor: what a comparison of all solvers compares.
+std::vector<std::string> processorSolvers();
+
 /// Sets one setting from the text of an option. Throws UsageError with one sentence that names the option.
 void setFromOption(Settings& settings, std::string_view key, std::string_view value, const std::string& option);
 
