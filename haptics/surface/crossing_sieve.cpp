@@ -1,5 +1,7 @@
 #include "haptics/surface/crossing_sieve.hpp"
 
+#include <bit>
+
 namespace touchstone {
 
 using namespace simd;
@@ -17,6 +19,7 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       pointGuard_(float(0x1p-24 * (10 * tool.extent.reach + 2 * obstacle.extent.reach) + 1e-7) +
                   0x3p-24f * std::max(t0_.norm(), t1_.norm())),
       least_(float(least) + guard),
+      below_(1.0001f * float(least) + 1e-8f),
       apart_(2.1001f * float(least) + 1e-8f),
       turn_(float(after.q.angularDistance(before.q)) * 1.00001f + 1e-8f) {}
 
@@ -40,15 +43,37 @@ TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, 
     return toMask(may);
 }
 
+/// Those whose spokes all rise above the face with this normal, on the axes of their part before the step, up to the
+/// angle of the step, by which the normal turns, too.
+TOUCHSTONE_INLINE Mask CrossingSieve::standing(Mask of, const Surface& part, const int* vertices,
+                                               const Vec8& normals) const {
+    const float least = -2 * turn_ - 1e-5f;
+    Mask standing = 0;
+    for (; of; of &= of - 1) {
+        const int i = std::countr_zero(of);
+        const SurfaceFeatures::Vertex& vertex = part.features.vertices[vertices[i]];
+        const Eigen::Vector3f normal(normals.x[i], normals.y[i], normals.z[i]);
+        int k = vertex.firstSpoke;
+        const int end = k + vertex.spokes;
+        while (k < end && part.spokes[k].dot(normal) >= least) ++k;
+        standing |= Mask(k == end) << i;
+    }
+    return standing;
+}
+
 Mask CrossingSieve::vertexFaces(const int* vertices, const int* faces) const {
     const Vec8 arms = verticesOf(tool_, vertices);
-    return crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), FaceLanes(Eight(obstacle_.faces, faces)));
+    const FaceLanes lanes(Eight(obstacle_.faces, faces));
+    return standing(crosses(R0_ * arms + Vec8(t0_), R1_ * arms + Vec8(t1_), lanes), tool_, vertices,
+                    R0_.transpose() * lanes.normal);
 }
 
 Mask CrossingSieve::facesVertex(const int* faces, const int* vertices) const {
     const Vec8 at = verticesOf(obstacle_, vertices);
     const Matrix3f back0 = R0_.transpose(), back1 = R1_.transpose();
-    return crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), FaceLanes(Eight(tool_.faces, faces)));
+    const FaceLanes lanes(Eight(tool_.faces, faces));
+    return standing(crosses(back0 * (at - Vec8(t0_)), back1 * (at - Vec8(t1_)), lanes), obstacle_, vertices,
+                    R0_ * lanes.normal);
 }
 
 Mask CrossingSieve::edges(const int* edges, const int* others) const {
@@ -73,8 +98,10 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
     const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
     const Float8 lu = simd::sqrt(dot(u0, u0)), lv = simd::sqrt(dot(v, v)), length = lu + lv;
-    const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), size2 = max(dot(c0, c0), dot(c1, c1));
-    const Float8 apart = max(lowest, -highest) - pointGuard_ * (3.0f * lu * lv + 5.0f * (far + splat(apart_)) * length);
+    const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), from2 = dot(c0, c0), to2 = dot(c1, c1);
+    const Float8 size2 = max(from2, to2),
+                 error = pointGuard_ * (3.0f * lu * lv + 5.0f * (far + splat(apart_)) * length);
+    const Float8 apart = max(lowest, -highest) - error;
     may &= (apart <= 0.0f) | (apart * apart <= (apart_ * apart_) * size2);
     if (!toMask(may)) return 0;
     // The faces of both edges are behind the normal, up to the angle of the step, by which the cross product changes,
@@ -84,6 +111,14 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
                  n1 = dot(otherWings.second, c0);
     const Float8 limit = turn_ * (simd::sqrt(size2) + lu * lv) + 1e-6f * lu * lv + 4.0f * pointGuard_ * length;
     may &= ((min(m0, m1) >= -limit) & (max(n0, n1) <= limit)) | ((max(m0, m1) <= limit) & (min(n0, n1) >= -limit));
+    if (!toMask(may)) return 0;
+    // At the end the points that met are nearer than allowed. Along the common normal of the end, which differs by the
+    // turn divided by the sine between the edges from that of the time when they met, they are as far as the lines.
+    const Vec8 ways[2] = {b0 - a0, b1 - a1};
+    const Float8 moved = simd::sqrt(max(dot(ways[0], ways[0]), dot(ways[1], ways[1]))) + splat(apart_);
+    const Float8 bent = 2.0f * turn_ * lu * lv * moved * simd::sqrt(size2 / min(from2, to2));
+    const Float8 side = n0 + n1, above = (side > 0.0f ? -last : last) - error;
+    may &= ~((abs(side) > 2.0f * limit) & (above > 1.0001f * (below_ * simd::sqrt(to2) + bent)));
     return toMask(may);
 }
 

@@ -23,13 +23,14 @@ class CrossingSieve {
     simd::Mask vertexFaces(const int* vertices, const int* faces) const;
     simd::Mask facesVertex(const int* faces, const int* vertices) const;
     simd::Mask edges(const int* edges, const int* others) const;
+    simd::Mask standing(simd::Mask of, const Surface& part, const int* vertices, const Vec8& normals) const;
 
     const Surface &tool_, &obstacle_;
     Eigen::Matrix3f R0_, R1_;
     Eigen::Vector3f t0_, t1_;  ///< from the obstacle's center to the tool's
     float guard_;
     float pointGuard_;  ///< bound on the error of a point alone, without that of long edges and faces
-    float least_, apart_;
+    float least_, below_, apart_;
     float turn_;  ///< of the step, rad
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "haptics/reference/mesh_reference.hpp"
@@ -159,7 +160,8 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         };
         fresh.forget();
         REQUIRE(fresh.complete(fresh.crossing(step, 1), 0.1));
-        Pose other{X.p + 0.2 * random.vector(), (expRotation(0.03 * random.vector()) * X.q).normalized()};
+        const double away = n % 3 ? 0.03 : 0.3;
+        Pose other{X.p + 0.2 * random.vector(), (expRotation(away * random.vector()) * X.q).normalized()};
         aged.forget();
         REQUIRE(aged.complete({other, deviation(other, step, tool.extent) + 0.5}, 0.3));
         REQUIRE(aged.complete(aged.crossing(step, 1), 0.3));
@@ -169,7 +171,8 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         // No pair that crosses is left out before its test.
         FeaturePairFinder finder(tool, obstacle);
         PairEntries around = finder.entries();
-        REQUIRE(finder.find({step, 0.5}, around));
+        const Pose from = n % 2 ? X : other;  // where the planes between the features are
+        REQUIRE(finder.find({from, deviation(from, step, tool.extent) + 0.5}, around));
         const Pose after = step.end(tool.extent.center);
         std::set<std::pair<int, int>> tested;
         finder.forEachCrossing(around, {step, 0.5}, X, after, kDistance / 2, [&](const PairEntry& pair) {
@@ -235,6 +238,39 @@ TEST_CASE("feature list: where large parts all but touch, rounding leaves out no
     }
     CHECK(crossing > 50);
     CHECK(ofEdges > 20);
+}
+
+TEST_CASE("feature pairs: edges that slide across each other at the distance kept are not tested") {
+    // Two boxes, ridge on ridge.
+    TriangleMesh roof = centeredBox(10, 10, 10);
+    const Quat turned = expRotation(std::numbers::pi / 4 * Vec3::UnitX());
+    for (Vec3& vertex : roof.vertices) vertex = turned * vertex;
+    const Surface tool = surfaceOf(centeredBox(10, 10, 10)), obstacle = surfaceOf(roof);
+    FeaturePairFinder finder(tool, obstacle);
+    FeatureList list(tool, obstacle, 0);
+    list.keepApart(kDistance);
+    PairEntries near = finder.entries();
+    const auto tested = [&](const Vec3& shift, const Vec3& turn) {
+        const Pose X{{0, 0, 10 * std::numbers::sqrt2 + kDistance}, expRotation(std::numbers::pi / 4 * Vec3::UnitY())};
+        const Course step{X, shift, turn};
+        REQUIRE(finder.find({step, 0.1}, near));
+        REQUIRE(near.count > 0);
+        int count = 0, crossed = 0;
+        const Pose after = step.end(tool.extent.center);
+        finder.forEachCrossing(near, {step, 0.1}, X, after, kDistance / 2, [&](const PairEntry& pair) {
+            CHECK(kindOf(pair.tool) == PairKind::EdgeEdge);
+            crossed += list.isDeeper(X, after, {pair.tool, pair.obstacle}, 0);
+            return ++count > 0;
+        });
+        return std::pair(count, crossed);
+    };
+    using Counts = std::pair<int, int>;
+    CHECK(tested({0.1, -0.2, 0}, Vec3::Zero()) == Counts(0, 0));
+    CHECK(tested({0.01, -0.02, 0}, {0, 0, 0.001}) == Counts(0, 0));
+    CHECK(tested({0, 0, -0.4 * kDistance}, Vec3::Zero()) == Counts(0, 0));
+    CHECK(tested({0.1, -0.2, -0.6 * kDistance}, Vec3::Zero()) == Counts(1, 1));
+    CHECK(tested({0.1, -0.2, -0.6 * kDistance}, {0, 0, 0.01}) == Counts(1, 1));
+    CHECK(tested({0, 0, -2 * kDistance}, Vec3::Zero()) == Counts(1, 1));
 }
 
 }  // namespace touchstone::feature_list_tests
