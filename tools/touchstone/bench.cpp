@@ -172,7 +172,7 @@ void addBench(CLI::App& program, Action& action) {
     command->add_option("SCENE", options->scenes, "scenes to measure (default: those of the suite)");
     command->add_option("--out", options->out, "folder for tables, JSON, figures and a page that shows them");
     command->add_flag("--quick", options->quick,
-                      "fewer cases and ticks: about two minutes if the trees are in the cache");
+                      "fewer cases, ticks and leaves: about two minutes if the trees are in the cache");
     command
         ->add_option("--suite", options->suite,
                      "sweep: mode x solver x tolerance x leaves x linearizations; hard: all hard motions in both modes "
