@@ -171,7 +171,7 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         // No pair that crosses is left out before its test.
         FeaturePairFinder finder(tool, obstacle);
         PairEntries around = finder.entries();
-        const Pose from = n % 2 ? X : other;  // where the planes between the features are
+        const Pose from = n % 2 ? X : other;
         REQUIRE(finder.find({from, deviation(from, step, tool.extent) + 0.5}, around));
         const Pose after = step.end(tool.extent.center);
         std::set<std::pair<int, int>> tested;
