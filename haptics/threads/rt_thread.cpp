@@ -12,6 +12,7 @@
 #include <x86intrin.h>
 #endif
 
+#include <atomic>
 #include <cmath>
 
 namespace touchstone {
@@ -42,16 +43,20 @@ void relax() {
 #endif
 }
 
+std::atomic<bool> memoryLocked = false;
+
+/// Locks each page when it is first used, so that large unused reservations (stacks, drivers) cost nothing.
+bool lockPages() { return mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0; }
+
 bool lockMemory() {
-    // A page is locked when it is first used, so that large unused reservations (stacks, drivers) cost nothing. If the
-    // amount is limited, nothing is locked, since allocations of the whole program would fail at the limit.
+    // If the amount is limited, nothing is locked, since allocations of the whole program would fail at the limit.
     rlimit limit{};
     const bool unlimited =
         geteuid() == 0 || (getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
     // Locked pages between others in use cannot be returned to the system. Blocks from 1 MiB therefore get separate
     // pages; setting the threshold also keeps malloc from raising it when such blocks are freed.
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
-    return unlimited && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
+    return memoryLocked = unlimited && lockPages();
 }
 
 /// Uses the stack once as deep as a tick does, so that no tick touches one of its pages for the first time.
@@ -104,6 +109,13 @@ RealTimeStatus raiseThread(const RealTimeOptions& options) {
     touchStack();
     status.message = refusal(options, status);
     return status;
+}
+
+void returnFreedMemory() {
+    const bool locked = memoryLocked;
+    if (locked) munlockall();  // malloc cannot return locked pages between others in use
+    malloc_trim(0);
+    if (locked) memoryLocked = lockPages();
 }
 
 TickSchedule::TickSchedule(double rateHz, std::uint64_t now)

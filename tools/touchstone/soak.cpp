@@ -1,5 +1,4 @@
 // touchstone soak: a long run of the live loop with every change that a user can make, counting what must never happen.
-#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "haptics/qp/friction_table.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tools/touchstone/command_line.hpp"
 #include "tools/touchstone/scene_path.hpp"
 
@@ -65,7 +65,7 @@ struct Times {
 
 /// Resident memory of the process after returning freed memory to the system, MB.
 double residentMegabytes() {
-    malloc_trim(0);
+    returnFreedMemory();
     std::ifstream in("/proc/self/statm");
     double size = 0, resident = 0;
     in >> size >> resident;

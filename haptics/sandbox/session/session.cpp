@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "haptics/threads/rt_thread.hpp"
+
 namespace touchstone::sandbox {
 
 LiveSession::LiveSession(SessionOptions options) : options_(std::move(options)), workspaces_(options_.configFolder) {}
@@ -16,6 +18,7 @@ void LiveSession::update() {
         if (next_) {
             show(std::move(*next_));
             next_.reset();
+            returnFreedMemory();  // of the scene before
         }
     }
     if (loop_->hangs() && !saidHang_)

@@ -1,9 +1,21 @@
 #include "haptics/threads/rt_thread.hpp"
 
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
+#include <fstream>
+#include <memory>
 #include <thread>
+#include <vector>
 
 namespace touchstone::rt_thread_tests {
+
+double residentMegabytes() {
+    std::ifstream in("/proc/self/statm");
+    double size = 0, resident = 0;
+    in >> size >> resident;
+    return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
 
 TEST_CASE("tick schedule: ticks that meet their deadline begin one period apart, whenever they end", "[loop]") {
     TickSchedule schedule(1000, 5'000'000);
@@ -82,5 +94,21 @@ TEST_CASE("real-time thread: one sentence reports what the system refuses, with 
     }).join();
     std::thread([] { CHECK(raiseThread({.raise = false}).message == ""); }).join();
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their allocators keep what is freed
+TEST_CASE("real-time thread: freed memory between blocks in use goes back to the system, also if it was locked",
+          "[loop]") {
+    std::thread([] { raiseThread({.priority = 20}); }).join();  // locks memory, where the system permits it
+    constexpr std::size_t kBlock = 64 * 1024, kBlocks = 640, kKept = 16;
+    std::vector<std::unique_ptr<char[]>> blocks;
+    for (std::size_t i = 0; i < kBlocks; ++i) blocks.push_back(std::make_unique<char[]>(kBlock));
+    const double full = residentMegabytes();
+    for (std::size_t i = 0; i < kBlocks; ++i)
+        if (i % kKept != 0) blocks[i].reset();
+    returnFreedMemory();
+    const double freed = 1e-6 * kBlock * kBlocks * (kKept - 1) / kKept;
+    CHECK(full - residentMegabytes() >= 0.9 * freed);  // the pages at the ends of a block stay
+}
+#endif
 
 }  // namespace touchstone::rt_thread_tests
