@@ -58,7 +58,8 @@ struct CacheReport {
 
 /// buildSphereTree() with a cache on disk, keyed by mesh and options. A missing, truncated or corrupted entry is
 /// rebuilt. An unwritable folder disables the cache and is no failure. Safe for concurrent programs: an entry is
-/// written to a temporary file and then renamed.
+/// written to a temporary file and then renamed, and where several need the same tree, one builds it and the others
+/// wait.
 SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options, const std::filesystem::path& folder,
                             const BuildProgress& progress = {}, CacheReport* report = nullptr);
 

@@ -1,9 +1,12 @@
+#include <chrono>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "haptics/builder/tree_builder.hpp"
 #include "haptics/builder/tree_check.hpp"
 #include "haptics/builder/tree_file.hpp"
+#include "haptics/files/file_lock.hpp"
 #include "haptics/math/hash.hpp"
 
 namespace touchstone {
@@ -11,6 +14,8 @@ namespace {
 
 // Version of the builder. Increase it when the same mesh and options give a different tree.
 constexpr std::uint32_t kBuilderVersion = 5;
+// A program that was stopped while it builds keeps others waiting no longer than most trees take.
+constexpr std::chrono::minutes kLongestWait{10};
 
 std::string hex(std::uint64_t value) {
     std::string out(16, '0');
@@ -31,6 +36,15 @@ std::optional<SphereTree> load(const std::filesystem::path& file, std::uint64_t 
         remark = sentence.substr(0, sentence.find(';')) + ", so it is built again";
     }
     return {};
+}
+
+/// Waits while another holds the lock. Throws BuildCancelled.
+void wait(FileLock& lock, const BuildProgress& progress) {
+    const auto end = std::chrono::steady_clock::now() + kLongestWait;
+    while (!lock.tryLock() && std::chrono::steady_clock::now() < end) {
+        if (progress && !progress({0, -1})) throw BuildCancelled{};
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
 }
 
 }  // namespace
@@ -55,7 +69,14 @@ SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options
     out = {};
     const std::uint64_t key = treeKey(mesh, options);
     const std::filesystem::path file = folder / (hex(key) + ".spheres");
-    if (std::optional<SphereTree> kept = load(file, key, out.remark)) {
+    std::optional<FileLock> building;
+    std::optional<SphereTree> kept = load(file, key, out.remark);
+    if (!kept) {
+        building.emplace(folder / (hex(key) + ".lock"));
+        wait(*building, progress);
+        kept = load(file, key, out.remark);  // by whoever built it meanwhile
+    }
+    if (kept) {
         if (progress && !progress({1, 0})) throw BuildCancelled{};
         return std::move(*kept);
     }

@@ -1,11 +1,14 @@
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <thread>
 
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/files/file_lock.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/test_meshes.hpp"
 
@@ -147,6 +150,44 @@ TEST_CASE("tree cache: simultaneous writers leave one valid entry and nothing el
     get(shared);
     CHECK(std::distance(fs::directory_iterator(shared), fs::directory_iterator()) == 1);
     CHECK_FALSE(get(shared).second);
+}
+
+TEST_CASE("tree cache: of several that need the same tree, one builds it and the others wait", "[tree][thread]") {
+    const Folder folder;
+    std::vector<std::thread> threads;
+    std::atomic<int> built{0};
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&] {
+            CacheReport report;
+            cachedSphereTree(test::blobMesh(10, 60, 40), {.leaves = 64}, folder.path, {}, &report);
+            built += report.built;
+        });
+    for (std::thread& t : threads) t.join();
+    CHECK(built == 1);
+    CHECK(folder.files().size() == 1);
+}
+
+TEST_CASE("tree cache: who waits for another's build can cancel, and builds itself if the other ends without a tree",
+          "[tree]") {
+    const Folder folder;
+    get(folder.path);
+    const fs::path entry = folder.files().front();
+    fs::remove(entry);
+    std::optional<FileLock> other(fs::path(entry).replace_extension(".lock"));
+    REQUIRE(other->tryLock());
+    int calls = 0;
+    CHECK_THROWS_AS(cachedSphereTree(kMesh, kOptions, folder.path, [&](const BuildStatus&) { return ++calls < 3; }),
+                    BuildCancelled);
+    CHECK(calls == 3);
+    calls = 0;
+    CacheReport report;
+    const auto progress = [&](const BuildStatus&) {
+        if (++calls == 2) other.reset();
+        return true;
+    };
+    cachedSphereTree(kMesh, kOptions, folder.path, progress, &report);
+    CHECK(report.built);
+    CHECK(folder.files() == std::vector{entry});
 }
 
 TEST_CASE("tree cache: the key depends on mesh and options", "[tree]") {

@@ -1,0 +1,30 @@
+#include "haptics/files/file_lock.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+namespace touchstone {
+
+FileLock::FileLock(std::filesystem::path file) : file_(std::move(file)) {
+    std::error_code error;
+    std::filesystem::create_directories(file_.parent_path(), error);
+    handle_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+}
+
+FileLock::~FileLock() {
+    std::error_code error;
+    if (held_) std::filesystem::remove(file_, error);
+    if (handle_ >= 0) close(static_cast<int>(handle_));
+}
+
+bool FileLock::tryLock() {
+    if (handle_ >= 0) held_ = flock(static_cast<int>(handle_), LOCK_EX | LOCK_NB) == 0;
+    return handle_ < 0 || held_ || errno != EWOULDBLOCK;
+}
+
+}  // namespace touchstone
