@@ -74,7 +74,7 @@ SphereTree cachedSphereTree(const TriangleMesh& mesh, const TreeOptions& options
     if (!kept) {
         building.emplace(folder / (hex(key) + ".lock"));
         wait(*building, progress);
-        kept = load(file, key, out.remark);  // by whoever built it meanwhile
+        kept = load(file, key, out.remark);  // another may have built it meanwhile
     }
     if (kept) {
         if (progress && !progress({1, 0})) throw BuildCancelled{};
