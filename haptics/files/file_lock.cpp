@@ -17,14 +17,14 @@ FileLock::FileLock(std::filesystem::path file) : file_(std::move(file)) {
 }
 
 FileLock::~FileLock() {
+    if (handle_ < 0) return;
     std::error_code error;
     if (held_) std::filesystem::remove(file_, error);
-    if (handle_ >= 0) close(static_cast<int>(handle_));
+    close(static_cast<int>(handle_));
 }
 
 bool FileLock::tryLock() {
-    if (handle_ >= 0) held_ = flock(static_cast<int>(handle_), LOCK_EX | LOCK_NB) == 0;
-    return handle_ < 0 || held_ || errno != EWOULDBLOCK;
+    return held_ = handle_ < 0 || flock(static_cast<int>(handle_), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
 }  // namespace touchstone
