@@ -24,8 +24,8 @@ struct RealTimeStatus {
 /// was refused.
 RealTimeStatus raiseThread(const RealTimeOptions& options);
 
-/// Returns the memory that the process has freed to the system, locked or not. Takes milliseconds: call it where much
-/// was freed, never in a tick.
+/// Returns the memory that the process has freed to the system, locked or not. Takes tens of milliseconds: call it
+/// where much was freed, never in a tick.
 void returnFreedMemory();
 
 /// Computes when ticks begin: the arithmetic of Pacer without a clock. A tick that ends after its deadline is late. The
