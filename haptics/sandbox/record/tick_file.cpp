@@ -168,6 +168,20 @@ std::uint64_t sizeOf(int handle) {
     return fstat(handle, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
+/// Whether these are the first bytes of a header of ticks, but for the number of rows and for bytes that a crash left
+/// zero. Another program's file is not.
+bool isWhatACrashLeaves(std::string_view begin) {
+    const std::string header = headerFor(0);
+    const std::size_t same = header.find("'shape'");
+    for (std::size_t i = 0; i < std::min(begin.size(), header.size()); ++i) {
+        const bool known =
+            i < same ? begin[i] == header[i]
+                     : std::string_view("'shape': (0123456789,) }\n").find(begin[i]) != std::string_view::npos;
+        if (!known && begin[i] != '\0') return false;
+    }
+    return true;
+}
+
 std::string reason() { return std::generic_category().message(errno); }
 
 /// Sets a field from the bytes of its column. False if the bytes are not a valid value of its type.
@@ -340,6 +354,8 @@ TickFileRepair repairTickFile(const fs::path& file, std::uint64_t layout) {
     }
     if (!wrong.empty()) {
         if (layout != tickLayout()) throw fail(wrong + ", and its columns differ from this program's");
+        if (!isWhatACrashLeaves(readAt(handle, 0, headerBytes())))
+            throw fail(wrong + ", and it is not what a crash leaves of ticks: it stays as it is, move it away");
         header.bytes = headerBytes();
         header.rowBytes = tickRowBytes();
     } else if (header.bytes != headerBytes() || header.rowBytes != tickRowBytes() || layout != tickLayout()) {

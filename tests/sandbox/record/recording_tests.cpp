@@ -308,6 +308,26 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
         sandbox::recoverRecording(cut);
         CHECK(bytesOf(cut / "ticks.npy") == whole);
     }
+    SECTION("a header of which a part was written") {
+        std::string bytes = whole;
+        bytes.replace(40, 900, 900, '\0');
+        writeBytes(cut / "ticks.npy", bytes);
+        sandbox::recoverRecording(cut);
+        CHECK(bytesOf(cut / "ticks.npy") == whole);
+        writeBytes(cut / "ticks.npy", whole.substr(0, 100));
+        CHECK_THAT(sandbox::recoverRecording(cut), Contains("0 ticks"));
+        CHECK(rowsIn(cut) == 0);
+    }
+    SECTION("another file of that name") {
+        std::string text = "my notes on these ticks: keep them.\n", array = whole;
+        array.replace(array.find("'<f8'"), 5, "'<c8'");
+        for (const std::string& foreign : {text, std::string(5000, 'x'), array, "\x93NUMPY\x02" + whole.substr(7)}) {
+            writeBytes(cut / "ticks.npy", foreign);
+            CHECK_THROWS_WITH(sandbox::recoverRecording(cut), Contains("ticks.npy") && Contains("move it away"));
+            CHECK(bytesOf(cut / "ticks.npy") == foreign);
+            CHECK(bytesOf(cut / "recording.json") == notes);
+        }
+    }
     SECTION("truncated notes") {
         for (const std::size_t missing : {1, 5, 8, 20}) {
             writeBytes(cut / "recording.json", notes.substr(0, notes.size() - missing));
