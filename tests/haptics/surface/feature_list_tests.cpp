@@ -101,14 +101,14 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
     CHECK(expected > 8);
 }
 
-TEST_CASE("feature pairs: the gap of a large face that turns is at most its distance on the way") {
+TEST_CASE("feature pairs: the gap of a large part that turns is at most its distance on the way") {
     Random random(5);
     const Surface tool = surfaceOf(test::boxMesh({20, 20, 4}, {-10, -10, -2})),
                   obstacle = surfaceOf(test::blobMesh(1.5, 12, 7));
     FeaturePairFinder finder(tool, obstacle);
     PairEntries entries = finder.entries();
     const double margin = 0.8;
-    int checked = 0;
+    int checked[3] = {};
     for (int n = 0; n < 200; ++n) {
         const Vec3 aside = 7 * random.vector();
         const Course course{Pose{{aside.x(), aside.y(), 3.7}, Quat::Identity()}, 0.2 * random.vector(),
@@ -117,15 +117,46 @@ TEST_CASE("feature pairs: the gap of a large face that turns is at most its dist
         REQUIRE(finder.find({course, margin}, entries));
         for (int i = 0; i < entries.count; ++i) {
             const PairEntry& pair = entries.at[std::size_t(i)];
-            if (kindOf(pair.tool) != PairKind::FaceVertex) continue;
             double least = 1e9;
             for (int k = 0; k <= 10; ++k)
                 least = std::min(least, finder.nearest(course.times(0.1 * k).end(tool.extent.center), pair).distance());
             CHECK(entries.gap[std::size_t(i)] <= least + bend + 1e-4);
-            ++checked;
+            ++checked[int(kindOf(pair.tool))];
         }
     }
-    CHECK(checked > 200);
+    CHECK(checked[int(PairKind::FaceVertex)] > 200);
+    CHECK(checked[int(PairKind::EdgeEdge)] > 200);
+}
+
+TEST_CASE("feature list: it holds what was asked for, whatever was expected and searched before") {
+    const auto seed = unsigned(GENERATE(range(1, 5)));
+    CAPTURE(seed);
+    Random random(seed);
+    const Surface tool = surfaceOf(test::blobMesh(4, 24, 13)), obstacle = surfaceOf(test::torusMesh(6, 2, 28, 14));
+    FeatureList list(tool, obstacle, 0);
+    Pose X = random.pose(3, 1);
+    Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
+    int long_ = 0;
+    for (int n = 0; n < 4000; ++n) {
+        if (n % 50 == 0) {
+            shift = (n % 100 ? 0.3 : 0.05) * random.vector();
+            turn = (n % 3 ? 0.0 : 0.03) * random.vector();
+        }
+        list.expect(shift, turn);
+        // The steps of a tick leave the expected course by more and more.
+        for (const double share : {0.1, 0.4, 1.0}) {
+            const Course step{X, share * shift + 0.04 * share * random.vector(), share * turn};
+            const double margin = 0.001 + 0.02 * std::abs(random.normal(random.engine));
+            // A course that turns lies beside itself by the bends of its arcs, as far as the list can tell.
+            const double bends = 3 * tool.extent.reach * step.turn.squaredNorm() / 2;
+            REQUIRE(list.complete({step, margin + bends}, 0.5));
+            REQUIRE(list.isComplete({step, margin}));
+            long_ += tool.extent.length(step) > 0.3;
+        }
+        X = Course{X, shift, turn}.end(tool.extent.center);
+        if (X.p.norm() > 8) X = random.pose(3, 1);
+    }
+    CHECK(long_ > 100);
 }
 
 TEST_CASE("feature list: the rows of a step do not depend on where and how widely the pairs were found") {
