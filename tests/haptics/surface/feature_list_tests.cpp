@@ -136,7 +136,7 @@ TEST_CASE("feature list: it holds what was asked for, whatever was expected and 
     FeatureList list(tool, obstacle, 0);
     Pose X = random.pose(3, 1);
     Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
-    int long_ = 0;
+    int fast = 0;
     for (int n = 0; n < 4000; ++n) {
         if (n % 50 == 0) {
             shift = (n % 100 ? 0.3 : 0.05) * random.vector();
@@ -151,12 +151,12 @@ TEST_CASE("feature list: it holds what was asked for, whatever was expected and 
             const double bends = 3 * tool.extent.reach * step.turn.squaredNorm() / 2;
             REQUIRE(list.complete({step, margin + bends}, 0.5));
             REQUIRE(list.isComplete({step, margin}));
-            long_ += tool.extent.length(step) > 0.3;
+            fast += tool.extent.length(step) > 0.3;
         }
         X = Course{X, shift, turn}.end(tool.extent.center);
         if (X.p.norm() > 8) X = random.pose(3, 1);
     }
-    CHECK(long_ > 100);
+    CHECK(fast > 100);
 }
 
 TEST_CASE("feature list: the rows of a step do not depend on where and how widely the pairs were found") {
