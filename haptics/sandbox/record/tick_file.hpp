@@ -91,8 +91,8 @@ struct TickFileRepair {
     std::uint64_t cutBytes = 0;              ///< of an incomplete last row
 };
 /// Sets the header to the number of complete rows and cuts off the rest. A header that cannot be read is rewritten if
-/// `layout` is this program's tickLayout() and what is left of it is zero or from it. Throws std::runtime_error with
-/// one sentence, and leaves the file as it is.
+/// `layout` is this program's tickLayout() and each of its bytes is zero or as in a header of ticks. Throws
+/// std::runtime_error with one sentence, and leaves the file as it is.
 TickFileRepair repairTickFile(const std::filesystem::path& file, std::uint64_t layout);
 
 /// The header of a .npy file for that many rows of one type in NumPy's notation; empty: of ticks.
