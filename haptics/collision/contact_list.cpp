@@ -55,18 +55,23 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : lookAhead_.ticks;
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
-        if (const double tick = extent().length({course.X_OT, shift_, turn_}); tick <= slack)
+        if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
         if (!finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide_) && !finder_->find(asked, wide_))
             return false;
     }
     // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
+    // Where it is faster, the set of one tick serves all of its steps.
     Coverage next{ahead(course, kNarrowTicks, narrow), withCurveReserve(asked.within)};
     if (finder_->deviationFrom(*from, next.course) > narrow || extent().length(next.course) > kNarrowTicks * slack)
-        next.course = course;
-    if (finder_->reserve(*from, next) < 0) next = asked;
-    next.within = next.within.wider(std::min(narrow, finder_->reserve(*from, next)));
+        next.course = lookAhead_.wholeTicks && deviation(tick_, course, extent()) <= narrow / 2 ? tick_ : course;
+    const auto widen = [&](Coverage& set) {
+        const double reserve = finder_->reserve(*from, set);
+        if (reserve >= 0) set.within = set.within.wider(std::min(narrow, reserve));
+        return reserve >= 0 && finder_->reserve(set, asked) >= 0;
+    };
+    if (!widen(next)) widen(next = asked);
     if (from->count <= kFewEntries) next = *from;
     finder_->narrow(*from, next, narrow_);
     return true;
@@ -75,7 +80,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
 /// The course expected for some ticks, as far ahead as it pays, if the given course lies within half the slack of it;
 /// otherwise the given course.
 Course ContactList::ahead(const Course& course, double ticks, double slack) const {
-    const Course tick{course.X_OT, shift_, turn_};
+    const Course tick{course.X_OT, tick_.shift, tick_.turn};
     const double length = extent().length(tick);
     if (length * ticks < kMinLookAhead) return course;
     const Course expected = tick.times(std::min(ticks, lookAhead_.most / length));

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/qp/problem.hpp"
@@ -49,6 +50,9 @@ struct LookAhead {
     double ticks = 8;
     /// Upper bound on the length of that look-ahead, mm, which bounds the number of entries of a fast tool.
     double most = 2;
+    /// Whether the narrow set is selected for all steps of a tick that is too fast for looking further ahead. It then
+    /// holds more entries, which pays where a tick selects it again for each of many steps.
+    bool wholeTicks = false;
 };
 
 /// The list holds two sets of entries. The wide set comes from a search along the expected motion of the tool; the
@@ -67,9 +71,8 @@ class ContactList {
     /// A suspended list holds no pairs, so that the tool passes through the obstacle. Only lists of features can be.
     void suspend(bool suspended) { suspended_ = suspended; }
     bool suspended() const { return suspended_; }
-    /// The expected motion of one tick: translation of the tool's center and rotation about it, on the obstacle's axes,
-    /// mm and rad. Searches look ahead along this motion.
-    void expect(const Vec3& shift, const Vec3& turn) { shift_ = shift, turn_ = turn; }
+    /// The course that is expected for one tick. Searches look ahead along its motion.
+    void expect(const Course& tick) { tick_ = tick; }
     void forget();
     /// Features are kept apart by this distance, mm, and are too near at half of it. Leaves touch at 0.
     void keepApart(double distance) { distance_ = distance; }
@@ -99,6 +102,13 @@ class ContactList {
     /// queries, or the list is complete for the crossing() of the step `by`.
     virtual Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin,
                                   const Crossing& by, RowSet& rows, RowSet& crossed) = 0;
+    /// The same for some pairs of features alone, by identity; those of other obstacles are passed over. Has no
+    /// precondition. Of leaves it appends none, since near ones have rows.
+    virtual Crossed appendCrossedOf(std::span<const std::uint64_t> /*pairs*/, const Pose& /*X_OT*/,
+                                    const Pose& /*before*/, const Mat3& /*R_WO*/, const Crossing& /*by*/,
+                                    RowSet& /*rows*/, RowSet& /*crossed*/) {
+        return Crossed::Nothing;
+    }
 
     /// Whether a pair has a gap below the margin. Has no precondition.
     virtual bool anyWithin(const Pose& X_OT, double margin) const = 0;
@@ -131,6 +141,10 @@ class ContactList {
     /// get nearer. A lower bound if the tool turns. Has no precondition.
     virtual double freeShare(const Course& course, double atMost) = 0;
 
+    /// Whether the parts have the features of a pair with this identity.
+    virtual bool hasFeatures(std::uint64_t /*pair*/) const { return false; }
+    /// Whether two features touch face to face at X_OT, and not beside each other. Never true of leaves.
+    virtual bool touch(const Pose& /*X_OT*/, std::uint64_t /*pair*/) const { return false; }
     /// Whether the rows are those of features, which a step crosses or does not; no row stands for a pair that is near.
     virtual bool ofFeatures() const { return false; }
 
@@ -150,7 +164,7 @@ class ContactList {
     Course ahead(const Course& course, double ticks, double slack) const;
 
     LookAhead lookAhead_;
-    Vec3 shift_ = Vec3::Zero(), turn_ = Vec3::Zero();  ///< expected motion of one tick, see expect()
+    Course tick_;  ///< see expect()
 };
 
 }  // namespace touchstone

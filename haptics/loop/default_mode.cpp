@@ -44,7 +44,7 @@ constexpr double kArrived = 1e-3;
 constexpr double kFlightTurn = 0.2;
 /// Reach of the first trial step between meshes, mm, and the factor by which it grows while nothing new is crossed. A
 /// larger first reach crosses more pairs that the answer does not come near; a smaller one takes more trials.
-constexpr double kFirstReach = 0.02, kReachGrowth = 4;
+constexpr double kFirstReach = 0.03, kReachGrowth = 10;
 /// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are.
 /// A larger value bends further from the rows in a step; a smaller one takes more linearizations.
 constexpr double kTrust = 0.25;
@@ -92,6 +92,11 @@ class DefaultTick final : RowContacts {
     };
 
     Found findStep(const Vec6& wanted, Step& step);
+    template <class AddCrossed>
+    Found settle(const Vec6& wanted, Step& step, AddCrossed&& addCrossed);
+    bool keepTouching();
+    bool addTouching(const Crossing& by, Crossed& result);
+    void noteTouching();
     Found findClearStep(const Vec6& wanted, Step& step);
     bool isFlight(const Vec6& wanted, Step& step);
     bool collectRows(double margin);
@@ -149,6 +154,7 @@ class DefaultTick final : RowContacts {
     double crossedRowsTo_ = 0;  ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
     bool flying_;               ///< the next step may be a flight
+    bool solved_ = false;       ///< the step is the answer on the present rows
     bool shadowRan_ = false;
     int reversals_ = 0;                           ///< successive steps that took back the one before
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
@@ -295,21 +301,48 @@ double DefaultTick::freeLengthOf(const Vec6& x) const {
     return share * length - (share < allowed ? kArrived : 0);
 }
 
-/// Finds the step toward `wanted` before any cap. Only a few of the pairs within the margin need rows: the first solve
-/// has those of the nearest pairs, and rows that the trusted part of the answer crosses are added until it crosses
-/// none. Only the pose and `wanted` determine these rows, so a tick after a new start has the same ones.
-DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
-    if (isFlight(wanted, step)) return Found::Flight;
-    step = {wanted, wanted, state_.lengthOf(wanted), true};
-    const double base = settings_.adaptiveMargin ? kBaseMargin * settings_.margin : settings_.margin;
-    if (!collectRows(base)) return Found::Failure;
-    if (rubs_) addLoadedRows();
+/// Keeps of the touching pairs those that still touch. Returns whether any does.
+bool DefaultTick::keepTouching() {
+    const TouchingPairs touching = std::exchange(state_.touching, {});
+    for (const std::uint64_t id : touching.span()) {
+        const int k = obstacleOf(id);
+        if (state_.lists[k]->touch(state_.before(k, state_.graphic), id)) state_.touching.push(id);
+    }
+    return state_.touching.count > 0;
+}
+
+/// Adds the rows of touching pairs that the step crosses.
+bool DefaultTick::addTouching(const Crossing& by, Crossed& result) {
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = state_.crossedRows;
+    crossed.clear();
+    for (int k = 0; k < int(state_.lists.size()); ++k)
+        result = std::max(result, state_.lists[k]->appendCrossedOf(
+                                      state_.touching.span(), state_.inObstacle(k, state_.graphic),
+                                      state_.before(k, state_.graphic), state_.R_WO[k], by, state_.rows, crossed));
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return true;
+}
+
+/// Notes the pairs of features that carry the tool. An approximate solver does not tell them; with friction, they have
+/// rows from the beginning.
+void DefaultTick::noteTouching() {
+    state_.touching.clear();
+    if (rubs_ || !solverTable()[settings_.solver].exact) return;
+    for (const StepState::Impl::Contact& contact : state_.contacts)
+        if (state_.lists[obstacleOf(contact.id)]->ofFeatures()) state_.touching.push(contact.id);
+}
+
+/// Solves and adds the rows that the trusted part of the answer crosses, until it crosses none. addCrossed: adds them,
+/// and returns false if the tick fails.
+template <class AddCrossed>
+DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrossed&& addCrossed) {
     // Between meshes, a trial step that reaches far crosses pairs that the answer never comes near.
     double reach = ofFeatures_ ? kFirstReach : INFINITY;
-    clear_.setConstant(NAN);
     bool done = false;
     for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
-        if (state_.rows.size() && !solve(wanted, step)) return Found::Failure;
+        if (!std::exchange(solved_, false) && state_.rows.size() && !solve(wanted, step)) return Found::Failure;
         if (held_) return Found::Blocked;
         cycling_ = cycling_ || (reversals_ > 0 && state_.rows.size() && takesBack(step.x));
         if (cycling_ && addHeldRows()) continue;
@@ -319,14 +352,39 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
             const double length = state_.lengthOf(by.x);
             by.whole = length <= reach;
             if (!by.whole) by.x *= reach / length;
-            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
-            if (!addCrossed(crossedRowsTo_, by, crossed)) return Found::Failure;
+            if (!addCrossed(by, crossed)) return Found::Failure;
             if (crossed == Crossed::Rows) break;
-            if (crossed == Crossed::Nothing) clear_ = by.x;
             done = by.whole || crossed == Crossed::Overflow;
             reach *= kReachGrowth;
         } while (!done);
     }
+    solved_ = done;
+    return Found::Contact;
+}
+
+/// Finds the step toward `wanted` before any cap. Only a few of the pairs within the margin need rows: the first solve
+/// has those of the nearest pairs, and rows that the trusted part of the answer crosses are added until it crosses
+/// none. Those of the pairs that touched come first, since all pairs take longer to test and fewer of them are crossed
+/// by a step that the first ones shorten. Only the pose, these pairs and `wanted` determine the rows.
+DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
+    if (isFlight(wanted, step)) return Found::Flight;
+    step = {wanted, wanted, state_.lengthOf(wanted), true};
+    const double base = settings_.adaptiveMargin ? kBaseMargin * settings_.margin : settings_.margin;
+    if (!collectRows(base)) return Found::Failure;
+    if (rubs_) addLoadedRows();
+    clear_.setConstant(NAN);
+    Found found = Found::Contact;
+    solved_ = false;
+    if (keepTouching())
+        found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) { return addTouching(by, crossed); });
+    if (found == Found::Contact)
+        found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) {
+            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
+            if (!addCrossed(crossedRowsTo_, by, crossed)) return false;
+            if (crossed == Crossed::Nothing) clear_ = by.x;
+            return true;
+        });
+    if (found != Found::Contact) return found;
     lastSteps() = {step.x, lastSteps()[0]};
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, crossedRowsTo_);
     if (state_.rows.size() >= tick_.record.rows) {
@@ -632,10 +690,13 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         state_.forces.clear();
         tick_.record.penetration = 0;
     }
-    if (contact && ofFeatures_)
+    if (contact && ofFeatures_) {
         holdRows(step.x, x);
-    else
+        noteTouching();
+    } else {
         state_.heldRows.clear();
+        state_.touching.clear();
+    }
     lastMove_ = x;
     const double length = state_.lengthOf(x);
     travelBudget_ -= length;
@@ -647,8 +708,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
 }
 
 bool DefaultTick::run(Wrench& wrench) {
-    for (int k = 0; k < int(state_.lists.size()); ++k)
-        state_.lists[k]->expect(state_.courses[k].shift, state_.courses[k].turn);
+    for (int k = 0; k < int(state_.lists.size()); ++k) state_.lists[k]->expect(state_.courses[k]);
     state_.heldRows.clear();
     const Pose start = state_.graphic;
     bool leap = false, rests = false;
@@ -678,9 +738,9 @@ bool DefaultTick::run(Wrench& wrench) {
         if (blocked_) return false;
         // In a tick of many steps, the last step predicts the next one better than the last tick does.
         for (int k = 0; k < int(state_.lists.size()) && linearization_ >= linearizations_; ++k) {
-            const Course lastStep =
-                Course::between(state_.inObstacle(k, before), state_.inObstacle(k, state_.graphic), state_.p_TC);
-            state_.lists[k]->expect(lastStep.shift, lastStep.turn);
+            const Pose X_OT = state_.inObstacle(k, state_.graphic);
+            const Course lastStep = Course::between(state_.inObstacle(k, before), X_OT, state_.p_TC);
+            state_.lists[k]->expect({X_OT, lastStep.shift, lastStep.turn});
         }
         arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
         stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer

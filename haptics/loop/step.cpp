@@ -89,6 +89,11 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.lastMoved = 0;
     std::fill(s.paces.begin(), s.paces.end(), 1);
     s.contacts.clear();
+    s.touching.clear();
+    for (const std::uint64_t id : start.touching.span())
+        if (const int k = obstacleOf(id);
+            k < int(s.lists.size()) && s.featureLists[k] && s.featureLists[k]->hasFeatures(id))
+            s.touching.push(id);
     s.forces.forget();
     s.wrench = {};
     for (auto* lists : {&s.leafLists, &s.featureLists})
@@ -103,8 +108,7 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
 }
 
 void StepState::resume(const TickRecord& record) noexcept {
-    // A record holds the wrench and not the load; the wrench is zero exactly in ticks without load, see Tick::coupling.
-    begin({record.tick + 1, record.X_WT, record.X_WT_device, !record.wrench_C.isZero()});
+    begin({record.tick + 1, record.X_WT, record.X_WT_device, !record.wrench_C.isZero(), record.touching});
 }
 
 std::span<const Pose> StepState::obstacles() const noexcept { return impl->X_WO; }
@@ -344,6 +348,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     StepState::Impl& s = tick.state;
     const Settings& set = tick.settings;
     const Pose graphic = s.graphic, X_WO = s.X_WO[k], before = s.inObstacle(k, graphic);
+    const TouchingPairs touching = s.touching;
     const double maxMove = std::min(set.trust / 2, kObstacleSpeed * 1000 / set.rate);
     if (s.lists[k]->ofFeatures()) {
         s.X_OW_before = s.X_OW[k];
@@ -363,6 +368,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
 
     s.place(k, X_WO);
     s.graphic = graphic;
+    s.touching = touching;
     s.obstacleTravel = 0;
     s.forces.restartTick();
     const TickRecord tried = std::exchange(tick.record, {});
@@ -416,12 +422,12 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
             hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
         }
     }
-    if (hold) {
-        wrench = {};
+    if (hold) wrench = {};
+    if (hold || settings.mode != Mode::Default) {
         state.forces.forget();
+        state.touching.clear();
     }
     if (settings.mode != Mode::Default) {  // what default mode remembers of its last tick
-        state.forces.forget();
         for (int k = 0; k < int(state.courses.size()); ++k) state.courses[k] = state.inObstacle(k, state.graphic);
     }
     state.forces.endTick();
@@ -431,6 +437,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 
     record.X_WT_device = state.nodePose(device);
     record.X_WT = state.nodePose(state.graphic);
+    record.touching = state.touching;
     record.wrench_C = wrench;
     record.wrench_o = wrench;
     record.wrench_o.torque += (device.p - record.X_WT_device.p).cross(wrench.force);

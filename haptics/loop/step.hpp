@@ -1,5 +1,6 @@
 #pragma once
 // The haptic tick: from a device pose to a tool pose and a wrench.
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -46,13 +47,27 @@ struct StepInput {
     std::span<const Pose> X_WO = {};
 };
 
+/// The pairs of features that carried force at the end of a tick. The next tick tries them first.
+struct TouchingPairs {
+    std::array<std::uint64_t, 6> ids{};  ///< contactId(); six carry a rigid body
+    int count = 0;
+
+    std::span<const std::uint64_t> span() const { return {ids.data(), std::size_t(count)}; }
+    void clear() { count = 0; }
+    /// Does nothing if there is no room.
+    void push(std::uint64_t id) {
+        if (count < int(ids.size())) ids[std::size_t(count++)] = id;
+    }
+};
+
 /// Everything that a StepState knows when it begins. If a pose is invalid (Pose::isValid), every tick is held until the
 /// state begins again with valid ones.
 struct StepStart {
-    std::uint64_t tick = 0;     ///< number of the next tick
-    Pose X_WT;                  ///< pose of the tool node (the graphic tool)
-    Pose X_WT_device;           ///< where the device last wanted the tool node
-    bool loadedBefore = false;  ///< the last tick put force on the hand
+    std::uint64_t tick = 0;       ///< number of the next tick
+    Pose X_WT;                    ///< pose of the tool node (the graphic tool)
+    Pose X_WT_device;             ///< where the device last wanted the tool node
+    bool loadedBefore = false;    ///< the last tick put force on the hand
+    TouchingPairs touching = {};  ///< at the end of the last tick; those that the world does not have are left out
 };
 
 /// The input of a tick. Together with the world and the ticks since the last `start` it determines the result.
@@ -87,6 +102,7 @@ struct TickRecord {
     double hover = 0;        ///< greatest true gap over loaded contacts after the move, mm
     double penetration = 0;  ///< deepest overlap of the listed pairs after the move, mm
     KktResiduals kkt;        ///< worst over the tick's linearizations
+    TouchingPairs touching;  ///< at the end of the tick, without friction and with an exact solver
 
     int sticking = 0, sliding = 0;  ///< loaded contacts with friction, at the tick's end
     double slip = 0;                ///< greatest of a loaded contact in this tick, mm

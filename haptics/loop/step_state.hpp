@@ -97,7 +97,8 @@ struct StepState::Impl {
     std::vector<Course> courses;  ///< by obstacle: where the last tick left the graphic tool, and its motion to there
     /// Answers of the last two ticks, newest first, by linearization; the last entry serves all later linearizations.
     std::array<std::array<Vec6, 2>, 4> lastSteps;
-    Within asked;  ///< the pairs that this tick asked its lists for; a negative margin: none
+    TouchingPairs touching;  ///< that carried force in the last linearization, see noteTouching()
+    Within asked;            ///< the pairs that this tick asked its lists for; a negative margin: none
 
     Pose referencePose(const Pose& X_WT) const { return {X_WT * p_TC, X_WT.q}; }
     Pose nodePose(const Pose& q) const { return {q.p - q.q * p_TC, q.q}; }

@@ -13,8 +13,13 @@ constexpr std::size_t kCrossed = 1 << 14;
 /// Fraction of the distance that is kept below which a pair is too near. With a larger one a capped step cannot make up
 /// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
 constexpr double kTooNear = 0.5;
-/// Chosen by measurement on the bunnies and the spline: there are few pairs of features, and finding them is the tail.
-constexpr LookAhead kLookAhead{.narrow = 0.3, .ticks = 4, .most = 0.4};
+/// Features touch if their distance is at most this multiple of the one that is kept, and if at least this share of it
+/// is along the normal. With a larger multiple the tool is held where it does not touch; with a smaller one it is
+/// forgotten at once where it turns. A vertex that has slid over the border of its face is beside it.
+constexpr double kTouching = 1.25, kFacing = 0.999;
+/// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
+/// the tail.
+constexpr LookAhead kLookAhead{.narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
@@ -58,6 +63,22 @@ struct FeatureList::Step {
     Quat turned(double time) const { return expRotation(time * turn); }
     Way way(const Vec3& x) const { return {R0 * x + p0, R1 * x + p1}; }
     Way wayInTool(const Vec3& x) const { return {R0.transpose() * (x - p0), R1.transpose() * (x - p1)}; }
+};
+
+/// A step that is tried, in the obstacle's frame, and what its rows need.
+struct FeatureList::Trial {
+    Pose before, after;
+    Step step;
+    Way C;
+    Vec6 x;
+
+    Trial(const Pose& X_OT, const Pose& before_, const Mat3& R_WO, const Vec6& x_W, const Vec3& center, double distance)
+        : before(before_),
+          after(Course(X_OT, R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>()).end(center)),
+          step(before, after, distance),
+          C{before * center, after * center} {
+        x << R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>();
+    }
 };
 
 FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obstacleIndex)
@@ -119,37 +140,51 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
     }
 }
 
+/// Whether there is room for what the trial step crosses; notes the pair if it is crossed.
+bool FeatureList::test(const PairEntry& entry, const Trial& trial) {
+    const auto met = crossingOf(entry, trial.step);
+    if (!met) return true;
+    if (found_.size() == kCrossed) return false;
+    found_.push_back(
+        {contactId(obstacleIndex_, entry.tool, entry.obstacle), met->after, rowOf(*met, trial.C, trial.x, distance_)});
+    return true;
+}
+
 Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double, const Crossing& by,
                                    RowSet& rows, RowSet& crossed) {
     if (suspended_) return Crossed::Nothing;
-    const Vec3 shift = R_WO.transpose() * by.x.head<3>(), turn = R_WO.transpose() * by.x.tail<3>();
-    const Pose after = Course(X_OT, shift, turn).end(extent().center);
-    const Course course = Course::between(before, after, extent().center);
-    const Step step(before, after, distance_);
-    Vec6 x;
-    x << shift, turn;
-    const Way C{before * extent().center, after * extent().center};
+    const Trial trial(X_OT, before, R_WO, by.x, extent().center, distance_);
+    const Course course = Course::between(before, trial.after, extent().center);
     found_.clear();
     bool fits = true;
+    pairs().forEachCrossing(narrow_, crossing(course, 0), before, trial.after, kTooNear * distance_,
+                            [&](const PairEntry& entry) { return fits = test(entry, trial); });
+    return fits ? appendFound(R_WO, by, rows, crossed) : Crossed::Overflow;
+}
+
+Crossed FeatureList::appendCrossedOf(std::span<const std::uint64_t> pairs, const Pose& X_OT, const Pose& before,
+                                     const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) {
+    if (suspended_) return Crossed::Nothing;
+    const Trial trial(X_OT, before, R_WO, by.x, extent().center, distance_);
+    found_.clear();
+    for (const std::uint64_t id : pairs)
+        if (obstacleOf(id) == obstacleIndex_) test({toolLeafOf(id), obstacleLeafOf(id)}, trial);
+    return appendFound(R_WO, by, rows, crossed);
+}
+
+/// Appends rows of the pairs that were found, or renews those in `rows`.
+Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) {
+    if (found_.empty()) return Crossed::Nothing;
     const double least = kTooNear * distance_;
     double deepest = least;
-    pairs().forEachCrossing(narrow_, crossing(course, 0), before, after, least, [&](const PairEntry& entry) {
-        const auto met = crossingOf(entry, step);
-        if (!met) return true;
-        fits = found_.size() < kCrossed;
-        if (!fits) return false;
-        deepest = std::min(deepest, met->after);
-        found_.push_back(
-            {contactId(obstacleIndex_, entry.tool, entry.obstacle), met->after, rowOf(*met, C, x, distance_)});
-        return true;
-    });
-    if (!fits) return Crossed::Overflow;
+    for (const Found& f : found_) deepest = std::min(deepest, f.after);
     // The deepest first: many of the others are crossed only as long as these are.
     const double limit = (least + deepest) / 2;
     std::erase_if(found_, [&](const Found& f) { return f.after > limit; });
     std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
     const int start = crossed.size();
-    Crossed result = found_.empty() ? Crossed::Nothing : Crossed::Known;
+    bool fits = true;
+    Crossed result = Crossed::Known;
     for (const Found& f : found_) {
         Vec6 row;
         row << R_WO * f.row.row.head<3>(), R_WO * f.row.row.tail<3>();
@@ -232,6 +267,40 @@ double FeatureList::freeShare(const Course& course, double atMost) {
         if (free) return share;
     }
     return 0;
+}
+
+bool FeatureList::hasFeatures(std::uint64_t pair) const {
+    const auto within = [&](const auto& ours, const auto& others) {
+        return featureOf(toolLeafOf(pair)) < int(ours.size()) && obstacleLeafOf(pair) < int(others.size());
+    };
+    const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
+    switch (kindOf(toolLeafOf(pair))) {
+        case PairKind::VertexFace:
+            return within(tool.vertices, obstacle.faces);
+        case PairKind::FaceVertex:
+            return within(tool.faces, obstacle.vertices);
+        case PairKind::EdgeEdge:
+            return within(tool.edges, obstacle.edges);
+    }
+    return false;
+}
+
+bool FeatureList::touch(const Pose& X_OT, std::uint64_t pair) const {
+    const int ours = toolLeafOf(pair), other = obstacleLeafOf(pair);
+    const NearestPoints at = pairs().nearest(X_OT, {ours, other});
+    Vec3 normal;
+    if (kindOf(ours) == PairKind::EdgeEdge) {
+        const auto along = [](const SurfaceFeatures& surface, int edge) {
+            const auto& [a, b] = surface.edges[edge].points;
+            return Vec3(surface.points[b] - surface.points[a]);
+        };
+        normal =
+            (X_OT.q * along(tool_->features, featureOf(ours))).cross(along(obstacle_->features, other)).normalized();
+    } else {
+        normal = nearest(X_OT, ours, other).normal;
+    }
+    const double gap = at.distance();
+    return gap <= kTouching * distance_ && std::abs(normal.dot(at.onTool - at.onObstacle)) >= kFacing * gap;
 }
 
 }  // namespace touchstone

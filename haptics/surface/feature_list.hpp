@@ -19,11 +19,15 @@ class FeatureList final : public ContactList {
     int appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double margin, RowSet& rows) const override;
     Crossed appendCrossed(const Pose& X_OT, const Pose& before, const Mat3& R_WO, double margin, const Crossing& by,
                           RowSet& rows, RowSet& crossed) override;
+    Crossed appendCrossedOf(std::span<const std::uint64_t> pairs, const Pose& X_OT, const Pose& before,
+                            const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) override;
     bool anyWithin(const Pose& X_OT, double margin) const override;
     Overlap remeasure(const Pose& before, const Pose& after, double tolerance) override;
     bool isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double tolerance) const override;
     Nearest nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const override;
     double freeShare(const Course& course, double atMost) override;
+    bool hasFeatures(std::uint64_t pair) const override;
+    bool touch(const Pose& X_OT, std::uint64_t pair) const override;
     bool ofFeatures() const override { return true; }
 
   private:
@@ -33,14 +37,17 @@ class FeatureList final : public ContactList {
         CrossingRow row;
     };
     struct Step;
+    struct Trial;
 
     FeaturePairFinder& pairs() const;
     std::optional<FeatureCrossing> crossingOf(const PairEntry& entry, const Step& step) const;
+    bool test(const PairEntry& entry, const Trial& trial);
+    Crossed appendFound(const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed);
 
     const Surface* tool_;
     const Surface* obstacle_;
     int obstacleIndex_;
-    std::vector<Found> found_;
+    std::vector<Found> found_;  ///< what a trial step crosses
 };
 
 }  // namespace touchstone

@@ -15,10 +15,12 @@ using Eigen::Vector3f;
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Maximum number of poses on a course at which a pair is measured, and the length of the way between two of them, mm.
-/// Between two poses the gap may be smaller by half the way, so more poses keep fewer pairs and take more time.
-constexpr int kSamples = 6;
-constexpr float kSampleWay = 0.1f;
+/// Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
+/// bound the gap more closely, so that fewer pairs are kept, and take more time.
+constexpr int kParts = 6;
+constexpr float kPartWay = 0.2f;
+/// A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
+constexpr float kShortWay = 0.03f;
 
 TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
 
@@ -49,16 +51,30 @@ TOUCHSTONE_INLINE Float8 edgeDistance2(const Vec8& u, const Vec8& v, const Vec8&
 }
 
 /// Lower bounds on the distances of pairs on their courses. `at(s)`: squared distances at the fraction s of the course;
-/// `length2`: squared lengths of the ways.
+/// `length2`: squared lengths of the ways; `spread`: twice the distance by which the ways of two points of the moving
+/// feature may differ from that of one between them; `guard`: bound on the error of a distance.
 template <class At>
-TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, At&& at) {
+TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
     const float longest2 = -simd::least(-length2);
     if (longest2 == 0) return simd::sqrt(at(0.0f));
-    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kSampleWay)), 1, kSamples);
-    Float8 least = splat(HUGE_VALF);
-    const float half = 0.5f / float(n);
-    for (int i = 0; i < n; ++i) least = min(least, at(float(2 * i + 1) * half));
-    return max(simd::sqrt(least) - half * simd::sqrt(length2), splat(0.0f));
+    const Float8 length = simd::sqrt(length2);
+    if (longest2 < kShortWay * kShortWay) return max(simd::sqrt(at(0.5f)) - 0.5f * length, splat(0.0f));
+    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
+    const float part = 1.0f / float(n);
+    Float8 distance[kParts + 1] = {};
+    for (int i = 0; i <= n; ++i) distance[i] = simd::sqrt(at(float(i) * part));
+    // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
+    // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
+    const Float8 off = part * spread + splat(3 * guard);
+    Float8 least = distance[0];
+    for (int i = 0; i < n; ++i) {
+        const Float8 &here = distance[i], &next = distance[i + 1];
+        Float8 bound = 0.5f * (here + next - part * length);
+        if (i > 0) bound = max(bound, min(here, 2.0f * here - distance[i - 1] - off));
+        if (i + 1 < n) bound = max(bound, min(next, 2.0f * next - distance[i + 2] - off));
+        least = min(least, min(bound, next));
+    }
+    return max(least, splat(0.0f));
 }
 
 /// Collects pairs and calls visit(kind, features of the tool, of the obstacle, their number) for up to eight of one
@@ -93,13 +109,14 @@ struct FeaturePairFinder::Query {
     const Surface &tool, &obstacle;
     Matrix3f R;
     Vector3f t, shift, turn;
+    float guard;          ///< FeaturePairFinder::guard()
     float margin, angle;  ///< angle: by which normals may differ from being opposite
     float sine;           ///< its sine, at most 1
     float cosAngle, sinAngle;
     bool stays;
 
-    Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard, double leastAbout)
-        : tool(tool_), obstacle(obstacle_) {
+    Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard_, double leastAbout)
+        : tool(tool_), obstacle(obstacle_), guard(guard_) {
         const Course& course = asked.course;
         R = course.X_OT.R().cast<float>();
         t = (course.X_OT * tool.extent.center - obstacle.extent.center).cast<float>();
@@ -182,14 +199,16 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& arm, const FaceLanes& f) const {
     const Vec8 from = arm + Vec8(t), path = way(arm);
-    return alongCourse(dot(path, path),
+    return alongCourse(dot(path, path), splat(0.0f), guard,
                        [&](float s) { return faceDistance2(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
 }
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& f, const Vec8& vertices) const {
     // The course is seen from the face, on which the vertex moves.
     const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
-    return alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), [&](float s) {
+    const Vec8 ab = wb - wa, ac = wc - wa;
+    const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
+    return alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, [&](float s) {
         const Float8 share = splat(s);
         // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
         const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
@@ -216,7 +235,8 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const Eight& mine, cons
     const Int8 may = opposing(u, wings, v, otherWings);
     if (!toMask(may)) return splat(HUGE_VALF);
     const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - others.first;
-    const Float8 gap = alongCourse(max(dot(path, path), dot(path + bend, path + bend)), [&](float s) {
+    const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
+    const Float8 gap = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, [&](float s) {
         const Float8 share = splat(s);
         return edgeDistance2(u + share * bend, v, w + share * path);
     });

@@ -80,6 +80,7 @@ ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO) {
                          {"tool", toJson(start.X_WT)},
                          {"device", toJson(start.X_WT_device)},
                          {"loaded_before", start.loadedBefore}};
+    for (const std::uint64_t id : start.touching.span()) json["touching"].push_back(id);
     for (const Pose& X : X_WO) json["obstacles"].push_back(toJson(X));
     return json;
 }
@@ -87,7 +88,15 @@ ordered_json toJson(const StepStart& start, std::span<const Pose> X_WO) {
 StepStart toStart(const json& value) {
     const json& loaded = fieldOf(value, "loaded_before");
     if (!loaded.is_boolean()) throw std::invalid_argument("loaded_before must be true or false");
-    return {countOf(value, "tick"), poseOf(value, "tool"), poseOf(value, "device"), loaded.get<bool>()};
+    StepStart start{countOf(value, "tick"), poseOf(value, "tool"), poseOf(value, "device"), loaded.get<bool>()};
+    if (!value.contains("touching")) return start;  // nothing touched, or written before recordings had these pairs
+    const json& ids = value["touching"];
+    if (!ids.is_array()) throw std::invalid_argument("touching must be a list");
+    for (const json& id : ids) {
+        if (!id.is_number_unsigned()) throw std::invalid_argument("each of touching must be a whole number");
+        start.touching.push(id.get<std::uint64_t>());
+    }
+    return start;
 }
 
 std::vector<Pose> toObstacles(const json& start) {

@@ -165,7 +165,7 @@ TEST_CASE("far poses: entries and rows refer only to leaves that exist", "[colli
             finder.narrow(entries, {X, margin / 2}, narrowed);
             for (int n = 0; n < narrowed.count; ++n) bodies.require(narrowed.at[n]);
         }
-        list.expect(shift, turn);
+        list.expect({X, shift, turn});
         if (any.next() % 2) list.offer(&entries);
         list.complete(asked, std::abs(any.small()));
         rows.clear();

@@ -128,6 +128,25 @@ TEST_CASE("feature pairs: the gap of a large part that turns is at most its dist
     CHECK(checked[int(PairKind::EdgeEdge)] > 200);
 }
 
+TEST_CASE("feature pairs: the gap of surfaces that slide is the distance at which they slide") {
+    const Surface tool = surfaceOf(test::boxMesh({8, 8, 2}, {-4, -4, -1})),
+                  obstacle = surfaceOf(test::boxMesh({20, 20, 2}, {-10, -10, -1}));
+    FeaturePairFinder finder(tool, obstacle);
+    PairEntries entries = finder.entries();
+    const double way = GENERATE(0.02, 0.1, 0.4, 1.2), turn = GENERATE(0.0, 0.002);
+    const Course course{Pose{{0.3, 0.2, 2.1}, expRotation({0, 0, 0.3})}, {0.8 * way, 0.6 * way, 0}, {0, 0, turn}};
+    REQUIRE(finder.find({course, 0.5}, entries));
+    int over = 0;
+    for (int i = 0; i < entries.count; ++i) {
+        const double gap = entries.gap[std::size_t(i)];
+        CHECK(gap <= finder.nearest(course.X_OT, entries.at[std::size_t(i)]).distance() + 1e-4);
+        over += gap < 0.101;
+        // Shorter ways are measured once, and a turn takes what it moves the vertices of a face against each other.
+        if (way > 0.03) CHECK(gap >= 0.1 - turn * 8 * 3 - 1e-4);
+    }
+    CHECK(over >= 4);  // its corners are over faces
+}
+
 TEST_CASE("feature list: it holds what was asked for, whatever was expected and searched before") {
     const auto seed = unsigned(GENERATE(range(1, 5)));
     CAPTURE(seed);
@@ -142,7 +161,7 @@ TEST_CASE("feature list: it holds what was asked for, whatever was expected and 
             shift = (n % 100 ? 0.3 : 0.05) * random.vector();
             turn = (n % 3 ? 0.0 : 0.03) * random.vector();
         }
-        list.expect(shift, turn);
+        list.expect({X, shift, turn});
         // The steps of a tick leave the expected course by more and more.
         for (const double share : {0.1, 0.4, 1.0}) {
             const Course step{X, share * shift + 0.04 * share * random.vector(), share * turn};
@@ -175,19 +194,21 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         by.x << 0.1 * random.vector(), 0.01 * random.vector();
         const Mat3 R = expRotation(random.vector()).toRotationMatrix();
         const Course step{X, R.transpose() * by.x.head<3>(), R.transpose() * by.x.tail<3>()};
-        const auto rowsOf = [&](FeatureList& list) {
-            RowSet rows(1 << 10), crossed(1 << 10);
-            REQUIRE(list.appendCrossed(X, X, R, 1, by, rows, crossed) != Crossed::Overflow);
-            std::vector<double> all;
+        using Rows = std::map<std::uint64_t, std::array<double, 7>>;
+        const auto rowsIn = [](const RowSet& crossed) {
+            Rows all;
             for (int i = 0; i < crossed.size(); ++i) {
                 const Vec6 row = crossed.row(i);
-                all.insert(all.end(), row.data(), row.data() + 6);
-                all.push_back(crossed.gap()[i]);
-                all.push_back(double(crossed.id(i)));
+                all[crossed.id(i)] = {row[0], row[1], row[2], row[3], row[4], row[5], crossed.gap()[i]};
                 CHECK(crossed.id(i) >> 56 == 3);
                 if (i > 0) CHECK(crossed.id(i) > crossed.id(i - 1));
             }
             return all;
+        };
+        const auto rowsOf = [&](FeatureList& list) {
+            RowSet rows(1 << 10), crossed(1 << 10);
+            REQUIRE(list.appendCrossed(X, X, R, 1, by, rows, crossed) != Crossed::Overflow);
+            return rowsIn(crossed);
         };
         fresh.forget();
         REQUIRE(fresh.complete(fresh.crossing(step, 1), 0.1));
@@ -196,8 +217,21 @@ TEST_CASE("feature list: the rows of a step do not depend on where and how widel
         aged.forget();
         REQUIRE(aged.complete({other, deviation(other, step, tool.extent) + 0.5}, 0.3));
         REQUIRE(aged.complete(aged.crossing(step, 1), 0.3));
-        const std::vector<double> expected = rowsOf(fresh);
+        const Rows expected = rowsOf(fresh);
         CHECK(rowsOf(aged) == expected);
+        // Pairs that are named are tested alone, whatever the list holds.
+        std::vector<std::uint64_t> named, others;
+        for (const auto& [id, row] : expected) {
+            named.push_back(id);
+            others.push_back(id ^ 1ull << 56);
+            CHECK(fresh.hasFeatures(id));
+        }
+        aged.forget();
+        RowSet rows(1 << 10), crossed(1 << 10), none(1 << 10);
+        aged.appendCrossedOf(named, X, X, R, by, rows, crossed);
+        CHECK(rowsIn(crossed) == expected);
+        aged.appendCrossedOf(others, X, X, R, by, rows, none);
+        CHECK(none.size() == 0);
         crossedSteps += !expected.empty();
         // No pair that crosses is left out before its test.
         FeaturePairFinder finder(tool, obstacle);
