@@ -143,8 +143,9 @@ class ContactList {
 
     /// Whether the parts have the features of a pair with this identity.
     virtual bool hasFeatures(std::uint64_t /*pair*/) const { return false; }
-    /// Whether two features touch face to face at X_OT, and not beside each other. Never true of leaves.
-    virtual bool touch(const Pose& /*X_OT*/, std::uint64_t /*pair*/) const { return false; }
+    /// Whether two features face each other at X_OT at up to `most` times the distance that is kept. Never true of
+    /// leaves.
+    virtual bool touch(const Pose& /*X_OT*/, std::uint64_t /*pair*/, double /*most*/) const { return false; }
     /// Whether the rows are those of features, which a step crosses or does not; no row stands for a pair that is near.
     virtual bool ofFeatures() const { return false; }
 

@@ -13,10 +13,9 @@ constexpr std::size_t kCrossed = 1 << 14;
 /// Fraction of the distance that is kept below which a pair is too near. With a larger one a capped step cannot make up
 /// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
 constexpr double kTooNear = 0.5;
-/// Features touch if their distance is at most this multiple of the one that is kept, and if at least this share of it
-/// is along the normal. With a larger multiple the tool is held where it does not touch; with a smaller one it is
-/// forgotten at once where it turns. A vertex that has slid over the border of its face is beside it.
-constexpr double kTouching = 1.25, kFacing = 0.999;
+/// Features face each other if at least this share of their distance is along their normal. A vertex that has slid over
+/// the border of its face is beside it; with a smaller share it counts as above it for longer.
+constexpr double kFacing = 0.999;
 /// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
 /// the tail.
 constexpr LookAhead kLookAhead{.narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true};
@@ -285,7 +284,7 @@ bool FeatureList::hasFeatures(std::uint64_t pair) const {
     return false;
 }
 
-bool FeatureList::touch(const Pose& X_OT, std::uint64_t pair) const {
+bool FeatureList::touch(const Pose& X_OT, std::uint64_t pair, double most) const {
     const int ours = toolLeafOf(pair), other = obstacleLeafOf(pair);
     const NearestPoints at = pairs().nearest(X_OT, {ours, other});
     Vec3 normal;
@@ -300,7 +299,7 @@ bool FeatureList::touch(const Pose& X_OT, std::uint64_t pair) const {
         normal = nearest(X_OT, ours, other).normal;
     }
     const double gap = at.distance();
-    return gap <= kTouching * distance_ && std::abs(normal.dot(at.onTool - at.onObstacle)) >= kFacing * gap;
+    return gap <= most * distance_ && std::abs(normal.dot(at.onTool - at.onObstacle)) >= kFacing * gap;
 }
 
 }  // namespace touchstone
