@@ -561,7 +561,7 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
     }
     if (result.restarted) {
         restarted_ = true;
-        restart_ = state_.graphic;
+        restart_ = moved(state_.graphic, result.restart);
     }
     held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     record.coulomb = worstOf(record.coulomb, result.residuals);

@@ -76,6 +76,7 @@ class ConeNewton final : public FrictionSolver {
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
     bool passOn();
+    bool jam(Vec6& x, std::size_t first, std::size_t second);
     FrictionStatus climb(Vec6& x);
     bool findPose(Vec6& x, double weight);
     struct Error {

@@ -157,6 +157,34 @@ TEST_CASE("friction solver: of random contacts most answers are exact, the other
     CHECK(none <= 5);
 }
 
+TEST_CASE("friction solver: two points on both sides of a tool jam it, however hard it is pulled", "[qp][friction]") {
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> both(-1, 1);
+    const auto about = [&](double x, double y, double z, double by) {
+        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
+    };
+    const double mu = 0.72;
+    ConeNewton solver(2);
+    for (int trial = 0; trial < 300; ++trial) {
+        CAPTURE(trial);
+        FrictionContact below = pad(about(-30, -19, -21, 3), mu, 0), above = pad(about(-34, -7, 20, 3), mu, 0);
+        above.n = about(0, 0.05, -1, 0.05).normalized();
+        below.startForce = Vec3(0, 0, 8);
+        above.startForce = -below.startForce;
+        Vec6 wanted;
+        wanted << about(-15, -12, -2, 2), about(0.16, -0.04, -0.5, 0.05);
+        const std::vector<FrictionContact> contacts{below, above};
+        const FrictionProblem problem{kStiffness, wanted, contacts};
+        const FrictionResult result = solver.solve(problem, Vec6::Zero());
+        REQUIRE(result.status == FrictionStatus::Exact);
+        const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
+        CHECK(residuals.worst_N() < 1e-6);
+        CHECK(residuals.overlap_mm < 1e-9);
+        CHECK(residuals.complementarity_mJ < 1e-6);
+        CHECK(residuals.direction_mJ < 1e-6);
+    }
+}
+
 TEST_CASE("friction solver: the residuals see each way in which an answer can be wrong", "[qp][friction]") {
     std::vector<FrictionContact> contacts{pad({0, 0, 0}, 0.5, 0)};
     const FrictionProblem problem{kStiffness, wantedOf(1, 0, -2), contacts};

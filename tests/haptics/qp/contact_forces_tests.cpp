@@ -1,0 +1,79 @@
+// Contact forces with friction, from rows: a drawer between two rails, which jams.
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "haptics/qp/contact_forces.hpp"
+#include "haptics/qp/solver.hpp"
+#include "tests/support/alloc_count.hpp"
+
+namespace touchstone::contact_forces_tests {
+
+using test::AllocationCounter;
+
+namespace {
+
+const Vec6 kStiffness = (Vec6() << 1, 1, 1, 1000, 1000, 1000).finished();
+
+/// A tool that may touch at some points.
+struct Points final : RowContacts {
+    double mu;
+    std::vector<Vec3> r;
+    RowSet rows{16};
+
+    explicit Points(double mu_) : mu(mu_) {}
+    void add(const Vec3& n, const Vec3& at, double gap) {
+        Vec6 row;
+        row << n, at.cross(n);
+        rows.push(row, gap, r.size());
+        r.push_back(at);
+    }
+    Place placeOf(std::uint64_t id) const noexcept override { return {r[std::size_t(id)], Vec3::Zero(), mu, mu}; }
+};
+
+}  // namespace
+
+TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp][friction]") {
+    std::mt19937_64 random(11);
+    std::uniform_real_distribution<double> both(-1, 1);
+    const auto about = [&](double x, double y, double z, double by) {
+        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
+    };
+    ConeNewton solver(ContactForces::kMaxContacts);
+    ContactForces forces;
+    const auto frictionless = solverTable()[kExactSolver].make(16);
+    int restarted = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+        CAPTURE(trial);
+        // Pressed against the upper rail at two points; a third one comes to the lower rail.
+        Points drawer(0.4);
+        drawer.add(-Vec3::UnitZ(), about(-15.6, -2.6, 20.8, 1), 0);
+        drawer.add(about(0.013, 0.145, 0.989, 0.01).normalized(), about(-3.2, -2.6, -19.8, 1), 0.001);
+        drawer.add(-Vec3::UnitZ(), about(-3.2, -3.7, 20.8, 1), 0);
+        Vec6 wanted;
+        wanted << about(-35, 25, -0.9, 0.3), about(0.17, 1.11, 0.32, 0.02);
+        forces.forget();
+        const Vec6 press = (Vec6() << 0, 0, 5, 0, 0, 0).finished();
+        forces.solve({kStiffness, press, &drawer.rows}, {}, drawer, *frictionless, solver, true);
+        forces.endTick();
+        const AllocationCounter allocations;
+        const ContactForces::Result result =
+            forces.solve({kStiffness, wanted, &drawer.rows}, {}, drawer, *frictionless, solver, true);
+        REQUIRE(allocations.count() == 0);
+        REQUIRE(result.friction == FrictionStatus::Exact);
+        CHECK(result.residuals.worst_N() < 1e-6);
+        CHECK(result.residuals.overlap_mm < 1e-8);
+        CHECK(result.residuals.complementarity_mJ < 1e-6);
+        CHECK(result.residuals.direction_mJ < 1e-6);
+        for (int i = 0; i < drawer.rows.size(); ++i)
+            CHECK(drawer.rows.row(i).dot(result.restart) + drawer.rows.gap()[i] > -1e-9);
+        // Each increment loses energy, up to where slip counts anew and from there.
+        const auto energy = [&](const Vec6& x) { return (x - wanted).dot(kStiffness.cwiseProduct(x - wanted)) / 2; };
+        CHECK(energy(result.restart) <= energy(Vec6::Zero()));
+        CHECK(energy(result.x) <= energy(result.restart) * (1 + 1e-12));
+        REQUIRE(result.restarted == !result.restart.isZero(0));
+        restarted += result.restarted;
+    }
+    CHECK(restarted > 30);
+}
+
+}  // namespace touchstone::contact_forces_tests
