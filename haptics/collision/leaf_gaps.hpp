@@ -20,7 +20,7 @@ inline LeafGaps leafGaps(const Vec3& c_O, double radius, const SphereTree& obsta
     g.dx = splat(c_O.x()) - toDouble(load(&leaves.x[first]));
     g.dy = splat(c_O.y()) - toDouble(load(&leaves.y[first]));
     g.dz = splat(c_O.z()) - toDouble(load(&leaves.z[first]));
-    g.distance = simd::sqrt(g.dx * g.dx + g.dy * g.dy + g.dz * g.dz);
+    g.distance = simd::sqrt(sumOfProducts(g.dx, g.dx, g.dy, g.dy, g.dz, g.dz));
     g.gap = g.distance - (toDouble(load(&leaves.r[first])) + splat(radius));
     return g;
 }

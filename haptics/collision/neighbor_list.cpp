@@ -100,11 +100,12 @@ struct RowLanes {
     Double8 j[6];
 
     RowLanes(const LeafGaps& l, const Mat3& R_WO, const Vec3& r) {
-        const Double8 inverse = l.distance > 0.0 ? 1.0 / l.distance : splat(0.0);
-        for (int k = 0; k < 3; ++k) j[k] = (R_WO(k, 0) * l.dx + R_WO(k, 1) * l.dy + R_WO(k, 2) * l.dz) * inverse;
-        j[3] = r.y() * j[2] - r.z() * j[1];
-        j[4] = r.z() * j[0] - r.x() * j[2];
-        j[5] = r.x() * j[1] - r.y() * j[0];
+        const Double8 inverse = choose(less(kZeros, l.distance), 1.0 / l.distance, kZeros);
+        for (int k = 0; k < 3; ++k)
+            j[k] = sumOfProducts(R_WO(k, 0), l.dx, R_WO(k, 1), l.dy, R_WO(k, 2), l.dz) * inverse;
+        j[3] = sumOfProducts(r.y(), j[2], -r.z(), j[1]);
+        j[4] = sumOfProducts(r.z(), j[0], -r.x(), j[2]);
+        j[5] = sumOfProducts(r.x(), j[1], -r.y(), j[0]);
     }
     void store(RowSet& rows, int n, const Double8& gap, std::uint64_t firstId, Mask mask) const {
         for (int k = 0; k < 6; ++k) compressStore(rows.column(k) + n, j[k], mask);

@@ -18,9 +18,80 @@
 namespace touchstone::simd {
 
 typedef float Float8 __attribute__((vector_size(32)));
-typedef double Double8 __attribute__((vector_size(64)));
 typedef std::int32_t Int8 __attribute__((vector_size(32)));
+
+#ifdef __AVX512F__
+typedef double Double8 __attribute__((vector_size(64)));
 typedef std::int64_t Long8 __attribute__((vector_size(64)));
+#else
+typedef double Double4 __attribute__((vector_size(32)));
+typedef std::int64_t Long4 __attribute__((vector_size(32)));
+
+/// Halves numbers in two registers. GCC 12 takes comparisons and choices of its own vectors of 64 bytes apart into
+/// single numbers, and moves them through memory, which made the solvers four to nine times as slow.
+template <class Four, class Number>
+struct Halves {
+    Four low, high;
+
+    constexpr Halves() : low{}, high{} {}
+    TOUCHSTONE_INLINE constexpr Halves(const Four& low_, const Four& high_) : low(low_), high(high_) {}
+    /// The numbers that are not given are 0.
+    TOUCHSTONE_INLINE constexpr Halves(Number a, Number b, Number c, Number d, Number e = 0, Number f = 0, Number g = 0,
+                                       Number h = 0)
+        : low{a, b, c, d}, high{e, f, g, h} {}
+    TOUCHSTONE_INLINE static Halves all(Number v) { return {v - Four{}, v - Four{}}; }
+
+    TOUCHSTONE_INLINE Number operator[](int i) const {
+        if (!__builtin_constant_p(i)) return reinterpret_cast<const Number*>(this)[i];
+        return i < 4 ? low[i] : high[i - 4];
+    }
+    TOUCHSTONE_INLINE Number& operator[](int i) { return reinterpret_cast<Number*>(this)[i]; }
+
+    TOUCHSTONE_INLINE friend Halves operator+(const Halves& a, const Halves& b) {
+        return {a.low + b.low, a.high + b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator-(const Halves& a, const Halves& b) {
+        return {a.low - b.low, a.high - b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator*(const Halves& a, const Halves& b) {
+        return {a.low * b.low, a.high * b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator/(const Halves& a, const Halves& b) {
+        return {a.low / b.low, a.high / b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator&(const Halves& a, const Halves& b) {
+        return {a.low & b.low, a.high & b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator|(const Halves& a, const Halves& b) {
+        return {a.low | b.low, a.high | b.high};
+    }
+    TOUCHSTONE_INLINE friend Halves operator+(const Halves& a, Number b) { return {a.low + b, a.high + b}; }
+    TOUCHSTONE_INLINE friend Halves operator-(const Halves& a, Number b) { return {a.low - b, a.high - b}; }
+    TOUCHSTONE_INLINE friend Halves operator*(const Halves& a, Number b) { return {a.low * b, a.high * b}; }
+    TOUCHSTONE_INLINE friend Halves operator*(Number a, const Halves& b) { return {a * b.low, a * b.high}; }
+    TOUCHSTONE_INLINE friend Halves operator/(const Halves& a, Number b) { return {a.low / b, a.high / b}; }
+    TOUCHSTONE_INLINE friend Halves operator/(Number a, const Halves& b) { return {a / b.low, a / b.high}; }
+    TOUCHSTONE_INLINE Halves operator-() const { return {-low, -high}; }
+    TOUCHSTONE_INLINE Halves operator~() const { return {~low, ~high}; }
+    template <class Other>
+    TOUCHSTONE_INLINE Halves& operator+=(const Other& b) {
+        return *this = *this + b;
+    }
+    template <class Other>
+    TOUCHSTONE_INLINE Halves& operator-=(const Other& b) {
+        return *this = *this - b;
+    }
+    template <class Other>
+    TOUCHSTONE_INLINE Halves& operator*=(const Other& b) {
+        return *this = *this * b;
+    }
+    TOUCHSTONE_INLINE Halves& operator|=(const Halves& b) { return *this = *this | b; }
+};
+using Double8 = Halves<Double4, double>;
+using Long8 = Halves<Long4, std::int64_t>;
+#endif
+
+inline constexpr Double8 kZeros{};
 
 /// One bit for each lane, lane 0 lowest.
 using Mask = std::uint32_t;
@@ -28,9 +99,11 @@ using Mask = std::uint32_t;
 inline Float8 load(const float* p) { return reinterpret_cast<Float8>(_mm256_loadu_ps(p)); }
 inline void store(float* p, Float8 v) { _mm256_storeu_ps(p, reinterpret_cast<__m256>(v)); }
 TOUCHSTONE_INLINE Double8 load(const double* p) {
-    Double8 v;
-    std::memcpy(&v, p, sizeof v);
-    return v;
+#ifdef __AVX512F__
+    return reinterpret_cast<Double8>(_mm512_loadu_pd(p));
+#else
+    return {reinterpret_cast<Double4>(_mm256_loadu_pd(p)), reinterpret_cast<Double4>(_mm256_loadu_pd(p + 4))};
+#endif
 }
 TOUCHSTONE_INLINE void store(double* p, const Double8& v) { std::memcpy(p, &v, sizeof v); }
 /// Four numbers of each of eight rows, from `first` on: numbers[k] holds first + k of all rows.
@@ -48,28 +121,48 @@ TOUCHSTONE_INLINE void transpose(const float* const rows[8], int first, Float8 n
     numbers[3] = reinterpret_cast<Float8>(_mm256_shuffle_ps(ab2, cd2, 0xee));
 }
 inline Float8 splat(float v) { return reinterpret_cast<Float8>(_mm256_set1_ps(v)); }
-TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
 inline Int8 splat(std::int32_t v) { return reinterpret_cast<Int8>(_mm256_set1_epi32(v)); }
 inline Int8 lanes() { return Int8{0, 1, 2, 3, 4, 5, 6, 7}; }
-inline Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
 
 /// The maximum of each lane; where `a` is NaN, the result is b.
 inline Float8 max(Float8 a, Float8 b) { return a > b ? a : b; }
 inline Float8 min(Float8 a, Float8 b) { return a < b ? a : b; }
 inline Float8 abs(Float8 a) { return max(a, -a); }
-TOUCHSTONE_INLINE Double8 min(const Double8& a, const Double8& b) { return a < b ? a : b; }
-TOUCHSTONE_INLINE Double8 max(const Double8& a, const Double8& b) { return a > b ? a : b; }
-TOUCHSTONE_INLINE Double8 abs(const Double8& a) { return max(a, -a); }
 
-TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
 #ifdef __AVX512F__
+TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
+TOUCHSTONE_INLINE Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
+TOUCHSTONE_INLINE Long8 less(const Double8& a, const Double8& b) { return a < b; }
+TOUCHSTONE_INLINE Long8 atMost(const Double8& a, const Double8& b) { return a <= b; }
+/// a where the lane of `which` is set, and else b.
+TOUCHSTONE_INLINE Double8 choose(const Long8& which, const Double8& a, const Double8& b) { return which ? a : b; }
+TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
     return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xff, reinterpret_cast<__m512d>(v)));
-#else
-    Double8 root{};
-    for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
-    return root;
-#endif
 }
+#else
+TOUCHSTONE_INLINE Double8 splat(double v) { return Double8::all(v); }
+TOUCHSTONE_INLINE Double8 toDouble(Float8 v) {
+    const __m256 all = reinterpret_cast<__m256>(v);
+    return {reinterpret_cast<Double4>(_mm256_cvtps_pd(_mm256_castps256_ps128(all))),
+            reinterpret_cast<Double4>(_mm256_cvtps_pd(_mm256_extractf128_ps(all, 1)))};
+}
+TOUCHSTONE_INLINE Long8 less(const Double8& a, const Double8& b) { return {a.low < b.low, a.high < b.high}; }
+TOUCHSTONE_INLINE Long8 atMost(const Double8& a, const Double8& b) { return {a.low <= b.low, a.high <= b.high}; }
+/// a where the lane of `which` is set, and else b.
+TOUCHSTONE_INLINE Double8 choose(const Long8& which, const Double8& a, const Double8& b) {
+    return {which.low ? a.low : b.low, which.high ? a.high : b.high};
+}
+TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
+    const auto root = [](const Double4& four) {
+        return reinterpret_cast<Double4>(_mm256_sqrt_pd(reinterpret_cast<__m256d>(four)));
+    };
+    return {root(v.low), root(v.high)};
+}
+#endif
+/// The minimum of each lane; where `a` is NaN, the result is b.
+TOUCHSTONE_INLINE Double8 min(const Double8& a, const Double8& b) { return choose(less(a, b), a, b); }
+TOUCHSTONE_INLINE Double8 max(const Double8& a, const Double8& b) { return choose(less(b, a), a, b); }
+TOUCHSTONE_INLINE Double8 abs(const Double8& a) { return max(a, -a); }
 
 /// The distance between two intervals, 0 if they overlap.
 TOUCHSTONE_INLINE Float8 apart(const Float8& lo, const Float8& hi, const Float8& otherLo, const Float8& otherHi) {
@@ -85,14 +178,39 @@ TOUCHSTONE_INLINE float least(Float8 v) {
     return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
+#ifdef __AVX512F__
+namespace detail {
+TOUCHSTONE_INLINE auto low(const Double8& a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
+TOUCHSTONE_INLINE auto high(const Double8& a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
+}  // namespace detail
+#else
+namespace detail {
+TOUCHSTONE_INLINE Double4 low(const Double8& a) { return a.low; }
+TOUCHSTONE_INLINE Double4 high(const Double8& a) { return a.high; }
+}  // namespace detail
+#endif
+/// a b + c d (+ e f), rounded alike for every width of a register. The operands of an operator are computed in any
+/// order, and the order decides which product a multiply-add does not round.
+TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const auto& c, const Double8& d) {
+    Double8 sum = a * b;
+    sum += c * d;
+    return sum;
+}
+TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const auto& c, const Double8& d, const auto& e,
+                                        const Double8& f) {
+    Double8 sum = sumOfProducts(a, b, c, d);
+    sum += e * f;
+    return sum;
+}
+
 TOUCHSTONE_INLINE double sum(const Double8& a) {
-    const auto four = __builtin_shufflevector(a, a, 0, 1, 2, 3) + __builtin_shufflevector(a, a, 4, 5, 6, 7);
+    const auto four = detail::low(a) + detail::high(a);
     const auto two = __builtin_shufflevector(four, four, 0, 1) + __builtin_shufflevector(four, four, 2, 3);
     return two[0] + two[1];
 }
 TOUCHSTONE_INLINE double least(const Double8& a) {
     const auto pick = [](auto x, auto y) { return x < y ? x : y; };
-    const auto four = pick(__builtin_shufflevector(a, a, 0, 1, 2, 3), __builtin_shufflevector(a, a, 4, 5, 6, 7));
+    const auto four = pick(detail::low(a), detail::high(a));
     const auto two = pick(__builtin_shufflevector(four, four, 0, 1), __builtin_shufflevector(four, four, 2, 3));
     return two[0] < two[1] ? two[0] : two[1];
 }
@@ -121,9 +239,9 @@ inline Mask lessEqual(Double8 a, Double8 b) {
 #ifdef __AVX512F__
     return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), _CMP_LE_OQ);
 #else
-    Mask mask = 0;
-    for (int i = 0; i < 8; ++i) mask |= Mask(a[i] <= b[i]) << i;
-    return mask;
+    const Long8 lanes = atMost(a, b);
+    const auto bits = [](const Long4& four) { return Mask(_mm256_movemask_pd(reinterpret_cast<__m256d>(four))); };
+    return bits(lanes.low) | bits(lanes.high) << 4;
 #endif
 }
 

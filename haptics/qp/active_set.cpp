@@ -115,9 +115,9 @@ ActiveSet::Block ActiveSet::firstBlock(const simd::Double8& step) const {
             gap += z_[k] * b;
         }
         const simd::Double8 fraction = simd::max(gap, simd::Double8{}) / -approach;
-        const simd::Long8 nearer = (approach < parallel) & (fraction < least);
-        least = nearer ? fraction : least;
-        where = nearer ? simd::splat(double(i)) : where;
+        const simd::Long8 nearer = simd::less(approach, simd::splat(parallel)) & simd::less(fraction, least);
+        least = simd::choose(nearer, fraction, least);
+        where = simd::choose(nearer, simd::splat(double(i)), where);
     }
     Block block;
     for (int lane = 0; lane < 8; ++lane) {

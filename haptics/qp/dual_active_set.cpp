@@ -131,20 +131,21 @@ DualActiveSet::Scan DualActiveSet::scan() {
                 length2 += metric[k] * (j[k] * j[k]);
                 d += wanted_[k] * j[k];
             }
-            inverse = length2 > kShortest2 ? 1 / simd::sqrt(length2) : simd::Double8{};
+            inverse = simd::choose(simd::less(simd::splat(kShortest2), length2), 1 / simd::sqrt(length2), simd::kZeros);
             simd::store(inverseLengths_.data() + i, inverse);
             const simd::Double8 scaled = d * inverse;
             depth = simd::min(scaled, depth);
-            unsatisfiable |= (inverse == 0.0) & (g < 0.0);
-            finite += (lanes < double(m_ - i) ? d + length2 : simd::Double8{}) * 0.0;  // the padding does not count
+            unsatisfiable |= simd::atMost(inverse, simd::kZeros) & simd::less(g, simd::kZeros);
+            finite += simd::choose(simd::less(lanes, simd::splat(double(m_ - i))), d + length2, simd::kZeros) *
+                      0.0;  // the padding does not count
         } else {
             inverse = simd::load(inverseLengths_.data() + i);
         }
         gap = simd::min(s, gap);
         s = s * inverse + slack;
-        const simd::Long8 lower = s < least;
-        least = lower ? s : least;
-        where = lower ? simd::splat(double(i)) : where;
+        const simd::Long8 lower = simd::less(s, least);
+        least = simd::choose(lower, s, least);
+        where = simd::choose(lower, simd::splat(double(i)), where);
     }
 
     if constexpr (first) {

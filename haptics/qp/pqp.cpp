@@ -113,7 +113,7 @@ double Pqp::update(double momentum, double floor, bool& overshot) {
         const simd::Double8 plus =
             simd::max((around + ahead) * 0.5, u);  // (Q+u)_i >= u_i because |b_i| = 1; rounding must not break this
         const simd::Double8 minus = simd::max((around - ahead) * 0.5, simd::Double8{});
-        const simd::Double8 least = inverse > 0.0 ? simd::splat(floor) : simd::Double8{};
+        const simd::Double8 least = simd::choose(simd::less(simd::kZeros, inverse), simd::splat(floor), simd::kZeros);
         const simd::Double8 end = simd::max(
             u * ((simd::max(-e, simd::Double8{}) + minus + plus) / (simd::max(e, simd::Double8{}) + plus + plus)),
             least);

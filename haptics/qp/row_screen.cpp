@@ -20,9 +20,9 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
     // The rank of every row, and the first row to keep.
     simd::Double8 least = none, where{};
     const auto trackLeast = [&](int i, const simd::Double8& rank) {
-        const simd::Long8 lower = rank < least;
-        least = lower ? rank : least;
-        where = lower ? simd::splat(double(i)) : where;
+        const simd::Long8 lower = simd::less(rank, least);
+        least = simd::choose(lower, rank, least);
+        where = simd::choose(lower, simd::splat(double(i)), where);
     };
     for (int i = 0; i < m; i += 8) {
         const simd::Double8 gap = simd::load(rows.gap() + i);
@@ -66,10 +66,12 @@ const RowSet& RowScreen::run(const RowSet& rows, Screening how, double reach, do
                 size2 += b * b;
             }
             const simd::Double8 more = simd::load(rows.gap() + i) - gap;
-            const simd::Long8 implied = how == Screening::Screen
-                                            ? (more >= 0.0) & (more * more >= trust * trust * apart2)
-                                            : (along > 0.0) & (along * along >= kCosine * kCosine * length2 * size2);
-            const simd::Double8 rank = implied ? none : simd::load(&rank_[i]);
+            const simd::Long8 implied =
+                how == Screening::Screen
+                    ? simd::atMost(simd::kZeros, more) & simd::atMost(trust * trust * apart2, more * more)
+                    : simd::less(simd::kZeros, along) &
+                          simd::atMost(kCosine * kCosine * length2 * size2, along * along);
+            const simd::Double8 rank = simd::choose(implied, none, simd::load(&rank_[i]));
             simd::store(&rank_[i], rank);
             trackLeast(i, rank);
         }

@@ -30,13 +30,14 @@ bool UnitRows::assign(const QpProblem& problem) {
             j[k] = inverseRoot[k] * entry;
             length2 += j[k] * j[k];
         }
-        const simd::Long8 kept = length2 > kShortest2;
-        const simd::Double8 scale = kept ? 1 / simd::sqrt(length2) : simd::Double8{};
+        const simd::Long8 kept = simd::less(simd::splat(kShortest2), length2);
+        const simd::Double8 scale = simd::choose(kept, 1 / simd::sqrt(length2), simd::kZeros);
         for (int k = 0; k < 6; ++k) simd::store(column[k].data() + i, scale * j[k]);
-        simd::store(offset.data() + i, kept ? scale * d : simd::splat(kInactive));
+        simd::store(offset.data() + i, simd::choose(kept, scale * d, simd::splat(kInactive)));
         simd::store(inverse.data() + i, scale);
-        stuck |= ~kept & (g < 0.0);
-        finite += (lanes < double(size - i) ? d + length2 : simd::Double8{}) * 0.0;  // the padding does not count
+        stuck |= ~kept & simd::less(g, simd::kZeros);
+        finite += simd::choose(simd::less(lanes, simd::splat(double(size - i))), d + length2, simd::kZeros) *
+                  0.0;  // the padding does not count
     }
     for (int lane = 0; lane < 8; ++lane) unsatisfiable |= stuck[lane] != 0;
     return simd::sum(finite) == 0;
