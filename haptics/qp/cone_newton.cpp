@@ -188,8 +188,8 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
                 const Double8 n{c.n.x(), c.n.y(), c.n.z(), rn.x(), rn.y(), rn.z()};
                 const Double8 a{along.x(), along.y(), along.z(), ra.x(), ra.y(), ra.z()};
                 const Double8 byN = n * (state.weight - round);
-                const Double8 byA = n * (state.weight * c.coefficient) - a * round;
-                for (int k = 0; k < 6; ++k) derivative_[k] += byN * n[k] + byA * a[k];
+                const Double8 byA = simd::sumOfProducts(state.weight * c.coefficient, n, -round, a);
+                for (int k = 0; k < 6; ++k) derivative_[k] += simd::sumOfProducts(n[k], byN, a[k], byA);
             }
             q += round;
             const Vec3 r = round * c.r;
