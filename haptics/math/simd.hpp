@@ -27,8 +27,8 @@ typedef std::int64_t Long8 __attribute__((vector_size(64)));
 typedef double Double4 __attribute__((vector_size(32)));
 typedef std::int64_t Long4 __attribute__((vector_size(32)));
 
-/// Halves numbers in two registers. GCC 12 takes comparisons and choices of its own vectors of 64 bytes apart into
-/// single numbers, and moves them through memory, which made the solvers four to nine times as slow.
+/// Eight numbers in two registers. GCC 12 takes comparisons and choices of its own vectors of 64 bytes apart into
+/// single numbers, and moves them through memory, which made the solvers two to six times as slow.
 template <class Four, class Number>
 struct Halves {
     Four low, high;
