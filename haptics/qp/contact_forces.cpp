@@ -115,7 +115,7 @@ void ContactForces::moveOn(const Vec6& x) noexcept {
 
 /// For gaps >= 0 and slip that begins here. What closes a gap and jams there has no answer in one increment, since it
 /// may not stick where it has slipped to. So the tool moves with the contacts that touch until the next one closes, and
-/// from there anew: increments of which each obeys the law. Changes nothing if one of them is not exact.
+/// starts again from there: each of these increments obeys the law. Changes nothing if one of them is not exact.
 void ContactForces::closeOneByOne(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows,
                                   FrictionResult& answer, Result& result) noexcept {
     const RowSet& all = *problem.rows;

@@ -66,7 +66,7 @@ TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp
         CHECK(result.residuals.direction_mJ < 1e-6);
         for (int i = 0; i < drawer.rows.size(); ++i)
             CHECK(drawer.rows.row(i).dot(result.restart) + drawer.rows.gap()[i] > -1e-9);
-        // Each increment loses energy, up to where slip counts anew and from there.
+        // Energy is lost on both parts of the way, before and after the place from which slip counts.
         const auto energy = [&](const Vec6& x) { return (x - wanted).dot(kStiffness.cwiseProduct(x - wanted)) / 2; };
         CHECK(energy(result.restart) <= energy(Vec6::Zero()));
         CHECK(energy(result.x) <= energy(result.restart) * (1 + 1e-12));
