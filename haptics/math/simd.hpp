@@ -130,6 +130,8 @@ inline Float8 min(Float8 a, Float8 b) { return a < b ? a : b; }
 inline Float8 abs(Float8 a) { return max(a, -a); }
 
 #ifdef __AVX512F__
+TOUCHSTONE_INLINE auto low(const Double8& v) { return __builtin_shufflevector(v, v, 0, 1, 2, 3); }
+TOUCHSTONE_INLINE auto high(const Double8& v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
 TOUCHSTONE_INLINE Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
 TOUCHSTONE_INLINE Long8 less(const Double8& a, const Double8& b) { return a < b; }
@@ -140,6 +142,8 @@ TOUCHSTONE_INLINE Double8 sqrt(const Double8& v) {
     return reinterpret_cast<Double8>(_mm512_maskz_sqrt_pd(0xff, reinterpret_cast<__m512d>(v)));
 }
 #else
+TOUCHSTONE_INLINE Double4 low(const Double8& v) { return v.low; }
+TOUCHSTONE_INLINE Double4 high(const Double8& v) { return v.high; }
 TOUCHSTONE_INLINE Double8 splat(double v) { return Double8::all(v); }
 TOUCHSTONE_INLINE Double8 toDouble(Float8 v) {
     const __m256 all = reinterpret_cast<__m256>(v);
@@ -178,17 +182,6 @@ TOUCHSTONE_INLINE float least(Float8 v) {
     return _mm_cvtss_f32(_mm_min_ss(four, _mm_movehdup_ps(four)));
 }
 
-#ifdef __AVX512F__
-namespace detail {
-TOUCHSTONE_INLINE auto low(const Double8& a) { return __builtin_shufflevector(a, a, 0, 1, 2, 3); }
-TOUCHSTONE_INLINE auto high(const Double8& a) { return __builtin_shufflevector(a, a, 4, 5, 6, 7); }
-}  // namespace detail
-#else
-namespace detail {
-TOUCHSTONE_INLINE Double4 low(const Double8& a) { return a.low; }
-TOUCHSTONE_INLINE Double4 high(const Double8& a) { return a.high; }
-}  // namespace detail
-#endif
 /// a b + c d (+ e f), rounded alike for every width of a register. The operands of an operator are computed in any
 /// order, and the order decides which product a multiply-add does not round.
 TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const auto& c, const Double8& d) {
@@ -204,13 +197,13 @@ TOUCHSTONE_INLINE Double8 sumOfProducts(const auto& a, const Double8& b, const a
 }
 
 TOUCHSTONE_INLINE double sum(const Double8& a) {
-    const auto four = detail::low(a) + detail::high(a);
+    const auto four = low(a) + high(a);
     const auto two = __builtin_shufflevector(four, four, 0, 1) + __builtin_shufflevector(four, four, 2, 3);
     return two[0] + two[1];
 }
 TOUCHSTONE_INLINE double least(const Double8& a) {
     const auto pick = [](auto x, auto y) { return x < y ? x : y; };
-    const auto four = pick(detail::low(a), detail::high(a));
+    const auto four = pick(low(a), high(a));
     const auto two = pick(__builtin_shufflevector(four, four, 0, 1), __builtin_shufflevector(four, four, 2, 3));
     return two[0] < two[1] ? two[0] : two[1];
 }
