@@ -31,9 +31,12 @@ Within withCurveReserve(Within within) {
 }  // namespace
 
 ContactList::ContactList(std::unique_ptr<PairFinder> finder, const LookAhead& lookAhead)
-    : finder_(std::move(finder)), wide_(finder_->entries()), narrow_(finder_->entries()), lookAhead_(lookAhead) {}
+    : finder_(std::move(finder)),
+      wide_{finder_->entries(), finder_->entries()},
+      narrow_(finder_->entries()),
+      lookAhead_(lookAhead) {}
 
-void ContactList::forget() { wide_.within = narrow_.within = {}; }
+void ContactList::forget() { wide_[0].within = wide_[1].within = narrow_.within = {}; }
 
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
@@ -46,19 +49,25 @@ bool ContactList::complete(const Coverage& asked, double slack) {
                         (left <= kMaxReserve * narrow && finder_->deviationFrom(narrow_, course) <= narrow);
     if (left >= 0 && serves) return true;
 
-    const double own = finder_->reserve(wide_, asked), offered = offered_ ? finder_->reserve(*offered_, asked) : -1;
-    const PairEntries* from = left >= narrow ? &narrow_ : offered > own ? offered_ : &wide_;
+    const auto reserveOf = [&](const PairEntries& set) { return finder_->reserve(set, asked); };
+    if (reserveOf(wide_[used_]) < 0 && reserveOf(wide_[1 - used_]) >= 0) used_ = 1 - used_;
+    const double own = reserveOf(wide_[used_]), offered = offered_ ? reserveOf(*offered_) : -1;
+    const PairEntries* from = left >= narrow ? &narrow_ : offered > own ? offered_ : &wide_[used_];
     if (!(left - narrow >= 0 || own >= 0 || offered >= 0)) {
-        from = &wide_;
+        used_ = 1 - used_;
+        PairEntries& wide = wide_[used_];
+        from = &wide;
         narrow_.within = {};
         // If another thread finds entries, its next ones will soon serve, and this search may be small.
-        const double spare = offered_ ? 2 * narrow : slack, ticks = offered_ ? kNarrowTicks : lookAhead_.ticks;
+        const bool sparse = wide.count > 0 && wide.count < lookAhead_.sparse;
+        const double spare = offered_ ? 2 * narrow : slack * (sparse ? 2 : 1),
+                     ticks = offered_ ? kNarrowTicks : lookAhead_.ticks;
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
-        if (!finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide_) && !finder_->find(asked, wide_))
+        if (!finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide) && !finder_->find(asked, wide))
             return false;
     }
     // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.

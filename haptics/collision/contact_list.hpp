@@ -1,6 +1,7 @@
 #pragma once
 // The pairs of a tool and one obstacle that may touch in the next ticks: one search finds them, every tick tests them
 // again. The mechanism is the same for leaves of sphere trees and for features of meshes.
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -53,13 +54,17 @@ struct LookAhead {
     /// Whether the narrow set is selected for all steps of a tick that is too fast for looking further ahead. It then
     /// holds more entries, which pays where a tick selects it again for each of many steps.
     bool wholeTicks = false;
+    /// A search has twice the slack if the last one found some entries, but fewer than this: it takes its time for the
+    /// trees then, and hardly more for a wider margin. With a larger number the sets of fits become larger; with a
+    /// smaller one tools that turn fast search more often.
+    int sparse = 0;
 };
 
-/// The list holds two sets of entries. The wide set comes from a search along the expected motion of the tool; the
-/// narrow set, which the queries read, is selected from the wide set in one pass. A query depends only on the pose and
-/// margin that it is given, not on the age of either set nor on the thread that found them. Poses X_OT: tool node in
-/// the obstacle's frame, mm. R_WO: obstacle frame to world. Real time: the constructors take all memory; no lock, no
-/// throw.
+/// The list holds sets of entries. A wide set comes from a search along the expected motion of the tool; the narrow
+/// set, which the queries read, is selected from a wide set in one pass. There are two wide sets, since the trial steps
+/// of a tick often lead to and fro between two directions. A query depends only on the pose and margin that it is
+/// given, not on the age of any set nor on the thread that found them. Poses X_OT: tool node in the obstacle's frame,
+/// mm. R_WO: obstacle frame to world. Real time: the constructors take all memory; no lock, no throw.
 class ContactList {
   public:
     virtual ~ContactList() = default;
@@ -156,7 +161,8 @@ class ContactList {
     const Extent& extent() const { return finder_->extent(); }
 
     std::unique_ptr<PairFinder> finder_;
-    PairEntries wide_, narrow_;
+    std::array<PairEntries, 2> wide_;
+    PairEntries narrow_;
     const PairEntries* offered_ = nullptr;
     double distance_ = 0;
     bool suspended_ = false;
@@ -165,7 +171,8 @@ class ContactList {
     Course ahead(const Course& course, double ticks, double slack) const;
 
     LookAhead lookAhead_;
-    Course tick_;  ///< see expect()
+    int used_ = 0;  ///< the wide set that served last
+    Course tick_;   ///< see expect()
 };
 
 }  // namespace touchstone

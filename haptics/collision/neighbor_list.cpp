@@ -258,7 +258,7 @@ int NeighborList::appendNearestRows(const Pose& X_OT, const Mat3& R_WO, double m
 }
 
 bool NeighborList::anyWithin(const Pose& X_OT, double margin) const {
-    for (const PairEntries* entries : {&narrow_, &wide_, offered_}) {
+    for (const PairEntries* entries : {&narrow_, &wide_[0], &wide_[1], offered_}) {
         if (!entries || finder_->reserve(*entries, {X_OT, margin}) < 0) continue;
         bool any = false;
         forEachHit(*entries, X_OT, margin, [&](int toolLeaf, const Vec3&, int bucket, Mask mask) {
