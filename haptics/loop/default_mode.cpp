@@ -17,6 +17,14 @@ constexpr int kFreeSteps = 64;
 /// With a smaller number a device that leaps out of contact drags the tool, which the hand feels; a larger one costs
 /// time.
 constexpr int kLeapSteps = 32;
+/// The same between meshes, as long as something blocks the tool, which then would not arrive with all of them either.
+/// Each of them can take milliseconds in a thread, since successive steps of a leap share no near pairs. A larger
+/// number takes a tool that slides after the device farther in that one tick.
+constexpr int kBlockedLeapSteps = 3;
+/// Number of rows, summed over its linearizations, with which a tick between meshes ends kUnfinished. It bounds the
+/// time of a tick that follows a leap within a thread or a hole. With a smaller number ordinary ticks of fine meshes
+/// end before the tool has arrived.
+constexpr int kTickRows = 2048;
 /// A motion of the device is a leap if C moves by more than this multiple of the travel that the tick's linearizations
 /// can follow (linearisations x trust). A smaller multiple extends more ticks of ordinary fast motion; with a larger
 /// one a leap of less than it drags the tool.
@@ -155,6 +163,7 @@ class DefaultTick final : RowContacts {
     int linearization_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
+    int rowsOfTick_ = 0;        ///< summed over the linearizations
     double allRowsTo_ = 0;      ///< every pair with a gap up to this has its row, mm
     double crossedRowsTo_ = 0;  ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
     double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
@@ -731,9 +740,12 @@ bool DefaultTick::run(Wrench& wrench) {
         // the tool's C leap.
         shiftBudget_ = deviceStep.head<3>().norm() + allowance;
     }
-    const int limit = state_.loaded ? linearizations_ : kFreeSteps;
+    const int limit = !state_.loaded        ? kFreeSteps
+                      : leap && ofFeatures_ ? std::min(linearizations_, kBlockedLeapSteps)
+                                            : linearizations_;
     bool arrived = false, stuck = false, shortened = false;
-    for (; !arrived && !stuck && linearization_ < (shortened && leap ? kLeapSteps : limit); ++linearization_) {
+    for (; !arrived && !stuck && rowsOfTick_ <= kTickRows && linearization_ < (shortened && leap ? kLeapSteps : limit);
+         ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
         Step step;
         const Found found = linearization_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
@@ -749,6 +761,7 @@ bool DefaultTick::run(Wrench& wrench) {
             const Course lastStep = Course::between(state_.inObstacle(k, before), X_OT, state_.p_TC);
             state_.lists[k]->expect({X_OT, lastStep.shift, lastStep.turn});
         }
+        if (ofFeatures_) rowsOfTick_ += state_.rows.size();
         arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
         stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer
         shortened = moved + kArrived < step.length;

@@ -43,6 +43,36 @@ TEST_CASE(
     CHECK(record.wrench_C.isZero());
 }
 
+TEST_CASE("mesh step: a tool that slides after a device that leapt takes three steps in that tick", "[step]") {
+    const World world = meshWorld(centeredBox(4, 4, 4), centeredBox(60, 10, 6), at(0, 0, 6));
+    StepState state(world);
+    TickRecord record;
+    for (int tick = 0; tick < 100; ++tick) record = step(world, meshes(), {at(0, 0, 6 - 0.02 * tick)}, state);
+    REQUIRE(record.wrench_C.force.z() > 0.9);
+    record = step(world, meshes(), {at(20, 0, 4)}, state);
+    CHECK(record.linearisations == 3);
+    CHECK(record.X_WT.p.x() == Approx(3 * 0.25).epsilon(0.01));
+    CHECK((record.flags & kUnfinished) != 0);
+    for (int tick = 0; tick < 60; ++tick) record = step(world, meshes(), {at(20, 0, 4)}, state);
+    CHECK((record.flags & kUnfinished) == 0);
+    CHECK(record.X_WT.p.x() == Approx(20).margin(1e-6));
+}
+
+TEST_CASE("mesh step: a tick ends when its rows become too many, and the next one goes on", "[step]") {
+    const bool many = GENERATE(true, false);
+    const auto round = [](double a, double t) { return Vec3(3 * std::cos(a), 3 * std::sin(a), 4 * t); };
+    const World world = meshWorld(lathe(many ? 2500 : 250, 2, 0, 4, round), centeredBox(10, 10, 6), at(0, 0, 3.2));
+    StepState state(world);
+    const Pose device = at(0.4, 0, 2.5, Vec3(0, 0, 0.1));
+    TickRecord record = step(world, meshes(), {device}, state);
+    CAPTURE(record.rows, record.linearisations);
+    CHECK((record.rows > 2048) == many);
+    CHECK(((record.flags & kUnfinished) != 0) == many);
+    for (int tick = 0; tick < 20; ++tick) record = step(world, meshes(), {device}, state);
+    CHECK((record.flags & kUnfinished) == 0);
+    CHECK((record.X_WT.p - Vec3(0.4, 0, 3 + kDistance)).norm() < 1e-3);
+}
+
 TEST_CASE("mesh step: nothing tunnels and nothing overlaps, whatever the hand does, and rests are the reference's",
           "[step][reference]") {
     struct Case {
