@@ -64,32 +64,40 @@ class FaceIntersection {
     }
 
     bool patchesIntersect(int i, int j) const {
-        Float8 theirLo[3], theirHi[3];
-        obstacle_.faceBoxes(j, theirLo, theirHi);
+        const FeatureBounds patch = obstacle_.tree.bounds(FeatureKind::Face, 0, j);
+        const FaceLanes turned = boxes_.R * FaceLanes(Eight(tool_.faces, kChildren * i));
+        const Vec8 t(boxes_.t), guard = Vector3f(Vector3f::Constant(boxes_.guard));
+        const FaceLanes ours(turned.a + t, turned.b + t, turned.c + t, turned.normal);
+        const Box8 exact = ours.box(), boxes{exact.lo - guard, exact.hi + guard};
+        Mask near = boxes.meets({patch.lo, patch.hi}) & first(tool_.facesOf(i));
+        if (!near) return false;
         const FaceLanes theirs(Eight(obstacle_.faces, kChildren * j));
-        const Mask all = (1u << obstacle_.facesOf(j)) - 1;
-        Float8 height[3];
-        for (int f = kChildren * i; f < kChildren * i + tool_.facesOf(i); ++f) {
-            Vector3f corners[3];
-            for (int k = 0; k < 3; ++k)
-                corners[k] = boxes_.R * tool_.points[tool_.features.faces[f].points[k]] + boxes_.t;
-            const Vector3f lo = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]).array() - boxes_.guard,
-                           hi = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]).array() + boxes_.guard;
-            Mask mask = all & meeting(theirLo, theirHi, lo.data(), hi.data());
+        const Box8 theirBoxes = theirs.box();
+        const Mask all = first(obstacle_.facesOf(j));
+        for (; near; near &= near - 1) {
+            const int lane = std::countr_zero(near);
+            Mask mask = theirBoxes.meets(boxes.all(lane)) & all;
             if (!mask) continue;
             // A face on one side of the other's plane does not intersect it.
-            for (int k = 0; k < 3; ++k) height[k] = dot(theirs.normal, Vec8(corners[k]) - theirs.a);
-            const Float8 most = max(max(height[0], height[1]), height[2]),
-                         least = -max(max(-height[0], -height[1]), -height[2]);
-            mask &= toMask((most >= -boxes_.guard) & (least <= boxes_.guard));
+            const Vec8 a = ours.a.all(lane), b = ours.b.all(lane), c = ours.c.all(lane), normal = ours.normal.all(lane);
+            mask &= onBothSides(dot(theirs.normal, a - theirs.a), dot(theirs.normal, b - theirs.a),
+                                dot(theirs.normal, c - theirs.a));
+            mask &= onBothSides(dot(normal, theirs.a - a), dot(normal, theirs.b - a), dot(normal, theirs.c - a));
             if (!mask) continue;
-            Triangle placed = tool_.features.triangle(f);
+            Triangle placed = tool_.features.triangle(kChildren * i + lane);
             for (Vec3& p : placed) p = X_OT_ * p;
             for (; mask; mask &= mask - 1)
                 if (commonPoint(placed, obstacle_.features.triangle(kChildren * j + std::countr_zero(mask))))
                     return true;
         }
         return false;
+    }
+
+    static Mask first(int count) { return (1u << count) - 1; }
+    /// Of eight faces: those whose corners have these heights above a plane and may meet it.
+    Mask onBothSides(const Float8& a, const Float8& b, const Float8& c) const {
+        const Float8 most = max(max(a, b), c), least = min(min(a, b), c);
+        return toMask((most >= -boxes_.guard) & (least <= boxes_.guard));
     }
 
     const Surface& tool_;
