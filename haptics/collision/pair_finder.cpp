@@ -22,6 +22,17 @@ void Extent::add(const Vec3& point) {
     for (int k = 0; k < 3; ++k) about[k] = std::max(about[k], std::hypot(arm[(k + 1) % 3], arm[(k + 2) % 3]));
 }
 
+namespace {
+
+/// logRotation() of a turn that is mostly small, to 1e-12 of its length.
+Vec3 turnOf(const Quat& q) {
+    const double s2 = q.vec().squaredNorm();
+    if (s2 > 1e-4 || q.w() < 0) return logRotation(q);
+    return (2 + s2 * (1.0 / 3 + s2 * (3.0 / 20))) * q.vec();  // of 2 asin(s) / s
+}
+
+}  // namespace
+
 double deviation(const Course& from, const Course& other, const Extent& extent) {
     // On a course leaves move along straight paths. A rotating leaf follows an arc, which deviates from the straight
     // path by up to reach |turn|²/2.
@@ -31,7 +42,7 @@ double deviation(const Course& from, const Course& other, const Extent& extent) 
     const double way2 = from.shift.squaredNorm() + lever * lever * from.turn.squaredNorm();
     const auto at = [&](const Pose& X_OT) {
         const Vec3 p = X_OT * extent.center - from.X_OT * extent.center,
-                   turn = logRotation(X_OT.q * from.X_OT.q.conjugate());
+                   turn = turnOf(X_OT.q * from.X_OT.q.conjugate());
         const double start = p.norm() + turned(turn);
         if (way2 == 0) return start;
         const double s = std::clamp((p.dot(from.shift) + lever * lever * turn.dot(from.turn)) / way2, 0.0, 1.0);
