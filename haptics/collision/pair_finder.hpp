@@ -34,6 +34,13 @@ struct Extent {
 /// Upper bound on the distance of any point from course `from` while the tool follows course `other`, mm.
 double deviation(const Course& from, const Course& other, const Extent& extent);
 
+/// Directions along which eight pairs of features are apart. One feature of a pair is not beyond `offset` along n, and
+/// a and b are points of the other between which all of it lies, each in the frame of its own part, from its center. So
+/// their distance is at least min(n·Xa, n·Xb) - offset at any pose X of the second part in the frame of the first.
+struct Separation8 {
+    simd::Float8 n[3], offset, a[3], b[3];
+};
+
 /// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket; or of two features. They
 /// hold every pair of the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever
 /// the tool deviates from the course by at most M - m, since no gap changes by more than a point moves.
@@ -49,6 +56,7 @@ struct PairEntries : Coverage {
     AlignedVector<PairEntry> at;
     AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, exact to the finder's guard()
     AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
+    AlignedVector<Separation8> apart;  ///< of the first entries, eight by eight; none for leaves
     int count = 0, capacity = 0;
     bool ofFeatures = false;
 };

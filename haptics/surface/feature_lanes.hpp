@@ -31,6 +31,10 @@ struct Vec8 {
     }
 };
 
+/// a where the lane of `which` is set, and else b.
+TOUCHSTONE_INLINE Vec8 choose(const simd::Int8& which, const Vec8& a, const Vec8& b) {
+    return {which ? a.x : b.x, which ? a.y : b.y, which ? a.z : b.z};
+}
 TOUCHSTONE_INLINE Vec8 min(const Vec8& a, const Vec8& b) {
     return {simd::min(a.x, b.x), simd::min(a.y, b.y), simd::min(a.z, b.z)};
 }

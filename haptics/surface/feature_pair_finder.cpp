@@ -21,48 +21,72 @@ constexpr int kParts = 6;
 constexpr float kPartWay = 0.2f;
 /// A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
 constexpr float kShortWay = 0.03f;
+/// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
+constexpr int kSeparated = 1 << 16;
 
 TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
 
-/// Squared distances of points from triangles with these normals of unit length.
-TOUCHSTONE_INLINE Float8 faceDistance2(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
+/// The ways from the nearest points of triangles with these normals of unit length to points.
+TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
     const Vec8* const corners[3] = {&a, &b, &c};
-    const Float8 height = dot(normal, p - a);
+    const Vec8 up = dot(normal, p - a) * normal;
     Float8 least = splat(HUGE_VALF), inside = splat(HUGE_VALF);
+    Vec8 off = up;
     for (int k = 0; k < 3; ++k) {
         const Vec8 side = *corners[(k + 1) % 3] - *corners[k], arm = p - *corners[k];
-        const Vec8 off = arm - clamped(dot(arm, side) / dot(side, side)) * side;
-        least = min(least, dot(off, off));
+        const Vec8 beside = arm - clamped(dot(arm, side) / dot(side, side)) * side;
+        const Float8 distance2 = dot(beside, beside);
+        off = choose(distance2 < least, beside, off);
+        least = min(least, distance2);
         inside = min(inside, dot(cross(normal, side), arm));
     }
-    return inside >= 0.0f ? height * height : least;
+    return choose(inside >= 0.0f, up, off);
 }
 
-/// Squared distances of the segments a + s u and b + t v; w = a - b.
+/// The ways from segments b + t v to the nearest points of segments a + s u; w = a - b.
 /// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
-TOUCHSTONE_INLINE Float8 edgeDistance2(const Vec8& u, const Vec8& v, const Vec8& w) {
+TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
     const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
     const Float8 det = uu * vv - uv * uv;
     const Float8 free = det > 1e-12f * uu * vv ? clamped((uv * vw - uw * vv) / det) : splat(0.0f);
     const Float8 t = (uv * free + vw) / vv;
     const Float8 s = t < 0.0f ? clamped(-uw / uu) : t > 1.0f ? clamped((uv - uw) / uu) : free;
-    const Vec8 off = w + s * u - clamped(t) * v;
-    return dot(off, off);
+    return w + s * u - clamped(t) * v;
 }
 
-/// Lower bounds on the distances of pairs on their courses. `at(s)`: squared distances at the fraction s of the course;
-/// `length2`: squared lengths of the ways; `spread`: twice the distance by which the ways of two points of the moving
-/// feature may differ from that of one between them; `guard`: bound on the error of a distance.
+/// Eight pairs on their courses.
+struct Near8 {
+    Float8 gap;       ///< lower bounds on their distances
+    Vec8 off;         ///< the way from one to the other where they were found nearest
+    Float8 fraction;  ///< of the course, there
+
+    /// The direction of `off`; 0 where there is no way.
+    TOUCHSTONE_INLINE Vec8 direction() const { return 1.0f / max(simd::sqrt(dot(off, off)), splat(1e-18f)) * off; }
+};
+
+/// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
+/// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
+/// of one between them; `guard`: bound on the error of a distance.
 template <class At>
-TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
+TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
     const float longest2 = -simd::least(-length2);
-    if (longest2 == 0) return simd::sqrt(at(0.0f));
     const Float8 length = simd::sqrt(length2);
-    if (longest2 < kShortWay * kShortWay) return max(simd::sqrt(at(0.5f)) - 0.5f * length, splat(0.0f));
+    if (longest2 < kShortWay * kShortWay) {
+        const float middle = longest2 == 0 ? 0 : 0.5f;
+        const Vec8 off = at(middle);
+        return {max(simd::sqrt(dot(off, off)) - middle * length, splat(0.0f)), off, splat(middle)};
+    }
     const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
     const float part = 1.0f / float(n);
-    Float8 distance[kParts + 1] = {};
-    for (int i = 0; i <= n; ++i) distance[i] = simd::sqrt(at(float(i) * part));
+    Float8 distance[kParts + 1] = {}, nearest = splat(HUGE_VALF), fraction = splat(0.0f);
+    Vec8 nearestOff = Vector3f(Vector3f::Zero());
+    for (int i = 0; i <= n; ++i) {
+        const Vec8 off = at(float(i) * part);
+        distance[i] = simd::sqrt(dot(off, off));
+        nearestOff = choose(distance[i] < nearest, off, nearestOff);
+        fraction = distance[i] < nearest ? splat(float(i) * part) : fraction;
+        nearest = min(nearest, distance[i]);
+    }
     // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
     // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
     const Float8 off = part * spread + splat(3 * guard);
@@ -74,7 +98,23 @@ TOUCHSTONE_INLINE Float8 alongCourse(const Float8& length2, const Float8& spread
         if (i + 1 < n) bound = max(bound, min(next, 2.0f * next - distance[i + 2] - off));
         least = min(least, min(bound, next));
     }
-    return max(least, splat(0.0f));
+    return {max(least, splat(0.0f)), nearestOff, fraction};
+}
+
+TOUCHSTONE_INLINE Float8 dot(const Float8 n[3], const Vec8& v) { return n[0] * v.x + n[1] * v.y + n[2] * v.z; }
+
+TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, const Vec8& a, const Vec8& b) {
+    return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
+}
+
+/// One lane of eight separations to another.
+void copyLane(const Separation8& from, int lane, Separation8& to, int toLane) {
+    for (int k = 0; k < 3; ++k) {
+        to.n[k][toLane] = from.n[k][lane];
+        to.a[k][toLane] = from.a[k][lane];
+        to.b[k][toLane] = from.b[k][lane];
+    }
+    to.offset[toLane] = from.offset[lane];
 }
 
 /// Collects pairs and calls visit(kind, features of the tool, of the obstacle, their number) for up to eight of one
@@ -142,15 +182,13 @@ struct FeaturePairFinder::Query {
         const Vec8 wide = Vector3f(Vector3f::Constant(margin));
         return {min(from, to) - wide, max(from, to) + wide};
     }
-    /// The gaps of eight pairs. `arm`: of the tool's vertices from its center, on the obstacle's axes; so are the
-    /// tool's faces. Infinite where the faces of two edges cannot oppose.
-    Float8 vertexFaces(const Vec8& arm, const FaceLanes& faces) const;
-    Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices) const;
-    Float8 edges(const Eight& mine, const Eight& theirs) const;
+    /// Of eight pairs of a kind: the gaps, and the directions along which they are apart.
+    Float8 measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const;
+    Float8 vertexFaces(const Vec8& vertices, const FaceLanes& faces, Separation8& apart) const;
+    Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices, Separation8& apart) const;
+    Float8 edges(const EdgeLanes& mine, const EdgeLanes& theirs, Separation8& apart) const;
     /// Whether edges u and v can have a common normal with all of their faces behind it.
     Int8 opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v, const EdgeLanes& otherWings) const;
-    /// Those of eight pairs of a kind.
-    Float8 gaps(PairKind kind, const int* ours, const int* others) const;
     /// Which of eight normals, on the axes of the vertex, can oppose a vertex of a part.
     Mask opposes(const Surface& part, int vertex, const Vec8& normals) const;
 
@@ -188,8 +226,10 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
 PairEntries FeaturePairFinder::entries() const {
     const SurfaceFeatures &ours = tool_->features, &others = obstacle_->features;
     const auto pairs = [](const auto& a, const auto& b) { return std::int64_t(a.size()) * std::int64_t(b.size()); };
-    return PairEntries(pairs(ours.vertices, others.faces) + pairs(ours.faces, others.vertices) +
-                       pairs(ours.edges, others.edges));
+    PairEntries entries(pairs(ours.vertices, others.faces) + pairs(ours.faces, others.vertices) +
+                        pairs(ours.edges, others.edges));
+    entries.apart.resize(std::size_t(paddedToEight(std::min(entries.capacity, kSeparated))) / 8);
+    return entries;
 }
 
 float FeaturePairFinder::guard(const Pose& X_OT) const {
@@ -197,23 +237,33 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
     return float(16 * 0x1p-24 * (tool_->extent.reach + obstacle_->extent.reach + t) + 1e-7);
 }
 
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& arm, const FaceLanes& f) const {
-    const Vec8 from = arm + Vec8(t), path = way(arm);
-    return alongCourse(dot(path, path), splat(0.0f), guard,
-                       [&](float s) { return faceDistance2(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
+                                                               Separation8& apart) const {
+    const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
+    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard,
+                                   [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
+    const Vec8 n = near.direction();
+    apart = separation(n, max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)), vertices, vertices);
+    return near.gap;
 }
 
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& f, const Vec8& vertices) const {
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& faces, const Vec8& vertices,
+                                                               Separation8& apart) const {
     // The course is seen from the face, on which the vertex moves.
+    const FaceLanes f = R * faces;
     const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
     const Vec8 ab = wb - wa, ac = wc - wa;
     const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
-    return alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, [&](float s) {
+    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, [&](float s) {
         const Float8 share = splat(s);
         // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
         const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
-        return faceDistance2(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
+        return fromFace(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
     });
+    const Vec8 turned = near.direction(), w = near.fraction * Vec8(turn), back = turned - cross(w, turned);
+    const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
+    apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
+    return near.gap;
 }
 
 TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v,
@@ -228,29 +278,29 @@ TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const E
     return ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
 }
 
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const Eight& mine, const Eight& theirs) const {
-    const EdgeLanes ours = R * EdgeLanes::ends(mine), wings = R * EdgeLanes::wings(mine),
-                    others = EdgeLanes::ends(theirs), otherWings = EdgeLanes::wings(theirs);
-    const Vec8 u = ours.second - ours.first, v = others.second - others.first;
-    const Int8 may = opposing(u, wings, v, otherWings);
-    if (!toMask(may)) return splat(HUGE_VALF);
-    const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - others.first;
+TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, const EdgeLanes& theirs,
+                                                         Separation8& apart) const {
+    const EdgeLanes ours = R * mine;
+    const Vec8 u = ours.second - ours.first, v = theirs.second - theirs.first;
+    const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - theirs.first;
     const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
-    const Float8 gap = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, [&](float s) {
+    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, [&](float s) {
         const Float8 share = splat(s);
-        return edgeDistance2(u + share * bend, v, w + share * path);
+        return fromEdge(u + share * bend, v, w + share * path);
     });
-    return may ? gap : splat(HUGE_VALF);
+    const Vec8 n = near.direction();
+    apart = separation(n, max(dot(n, theirs.first), dot(n, theirs.second)), mine.first, mine.second);
+    return near.gap;
 }
 
-Float8 FeaturePairFinder::Query::gaps(PairKind kind, const int* ours, const int* others) const {
+Float8 FeaturePairFinder::Query::measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const {
     switch (kind) {
         case PairKind::VertexFace:
-            return vertexFaces(R * verticesOf(tool, ours), FaceLanes(Eight(obstacle.faces, others)));
+            return vertexFaces(verticesOf(tool, ours), FaceLanes(Eight(obstacle.faces, others)), apart);
         case PairKind::FaceVertex:
-            return facesVertex(R * FaceLanes(Eight(tool.faces, ours)), verticesOf(obstacle, others));
+            return facesVertex(FaceLanes(Eight(tool.faces, ours)), verticesOf(obstacle, others), apart);
         default:
-            return edges({tool.edges, ours}, {obstacle.edges, others});
+            return edges(EdgeLanes::ends({tool.edges, ours}), EdgeLanes::ends({obstacle.edges, others}), apart);
     }
 }
 
@@ -344,10 +394,11 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
     constexpr int n = FeatureTree::kChildren;
     // Few of the pairs of two patches are near. Those whose boxes meet are measured eight at a time.
     Eights eights([&](PairKind kind, const int* ours, const int* others, int count) {
-        const Float8 gaps = q.gaps(kind, ours, others);
+        Separation8 apart;
+        const Float8 gaps = q.measure(kind, ours, others, apart);
         for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1); mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
-            if (!visit(context, {toolFeature(kind, ours[i]), others[i]}, gaps[i])) return false;
+            if (!visit(context, {toolFeature(kind, ours[i]), others[i]}, gaps[i], apart, i)) return false;
         }
         return true;
     });
@@ -411,40 +462,94 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
 bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
     out.count = 0;
     bool fits = true;
-    forEachPair(asked, [&](const PairEntry& entry, float gap) {
+    auto add = [&](const PairEntry& entry, float gap, const Separation8& apart, int lane) {
         fits = out.count < out.capacity;
         if (!fits) return false;
-        out.at[std::size_t(out.count)] = entry;
-        out.gap[std::size_t(out.count)] = gap;
-        out.sum[std::size_t(out.count++)] = 1;
+        const auto at = std::size_t(out.count++);
+        out.at[at] = entry;
+        out.gap[at] = gap;
+        out.sum[at] = 1;
+        if (at / 8 < out.apart.size()) copyLane(apart, lane, out.apart[at / 8], int(at % 8));
         return true;
-    });
+    };
+    walkErased(
+        asked,
+        [](void* a, const PairEntry& entry, float gap, const Separation8& apart, int lane) {
+            return (*static_cast<decltype(add)*>(a))(entry, gap, apart, lane);
+        },
+        &add);
     return fits;
 }
 
-/// Calls visit(kind, features of the tool, of the obstacle, their number) for up to eight entries of one kind at a
-/// time, of all that may hold a pair of the coverage, until it returns false.
+/// The two ends of a motion in which points of the tool move straight.
+struct FeaturePairFinder::Ends {
+    struct Place {
+        Matrix3f M;
+        Vector3f m;
+
+        TOUCHSTONE_INLINE Float8 apart(const Separation8& s) const {
+            Float8 n[3];
+            for (int k = 0; k < 3; ++k) n[k] = M(0, k) * s.n[0] + M(1, k) * s.n[1] + M(2, k) * s.n[2];
+            const Float8 a = n[0] * s.a[0] + n[1] * s.a[1] + n[2] * s.a[2],
+                         b = n[0] * s.b[0] + n[1] * s.b[1] + n[2] * s.b[2];
+            return min(a, b) + (m[0] * s.n[0] + m[1] * s.n[1] + m[2] * s.n[2] - s.offset);
+        }
+    };
+    Place tool[2];      ///< of the tool in the obstacle's frame
+    Place obstacle[2];  ///< of the obstacle in the tool's frame
+    float bend = 0;     ///< by which those of the obstacle leave their straight ways in the tool's frame, mm
+
+    /// Lower bounds on the distances of eight pairs, of which either all are of a face and a vertex or none.
+    TOUCHSTONE_INLINE Float8 apart(const Separation8& s, bool inTool) const {
+        const Place* const at = inTool ? obstacle : tool;
+        return min(at[0].apart(s), at[1].apart(s)) - splat(inTool ? bend : 0.0f);
+    }
+    static Place inverse(const Place& place) { return {place.M.transpose(), -(place.M.transpose() * place.m)}; }
+};
+
+/// Calls visit(first, mask, bounds on the gaps) for eight neighboring entries at a time of which the lanes of the mask
+/// may hold a pair of the coverage. ends: those of the coverage's course.
 template <class Visit>
-void FeaturePairFinder::forEachEight(const PairEntries& entries, const Coverage& asked, Visit&& visit) const {
-    Eights eights(visit);
-    bool goOn = true;
-    forEachWithin(entries, asked, [&](const PairEntry& entry) {
-        return goOn = eights.push(kindOf(entry.tool), featureOf(entry.tool), entry.obstacle);
-    });
-    if (goOn) eights.flush();
+void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends,
+                                    Visit&& visit) const {
+    const float about = guard(asked.course.X_OT), margin = float(asked.within.margin) + about,
+                moved = float(deviationFrom(entries, asked.course)) + about;
+    for (int first = 0; first < entries.count; first += 8) {
+        const int n = std::min(8, entries.count - first);
+        Float8 gap = load(&entries.gap[std::size_t(first)]) - splat(moved);
+        Mask mask = lessEqual(gap, splat(margin)) & ((1u << n) - 1);
+        if (!mask) continue;
+        const PairKind kind = kindOf(entries.at[std::size_t(first)].tool);
+        if (std::size_t(first / 8) < entries.apart.size() &&
+            kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
+            gap = max(gap, ends.apart(entries.apart[std::size_t(first / 8)], kind == PairKind::FaceVertex));
+            mask &= lessEqual(gap, splat(margin));
+        }
+        if (mask && !visit(first, mask, gap)) return;
+    }
 }
 
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
+    // Points of the tool move straight. In its frame those of the obstacle do not.
+    const Vector3f w = q.turn;
+    Matrix3f cross;
+    cross << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
+    const Ends::Place start{q.R, q.t};
+    const Ends::Place end{expRotation(asked.course.turn).toRotationMatrix().cast<float>() * q.R, q.t + q.shift};
+    const float turned = w.norm();
+    const Ends ends{{start, {q.R + cross * q.R, q.t + q.shift}},
+                    {Ends::inverse(start), Ends::inverse(end)},
+                    turned * turned * float(extent_.reach) + turned * q.shift.norm() / 2};
     int count = 0;
-    forEachEight(from, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
-        const Float8 gaps = q.gaps(kind, ours, others);
-        for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << n) - 1); mask; mask &= mask - 1) {
-            const int i = std::countr_zero(mask);
-            const auto at = std::size_t(count++);
-            out.at[at] = {toolFeature(kind, ours[i]), others[i]};
-            out.gap[at] = gaps[i];
+    forEachNear(from, asked, ends, [&](int first, Mask mask, const Float8& gap) {
+        for (; mask; mask &= mask - 1) {
+            const int lane = std::countr_zero(mask);
+            const auto i = std::size_t(first + lane), at = std::size_t(count++);
+            out.at[at] = from.at[i];
+            out.gap[at] = std::max(gap[lane], 0.0f);
             out.sum[at] = 1;
+            if (i / 8 < from.apart.size()) copyLane(from.apart[i / 8], lane, out.apart[at / 8], int(at % 8));
         }
         return true;
     });
@@ -454,13 +559,27 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
 void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
                                     const Pose& after, double least, ErasedCrossing visit, void* context) const {
     const CrossingSieve sieve(*tool_, *obstacle_, before, after, least, std::max(guard(before), guard(after)));
-    forEachEight(entries, asked, [&](PairKind kind, const int* ours, const int* others, int n) {
+    const auto placeAt = [&](const Pose& X_OT) {
+        return Ends::Place{X_OT.R().cast<float>(), (X_OT * extent_.center - obstacle_->extent.center).cast<float>()};
+    };
+    const Ends::Place from = placeAt(before), to = placeAt(after);
+    Eights eights([&](PairKind kind, const int* ours, const int* others, int n) {
         for (Mask mask = sieve.test(kind, ours, others) & ((1u << n) - 1); mask; mask &= mask - 1) {
             const int i = std::countr_zero(mask);
             if (!visit(context, {toolFeature(kind, ours[i]), others[i]})) return false;
         }
         return true;
     });
+    bool goOn = true;
+    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0},
+                [&](int first, Mask mask, const Float8&) {
+                    for (; goOn && mask; mask &= mask - 1) {
+                        const PairEntry& entry = entries.at[std::size_t(first + std::countr_zero(mask))];
+                        goOn = eights.push(kindOf(entry.tool), featureOf(entry.tool), entry.obstacle);
+                    }
+                    return goOn;
+                });
+    if (goOn) eights.flush();
 }
 
 NearestPoints FeaturePairFinder::nearest(const Pose& X_OT, const PairEntry& pair) const {

@@ -39,14 +39,20 @@ class FeaturePairFinder final : public PairFinder {
     template <class Visit>
     void forEachPair(const Coverage& asked, Visit&& visit) {
         walkErased(
-            asked, [](void* v, const PairEntry& e, float gap) { return (*static_cast<Visit*>(v))(e, gap); }, &visit);
+            asked,
+            [](void* v, const PairEntry& e, float gap, const Separation8&, int) {
+                return (*static_cast<Visit*>(v))(e, gap);
+            },
+            &visit);
     }
 
   private:
-    using ErasedVisit = bool (*)(void*, const PairEntry&, float);
+    /// The separation of a pair is a lane of eight.
+    using ErasedVisit = bool (*)(void*, const PairEntry&, float gap, const Separation8&, int lane);
     using ErasedCrossing = bool (*)(void*, const PairEntry&);
     struct Query;
     struct Swept;
+    struct Ends;
     struct Node {
         int height, index;
     };
@@ -57,7 +63,7 @@ class FeaturePairFinder final : public PairFinder {
     void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                      double least, ErasedCrossing visit, void* context) const;
     template <class Visit>
-    void forEachEight(const PairEntries& entries, const Coverage& asked, Visit&& visit) const;
+    void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, Visit&& visit) const;
     template <class Visit>
     static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
                             Visit&& visit);

@@ -147,6 +147,63 @@ TEST_CASE("feature pairs: the gap of surfaces that slide is the distance at whic
     CHECK(over >= 4);  // its corners are over faces
 }
 
+TEST_CASE("feature pairs: a selection for another motion holds every pair that comes near on it") {
+    const auto seed = unsigned(GENERATE(range(1, 7)));
+    CAPTURE(seed);
+    Random random(seed);
+    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7)),
+                  obstacle = surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
+    FeaturePairFinder finder(tool, obstacle);
+    PairEntries wide = finder.entries(), selected = finder.entries();
+    int near[3] = {};
+    for (int n = 0; n < 60; ++n) {
+        const Course course{random.pose(4, 1), 0.3 * random.vector(), (n % 3 ? 0.05 : 0.0) * random.vector()};
+        REQUIRE(finder.find({course, 2.0}, wide));
+        const Pose start = course.times(0.5).end(tool.extent.center);
+        const Course other{{start.p + 0.05 * random.vector(), start.q}, 0.2 * random.vector(), 0.04 * random.vector()};
+        const double bend = tool.extent.reach * other.turn.squaredNorm() / 2;
+        for (const double margin : {0.6, 0.2}) {
+            REQUIRE(finder.reserve(wide, {other, margin}) >= 0);
+            // The second one is selected from the first.
+            finder.narrow(margin == 0.6 ? wide : selected, {other, margin}, selected);
+            std::map<std::pair<int, int>, float> found;
+            for (int i = 0; i < selected.count; ++i)
+                found[{selected.at[i].tool, selected.at[i].obstacle}] = selected.gap[i];
+            CHECK(int(found.size()) == selected.count);
+            for (int i = 0; i < wide.count; ++i) {
+                double least = 1e9;
+                for (int k = 0; k <= 10; ++k)
+                    least = std::min(
+                        least, finder.nearest(other.times(0.1 * k).end(tool.extent.center), wide.at[i]).distance());
+                const auto entry = found.find({wide.at[i].tool, wide.at[i].obstacle});
+                if (least > margin - bend - 1e-4) continue;
+                REQUIRE(entry != found.end());
+                REQUIRE(entry->second <= least + bend + 1e-4);
+                ++near[int(kindOf(wide.at[i].tool))];
+            }
+        }
+    }
+    for (const int pairs : near) CHECK(pairs > 10);
+}
+
+TEST_CASE("feature pairs: surfaces that slide stay as far apart in a selection as they are") {
+    const Surface tool = surfaceOf(test::boxMesh({8, 8, 2}, {-4, -4, -1})),
+                  obstacle = surfaceOf(test::boxMesh({20, 20, 2}, {-10, -10, -1}));
+    // Either part may be the one that moves, and either has the vertices that are near.
+    const bool swapped = GENERATE(false, true);
+    FeaturePairFinder finder(swapped ? obstacle : tool, swapped ? tool : obstacle);
+    PairEntries wide = finder.entries(), selected = finder.entries();
+    const Pose start{{0.2, 0.1, 2.05}, Quat::Identity()};
+    REQUIRE(finder.find({start, 1.0}, wide));
+    REQUIRE(wide.count > 0);
+    const Course slide{start, {0.3, -0.2, 0}, {0, 0, 0.01}};
+    finder.narrow(wide, {slide, 0.04}, selected);
+    CHECK(selected.count == 0);
+    finder.narrow(wide, {slide, 0.06}, selected);
+    CHECK(selected.count > 0);
+    for (int i = 0; i < selected.count; ++i) CHECK(selected.gap[i] == Approx(0.05).margin(4e-3));
+}
+
 TEST_CASE("feature list: it holds what was asked for, whatever was expected and searched before") {
     const auto seed = unsigned(GENERATE(range(1, 5)));
     CAPTURE(seed);
