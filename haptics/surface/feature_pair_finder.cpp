@@ -101,8 +101,6 @@ TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread,
     return {max(least, splat(0.0f)), nearestOff, fraction};
 }
 
-TOUCHSTONE_INLINE Float8 dot(const Float8 n[3], const Vec8& v) { return n[0] * v.x + n[1] * v.y + n[2] * v.z; }
-
 TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, const Vec8& a, const Vec8& b) {
     return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
 }
@@ -522,7 +520,7 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
         const PairKind kind = kindOf(entries.at[std::size_t(first)].tool);
         if (std::size_t(first / 8) < entries.apart.size() &&
             kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
-            gap = max(gap, ends.apart(entries.apart[std::size_t(first / 8)], kind == PairKind::FaceVertex));
+            gap = max(ends.apart(entries.apart[std::size_t(first / 8)], kind == PairKind::FaceVertex), gap);
             mask &= lessEqual(gap, splat(margin));
         }
         if (mask && !visit(first, mask, gap)) return;

@@ -18,6 +18,13 @@ namespace {
 
 constexpr double kDistance = 2e-3;
 
+Surface toolOf(unsigned seed) {
+    return surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7));
+}
+Surface obstacleOf(unsigned seed) {
+    return surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
+}
+
 /// Whether two features can touch as they are turned.
 bool canTouch(const Surface& tool, const Surface& obstacle, const Pose& X_OT, const PairEntry& pair) {
     const auto stands = [](const Surface& s, const SurfaceFeatures::Vertex& v, const Vec3& normal) {
@@ -49,8 +56,7 @@ TEST_CASE("feature pairs: a search finds all pairs that come within the margin a
     const auto seed = unsigned(GENERATE(range(1, 7)));
     CAPTURE(seed);
     Random random(seed);
-    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7)),
-                  obstacle = surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
+    const Surface tool = toolOf(seed), obstacle = obstacleOf(seed);
     FeaturePairFinder finder(tool, obstacle);
     PairEntries entries = finder.entries(), narrowed = finder.entries();
     std::size_t expected = 0;
@@ -151,8 +157,7 @@ TEST_CASE("feature pairs: a selection for another motion holds every pair that c
     const auto seed = unsigned(GENERATE(range(1, 7)));
     CAPTURE(seed);
     Random random(seed);
-    const Surface tool = surfaceOf(seed % 2 ? test::torusMesh(4, 1.5, 14, 9) : test::blobMesh(4, 12, 7)),
-                  obstacle = surfaceOf(seed % 3 ? test::blobMesh(5, 12, 7) : test::boxMesh({8, 6, 7}, {-4, -3, -3}));
+    const Surface tool = toolOf(seed), obstacle = obstacleOf(seed);
     FeaturePairFinder finder(tool, obstacle);
     PairEntries wide = finder.entries(), selected = finder.entries();
     int near[3] = {};
