@@ -56,7 +56,7 @@ struct PairEntries : Coverage {
     AlignedVector<PairEntry> at;
     AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, to the finder's guard(); of features
                                ///< a lower bound
-    AlignedVector<float> sum;          ///< smallest sum of the radii in the entry, mm; 1 for features
+    AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
     AlignedVector<Separation8> apart;  ///< of the first entries, eight by eight; none for leaves
     int count = 0, capacity = 0;
     bool ofFeatures = false;
