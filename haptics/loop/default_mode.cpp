@@ -245,6 +245,7 @@ bool DefaultTick::collectRows(double margin) {
     const Vec6 x = trustedPart(expectedStep()).x;
     bool complete = true;
     for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        if (state_.lists[k]->ofFeatures()) continue;  // no row of theirs stands for a pair that is near
         Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(margin_, state_.lengthOf(x)));
         if (!asked.course.stays() || asked.within.margin < margin)
             asked = {asked.course.X_OT, margin + state_.lists[k]->distance()};
