@@ -170,7 +170,6 @@ struct FeaturePairFinder::Query {
         sinAngle = std::sin(angle);
         sine = angle < kPi / 2 ? sinAngle : 1.0f;
     }
-    Vector3f placed(int point) const { return R * tool.points[point]; }  ///< about the tool's center
     /// The way of points of the tool at `arm` from its center.
     TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
 
@@ -219,7 +218,14 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
     : PairFinder(tool.extent, 1),
       tool_(&tool),
       obstacle_(&obstacle),
-      leastAbout_(std::min(tool.extent.about.minCoeff(), tool.extent.reach)) {}
+      leastAbout_(std::min(tool.extent.about.minCoeff(), tool.extent.reach)) {
+    int most = 1;
+    for (const std::vector<int>* starts : {&tool.firstVertex, &tool.firstEdge})
+        for (std::size_t i = 1; i < starts->size(); ++i) most = std::max(most, (*starts)[i] - (*starts)[i - 1]);
+    const Vec8 zero = Vector3f(Vector3f::Zero());
+    boxes_.resize(std::size_t(paddedToEight(most)) / 8, {zero, zero});
+    edges_.resize(boxes_.size(), {zero, {zero, zero}});
+}
 
 PairEntries FeaturePairFinder::entries() const {
     const SurfaceFeatures &ours = tool_->features, &others = obstacle_->features;
@@ -401,52 +407,77 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
         return true;
     });
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
-    const auto vertexFaces = [&](int patch, const Swept&, int other) {
-        const FaceLanes faces(Eight(obstacle_->faces, n * other));
-        const Box8 boxes = faces.box();
-        const Vec8 normals = q.R.transpose() * faces.normal;
-        for (int v = tool_->firstVertex[patch]; v < tool_->firstVertex[patch + 1]; ++v) {
-            Mask mask = q.swept(Vec8(q.placed(tool_->features.vertices[v].point))).meets(boxes);
-            if (mask &= first(obstacle_->facesOf(other))) mask &= q.opposes(*tool_, v, normals);
-            for (; mask; mask &= mask - 1)
-                if (!eights.push(PairKind::VertexFace, v, n * other + std::countr_zero(mask))) return false;
+    // A patch of the tool meets several patches of the obstacle in succession, so it is placed once for all of them.
+    AlignedVector<Box8>& placed = boxes_;
+    auto vertexFaces = [&, at = -1](int patch, const Swept&, int other) mutable {
+        const int begin = tool_->firstVertex[patch], end = tool_->firstVertex[patch + 1];
+        if (std::exchange(at, patch) != patch)
+            for (int v = begin; v < end; v += n) {
+                int eight[n];
+                for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
+                placed[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
+            }
+        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
+        for (int eight = begin; eight < end; eight += n) {
+            const Box8& mine = placed[std::size_t(eight - begin) / n];
+            Mask near = mine.meets({box.lo, box.hi}) & first(end - eight);
+            if (!near) continue;
+            const FaceLanes faces(Eight(obstacle_->faces, n * other));
+            const Box8 boxes = faces.box();
+            const Vec8 normals = q.R.transpose() * faces.normal;
+            for (; near; near &= near - 1) {
+                const int i = std::countr_zero(near);
+                Mask mask = mine.all(i).meets(boxes) & first(obstacle_->facesOf(other));
+                if (mask) mask &= q.opposes(*tool_, eight + i, normals);
+                for (; mask; mask &= mask - 1)
+                    if (!eights.push(PairKind::VertexFace, eight + i, n * other + std::countr_zero(mask))) return false;
+            }
         }
         return true;
     };
-    const auto facesVertex = [&](int patch, const Swept& swept, int other) {
-        const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
-        const Box8 boxes = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
+    auto facesVertex = [&, at = -1, normals = Vec8(Vector3f::Zero())](int patch, const Swept& swept,
+                                                                      int other) mutable {
+        if (std::exchange(at, patch) != patch) {
+            const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
+            placed[0] = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
+            normals = faces.normal;
+        }
         for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
             const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
             if (!swept.meets(p, p)) continue;
-            Mask mask = boxes.meets({p, p}) & first(tool_->facesOf(patch));
-            if (mask) mask &= q.opposes(*obstacle_, v, faces.normal);
+            Mask mask = placed[0].meets({p, p}) & first(tool_->facesOf(patch));
+            if (mask) mask &= q.opposes(*obstacle_, v, normals);
             for (; mask; mask &= mask - 1)
                 if (!eights.push(PairKind::FaceVertex, n * patch + std::countr_zero(mask), v)) return false;
         }
         return true;
     };
-    const auto edges = [&](int patch, const Swept&, int other) {
+    auto edges = [&, at = -1](int patch, const Swept&, int other) mutable {
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
-        const int end = tool_->firstEdge[patch + 1], otherEnd = obstacle_->firstEdge[other + 1];
-        for (int eight = tool_->firstEdge[patch]; eight < end; eight += n) {
-            const Eight tools(tool_->edges, eight);
-            const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
-            const Box8 boxes = q.swept(ends.first) | q.swept(ends.second);
-            const Vec8 u = ends.second - ends.first;
-            const EdgeLanes wings = q.R * EdgeLanes::wings(tools);
+        const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1],
+                  otherEnd = obstacle_->firstEdge[other + 1];
+        if (std::exchange(at, patch) != patch)
+            for (int e = begin; e < end; e += n) {
+                const Eight tools(tool_->edges, e);
+                const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
+                placed[std::size_t(e - begin) / n] = q.swept(ends.first) | q.swept(ends.second);
+                edges_[std::size_t(e - begin) / n] = {ends.second - ends.first, q.R * EdgeLanes::wings(tools)};
+            }
+        for (int eight = begin; eight < end; eight += n) {
+            const Box8& boxes = placed[std::size_t(eight - begin) / n];
+            const auto& [u, wings] = edges_[std::size_t(eight - begin) / n];
             for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);
-                for (int at = obstacle_->firstEdge[other]; at < otherEnd; at += n) {
-                    const Eight theirs(obstacle_->edges, at);
+                for (int from = obstacle_->firstEdge[other]; from < otherEnd; from += n) {
+                    const Eight theirs(obstacle_->edges, from);
                     const EdgeLanes others = EdgeLanes::ends(theirs);
-                    Mask mask = mine.meets(others.box()) & first(otherEnd - at);
+                    Mask mask = mine.meets(others.box()) & first(otherEnd - from);
                     if (mask)
                         mask &= toMask(
                             q.opposing(u.all(i), wings.all(i), others.second - others.first, EdgeLanes::wings(theirs)));
                     for (; mask; mask &= mask - 1)
-                        if (!eights.push(PairKind::EdgeEdge, eight + i, at + std::countr_zero(mask))) return false;
+                        if (!eights.push(PairKind::EdgeEdge, eight + i, from + std::countr_zero(mask))) return false;
                 }
             }
         }

@@ -4,6 +4,7 @@
 
 #include "haptics/collision/pair_finder.hpp"
 #include "haptics/surface/crossing_sieve.hpp"
+#include "haptics/surface/feature_lanes.hpp"
 #include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
@@ -76,6 +77,10 @@ class FeaturePairFinder final : public PairFinder {
     const Surface* tool_;
     const Surface* obstacle_;
     double leastAbout_;  ///< smallest distance that bounds the travel of a turn, mm
+    // Eights of the features of one patch of the tool during a search: their boxes, and of edges the directions and
+    // wings.
+    AlignedVector<Box8> boxes_;
+    AlignedVector<std::pair<Vec8, EdgeLanes>> edges_;
 };
 
 }  // namespace touchstone
