@@ -570,6 +570,7 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
     const Ends ends{{start, {q.R + cross * q.R, q.t + q.shift}},
                     {Ends::inverse(start), Ends::inverse(end)},
                     turned * turned * float(extent_.reach) + turned * q.shift.norm() / 2};
+    const Separation8 none{{}, splat(HUGE_VALF), {}, {}};  // bounds no distance
     int count = 0;
     forEachNear(from, asked, ends, [&](int first, Mask mask, const Float8& gap) {
         for (; mask; mask &= mask - 1) {
@@ -578,7 +579,8 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
             out.at[at] = from.at[i];
             out.gap[at] = std::max(gap[lane], 0.0f);
             out.sum[at] = 1;
-            if (i / 8 < from.apart.size()) copyLane(from.apart[i / 8], lane, out.apart[at / 8], int(at % 8));
+            if (at / 8 < out.apart.size())
+                copyLane(i / 8 < from.apart.size() ? from.apart[i / 8] : none, lane, out.apart[at / 8], int(at % 8));
         }
         return true;
     });
