@@ -4,8 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <tuple>
+#include <utility>
 
+#include "haptics/sandbox/measure/error_split.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/scenes/scene_files.hpp"
+#include "tools/parts/scenes.hpp"
 
 namespace touchstone::close_fits_tests {
 
@@ -16,25 +22,36 @@ constexpr double kPi = std::numbers::pi;
 /// A tick of the nut while it turns: mm, rad counted over full turns, N and mN·m on the hand along the bolt.
 struct Turned {
     double y, angle, force, torque;
+    Pose device, before;  ///< where the device was, and the nut one tick before
 };
 
-std::vector<Turned> nutTicks(const char* motion) {
-    const sandbox::HapticScene scene = sandbox::openScene(
-        TOUCHSTONE_BINARY_DIR "/scenes/nut.glb", {.treeCache = TOUCHSTONE_BINARY_DIR "/trees", .progress = {}});
+sandbox::HapticScene nutScene(int segments, int nutSegments) {
+    app::SceneOptions options;
+    options.nut.segments = segments, options.nut.nutSegments = nutSegments;
+    const auto table = app::sceneTable();
+    const auto nut = std::find_if(table.begin(), table.end(), [](const auto& info) { return info.name == "nut"; });
+    return sandbox::openScene(nut->make(options));
+}
+
+std::vector<Turned> nutTicks(const sandbox::HapticScene& scene, const char* motion) {
     sandbox::HeadlessOptions options;
     options.device = std::string("demo:") + motion;
     options.timing = false;
     std::vector<Turned> ticks;
+    Pose before;
+    double deepest = 0;
     options.onTick = [&](const TickRecord& record, double penetration) {
-        REQUIRE(penetration == 0);
+        deepest = std::max(deepest, penetration);
         const Quat& q = record.X_WT.q;
         double angle = 2 * std::atan2(q.y(), q.w());
         if (!ticks.empty()) angle += 2 * kPi * std::round((ticks.back().angle - angle) / (2 * kPi));
-        ticks.push_back({record.X_WT.p.y(), angle, record.wrench_C.force.y(), record.wrench_C.torque.y()});
+        ticks.push_back({record.X_WT.p.y(), angle, record.wrench_C.force.y(), record.wrench_C.torque.y(),
+                         record.X_WT_device, std::exchange(before, record.X_WT)});
     };
     Settings settings = scene.settings;
     settings.shadow = -1;
     sandbox::runHeadless(scene, settings, options);
+    REQUIRE(deepest == 0);
     return ticks;
 }
 
@@ -73,7 +90,8 @@ double lever(const std::vector<Turned>& ticks) {
 
 TEST_CASE("close fits: a nut advances by its pitch with each turn, on and off, and turns as easily as energy allows",
           "[scenes][long]") {
-    const std::vector<Turned> ticks = nutTicks("hard-17-reverse");
+    const std::vector<Turned> ticks =
+        nutTicks(test::openBundled(TOUCHSTONE_BINARY_DIR "/scenes/nut.glb"), "hard-17-reverse");
     for (const bool down : {true, false}) {
         INFO((down ? "on" : "off"));
         // Above 9.5 mm the thread has only begun to catch; below 6 mm the nut is turned back.
@@ -86,6 +104,41 @@ TEST_CASE("close fits: a nut advances by its pitch with each turn, on and off, a
         // Facets that pass each other make the torque ripple by a few percent about its mean.
         CHECK(lever(part) == Approx(2 / (2 * kPi)).epsilon(0.005));
     }
+}
+
+TEST_CASE("close fits: the torque of a nut ripples as much as that of the reference on the same meshes",
+          "[scenes][reference][long]") {
+    // The bundled nut, one with as many segments as the bolt, and one with a number that shares no divisor with it.
+    const auto [segments, nutSegments, margin] =
+        GENERATE(std::tuple(156, 168, 0.02), std::tuple(156, 156, 0.02), std::tuple(156, 157, 0.05));
+    const sandbox::HapticScene scene = nutScene(segments, nutSegments);
+    const std::vector<Turned> part = between(nutTicks(scene, "hard-17-reverse"), 6, 9.5, true);
+    REQUIRE(part.size() > 400);
+    // Of energy alone the torque is that of the force along the pitch.
+    const auto beyond = [](double torque, double force) { return torque + force * 2 / (2 * kPi); };
+    const auto rms = [](const std::vector<double>& of) {
+        return std::sqrt(std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / double(of.size()));
+    };
+    std::vector<double> all, felt, truth, off;
+    for (const Turned& tick : part) all.push_back(beyond(tick.torque, tick.force));
+    MeshReferenceOptions options;
+    options.shell = scene.settings.contactDistance;
+    options.margin = 0.05;  // the play
+    const MeshReference reference = sandbox::meshReferenceOf(scene, options);
+    for (std::size_t i = 0; i < part.size(); i += part.size() / 40) {
+        const MeshReferenceAnswer answer =
+            reference.solve({part[i].device, part[i].before, scene.settings.stiffness, scene.settings.torsion});
+        if (!answer.converged) continue;
+        felt.push_back(all[i]);
+        truth.push_back(beyond(answer.wrench_C.torque.y(), answer.wrench_C.force.y()));
+        off.push_back(std::abs(felt.back() - truth.back()));
+    }
+    REQUIRE(off.size() > 30);
+    std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
+    CAPTURE(segments, nutSegments, rms(all), rms(felt), rms(truth), off[off.size() / 2]);
+    CHECK(rms(all) > 0.03);
+    CHECK(rms(felt) == Approx(rms(truth)).margin(margin));
+    CHECK(off[off.size() / 2] < 0.02);
 }
 
 }  // namespace touchstone::close_fits_tests
