@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "haptics/surface/course_gaps.hpp"
+
 namespace touchstone {
 
 using namespace simd;
@@ -15,91 +17,8 @@ using Eigen::Vector3f;
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
-/// bound the gap more closely, so that fewer pairs are kept, and take more time.
-constexpr int kParts = 6;
-constexpr float kPartWay = 0.2f;
-/// A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
-constexpr float kShortWay = 0.03f;
 /// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
 constexpr int kSeparated = 1 << 16;
-
-TOUCHSTONE_INLINE Float8 clamped(const Float8& s) { return min(max(s, splat(0.0f)), splat(1.0f)); }
-
-/// The ways from the nearest points of triangles with these normals of unit length to points.
-TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
-    const Vec8* const corners[3] = {&a, &b, &c};
-    const Vec8 up = dot(normal, p - a) * normal;
-    Float8 least = splat(HUGE_VALF), inside = splat(HUGE_VALF);
-    Vec8 off = up;
-    for (int k = 0; k < 3; ++k) {
-        const Vec8 side = *corners[(k + 1) % 3] - *corners[k], arm = p - *corners[k];
-        const Vec8 beside = arm - clamped(dot(arm, side) / dot(side, side)) * side;
-        const Float8 distance2 = dot(beside, beside);
-        off = choose(distance2 < least, beside, off);
-        least = min(least, distance2);
-        inside = min(inside, dot(cross(normal, side), arm));
-    }
-    return choose(inside >= 0.0f, up, off);
-}
-
-/// The ways from segments b + t v to the nearest points of segments a + s u; w = a - b.
-/// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
-TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
-    const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-    const Float8 det = uu * vv - uv * uv;
-    const Float8 free = det > 1e-12f * uu * vv ? clamped((uv * vw - uw * vv) / det) : splat(0.0f);
-    const Float8 t = (uv * free + vw) / vv;
-    const Float8 s = t < 0.0f ? clamped(-uw / uu) : t > 1.0f ? clamped((uv - uw) / uu) : free;
-    return w + s * u - clamped(t) * v;
-}
-
-/// Eight pairs on their courses.
-struct Near8 {
-    Float8 gap;       ///< lower bounds on their distances
-    Vec8 off;         ///< the way from one to the other where they were found nearest
-    Float8 fraction;  ///< of the course, there
-
-    /// The direction of `off`; 0 where there is no way.
-    TOUCHSTONE_INLINE Vec8 direction() const { return 1.0f / max(simd::sqrt(dot(off, off)), splat(1e-18f)) * off; }
-};
-
-/// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
-/// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
-/// of one between them; `guard`: bound on the error of a distance.
-template <class At>
-TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
-    const float longest2 = -simd::least(-length2);
-    const Float8 length = simd::sqrt(length2);
-    if (longest2 < kShortWay * kShortWay) {
-        const float middle = longest2 == 0 ? 0 : 0.5f;
-        const Vec8 off = at(middle);
-        return {max(simd::sqrt(dot(off, off)) - middle * length, splat(0.0f)), off, splat(middle)};
-    }
-    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
-    const float part = 1.0f / float(n);
-    Float8 distance[kParts + 1] = {}, nearest = splat(HUGE_VALF), fraction = splat(0.0f);
-    Vec8 nearestOff = Vector3f(Vector3f::Zero());
-    for (int i = 0; i <= n; ++i) {
-        const Vec8 off = at(float(i) * part);
-        distance[i] = simd::sqrt(dot(off, off));
-        nearestOff = choose(distance[i] < nearest, off, nearestOff);
-        fraction = distance[i] < nearest ? splat(float(i) * part) : fraction;
-        nearest = min(nearest, distance[i]);
-    }
-    // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
-    // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
-    const Float8 off = part * spread + splat(3 * guard);
-    Float8 least = distance[0];
-    for (int i = 0; i < n; ++i) {
-        const Float8 &here = distance[i], &next = distance[i + 1];
-        Float8 bound = 0.5f * (here + next - part * length);
-        if (i > 0) bound = max(bound, min(here, 2.0f * here - distance[i - 1] - off));
-        if (i + 1 < n) bound = max(bound, min(next, 2.0f * next - distance[i + 2] - off));
-        least = min(least, min(bound, next));
-    }
-    return {max(least, splat(0.0f)), nearestOff, fraction};
-}
 
 TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, const Vec8& a, const Vec8& b) {
     return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
@@ -223,8 +142,8 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
     for (const std::vector<int>* starts : {&tool.firstVertex, &tool.firstEdge})
         for (std::size_t i = 1; i < starts->size(); ++i) most = std::max(most, (*starts)[i] - (*starts)[i - 1]);
     const Vec8 zero = Vector3f(Vector3f::Zero());
-    boxes_.resize(std::size_t(paddedToEight(most)) / 8, {zero, zero});
-    edges_.resize(boxes_.size(), {zero, {zero, zero}});
+    placed_.resize(std::size_t(paddedToEight(most)) / 8, {zero, zero});
+    placedEdges_.resize(placed_.size(), {zero, {zero, zero}});
 }
 
 PairEntries FeaturePairFinder::entries() const {
@@ -408,18 +327,17 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
     });
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
     // A patch of the tool meets several patches of the obstacle in succession, so it is placed once for all of them.
-    AlignedVector<Box8>& placed = boxes_;
     auto vertexFaces = [&, at = -1](int patch, const Swept&, int other) mutable {
         const int begin = tool_->firstVertex[patch], end = tool_->firstVertex[patch + 1];
         if (std::exchange(at, patch) != patch)
             for (int v = begin; v < end; v += n) {
                 int eight[n];
                 for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
-                placed[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
+                placed_[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
             }
         const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
         for (int eight = begin; eight < end; eight += n) {
-            const Box8& mine = placed[std::size_t(eight - begin) / n];
+            const Box8& mine = placed_[std::size_t(eight - begin) / n];
             Mask near = mine.meets({box.lo, box.hi}) & first(end - eight);
             if (!near) continue;
             const FaceLanes faces(Eight(obstacle_->faces, n * other));
@@ -439,13 +357,13 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
                                                                       int other) mutable {
         if (std::exchange(at, patch) != patch) {
             const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
-            placed[0] = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
+            placed_[0] = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
             normals = faces.normal;
         }
         for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
             const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
             if (!swept.meets(p, p)) continue;
-            Mask mask = placed[0].meets({p, p}) & first(tool_->facesOf(patch));
+            Mask mask = placed_[0].meets({p, p}) & first(tool_->facesOf(patch));
             if (mask) mask &= q.opposes(*obstacle_, v, normals);
             for (; mask; mask &= mask - 1)
                 if (!eights.push(PairKind::FaceVertex, n * patch + std::countr_zero(mask), v)) return false;
@@ -460,12 +378,12 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
             for (int e = begin; e < end; e += n) {
                 const Eight tools(tool_->edges, e);
                 const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
-                placed[std::size_t(e - begin) / n] = q.swept(ends.first) | q.swept(ends.second);
-                edges_[std::size_t(e - begin) / n] = {ends.second - ends.first, q.R * EdgeLanes::wings(tools)};
+                placed_[std::size_t(e - begin) / n] = q.swept(ends.first) | q.swept(ends.second);
+                placedEdges_[std::size_t(e - begin) / n] = {ends.second - ends.first, q.R * EdgeLanes::wings(tools)};
             }
         for (int eight = begin; eight < end; eight += n) {
-            const Box8& boxes = placed[std::size_t(eight - begin) / n];
-            const auto& [u, wings] = edges_[std::size_t(eight - begin) / n];
+            const Box8& boxes = placed_[std::size_t(eight - begin) / n];
+            const auto& [u, wings] = placedEdges_[std::size_t(eight - begin) / n];
             for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);

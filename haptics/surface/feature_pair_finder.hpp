@@ -79,8 +79,8 @@ class FeaturePairFinder final : public PairFinder {
     double leastAbout_;  ///< smallest distance that bounds the travel of a turn, mm
     // Eights of the features of one patch of the tool during a search: their boxes, and of edges the directions and
     // wings.
-    AlignedVector<Box8> boxes_;
-    AlignedVector<std::pair<Vec8, EdgeLanes>> edges_;
+    AlignedVector<Box8> placed_;
+    AlignedVector<std::pair<Vec8, EdgeLanes>> placedEdges_;
 };
 
 }  // namespace touchstone

@@ -1,0 +1,98 @@
+#pragma once
+// How near eight pairs of features come on a course.
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/surface/feature_lanes.hpp"
+
+namespace touchstone {
+
+TOUCHSTONE_INLINE Float8 clamped(const Float8& s) {
+    return simd::min(simd::max(s, simd::splat(0.0f)), simd::splat(1.0f));
+}
+
+/// The ways from the nearest points of triangles with these normals of unit length to points.
+TOUCHSTONE_INLINE Vec8 fromFace(const Vec8& p, const Vec8& a, const Vec8& b, const Vec8& c, const Vec8& normal) {
+    const Vec8* const corners[3] = {&a, &b, &c};
+    const Vec8 up = dot(normal, p - a) * normal;
+    Float8 least = simd::splat(HUGE_VALF), inside = simd::splat(HUGE_VALF);
+    Vec8 off = up;
+    for (int k = 0; k < 3; ++k) {
+        const Vec8 side = *corners[(k + 1) % 3] - *corners[k], arm = p - *corners[k];
+        const Vec8 beside = arm - clamped(dot(arm, side) / dot(side, side)) * side;
+        const Float8 distance2 = dot(beside, beside);
+        off = choose(distance2 < least, beside, off);
+        least = simd::min(least, distance2);
+        inside = simd::min(inside, dot(cross(normal, side), arm));
+    }
+    return choose(inside >= 0.0f, up, off);
+}
+
+/// The ways from segments b + t v to the nearest points of segments a + s u; w = a - b.
+/// Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.9.
+TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
+    const Float8 uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+    const Float8 det = uu * vv - uv * uv;
+    const Float8 free = det > 1e-12f * uu * vv ? clamped((uv * vw - uw * vv) / det) : simd::splat(0.0f);
+    const Float8 t = (uv * free + vw) / vv;
+    const Float8 s = t < 0.0f ? clamped(-uw / uu) : t > 1.0f ? clamped((uv - uw) / uu) : free;
+    return w + s * u - clamped(t) * v;
+}
+
+/// Eight pairs on their courses.
+struct Near8 {
+    Float8 gap;       ///< lower bounds on their distances
+    Vec8 off;         ///< the way from one to the other where they were found nearest
+    Float8 fraction;  ///< of the course, there
+
+    /// The direction of `off`; 0 where there is no way.
+    TOUCHSTONE_INLINE Vec8 direction() const {
+        return 1.0f / simd::max(simd::sqrt(dot(off, off)), simd::splat(1e-18f)) * off;
+    }
+};
+
+/// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
+/// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
+/// of one between them; `guard`: bound on the error of a distance.
+template <class At>
+TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
+    // Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
+    // bound the gap more closely, so that fewer pairs are kept, and take more time. Whether a course counts as free
+    // depends on them.
+    constexpr int kParts = 6;
+    constexpr float kPartWay = 0.2f;
+    // A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
+    constexpr float kShortWay = 0.03f;
+    const float longest2 = -simd::least(-length2);
+    const Float8 length = simd::sqrt(length2);
+    if (longest2 < kShortWay * kShortWay) {
+        const float middle = longest2 == 0 ? 0 : 0.5f;
+        const Vec8 off = at(middle);
+        return {simd::max(simd::sqrt(dot(off, off)) - middle * length, simd::splat(0.0f)), off, simd::splat(middle)};
+    }
+    const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
+    const float part = 1.0f / float(n);
+    Float8 distance[kParts + 1] = {}, nearest = simd::splat(HUGE_VALF), fraction = simd::splat(0.0f);
+    Vec8 nearestOff = Eigen::Vector3f(Eigen::Vector3f::Zero());
+    for (int i = 0; i <= n; ++i) {
+        const Vec8 off = at(float(i) * part);
+        distance[i] = simd::sqrt(dot(off, off));
+        nearestOff = choose(distance[i] < nearest, off, nearestOff);
+        fraction = distance[i] < nearest ? simd::splat(float(i) * part) : fraction;
+        nearest = simd::min(nearest, distance[i]);
+    }
+    // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
+    // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
+    const Float8 off = part * spread + simd::splat(3 * guard);
+    Float8 least = distance[0];
+    for (int i = 0; i < n; ++i) {
+        const Float8 &here = distance[i], &next = distance[i + 1];
+        Float8 bound = 0.5f * (here + next - part * length);
+        if (i > 0) bound = simd::max(bound, simd::min(here, 2.0f * here - distance[i - 1] - off));
+        if (i + 1 < n) bound = simd::max(bound, simd::min(next, 2.0f * next - distance[i + 2] - off));
+        least = simd::min(least, simd::min(bound, next));
+    }
+    return {simd::max(least, simd::splat(0.0f)), nearestOff, fraction};
+}
+
+}  // namespace touchstone
