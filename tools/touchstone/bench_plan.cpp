@@ -11,7 +11,7 @@ namespace {
 constexpr double kQuickPaperRate = 250;  // Hz; a tick of paper mode takes milliseconds, so --quick runs fewer of them
 constexpr int kLinearizations[] = {1, 2, 4};
 constexpr int kTradeLeaves[] = {512, 4096, 16384}, kCurveLeaves[] = {512, 1024, 2048, 4096, 8192, 16384, 32768, 64000};
-constexpr int kQuickLeaves[] = {512, 2048, 8192};
+constexpr int kQuickLeaves[] = {512, 2048, 8192, 64000};
 constexpr double kTolerances[] = {1, 0.01, 1e-4}, kQuickTolerances[] = {1, 0.1, 0.01};
 constexpr double kPaperTolerances[] = {1, 0.01};
 constexpr const char* kFits[] = {"spline", "spline-01"};  // tree walks may dominate their ticks: also with the helper
