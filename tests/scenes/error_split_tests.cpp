@@ -176,7 +176,7 @@ TEST_CASE("error split: bunnies push back by their meshes as the reference does,
     CHECK(ripple(felt) == Approx(ripple(truth)).margin(0.02));
 }
 
-// Corners make up to twenty times as much of the difference between the distances that tick and reference keep.
+// Corners make more of the difference between the distances that tick and reference keep.
 TEST_CASE("error split: nearer to their meshes, 99 of 100 ticks that arrive push as the reference does",
           "[reference][long]") {
     const sandbox::HapticScene scene = openBunnies();
