@@ -56,6 +56,15 @@ constexpr double kFirstReach = 0.03, kReachGrowth = 10;
 /// Trust between meshes, mm, whatever their clearance: rows are made where features would meet and not where they are.
 /// A larger value bends further from the rows in a step; a smaller one takes more linearizations.
 constexpr double kTrust = 0.25;
+/// Maximum number of solves for the drag that slows a step down. One or two are usual; with fewer, more steps go
+/// straight.
+constexpr int kDragSolves = 4;
+/// The multiples of a step with a drag that may be allowed. Closer limits take more solves; with a lower first one a
+/// longer end of the step is cut off.
+constexpr double kLonger = 0.98, kShorter = 1.1;
+/// Part of the tick's travel budget that a step with a drag may take. With all of it, more ticks end beside a face that
+/// a feature has just left; a smaller part takes more linearizations.
+constexpr double kOfBudget = 0.95;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
@@ -96,6 +105,8 @@ class DefaultTick final : RowContacts {
         double slack = 0;            ///< of an elastic answer
         bool rubs = false;           ///< with friction: forces were found
         bool exact = false;          ///< with friction: by the exact solver
+        bool slowed = false;         ///< x is longer than allowed, and `part` is the answer with a drag
+        Vec6 part = Vec6::Zero();
     };
     struct Measured {
         bool deeper = false;        ///< a pair got deeper
@@ -125,6 +136,7 @@ class DefaultTick final : RowContacts {
     bool completeLists(double margin, const Vec6& x);
     bool fitsCappedSteps(const Vec6& x) const;
     bool isNear(double margin) const;
+    double allowed(const Vec6& x, double length, double turn, double ofBudget = 1) const;
     Crossing trustedPart(const Vec6& x, double slack = 0) const;
     bool addCrossed(double maxGap, const Crossing& by, Crossed& result);
     void noteTruncated(int rows);
@@ -141,6 +153,7 @@ class DefaultTick final : RowContacts {
     bool addHeldRows();
     void holdRows(const Vec6& solved, const Vec6& x);
     bool solve(const Vec6& wanted, Step& step);
+    void slowDown(const Vec6& wanted, Step& step);
     bool solveWithFriction(const Vec6& wanted, Step& step);
     bool take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step);
     Place placeOf(std::uint64_t id) const noexcept override { return placeOf(id, restarted_); }
@@ -175,6 +188,7 @@ class DefaultTick final : RowContacts {
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool rubs_ = false;                           ///< there is friction
+    double stiffness_ = 0;                        ///< of the springs along the last slowed step, N/mm
     bool held_ = false;                           ///< no forces with friction were found
     bool restarted_ = false;                      ///< slip counts from restart_ and not since the tick began
     Pose restart_;
@@ -224,15 +238,17 @@ bool DefaultTick::isNear(double margin) const {
     return near;
 }
 
+/// The multiple of x that a step may be: of at most this length (mm) and turn (rad), within a part of the budgets.
+double DefaultTick::allowed(const Vec6& x, double length, double turn, double ofBudget) const {
+    return std::min({HUGE_VAL, std::min(length, ofBudget * travelBudget_) / state_.lengthOf(x),
+                     ofBudget * shiftBudget_ / x.head<3>().norm(), turn / x.tail<3>().norm()});
+}
+
 /// The part of a step that trust allows in this linearization, as the test for crossed rows. That part has to resolve
 /// only the same part of an overlap; what lies beyond it is left to the next linearization.
 Crossing DefaultTick::trustedPart(const Vec6& x, double slack) const {
-    const double length = std::max(state_.lengthOf(x), 1e-300);
-    double share = std::min(1.0, trust_ / length);
     // Between meshes the step itself is tried, so it has all its caps.
-    if (ofFeatures_)
-        share = std::min({share, travelBudget_ / length, shiftBudget_ / std::max(x.head<3>().norm(), 1e-300),
-                          maxTurn() / std::max(x.tail<3>().norm(), 1e-300)});
+    const double share = std::min(1.0, ofFeatures_ ? allowed(x, trust_, maxTurn()) : trust_ / state_.lengthOf(x));
     return {share * x, tick_.stiffness(), share * slack, share};
 }
 
@@ -365,7 +381,7 @@ DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrosse
         if (cycling_ && addHeldRows()) continue;
         Crossed crossed = Crossed::Nothing;
         do {
-            Crossing by = trustedPart(step.x, step.slack);
+            Crossing by = step.slowed ? Crossing{step.part, tick_.stiffness()} : trustedPart(step.x, step.slack);
             const double length = state_.lengthOf(by.x);
             by.whole = length <= reach;
             if (!by.whole) by.x *= reach / length;
@@ -457,8 +473,7 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
 
 /// Whether x takes back more than half of the last move.
 bool DefaultTick::takesBack(const Vec6& x) const {
-    const Vec6 metric = (Vec6() << Vec3::Ones(), Vec3::Constant(state_.reach * state_.reach)).finished();
-    const Vec6 last = metric.cwiseProduct(lastMove_);
+    const Vec6 last = state_.metric().cwiseProduct(lastMove_);
     return -last.dot(x) > last.dot(lastMove_) / 2 && !lastMove_.isZero(0);
 }
 
@@ -499,7 +514,34 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
     const Tick::Solved solved = tick_.solve(wanted, trust_);
     solvedRows_ = solved.rows;
     step.rendered = solved.rendered;
-    return take(solved.x, solved.status, solved.slack, wanted, step);
+    if (!take(solved.x, solved.status, solved.slack, wanted, step)) return false;
+    slowDown(wanted, step);
+    return true;
+}
+
+/// Between meshes: if the answer is longer than a step may be, solves again with a drag on the tool, by which the
+/// answer becomes as long as allowed. A part of the answer would lead straight through free space from the contacts
+/// before to those after; with a drag the tool follows the surfaces.
+void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
+    step.slowed = false;
+    const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
+    if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
+    if (!ofFeatures_ || ofLeaves_ || !solverTable()[settings_.solver].exact) return;
+    // The multiple that is allowed is nearly linear in the drag; it is for a tool that nothing holds.
+    const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };
+    if (stiffness_ == 0) stiffness_ = squared(tick_.stiffness()) / squared(state_.metric());
+    double drag = stiffness_ * (1 / whole - 1), before = 0, share = whole;
+    for (int k = 0; k < kDragSolves && (share < kLonger || share > kShorter); ++k) {
+        const Vec6 x = tick_.solve(wanted, trust_, drag).x;
+        const double last = std::exchange(share, std::min(allowed(x, trust_, maxTurn(), kOfBudget), 1e3));
+        step.part = std::min(1.0, share) * x;
+        if (share > whole) stiffness_ = drag * whole / (share - whole);
+        const double slope = (share - last) / (drag - before);
+        before = drag;
+        drag = std::clamp(slope > 0 ? drag + (1 - share) / slope : 2 * drag, drag / 10, 10 * drag);
+    }
+    // Where no drag is found, the tool takes the straight way rather than none.
+    step.slowed = share < 2;
 }
 
 /// Makes an answer the step. Returns false if the status is Invalid.
@@ -661,15 +703,15 @@ bool DefaultTick::isStillDeeper(const Measured& m, const Vec6& x) const {
 /// until no listed pair gets deeper. Returns the length of the move, mm.
 double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
     const auto capped = [&](Vec6 x) {
-        const double length = state_.lengthOf(x), shift = x.head<3>().norm(), limit = contact ? trust_ : freeLength_;
-        const double turn = contact && ofFeatures_ ? maxTurn() / std::max(x.tail<3>().norm(), 1e-300) : 1;
-        if (length <= std::min(limit, travelBudget_) && shift <= shiftBudget_ && turn >= 1) return x;
+        const double limit = contact ? trust_ : freeLength_;
+        const double share = allowed(x, limit, contact && ofFeatures_ ? maxTurn() : INFINITY);
+        if (share >= 1 && !step.slowed) return x;
         step.reachesDevice = false;
-        if (contact || travelBudget_ < limit || shift > shiftBudget_) tick_.record.flags |= kCapped;
-        return Vec6(
-            x * std::min({1.0, limit / length, travelBudget_ / length, shiftBudget_ / std::max(shift, 1e-300), turn}));
+        if (contact || travelBudget_ < limit || x.head<3>().norm() > shiftBudget_) tick_.record.flags |= kCapped;
+        return Vec6(std::min(1.0, share) * x);
     };
-    Vec6 x = capped(step.x);
+    const Vec6 solved = step.slowed ? step.part : step.x;
+    Vec6 x = capped(solved);
     if (contact) {
         if (state_.rows.size() == 0) {
             state_.contacts.clear();
@@ -708,7 +750,7 @@ double DefaultTick::move(Step step, const Vec6& wanted, bool contact) {
         tick_.record.penetration = 0;
     }
     if (contact && ofFeatures_) {
-        holdRows(step.x, x);
+        holdRows(solved, x);
         noteTouching();
     } else {
         state_.heldRows.clear();
@@ -764,7 +806,8 @@ bool DefaultTick::run(Wrench& wrench) {
         }
         if (ofFeatures_) rowsOfTick_ += state_.rows.size();
         arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
-        stuck = std::min(moved, travelBudget_) < kArrived;  // the next step could not be longer
+        // The next step could not be longer.
+        stuck = std::min({moved, travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY}) < kArrived;
         shortened = moved + kArrived < step.length;
     }
     if (held_) {

@@ -224,8 +224,11 @@ void Tick::note(const SolveResult& result) {
     record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
 }
 
-Tick::Solved Tick::solve(const Vec6& wanted, double trust) {
-    const QpProblem problem{stiffness(), wanted, &state.rows};
+Tick::Solved Tick::solve(const Vec6& target, double trust, double drag) {
+    // A drag is a spring to where the tool is, and two springs pull as one to a place between theirs.
+    const Vec6 G = stiffness() + drag * state.metric();
+    const Vec6 wanted = drag > 0 ? Vec6(stiffness().cwiseProduct(target).cwiseQuotient(G)) : target;
+    const QpProblem problem{G, wanted, &state.rows};
     const SolverSettings limits = solverSettings(settings);
     const bool exact = solverTable()[settings.solver].exact;
 

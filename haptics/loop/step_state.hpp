@@ -121,6 +121,8 @@ struct StepState::Impl {
     void moveObstacle(int obstacle, const Pose& target, double maxTravel);
     /// Upper bound on the travel of any tool leaf for the increment x, mm: |δp| + ρ|δθ|.
     double lengthOf(const Vec6& x) const { return x.head<3>().norm() + reach * x.tail<3>().norm(); }
+    /// The diagonal metric in which a rotation counts as the travel that it makes at the reach: |δp|² + ρ²|δθ|².
+    Vec6 metric() const { return (Vec6() << Vec3::Ones(), Vec3::Constant(reach * reach)).finished(); }
 
     /// Notes that the tick asked its lists for these pairs.
     void noteAsked(const Within& within) {
@@ -161,9 +163,10 @@ struct Tick {
         double slack = 0;
         int rows = 0;  ///< after screening
     };
-    /// Finds the increment nearest to `wanted` on the state's rows, with the rendering solver, and keeps the contacts
+    /// Finds the increment nearest to `target` on the state's rows, with the rendering solver, and keeps the contacts
     /// that carry load. An approximate answer is projected onto the rows. trust: of the step, mm, for the screening.
-    Solved solve(const Vec6& wanted, double trust);
+    /// drag: on the tool, N/mm in the metric().
+    Solved solve(const Vec6& target, double trust, double drag = 0);
     /// Moves an approximate answer onto the state's rows.
     SolveResult project(const Vec6& x);
     /// Runs the shadow on the problem; `rendered` is the rendering solver's answer to it.

@@ -153,6 +153,10 @@ TEST_CASE("error split: bunnies push back by their meshes as the reference does,
     CHECK(*percentile(errors.forces, 50) < 0.001);
     CHECK(*percentile(errors.forces, 95) < 0.005);
     CHECK(*percentile(errors.torques, 95) < 0.5);
+    std::vector<double> hovers;
+    for (const TickRecord& tick : ticks)
+        if (!tick.wrench_C.isZero()) hovers.push_back(tick.hover);
+    CHECK(*percentile(hovers, 99) < 0.01);
 
     // A quarter of a second of sliding: the force less its mean over 50 ms.
     std::vector<Vec3> felt, truth;

@@ -58,6 +58,33 @@ TEST_CASE("mesh step: a tool that slides after a device that leapt takes three s
     CHECK(record.X_WT.p.x() == Approx(20).margin(1e-6));
 }
 
+TEST_CASE("mesh step: a tool that the travel budget slows down keeps to the surface", "[step]") {
+    // A box rocks from one of its edges to the other. The way from one contact straight to the next leads over the
+    // plate.
+    const World world = meshWorld(centeredBox(10, 4, 4), centeredBox(30, 30, 6), at(0, 0, 6));
+    StepState state(world);
+    Settings settings = meshes();
+    TickRecord record;
+    for (int tick = 0; tick < 100; ++tick) record = step(world, settings, {at(0, 0, 4.5, Vec3(0, 0.04, 0))}, state);
+    REQUIRE((record.flags & kUnfinished) == 0);
+    const double far = record.wrench_C.torque.y();
+    settings.travelBudget = 0.05;
+    int slowed = 0;
+    double lowest = record.wrench_C.force.z();
+    for (int tick = 0; tick < 20; ++tick) {
+        record = step(world, settings, {at(0, 0, 4.5, Vec3(0, -0.04, 0))}, state, {}, true);
+        slowed += (record.flags & kCapped) != 0;
+        lowest = std::min(lowest, record.wrench_C.force.z());
+        CAPTURE(tick, record.hover);
+        CHECK(record.hover <= 2 * kDistance);
+        CHECK((record.flags & kHalved) == 0);
+    }
+    CHECK(slowed >= 5);
+    CHECK(lowest > 0.4);
+    CHECK((record.flags & kUnfinished) == 0);
+    CHECK(record.wrench_C.torque.y() == Approx(-far).margin(1e-3));
+}
+
 TEST_CASE("mesh step: a tick ends when its rows become too many, and the next one goes on", "[step]") {
     const bool many = GENERATE(true, false);
     const auto round = [](double a, double t) { return Vec3(3 * std::cos(a), 3 * std::sin(a), 4 * t); };
