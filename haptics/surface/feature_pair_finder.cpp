@@ -256,50 +256,73 @@ struct FeaturePairFinder::Swept {
     }
 };
 
-/// Calls visit(lane, Swept) for the lanes of eight nodes of the tool that come within a box.
+/// Calls visit(lane, Swept, others) for the lanes of eight nodes of the tool that come within boxes of eight nodes of
+/// the obstacle, of which `near` are taken; others: those whose boxes the lane meets.
 template <class Visit>
-bool FeaturePairFinder::forEachNear(const Query& q, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
-                                    Visit&& visit) {
+bool FeaturePairFinder::forEachNear(const Query& q, const FeatureTree::Bounds8& nodes,
+                                    const FeatureTree::Bounds8& boxes, Mask near, Visit&& visit) {
     Float8 lo[3], hi[3];
     q.sweep(nodes.lo, nodes.hi, lo, hi);
-    Mask mask = toMask((lo[0] <= splat(box.hi[0])) & (hi[0] >= splat(box.lo[0])) & (lo[1] <= splat(box.hi[1])) &
-                       (hi[1] >= splat(box.lo[1])) & (lo[2] <= splat(box.hi[2])) & (hi[2] >= splat(box.lo[2])));
-    if (!mask) return true;
+    Mask met[FeatureTree::kChildren], lanes = 0;  // of the tool, by node of the obstacle
+    for (Mask left = near; left; left &= left - 1) {
+        const int b = std::countr_zero(left);
+        met[b] = toMask((lo[0] <= splat(boxes.hi[0][b])) & (hi[0] >= splat(boxes.lo[0][b])) &
+                        (lo[1] <= splat(boxes.hi[1][b])) & (hi[1] >= splat(boxes.lo[1][b])) &
+                        (lo[2] <= splat(boxes.hi[2][b])) & (hi[2] >= splat(boxes.lo[2][b])));
+        lanes |= met[b];
+    }
+    if (!lanes) return true;
     const Vec8 axis = q.R * Vec8(nodes.axis[0], nodes.axis[1], nodes.axis[2]);
     const Float8 angle = nodes.angle + q.angle, cosine = nodes.cosine * q.cosAngle - nodes.sine * q.sinAngle,
                  sine = nodes.sine * q.cosAngle + nodes.cosine * q.sinAngle;
-    for (; mask; mask &= mask - 1) {
-        const int i = std::countr_zero(mask);
+    for (; lanes; lanes &= lanes - 1) {
+        const int i = std::countr_zero(lanes);
         const Swept swept{{lo[0][i], lo[1][i], lo[2][i]},
                           {hi[0][i], hi[1][i], hi[2][i]},
                           {axis.x[i], axis.y[i], axis.z[i]},
                           angle[i],
                           cosine[i],
                           sine[i]};
-        if (!visit(i, swept)) return false;
+        Mask others = 0;
+        for (Mask left = near; left; left &= left - 1) {
+            const int b = std::countr_zero(left);
+            others |= (met[b] >> i & 1) << b;
+        }
+        if (!visit(i, swept, others)) return false;
     }
     return true;
 }
 
 /// Visits all pairs of patches whose features of these kinds come within the margin and can oppose each other, below a
-/// pair of nodes. The higher node is split, or both. Returns false if `visit` did.
+/// node of the tool and those children of a node of the obstacle that are near. Of a node and a child the higher one is
+/// split, or both. Returns false if `visit` did.
 template <class Visit>
-bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node b,
-                                Visit& visit) {
+bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind other, Node a, const Swept& swept,
+                                Node parent, Mask near, Visit& visit) {
     constexpr int n = FeatureTree::kChildren;
-    if (a.height == 0 && b.height == 0) return visit(a.index, swept, b.index);
-    const auto splitObstacle = [&](const Node& mine, const Swept& of) {
-        for (Mask mask = of.meets(obstacle_->tree.children(other, b.height, b.index)); mask; mask &= mask - 1)
-            if (!descend(q, kind, other, mine, of, {b.height - 1, n * b.index + std::countr_zero(mask)}, visit))
-                return false;
+    const FeatureTree& tree = obstacle_->tree;
+    const int height = parent.height - 1;
+    const auto first = [&](Mask of) { return Node{height, n * parent.index + std::countr_zero(of)}; };
+    if (a.height == 0 && height == 0) {
+        for (; near; near &= near - 1)
+            if (!visit(a.index, swept, first(near).index)) return false;
+        return true;
+    }
+    const auto splitObstacle = [&](const Node& mine, const Swept& of, Mask children) {
+        for (; children; children &= children - 1) {
+            const Node b = first(children);
+            const Mask below = of.meets(tree.children(other, b.height, b.index));
+            if (below && !descend(q, kind, other, mine, of, b, below, visit)) return false;
+        }
         return true;
     };
-    if (b.height > a.height) return splitObstacle(a, swept);
+    if (height > a.height) return splitObstacle(a, swept, near);
     return forEachNear(q, tool_->tree.children(kind, a.height, a.index),
-                       obstacle_->tree.bounds(other, b.height, b.index), [&](int lane, const Swept& of) {
-                           const Node child{a.height - 1, n * a.index + lane};
-                           return a.height > b.height ? descend(q, kind, other, child, of, b, visit)
-                                                      : splitObstacle(child, of);
+                       tree.children(other, parent.height, parent.index), near,
+                       [&](int lane, const Swept& of, Mask children) {
+                           const Node mine{a.height - 1, n * a.index + lane};
+                           return a.height > height ? descend(q, kind, other, mine, of, parent, children, visit)
+                                                    : splitObstacle(mine, of, children);
                        });
 }
 
@@ -307,9 +330,11 @@ template <class Visit>
 bool FeaturePairFinder::walk(const Query& q, FeatureKind kind, FeatureKind other, Visit&& visit) {
     const FeatureTree &ours = tool_->tree, &others = obstacle_->tree;
     if (ours.empty() || others.empty()) return true;
-    const Node a{ours.height(), 0}, b{others.height(), 0};
-    return forEachNear(q, ours.eight(kind, a.height, 0), others.bounds(other, b.height, 0),
-                       [&](int, const Swept& swept) { return descend(q, kind, other, a, swept, b, visit); });
+    // The roots are the only children of nodes above them.
+    const Node a{ours.height(), 0}, above{others.height() + 1, 0};
+    return forEachNear(
+        q, ours.eight(kind, a.height, 0), others.eight(other, others.height(), 0), 1,
+        [&](int, const Swept& swept, Mask) { return descend(q, kind, other, a, swept, above, 1, visit); });
 }
 
 void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, void* context) {

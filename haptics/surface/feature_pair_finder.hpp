@@ -66,11 +66,11 @@ class FeaturePairFinder final : public PairFinder {
     template <class Visit>
     void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, Visit&& visit) const;
     template <class Visit>
-    static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureBounds& box,
-                            Visit&& visit);
+    static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureTree::Bounds8& boxes,
+                            simd::Mask near, Visit&& visit);
     template <class Visit>
-    bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node b,
-                 Visit& visit);
+    bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node parent,
+                 simd::Mask near, Visit& visit);
     template <class Visit>
     bool walk(const Query& query, FeatureKind kind, FeatureKind other, Visit&& visit);
 
