@@ -59,6 +59,9 @@ constexpr double kTrust = 0.25;
 /// Maximum number of solves for the drag that slows a step down. One or two are usual; with fewer, more steps go
 /// straight.
 constexpr int kDragSolves = 4;
+/// Largest drag, and the inverse of the smallest, over that of a free tool. Rows may ask for more travel than is
+/// allowed, whatever the drag; a larger one then costs digits of their forces.
+constexpr double kMostDrag = 100;
 /// The multiples of a step with a drag that may be allowed. Closer limits take more solves; with a lower first one a
 /// longer end of the step is cut off.
 constexpr double kLonger = 0.98, kShorter = 1.1;
@@ -188,7 +191,7 @@ class DefaultTick final : RowContacts {
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
     bool ofFeatures_ = false, ofLeaves_ = false;  ///< the tool touches an obstacle by their meshes, their spheres
     bool rubs_ = false;                           ///< there is friction
-    double stiffness_ = 0;                        ///< of the springs along the last slowed step, N/mm
+    double drag_ = 1;                             ///< of the last slowed step, over that of a free tool
     bool held_ = false;                           ///< no forces with friction were found
     bool restarted_ = false;                      ///< slip counts from restart_ and not since the tick began
     Pose restart_;
@@ -527,18 +530,19 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
     if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
     if (!ofFeatures_ || ofLeaves_ || !solverTable()[settings_.solver].exact) return;
-    // The multiple that is allowed is nearly linear in the drag; it is for a tool that nothing holds.
+    // The multiple that is allowed is nearly linear in the drag; it is for a free tool, which nothing holds.
     const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };
-    if (stiffness_ == 0) stiffness_ = squared(tick_.stiffness()) / squared(state_.metric());
-    double drag = stiffness_ * (1 / whole - 1), before = 0, share = whole;
+    const double free = squared(tick_.stiffness()) / squared(state_.metric()) * (1 / whole - 1);
+    double drag = drag_ * free, before = 0, share = whole;
     for (int k = 0; k < kDragSolves && (share < kLonger || share > kShorter); ++k) {
         const Vec6 x = tick_.solve(wanted, trust_, drag).x;
         const double last = std::exchange(share, std::min(allowed(x, trust_, maxTurn(), kOfBudget), 1e3));
         step.part = std::min(1.0, share) * x;
-        if (share > whole) stiffness_ = drag * whole / (share - whole);
+        drag_ = drag / free;
         const double slope = (share - last) / (drag - before);
         before = drag;
-        drag = std::clamp(slope > 0 ? drag + (1 - share) / slope : 2 * drag, drag / 10, 10 * drag);
+        const double next = slope > 0 ? drag + (1 - share) / slope : kMostDrag * free;
+        drag = std::clamp(next, free / kMostDrag, free * kMostDrag);
     }
     // Where no drag is found, the tool takes the straight way rather than none.
     step.slowed = share < 2;

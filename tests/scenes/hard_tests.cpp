@@ -30,7 +30,7 @@ struct Run {
     sandbox::Report report;
     bool finite = true;
     double work = 0;      ///< greatest rows² x iterations of a tick without the last iteration
-    double residual = 0;  ///< mm by which an answer violates a row, if the rows are feasible
+    double residual = 0;  ///< mm and N by which answers miss their conditions, if the rows are feasible
 };
 
 Run run(const sandbox::HapticScene& scene, const std::string& motion, const Settings& settings) {
@@ -42,7 +42,8 @@ Run run(const sandbox::HapticScene& scene, const std::string& motion, const Sett
         result.finite = result.finite && record.X_WT.isFinite() && record.wrench_C.isFinite() &&
                         record.wrench_o.isFinite() && record.wrench_out.isFinite();
         result.work = std::max(result.work, double(record.rows) * record.rows * (record.iterations - 1));
-        if (!(record.flags & kInfeasible)) result.residual = std::max(result.residual, record.kkt.primal_mm);
+        if (!(record.flags & kInfeasible))
+            result.residual = std::max({result.residual, record.kkt.primal_mm, record.kkt.stationarity_N});
     };
     result.report = sandbox::runHeadless(scene, settings, options).report;
     return result;
