@@ -27,11 +27,11 @@ TEST_CASE("work limits: a solver on another device is used where its round trip 
           "[loop]") {
     // They stay in the table, which other tests of this process read.
     const auto make = [](int capacity) { return solverTable()[std::size_t(findSolver("pqp"))].make(capacity); };
-    addSolver({"far", "", false, make, []() -> const RoundTrip& {
+    addSolver({"far", "another device", false, make, []() -> const RoundTrip& {
                    static const RoundTrip trip{.trouble = "", .us = 300, .updateUs = 4};
                    return trip;
                }});
-    addSolver({"absent", "", false, make, []() -> const RoundTrip& {
+    addSolver({"absent", "no device", false, make, []() -> const RoundTrip& {
                    static const RoundTrip trip{.trouble = "there is no card"};
                    return trip;
                }});
