@@ -63,6 +63,14 @@ double leastRadius(const SphereTree& tree) {
 
 }  // namespace
 
+void Separations::resize(int n) {
+    // Eight lanes may be written behind the last pair; with more, equal numbers of a pair do not share sets of the
+    // cache.
+    stride_ = std::size_t(n) + 24;
+    numbers_.resize(kNumbers * stride_);
+    capacity_ = n;
+}
+
 PairEntries::PairEntries(const SphereTree& tool, const SphereTree& obstacle)
     : PairEntries(std::int64_t(tool.leafCount()) * obstacle.levels[1].count) {}
 

@@ -41,6 +41,41 @@ struct Separation8 {
     simd::Float8 n[3], offset, a[3], b[3];
 };
 
+/// Separations of pairs that follow each other, number by number.
+class Separations {
+  public:
+    /// Room for those of n pairs; n is a multiple of 8.
+    void resize(int n);
+    int capacity() const { return capacity_; }
+    /// Those of eight pairs from the one at `first` on.
+    TOUCHSTONE_INLINE Separation8 eight(int first) const {
+        Separation8 s;
+        forEach(s, [&](int k, simd::Float8& number) { number = simd::load(&numbers_[at(k, first)]); });
+        return s;
+    }
+    /// Writes the lanes of the mask to consecutive places from `first` on, as far as there is room. What is behind them
+    /// is overwritten.
+    TOUCHSTONE_INLINE void write(int first, const Separation8& s, simd::Mask lanes) {
+        if (first >= capacity_) return;
+        forEach(
+            s, [&](int k, const simd::Float8& number) { simd::compressStore(&numbers_[at(k, first)], number, lanes); });
+    }
+
+  private:
+    static constexpr int kNumbers = 10;
+
+    template <class S, class Visit>
+    TOUCHSTONE_INLINE static void forEach(S& s, Visit&& visit) {
+        for (int k = 0; k < 3; ++k) visit(k, s.n[k]), visit(3 + k, s.a[k]), visit(6 + k, s.b[k]);
+        visit(9, s.offset);
+    }
+    std::size_t at(int k, int i) const { return std::size_t(k) * stride_ + std::size_t(i); }
+
+    AlignedVector<float> numbers_;
+    std::size_t stride_ = 0;
+    int capacity_ = 0;
+};
+
 /// Entries of a tool leaf and a bucket of obstacle leaves, ordered by tool leaf, then bucket; or of two features. They
 /// hold every pair of the coverage. Entries found along a course for margin M hold every pair with gap <= m wherever
 /// the tool deviates from the course by at most M - m, since no gap changes by more than a point moves.
@@ -57,7 +92,7 @@ struct PairEntries : Coverage {
     AlignedVector<float> gap;  ///< smallest gap of the entry along the course, mm, to the finder's guard(); of features
                                ///< a lower bound
     AlignedVector<float> sum;  ///< smallest sum of the radii in the entry, mm; 1 for features
-    AlignedVector<Separation8> apart;  ///< of the first entries, eight by eight; none for leaves
+    Separations apart;         ///< of the first entries; none for leaves
     int count = 0, capacity = 0;
     bool ofFeatures = false;
 };

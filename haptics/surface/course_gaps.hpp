@@ -53,9 +53,9 @@ struct Near8 {
 
 /// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
 /// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
-/// of one between them; `guard`: bound on the error of a distance.
+/// of one between them; `guard`: bound on the error of a distance; `quick`: they are measured in the middle alone.
 template <class At>
-TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, At&& at) {
+TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, bool quick, At&& at) {
     // Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
     // bound the gap more closely, so that fewer pairs are kept, and take more time. Whether a course counts as free
     // depends on them.
@@ -65,7 +65,7 @@ TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread,
     constexpr float kShortWay = 0.03f;
     const float longest2 = -simd::least(-length2);
     const Float8 length = simd::sqrt(length2);
-    if (longest2 < kShortWay * kShortWay) {
+    if (quick || longest2 < kShortWay * kShortWay) {
         const float middle = longest2 == 0 ? 0 : 0.5f;
         const Vec8 off = at(middle);
         return {simd::max(simd::sqrt(dot(off, off)) - middle * length, simd::splat(0.0f)), off, simd::splat(middle)};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <utility>
 
@@ -24,14 +25,13 @@ TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, co
     return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
 }
 
-/// One lane of eight separations to another.
-void copyLane(const Separation8& from, int lane, Separation8& to, int toLane) {
-    for (int k = 0; k < 3; ++k) {
-        to.n[k][toLane] = from.n[k][lane];
-        to.a[k][toLane] = from.a[k][lane];
-        to.b[k][toLane] = from.b[k][lane];
-    }
-    to.offset[toLane] = from.offset[lane];
+/// The tools and the obstacles of eight entries.
+TOUCHSTONE_INLINE std::pair<Int8, Int8> columnsOf(const PairEntry* entries) {
+    Int8 low, high;
+    std::memcpy(&low, entries, sizeof low);
+    std::memcpy(&high, entries + 4, sizeof high);
+    return {__builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14),
+            __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15)};
 }
 
 /// Collects pairs and calls visit(kind, features of the tool, of the obstacle, their number) for up to eight of one
@@ -40,12 +40,18 @@ template <class Visit>
 class Eights {
   public:
     explicit Eights(const Visit& visit) : visit_(visit) {}
-    bool push(PairKind kind, int ours, int other) {
-        if ((count_ == 8 || kind != kind_) && !flush()) return false;
+    bool push(PairKind kind, const Int8& ours, const Int8& others, Mask of) {
+        if (kind != kind_ && !flush()) return false;
         kind_ = kind;
-        ours_[count_] = ours;
-        others_[count_++] = other;
-        return true;
+        compressStore(ours_ + count_, ours, of);
+        compressStore(others_ + count_, others, of);
+        count_ += std::popcount(of);
+        if (count_ < 8) return true;
+        const bool goOn = visit_(kind_, ours_, others_, 8);
+        count_ -= 8;
+        std::copy_n(ours_ + 8, 8, ours_);
+        std::copy_n(others_ + 8, 8, others_);
+        return goOn;
     }
     bool flush() {
         if (count_ == 0) return true;
@@ -56,7 +62,7 @@ class Eights {
   private:
     Visit visit_;
     PairKind kind_{};
-    int ours_[8], others_[8], count_ = 0;
+    int ours_[16], others_[16], count_ = 0;
 };
 
 }  // namespace
@@ -70,10 +76,11 @@ struct FeaturePairFinder::Query {
     float margin, angle;  ///< angle: by which normals may differ from being opposite
     float sine;           ///< its sine, at most 1
     float cosAngle, sinAngle;
-    bool stays;
+    bool quick, stays;
 
-    Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard_, double leastAbout)
-        : tool(tool_), obstacle(obstacle_), guard(guard_) {
+    Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard_, double leastAbout,
+          Bounds bounds)
+        : tool(tool_), obstacle(obstacle_), guard(guard_), quick(bounds == Bounds::Quick) {
         const Course& course = asked.course;
         R = course.X_OT.R().cast<float>();
         t = (course.X_OT * tool.extent.center - obstacle.extent.center).cast<float>();
@@ -151,7 +158,7 @@ PairEntries FeaturePairFinder::entries() const {
     const auto pairs = [](const auto& a, const auto& b) { return std::int64_t(a.size()) * std::int64_t(b.size()); };
     PairEntries entries(pairs(ours.vertices, others.faces) + pairs(ours.faces, others.vertices) +
                         pairs(ours.edges, others.edges));
-    entries.apart.resize(std::size_t(paddedToEight(std::min(entries.capacity, kSeparated))) / 8);
+    entries.apart.resize(int(paddedToEight(std::min(entries.capacity, kSeparated))));
     return entries;
 }
 
@@ -163,11 +170,12 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
                                                                Separation8& apart) const {
     const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
-    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard,
+    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick,
                                    [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
     const Vec8 n = near.direction();
-    apart = separation(n, max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)), vertices, vertices);
-    return near.gap;
+    const Float8 offset = max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)), before = dot(n, from);
+    apart = separation(n, offset, vertices, vertices);
+    return quick ? max(near.gap, min(before, before + dot(n, path)) - offset) : near.gap;
 }
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& faces, const Vec8& vertices,
@@ -177,7 +185,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
     const Vec8 ab = wb - wa, ac = wc - wa;
     const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
-    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, [&](float s) {
+    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, [&](float s) {
         const Float8 share = splat(s);
         // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
         const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
@@ -186,7 +194,12 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const Vec8 turned = near.direction(), w = near.fraction * Vec8(turn), back = turned - cross(w, turned);
     const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
     apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
-    return near.gap;
+    const auto farthest = [&](const Vec8& corner, const Vec8& way) {
+        const Float8 before = dot(turned, corner);
+        return max(before, before + dot(turned, way));
+    };
+    return quick ? max(near.gap, dot(turned, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc)))
+                 : near.gap;
 }
 
 TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v,
@@ -207,13 +220,19 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, 
     const Vec8 u = ours.second - ours.first, v = theirs.second - theirs.first;
     const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - theirs.first;
     const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
-    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, [&](float s) {
+    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, [&](float s) {
         const Float8 share = splat(s);
         return fromEdge(u + share * bend, v, w + share * path);
     });
     const Vec8 n = near.direction();
-    apart = separation(n, max(dot(n, theirs.first), dot(n, theirs.second)), mine.first, mine.second);
-    return near.gap;
+    const Float8 offset = max(dot(n, theirs.first), dot(n, theirs.second));
+    apart = separation(n, offset, mine.first, mine.second);
+    const auto nearest = [&](const Vec8& end, const Vec8& way) {
+        const Float8 before = dot(n, end);
+        return min(before, before + dot(n, way));
+    };
+    const Vec8 first = ours.first + Vec8(t);
+    return quick ? max(near.gap, min(nearest(first, path), nearest(first + u, path + bend)) - offset) : near.gap;
 }
 
 Float8 FeaturePairFinder::Query::measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const {
@@ -327,7 +346,7 @@ bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind ot
 }
 
 template <class Visit>
-bool FeaturePairFinder::walk(const Query& q, FeatureKind kind, FeatureKind other, Visit&& visit) {
+bool FeaturePairFinder::walkKinds(const Query& q, FeatureKind kind, FeatureKind other, Visit&& visit) {
     const FeatureTree &ours = tool_->tree, &others = obstacle_->tree;
     if (ours.empty() || others.empty()) return true;
     // The roots are the only children of nodes above them.
@@ -337,19 +356,22 @@ bool FeaturePairFinder::walk(const Query& q, FeatureKind kind, FeatureKind other
         [&](int, const Swept& swept, Mask) { return descend(q, kind, other, a, swept, above, 1, visit); });
 }
 
-void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, void* context) {
-    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
+void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context) {
+    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, bounds);
     constexpr int n = FeatureTree::kChildren;
     // Few of the pairs of two patches are near. Those whose boxes meet are measured eight at a time.
     Eights eights([&](PairKind kind, const int* ours, const int* others, int count) {
         Separation8 apart;
         const Float8 gaps = q.measure(kind, ours, others, apart);
-        for (Mask mask = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1); mask; mask &= mask - 1) {
-            const int i = std::countr_zero(mask);
-            if (!visit(context, {toolFeature(kind, ours[i]), others[i]}, gaps[i], apart, i)) return false;
-        }
-        return true;
+        const Mask near = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1);
+        return !near || visit(context, kind, ours, others, near, gaps, apart);
     });
+    const auto boxOf = [&](FeatureKind kind, int patch) {
+        const FeatureTree::Bounds8& eight = obstacle_->tree.eight(kind, 0, patch / n);
+        const int i = patch % n;
+        return Box8{Vector3f(eight.lo[0][i], eight.lo[1][i], eight.lo[2][i]),
+                    Vector3f(eight.hi[0][i], eight.hi[1][i], eight.hi[2][i])};
+    };
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
     // A patch of the tool meets several patches of the obstacle in succession, so it is placed once for all of them.
     auto vertexFaces = [&, at = -1](int patch, const Swept&, int other) mutable {
@@ -360,10 +382,10 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
                 for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
                 placed_[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
             }
-        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
+        const Box8 box = boxOf(FeatureKind::Face, other);
         for (int eight = begin; eight < end; eight += n) {
             const Box8& mine = placed_[std::size_t(eight - begin) / n];
-            Mask near = mine.meets({box.lo, box.hi}) & first(end - eight);
+            Mask near = mine.meets(box) & first(end - eight);
             if (!near) continue;
             const FaceLanes faces(Eight(obstacle_->faces, n * other));
             const Box8 boxes = faces.box();
@@ -372,8 +394,8 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
                 const int i = std::countr_zero(near);
                 Mask mask = mine.all(i).meets(boxes) & first(obstacle_->facesOf(other));
                 if (mask) mask &= q.opposes(*tool_, eight + i, normals);
-                for (; mask; mask &= mask - 1)
-                    if (!eights.push(PairKind::VertexFace, eight + i, n * other + std::countr_zero(mask))) return false;
+                if (mask && !eights.push(PairKind::VertexFace, splat(eight + i), splat(n * other) + lanes(), mask))
+                    return false;
             }
         }
         return true;
@@ -390,13 +412,12 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
             if (!swept.meets(p, p)) continue;
             Mask mask = placed_[0].meets({p, p}) & first(tool_->facesOf(patch));
             if (mask) mask &= q.opposes(*obstacle_, v, normals);
-            for (; mask; mask &= mask - 1)
-                if (!eights.push(PairKind::FaceVertex, n * patch + std::countr_zero(mask), v)) return false;
+            if (mask && !eights.push(PairKind::FaceVertex, splat(n * patch) + lanes(), splat(v), mask)) return false;
         }
         return true;
     };
     auto edges = [&, at = -1](int patch, const Swept&, int other) mutable {
-        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
+        const Box8 box = boxOf(FeatureKind::Edge, other);
         const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1],
                   otherEnd = obstacle_->firstEdge[other + 1];
         if (std::exchange(at, patch) != patch)
@@ -409,7 +430,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
         for (int eight = begin; eight < end; eight += n) {
             const Box8& boxes = placed_[std::size_t(eight - begin) / n];
             const auto& [u, wings] = placedEdges_[std::size_t(eight - begin) / n];
-            for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
+            for (Mask near = boxes.meets(box) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);
                 for (int from = obstacle_->firstEdge[other]; from < otherEnd; from += n) {
@@ -419,37 +440,36 @@ void FeaturePairFinder::walkErased(const Coverage& asked, ErasedVisit visit, voi
                     if (mask)
                         mask &= toMask(
                             q.opposing(u.all(i), wings.all(i), others.second - others.first, EdgeLanes::wings(theirs)));
-                    for (; mask; mask &= mask - 1)
-                        if (!eights.push(PairKind::EdgeEdge, eight + i, from + std::countr_zero(mask))) return false;
+                    if (mask && !eights.push(PairKind::EdgeEdge, splat(eight + i), splat(from) + lanes(), mask))
+                        return false;
                 }
             }
         }
         return true;
     };
-    walk(q, FeatureKind::Vertex, FeatureKind::Face, vertexFaces) &&
-        walk(q, FeatureKind::Face, FeatureKind::Vertex, facesVertex) &&
-        walk(q, FeatureKind::Edge, FeatureKind::Edge, edges) && eights.flush();
+    walkKinds(q, FeatureKind::Vertex, FeatureKind::Face, vertexFaces) &&
+        walkKinds(q, FeatureKind::Face, FeatureKind::Vertex, facesVertex) &&
+        walkKinds(q, FeatureKind::Edge, FeatureKind::Edge, edges) && eights.flush();
 }
 
 bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
     out.count = 0;
     bool fits = true;
-    auto add = [&](const PairEntry& entry, float gap, const Separation8& apart, int lane) {
-        fits = out.count < out.capacity;
+    auto add = [&](PairKind kind, const int* ours, const int* others, Mask near, const Float8& gaps,
+                   const Separation8& apart) {
+        const int first = out.count;
+        fits = first + std::popcount(near) <= out.capacity;
         if (!fits) return false;
-        const auto at = std::size_t(out.count++);
-        out.at[at] = entry;
-        out.gap[at] = gap;
-        out.sum[at] = 1;
-        if (at / 8 < out.apart.size()) copyLane(apart, lane, out.apart[at / 8], int(at % 8));
+        compressStore(&out.gap[std::size_t(first)], gaps, near);
+        store(&out.sum[std::size_t(first)], splat(1.0f));
+        out.apart.write(first, apart, near);
+        for (; near; near &= near - 1) {
+            const int i = std::countr_zero(near);
+            out.at[std::size_t(out.count++)] = {toolFeature(kind, ours[i]), others[i]};
+        }
         return true;
     };
-    walkErased(
-        asked,
-        [](void* a, const PairEntry& entry, float gap, const Separation8& apart, int lane) {
-            return (*static_cast<decltype(add)*>(a))(entry, gap, apart, lane);
-        },
-        &add);
+    walk(asked, Bounds::Quick, add);
     return fits;
 }
 
@@ -492,9 +512,8 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
         Mask mask = lessEqual(gap, splat(margin)) & ((1u << n) - 1);
         if (!mask) continue;
         const PairKind kind = kindOf(entries.at[std::size_t(first)].tool);
-        if (std::size_t(first / 8) < entries.apart.size() &&
-            kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
-            gap = max(ends.apart(entries.apart[std::size_t(first / 8)], kind == PairKind::FaceVertex), gap);
+        if (first < entries.apart.capacity() && kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
+            gap = max(ends.apart(entries.apart.eight(first), kind == PairKind::FaceVertex), gap);
             mask &= lessEqual(gap, splat(margin));
         }
         if (mask && !visit(first, mask, gap)) return;
@@ -502,7 +521,7 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
 }
 
 void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
-    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_);
+    const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, Bounds::Quick);
     // Points of the tool move straight. In its frame those of the obstacle do not.
     const Vector3f w = q.turn;
     Matrix3f cross;
@@ -516,15 +535,13 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
     const Separation8 none{{}, splat(HUGE_VALF), {}, {}};  // bounds no distance
     int count = 0;
     forEachNear(from, asked, ends, [&](int first, Mask mask, const Float8& gap) {
-        for (; mask; mask &= mask - 1) {
-            const int lane = std::countr_zero(mask);
-            const auto i = std::size_t(first + lane), at = std::size_t(count++);
-            out.at[at] = from.at[i];
-            out.gap[at] = std::max(gap[lane], 0.0f);
-            out.sum[at] = 1;
-            if (at / 8 < out.apart.size())
-                copyLane(i / 8 < from.apart.size() ? from.apart[i / 8] : none, lane, out.apart[at / 8], int(at % 8));
-        }
+        // Where the sets are the same, what is written has been read.
+        const Separation8 apart = first < from.apart.capacity() ? from.apart.eight(first) : none;
+        compressStore(&out.gap[std::size_t(count)], max(gap, splat(0.0f)), mask);
+        store(&out.sum[std::size_t(count)], splat(1.0f));
+        out.apart.write(count, apart, mask);
+        for (; mask; mask &= mask - 1)
+            out.at[std::size_t(count++)] = from.at[std::size_t(first + std::countr_zero(mask))];
         return true;
     });
     out.count = count;
@@ -547,9 +564,12 @@ void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& 
     bool goOn = true;
     forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0},
                 [&](int first, Mask mask, const Float8&) {
-                    for (; goOn && mask; mask &= mask - 1) {
-                        const PairEntry& entry = entries.at[std::size_t(first + std::countr_zero(mask))];
-                        goOn = eights.push(kindOf(entry.tool), featureOf(entry.tool), entry.obstacle);
+                    const auto [tools, others] = columnsOf(&entries.at[std::size_t(first)]);
+                    while (goOn && mask) {
+                        const PairKind kind = kindOf(tools[std::countr_zero(mask)]);
+                        const Mask same = mask & toMask((tools >> kFeatureBits) == splat(std::int32_t(kind)));
+                        goOn = eights.push(kind, tools & splat((1 << kFeatureBits) - 1), others, same);
+                        mask &= ~same;
                     }
                     return goOn;
                 });

@@ -1,5 +1,6 @@
 #pragma once
 // Finds the pairs of features of two meshes that may touch in the next ticks.
+#include <bit>
 #include <type_traits>
 
 #include "haptics/collision/pair_finder.hpp"
@@ -10,9 +11,10 @@
 namespace touchstone {
 
 /// A PairEntry of features: its `tool` holds the kind and the tool's feature, its `obstacle` the obstacle's.
-constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int32_t(kind) << 26 | feature; }
-constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> 26); }
-constexpr int featureOf(std::int32_t tool) { return tool & ((1 << 26) - 1); }
+constexpr int kFeatureBits = 26;
+constexpr std::int32_t toolFeature(PairKind kind, int feature) { return std::int32_t(kind) << kFeatureBits | feature; }
+constexpr PairKind kindOf(std::int32_t tool) { return PairKind(tool >> kFeatureBits); }
+constexpr int featureOf(std::int32_t tool) { return tool & ((1 << kFeatureBits) - 1); }
 
 /// A pair of features is within a margin if the two come as near as that on the course and their normals can oppose
 /// each other there.
@@ -39,18 +41,24 @@ class FeaturePairFinder final : public PairFinder {
     /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
     template <class Visit>
     void forEachPair(const Coverage& asked, Visit&& visit) {
-        walkErased(
-            asked,
-            [](void* v, const PairEntry& e, float gap, const Separation8&, int) {
-                return (*static_cast<Visit*>(v))(e, gap);
-            },
-            &visit);
+        auto each = [&](PairKind kind, const int* ours, const int* others, simd::Mask near, const simd::Float8& gaps,
+                        const Separation8&) {
+            for (; near; near &= near - 1) {
+                const int i = std::countr_zero(near);
+                if (!visit(PairEntry{toolFeature(kind, ours[i]), others[i]}, gaps[i])) return false;
+            }
+            return true;
+        };
+        walk(asked, Bounds::Close, each);
     }
 
   private:
-    /// The separation of a pair is a lane of eight.
-    using ErasedVisit = bool (*)(void*, const PairEntry&, float gap, const Separation8&, int lane);
+    /// Of up to eight pairs of one kind: features, those that are near, gaps and separations.
+    using ErasedVisit = bool (*)(void*, PairKind, const int* ours, const int* others, simd::Mask near,
+                                 const simd::Float8& gaps, const Separation8&);
     using ErasedCrossing = bool (*)(void*, const PairEntry&);
+    /// How closely the gap of a pair is bounded along a course. Close bounds keep fewer pairs and take more time.
+    enum class Bounds : std::uint8_t { Quick, Close };
     struct Query;
     struct Swept;
     struct Ends;
@@ -60,7 +68,12 @@ class FeaturePairFinder final : public PairFinder {
 
     bool search(const Coverage& asked, PairEntries& out) override;
     void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
-    void walkErased(const Coverage& asked, ErasedVisit visit, void* context);
+    template <class Visit>
+    void walk(const Coverage& asked, Bounds bounds, Visit& visit) {
+        walkErased(
+            asked, bounds, [](void* v, auto... eight) { return (*static_cast<Visit*>(v))(eight...); }, &visit);
+    }
+    void walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context);
     void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                      double least, ErasedCrossing visit, void* context) const;
     template <class Visit>
@@ -72,7 +85,7 @@ class FeaturePairFinder final : public PairFinder {
     bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node parent,
                  simd::Mask near, Visit& visit);
     template <class Visit>
-    bool walk(const Query& query, FeatureKind kind, FeatureKind other, Visit&& visit);
+    bool walkKinds(const Query& query, FeatureKind kind, FeatureKind other, Visit&& visit);
 
     const Surface* tool_;
     const Surface* obstacle_;
