@@ -44,9 +44,8 @@ bool ContactList::complete(const Coverage& asked, double slack) {
     slack = finder_->slack(slack);
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
     const double narrow = lookAhead_.narrow * slack;
-    const double left = finder_->reserve(narrow_, asked);
-    const bool serves = narrow_.count <= kFewEntries ||
-                        (left <= kMaxReserve * narrow && finder_->deviationFrom(narrow_, course) <= narrow);
+    const double off = finder_->deviationFrom(narrow_, course), left = finder_->reserve(narrow_, asked, off);
+    const bool serves = narrow_.count <= kFewEntries || (left <= kMaxReserve * narrow && off <= narrow);
     if (left >= 0 && serves) return true;
 
     const auto reserveOf = [&](const PairEntries& set) { return finder_->reserve(set, asked); };

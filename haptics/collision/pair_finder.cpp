@@ -94,11 +94,11 @@ void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntr
     static_cast<Coverage&>(out) = asked;
 }
 
-double PairFinder::reserve(const Coverage& have, const Coverage& asked) const {
+double PairFinder::reserve(const Coverage& have, const Coverage& asked, double deviation) const {
     if (have.within.margin < 0) return -1;
     const double widest = asked.within.at(leastSum_);
     const double margin = asked.within.curve <= have.within.curve ? asked.within.margin : widest;
-    return std::min(have.within.most - widest, have.within.margin - margin) - deviationFrom(have, asked.course);
+    return std::min(have.within.most - widest, have.within.margin - margin) - deviation;
 }
 
 LeafPairFinder::LeafPairFinder(const SphereTree& tool, const SphereTree& obstacle, const Vec3& center)

@@ -118,7 +118,11 @@ class PairFinder {
     const Extent& extent() const { return extent_; }
     /// The margin by which entries that cover `have` exceed what is asked, mm; negative if they are not complete for
     /// it.
-    double reserve(const Coverage& have, const Coverage& asked) const;
+    double reserve(const Coverage& have, const Coverage& asked) const {
+        return have.within.margin < 0 ? -1 : reserve(have, asked, deviationFrom(have, asked.course));
+    }
+    /// The same if the deviation of the two courses is known.
+    double reserve(const Coverage& have, const Coverage& asked, double deviation) const;
     /// Upper bound on the distance of any point from the course of `have` while the tool follows `course`, mm.
     double deviationFrom(const Coverage& have, const Course& course) const {
         return deviation(have.course, course, extent_);

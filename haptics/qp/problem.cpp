@@ -32,10 +32,9 @@ void RowSet::push(const Vec6& j, double gap, std::uint64_t id) {
 void RowSet::setSize(int n) {
     assert(n >= 0 && n <= capacity_);
     size_ = n;
-    for (int k = 0; k < 7; ++k) {
-        const double padding = k < 6 ? 0 : std::numeric_limits<double>::infinity();
-        std::fill(columns_[k].begin() + n, columns_[k].begin() + paddedToEight(n), padding);
-    }
+    // Eight at once, of which some may be behind the block: each column has room for eight more.
+    for (int k = 0; k < 6; ++k) simd::store(&columns_[k][std::size_t(n)], simd::kZeros);
+    simd::store(&columns_[6][std::size_t(n)], simd::splat(std::numeric_limits<double>::infinity()));
 }
 
 void RowSet::merge(const RowSet& other) {

@@ -8,7 +8,7 @@ using namespace simd;
 using Eigen::Matrix3f;
 
 CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after,
-                             double least, float guard)
+                             double turn, double least, float guard)
     : tool_(tool),
       obstacle_(obstacle),
       R0_(before.R().cast<float>()),
@@ -21,7 +21,7 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       least_(float(least) + guard),
       below_(1.0001f * float(least) + 1e-8f),
       apart_(2.1001f * float(least) + 1e-8f),
-      turn_(float(after.q.angularDistance(before.q)) * 1.00001f + 1e-8f) {}
+      turn_(float(turn) * 1.00001f + 1e-8f) {}
 
 /// Of vertices on these ways, each with a face: those which may cross it.
 TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {

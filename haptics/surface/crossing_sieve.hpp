@@ -11,10 +11,10 @@ enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
 /// along the straight ways of FeatureList: a pair that is left out has no crossing. Real time.
 class CrossingSieve {
   public:
-    /// Poses X_OT: tool node in the obstacle's frame, mm. least: of the crossing, mm. guard: bound on the error of a
-    /// point in float, mm.
-    CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after, double least,
-                  float guard);
+    /// Poses X_OT: tool node in the obstacle's frame, mm. turn: angle between them, rad. least: of the crossing, mm.
+    /// guard: bound on the error of a point in float, mm.
+    CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after, double turn,
+                  double least, float guard);
     /// Of eight pairs of a kind: those that the step may cross. ours, others: features of the tool and the obstacle.
     simd::Mask test(PairKind kind, const int* ours, const int* others) const;
 

@@ -153,9 +153,9 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
                                    RowSet& rows, RowSet& crossed) {
     if (suspended_) return Crossed::Nothing;
     const Trial trial(X_OT, before, R_WO, by.x, extent().center, distance_);
-    const Course course = Course::between(before, trial.after, extent().center);
     found_.clear();
     bool fits = true;
+    const Course course(before, trial.C.to - trial.C.from, trial.step.turn);
     pairs().forEachCrossing(narrow_, crossing(course, 0), before, trial.after, kTooNear * distance_,
                             [&](const PairEntry& entry) { return fits = test(entry, trial); });
     return fits ? appendFound(R_WO, by, rows, crossed) : Crossed::Overflow;
@@ -223,7 +223,8 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     Overlap overlap;
     if (suspended_ || before == after) return overlap;
     const Step step(before, after, distance_);
-    const Course course = Course::between(before, after, extent().center);
+    const Vec3& center = extent().center;
+    const Course course(before, after * center - before * center, step.turn);
     pairs().forEachCrossing(narrow_, crossing(course, 0), before, after, kTooNear * distance_,
                             [&](const PairEntry& entry) {
                                 if (!crossingOf(entry, step)) return true;

@@ -30,7 +30,8 @@ class FeaturePairFinder final : public PairFinder {
     float guard(const Pose& X_OT) const override;
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
     /// Of the entries of a coverage: calls visit(PairEntry) for all that the step of the tool between two poses may
-    /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage.
+    /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage, whose course is
+    /// the step.
     template <class Visit>
     void forEachCrossing(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                          double least, Visit&& visit) const {
