@@ -53,7 +53,7 @@ struct Near8 {
 
 /// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on
 /// the course; `spread`: twice the distance by which the ways of two points of the moving feature may differ from that
-/// of one between them; `guard`: bound on the error of a distance; `quick`: they are measured in the middle alone.
+/// of one between them; `guard`: bound on the error of a distance; `quick`: whether a less close bound will do.
 template <class At>
 TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread, float guard, bool quick, At&& at) {
     // Maximum number of parts of a course at whose ends a pair is measured, and the length of their way, mm. More parts
@@ -63,24 +63,28 @@ TOUCHSTONE_INLINE Near8 alongCourse(const Float8& length2, const Float8& spread,
     constexpr float kPartWay = 0.2f;
     // A course up to this length, mm, is measured at its middle alone: the bound is smaller by at most half of it.
     constexpr float kShortWay = 0.03f;
+    // Parts of which only the middles are measured. With one, the direction in which a pair is apart is off on long
+    // courses, so that its separation keeps more pairs; more take more time.
+    constexpr int kQuickParts = 2;
     const float longest2 = -simd::least(-length2);
     const Float8 length = simd::sqrt(length2);
-    if (quick || longest2 < kShortWay * kShortWay) {
-        const float middle = longest2 == 0 ? 0 : 0.5f;
-        const Vec8 off = at(middle);
-        return {simd::max(simd::sqrt(dot(off, off)) - middle * length, simd::splat(0.0f)), off, simd::splat(middle)};
-    }
+    const int middles = longest2 < kShortWay * kShortWay ? 1 : quick ? kQuickParts : 0;
+    Float8 nearest = simd::splat(HUGE_VALF), fraction = simd::splat(0.0f);
+    Vec8 nearestOff = Eigen::Vector3f(Eigen::Vector3f::Zero());
+    const auto measure = [&](float s) {
+        const Vec8 off = at(s);
+        const Float8 distance = simd::sqrt(dot(off, off));
+        nearestOff = choose(distance < nearest, off, nearestOff);
+        fraction = distance < nearest ? simd::splat(s) : fraction;
+        nearest = simd::min(nearest, distance);
+        return distance;
+    };
+    for (int i = 0; i < middles; ++i) measure((float(i) + 0.5f) / float(middles));
+    if (middles) return {simd::max(nearest - 0.5f / float(middles) * length, simd::splat(0.0f)), nearestOff, fraction};
     const int n = std::clamp(int(std::ceil(std::sqrt(longest2) / kPartWay)), 2, kParts);
     const float part = 1.0f / float(n);
-    Float8 distance[kParts + 1] = {}, nearest = simd::splat(HUGE_VALF), fraction = simd::splat(0.0f);
-    Vec8 nearestOff = Eigen::Vector3f(Eigen::Vector3f::Zero());
-    for (int i = 0; i <= n; ++i) {
-        const Vec8 off = at(float(i) * part);
-        distance[i] = simd::sqrt(dot(off, off));
-        nearestOff = choose(distance[i] < nearest, off, nearestOff);
-        fraction = distance[i] < nearest ? simd::splat(float(i) * part) : fraction;
-        nearest = simd::min(nearest, distance[i]);
-    }
+    Float8 distance[kParts + 1] = {};
+    for (int i = 0; i <= n; ++i) distance[i] = measure(float(i) * part);
     // No distance changes by more than the way. While a convex feature translates, its distance from another is convex,
     // too: behind two poses it is at least what their line leads to, which is exact for surfaces that slide.
     const Float8 off = part * spread + simd::splat(3 * guard);

@@ -549,7 +549,8 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
 
 void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
                                     const Pose& after, double least, ErasedCrossing visit, void* context) const {
-    const CrossingSieve sieve(*tool_, *obstacle_, before, after, asked.course.turn.norm(), least, std::max(guard(before), guard(after)));
+    const CrossingSieve sieve(*tool_, *obstacle_, before, after, asked.course.turn.norm(), least,
+                              std::max(guard(before), guard(after)));
     const auto placeAt = [&](const Pose& X_OT) {
         return Ends::Place{X_OT.R().cast<float>(), (X_OT * extent_.center - obstacle_->extent.center).cast<float>()};
     };
