@@ -59,8 +59,9 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         narrow_.within = {};
         // If another thread finds entries, its next ones will soon serve, and this search may be small.
         const bool sparse = wide.count > 0 && wide.count < lookAhead_.sparse;
-        const double spare = offered_ ? 2 * narrow : slack * (sparse ? 2 : 1),
-                     ticks = offered_ ? kNarrowTicks : lookAhead_.ticks;
+        const double part = std::max(wide_[0].count, wide_[1].count) > lookAhead_.dense ? 0.5 : 1;
+        const double spare = offered_ ? 2 * narrow : slack * (sparse ? 2 : part),
+                     ticks = offered_ ? kNarrowTicks : lookAhead_.ticks * part;
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length(tick_); tick <= slack)

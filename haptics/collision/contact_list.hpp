@@ -58,6 +58,10 @@ struct LookAhead {
     /// trees then, and hardly more for a wider margin. With a larger number the sets of fits become larger; with a
     /// smaller one tools that turn fast search more often.
     int sparse = 0;
+    /// A search looks half as far ahead, with half the slack, if one of the last two found more entries than this. It
+    /// then takes its time for the entries; a shorter longest tick is worth more searches. With a smaller number the
+    /// median tick of fits selects its entries more often.
+    int dense = std::numeric_limits<int>::max();
 };
 
 /// The list holds sets of entries. A wide set comes from a search along the expected motion of the tool; the narrow

@@ -18,7 +18,8 @@ constexpr double kTooNear = 0.5;
 constexpr double kFacing = 0.999;
 /// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
 /// the tail.
-constexpr LookAhead kLookAhead{.narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128};
+constexpr LookAhead kLookAhead{
+    .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
