@@ -500,10 +500,11 @@ struct FeaturePairFinder::Ends {
 };
 
 /// Calls visit(first, mask, bounds on the gaps) for eight neighboring entries at a time of which the lanes of the mask
-/// may hold a pair of the coverage. ends: those of the coverage's course.
+/// may hold a pair of the coverage. ends: those of the coverage's course. apartFromFaces: pairs of a vertex and a face
+/// that are farther apart by their separation are left out.
 template <class Visit>
 void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends,
-                                    Visit&& visit) const {
+                                    float apartFromFaces, Visit&& visit) const {
     const float about = guard(asked.course.X_OT), margin = float(asked.within.margin) + about,
                 moved = float(deviationFrom(entries, asked.course)) + about;
     for (int first = 0; first < entries.count; first += 8) {
@@ -513,8 +514,9 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
         if (!mask) continue;
         const PairKind kind = kindOf(entries.at[std::size_t(first)].tool);
         if (first < entries.apart.capacity() && kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
-            gap = max(ends.apart(entries.apart.eight(first), kind == PairKind::FaceVertex), gap);
-            mask &= lessEqual(gap, splat(margin));
+            const Float8 apart = ends.apart(entries.apart.eight(first), kind == PairKind::FaceVertex);
+            mask &= lessEqual(apart, splat(kind == PairKind::EdgeEdge ? margin : apartFromFaces + about));
+            gap = max(apart, gap);
         }
         if (mask && !visit(first, mask, gap)) return;
     }
@@ -534,7 +536,7 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
                     turned * turned * float(extent_.reach) + turned * q.shift.norm() / 2};
     const Separation8 none{{}, splat(HUGE_VALF), {}, {}};  // bounds no distance
     int count = 0;
-    forEachNear(from, asked, ends, [&](int first, Mask mask, const Float8& gap) {
+    forEachNear(from, asked, ends, float(asked.within.margin), [&](int first, Mask mask, const Float8& gap) {
         // Where the sets are the same, what is written has been read.
         const Separation8 apart = first < from.apart.capacity() ? from.apart.eight(first) : none;
         compressStore(&out.gap[std::size_t(count)], max(gap, splat(0.0f)), mask);
@@ -563,7 +565,8 @@ void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& 
         return true;
     });
     bool goOn = true;
-    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0},
+    // A vertex crosses a face where it is nearer than that; the lines of edges may be farther apart where they cross.
+    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0}, float(least) + 1e-6f,
                 [&](int first, Mask mask, const Float8&) {
                     const auto [tools, others] = columnsOf(&entries.at[std::size_t(first)]);
                     while (goOn && mask) {

@@ -78,7 +78,8 @@ class FeaturePairFinder final : public PairFinder {
     void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                      double least, ErasedCrossing visit, void* context) const;
     template <class Visit>
-    void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, Visit&& visit) const;
+    void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, float apartFromFaces,
+                     Visit&& visit) const;
     template <class Visit>
     static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureTree::Bounds8& boxes,
                             simd::Mask near, Visit&& visit);
