@@ -39,16 +39,16 @@ TOUCHSTONE_INLINE Vec8 fromEdge(const Vec8& u, const Vec8& v, const Vec8& w) {
     return w + s * u - clamped(t) * v;
 }
 
+/// The directions of eight ways; 0 where there is no way.
+TOUCHSTONE_INLINE Vec8 direction(const Vec8& way) {
+    return 1.0f / simd::max(simd::sqrt(dot(way, way)), simd::splat(1e-18f)) * way;
+}
+
 /// Eight pairs on their courses.
 struct Near8 {
     Float8 gap;       ///< lower bounds on their distances
     Vec8 off;         ///< the way from one to the other where they were found nearest
     Float8 fraction;  ///< of the course, there
-
-    /// The direction of `off`; 0 where there is no way.
-    TOUCHSTONE_INLINE Vec8 direction() const {
-        return 1.0f / simd::max(simd::sqrt(dot(off, off)), simd::splat(1e-18f)) * off;
-    }
 };
 
 /// `at(s)`: the ways from one to the other at the fraction s of the course; `length2`: squared lengths of the ways on

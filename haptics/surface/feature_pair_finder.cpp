@@ -105,6 +105,14 @@ struct FeaturePairFinder::Query {
         const Vec8 wide = Vector3f(Vector3f::Constant(margin));
         return {min(from, to) - wide, max(from, to) + wide};
     }
+    /// Of eight pairs for which a direction bounds their distances on the course: those that have no such bound. A
+    /// course that is expected may lead one part through the other, and behind it the way between them points back.
+    Int8 through(const Float8& bounds) const { return quick ? bounds <= 0.0f : lanes() < 0; }
+    /// Where `atStart` is set the direction of the way at the start of the course, and else n.
+    template <class At>
+    TOUCHSTONE_INLINE static Vec8 choose(const Int8& atStart, At&& at, const Vec8& n) {
+        return toMask(atStart) ? touchstone::choose(atStart, direction(at(0.0f)), n) : n;
+    }
     /// Of eight pairs of a kind: the gaps, and the directions along which they are apart.
     Float8 measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const;
     Float8 vertexFaces(const Vec8& vertices, const FaceLanes& faces, Separation8& apart) const;
@@ -170,12 +178,14 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
                                                                Separation8& apart) const {
     const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
-    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick,
-                                   [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); });
-    const Vec8 n = near.direction();
-    const Float8 offset = max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)), before = dot(n, from);
-    apart = separation(n, offset, vertices, vertices);
-    return quick ? max(near.gap, min(before, before + dot(n, path)) - offset) : near.gap;
+    const auto at = [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); };
+    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick, at);
+    const auto offset = [&](const Vec8& n) { return max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)); };
+    const Vec8 nearest = direction(near.off);
+    const Float8 before = dot(nearest, from), bound = min(before, before + dot(nearest, path)) - offset(nearest);
+    const Vec8 n = choose(through(bound), at, nearest);
+    apart = separation(n, offset(n), vertices, vertices);
+    return quick ? max(near.gap, bound) : near.gap;
 }
 
 TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& faces, const Vec8& vertices,
@@ -185,21 +195,25 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
     const Vec8 ab = wb - wa, ac = wc - wa;
     const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
-    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, [&](float s) {
+    const auto at = [&](float s) {
         const Float8 share = splat(s);
         // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
         const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
         return fromFace(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
-    });
-    const Vec8 turned = near.direction(), w = near.fraction * Vec8(turn), back = turned - cross(w, turned);
+    };
+    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, at);
+    const Vec8 nearest = direction(near.off);
+    const auto farthest = [&](const Vec8& corner, const Vec8& way) {
+        const Float8 before = dot(nearest, corner);
+        return max(before, before + dot(nearest, way));
+    };
+    const Float8 bound = dot(nearest, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc));
+    const Int8 atStart = through(bound);
+    const Vec8 turned = choose(atStart, at, nearest), w = (atStart ? splat(0.0f) : near.fraction) * Vec8(turn),
+               back = turned - cross(w, turned);
     const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
     apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
-    const auto farthest = [&](const Vec8& corner, const Vec8& way) {
-        const Float8 before = dot(turned, corner);
-        return max(before, before + dot(turned, way));
-    };
-    return quick ? max(near.gap, dot(turned, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc)))
-                 : near.gap;
+    return quick ? max(near.gap, bound) : near.gap;
 }
 
 TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v,
@@ -220,19 +234,21 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, 
     const Vec8 u = ours.second - ours.first, v = theirs.second - theirs.first;
     const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - theirs.first;
     const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
-    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, [&](float s) {
+    const auto at = [&](float s) {
         const Float8 share = splat(s);
         return fromEdge(u + share * bend, v, w + share * path);
-    });
-    const Vec8 n = near.direction();
-    const Float8 offset = max(dot(n, theirs.first), dot(n, theirs.second));
-    apart = separation(n, offset, mine.first, mine.second);
-    const auto nearest = [&](const Vec8& end, const Vec8& way) {
-        const Float8 before = dot(n, end);
-        return min(before, before + dot(n, way));
     };
-    const Vec8 first = ours.first + Vec8(t);
-    return quick ? max(near.gap, min(nearest(first, path), nearest(first + u, path + bend)) - offset) : near.gap;
+    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, at);
+    const auto offset = [&](const Vec8& n) { return max(dot(n, theirs.first), dot(n, theirs.second)); };
+    const Vec8 nearest = direction(near.off), first = ours.first + Vec8(t);
+    const auto least = [&](const Vec8& end, const Vec8& way) {
+        const Float8 before = dot(nearest, end);
+        return min(before, before + dot(nearest, way));
+    };
+    const Float8 bound = min(least(first, path), least(first + u, path + bend)) - offset(nearest);
+    const Vec8 n = choose(through(bound), at, nearest);
+    apart = separation(n, offset(n), mine.first, mine.second);
+    return quick ? max(near.gap, bound) : near.gap;
 }
 
 Float8 FeaturePairFinder::Query::measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const {
