@@ -507,10 +507,14 @@ struct FeaturePairFinder::Ends {
     Place obstacle[2];  ///< of the obstacle in the tool's frame
     float bend = 0;     ///< by which those of the obstacle leave their straight ways in the tool's frame, mm
 
-    /// Lower bounds on the distances of eight pairs, of which either all are of a face and a vertex or none.
-    TOUCHSTONE_INLINE Float8 apart(const Separation8& s, bool inTool) const {
-        const Place* const at = inTool ? obstacle : tool;
-        return min(at[0].apart(s), at[1].apart(s)) - splat(inTool ? bend : 0.0f);
+    /// Lower bounds on the distances of eight pairs of these kinds.
+    TOUCHSTONE_INLINE Float8 apart(const Separation8& s, const Int8& kinds) const {
+        const Int8 inTool = kinds == splat(std::int32_t(PairKind::FaceVertex));
+        const Mask lanes = toMask(inTool);
+        Float8 bound = splat(0.0f);
+        if (lanes != 0xff) bound = min(tool[0].apart(s), tool[1].apart(s));
+        if (lanes) bound = inTool ? min(obstacle[0].apart(s), obstacle[1].apart(s)) - bend : bound;
+        return bound;
     }
     static Place inverse(const Place& place) { return {place.M.transpose(), -(place.M.transpose() * place.m)}; }
 };
@@ -528,10 +532,11 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
         Float8 gap = load(&entries.gap[std::size_t(first)]) - splat(moved);
         Mask mask = lessEqual(gap, splat(margin)) & ((1u << n) - 1);
         if (!mask) continue;
-        const PairKind kind = kindOf(entries.at[std::size_t(first)].tool);
-        if (first < entries.apart.capacity() && kind == kindOf(entries.at[std::size_t(first + n - 1)].tool)) {
-            const Float8 apart = ends.apart(entries.apart.eight(first), kind == PairKind::FaceVertex);
-            mask &= lessEqual(apart, splat(kind == PairKind::EdgeEdge ? margin : apartFromFaces + about));
+        if (first < entries.apart.capacity()) {
+            const Int8 kinds = columnsOf(&entries.at[std::size_t(first)]).first >> kFeatureBits;
+            const Float8 apart = ends.apart(entries.apart.eight(first), kinds);
+            mask &= lessEqual(apart, kinds == splat(std::int32_t(PairKind::EdgeEdge)) ? splat(margin)
+                                                                                      : splat(apartFromFaces + about));
             gap = max(apart, gap);
         }
         if (mask && !visit(first, mask, gap)) return;
