@@ -153,12 +153,15 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
       tool_(&tool),
       obstacle_(&obstacle),
       leastAbout_(std::min(tool.extent.about.minCoeff(), tool.extent.reach)) {
-    int most = 1;
-    for (const std::vector<int>* starts : {&tool.firstVertex, &tool.firstEdge})
-        for (std::size_t i = 1; i < starts->size(); ++i) most = std::max(most, (*starts)[i] - (*starts)[i - 1]);
+    const auto eights = [](const std::vector<int>& starts) {
+        int most = 1;
+        for (std::size_t i = 1; i < starts.size(); ++i) most = std::max(most, starts[i] - starts[i - 1]);
+        return std::size_t(paddedToEight(most)) / 8;
+    };
     const Vec8 zero = Vector3f(Vector3f::Zero());
-    placed_.resize(std::size_t(paddedToEight(most)) / 8, {zero, zero});
+    placed_.resize(std::max(eights(tool.firstVertex), eights(tool.firstEdge)), {zero, zero});
     placedEdges_.resize(placed_.size(), {zero, {zero, zero}});
+    resting_.resize(eights(obstacle.firstEdge), {{zero, zero}, zero, {zero, zero}});
 }
 
 PairEntries FeaturePairFinder::entries() const {
@@ -432,10 +435,10 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         }
         return true;
     };
-    auto edges = [&, at = -1](int patch, const Swept&, int other) mutable {
+    auto edges = [&, at = -1, resting = -1](int patch, const Swept&, int other) mutable {
         const Box8 box = boxOf(FeatureKind::Edge, other);
         const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1],
-                  otherEnd = obstacle_->firstEdge[other + 1];
+                  otherBegin = obstacle_->firstEdge[other], otherEnd = obstacle_->firstEdge[other + 1];
         if (std::exchange(at, patch) != patch)
             for (int e = begin; e < end; e += n) {
                 const Eight tools(tool_->edges, e);
@@ -449,13 +452,17 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
             for (Mask near = boxes.meets(box) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);
-                for (int from = obstacle_->firstEdge[other]; from < otherEnd; from += n) {
-                    const Eight theirs(obstacle_->edges, from);
-                    const EdgeLanes others = EdgeLanes::ends(theirs);
-                    Mask mask = mine.meets(others.box()) & first(otherEnd - from);
-                    if (mask)
-                        mask &= toMask(
-                            q.opposing(u.all(i), wings.all(i), others.second - others.first, EdgeLanes::wings(theirs)));
+                if (std::exchange(resting, other) != other)
+                    for (int from = otherBegin; from < otherEnd; from += n) {
+                        const Eight theirs(obstacle_->edges, from);
+                        const EdgeLanes ends = EdgeLanes::ends(theirs);
+                        resting_[std::size_t(from - otherBegin) / n] = {ends.box(), ends.second - ends.first,
+                                                                        EdgeLanes::wings(theirs)};
+                    }
+                for (int from = otherBegin; from < otherEnd; from += n) {
+                    const auto& [theirs, v, otherWings] = resting_[std::size_t(from - otherBegin) / n];
+                    Mask mask = mine.meets(theirs) & first(otherEnd - from);
+                    if (mask) mask &= toMask(q.opposing(u.all(i), wings.all(i), v, otherWings));
                     if (mask && !eights.push(PairKind::EdgeEdge, splat(eight + i), splat(from) + lanes(), mask))
                         return false;
                 }

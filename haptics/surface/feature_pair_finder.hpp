@@ -96,6 +96,13 @@ class FeaturePairFinder final : public PairFinder {
     // wings.
     AlignedVector<Box8> placed_;
     AlignedVector<std::pair<Vec8, EdgeLanes>> placedEdges_;
+    // The edges of one patch of the obstacle: boxes, directions and wings.
+    struct Resting {
+        Box8 box;
+        Vec8 direction;
+        EdgeLanes wings;
+    };
+    AlignedVector<Resting> resting_;
 };
 
 }  // namespace touchstone
