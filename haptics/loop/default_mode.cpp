@@ -803,7 +803,7 @@ bool DefaultTick::run(Wrench& wrench) {
         const double moved = move(step, wanted, found == Found::Contact);
         if (blocked_) return false;
         // In a tick of many steps, the last step predicts the next one better than the last tick does.
-        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= linearizations_; ++k) {
+        for (int k = 0; k < int(state_.lists.size()) && linearization_ >= 2; ++k) {
             const Pose X_OT = state_.inObstacle(k, state_.graphic);
             const Course lastStep = Course::between(state_.inObstacle(k, before), X_OT, state_.p_TC);
             state_.lists[k]->expect({X_OT, lastStep.shift, lastStep.turn});
