@@ -23,6 +23,9 @@ constexpr double kMaxCourse = 2.5;
 /// A new search also begins when this fraction of the slack is used up by deviation from the course. A larger fraction
 /// leaves less time for the search; a smaller one searches more often.
 constexpr double kUsedSlack = 0.4;
+/// Between meshes a search has twice the slack if the last one found fewer entries than this. With a larger number the
+/// sets of fits become larger; with a smaller one the tick searches more often itself.
+constexpr int kSparse = 1000;
 /// The tool rests if it travels less than this fraction of the slack in a tick. The long course that brought it there
 /// is then replaced, since most of its entries would be tested in vain.
 constexpr double kResting = 0.02;
@@ -99,7 +102,8 @@ void NeighborListWorker::serve(const Message& message) {
         PairFinder& finder = world_.byMeshes(k, r.geometry) ? *part->features : *part->leaves;
         const Extent& extent = finder.extent();
         const Vec3& center = extent.center;
-        const double slack = finder.slack(r.slack);
+        const bool sparse = finder.ofFeatures() && part->found < kSparse;
+        const double slack = finder.slack(r.slack) * (sparse ? 2 : 1);
         Course tick = Course::between(message.X_OT_before[k], X_OT, center);
         tick.X_OT = X_OT;
         const double maxTicks = kMaxCourse / std::max(extent.length(tick), 1e-9);
@@ -120,7 +124,7 @@ void NeighborListWorker::serve(const Message& message) {
                              extent.length(part->published.course) > extent.length(next) + slack;
         const double left =
             part->publisher != &finder ? -1 : finder.reserve(part->published, {courseFor(leadMs), r.within});
-        if (!tooLong && left >= (1 - kUsedSlack) * slack) continue;
+        if (!tooLong && left >= (1 - kUsedSlack) * part->slack) continue;
         PairEntries& entries = part->entries.back();
         // The entries must serve steps as long as trust allows.
         Within within = r.within;
@@ -130,6 +134,8 @@ void NeighborListWorker::serve(const Message& message) {
         const double began = threadCpuMicroseconds();
         if (!finder.find(asked, entries)) continue;  // more pairs than memory: the tick searches itself
         part->findMs = 1e-3 * (threadCpuMicroseconds() - began);
+        part->found = entries.count;
+        part->slack = slack;
         part->entries.publish();
         part->published = asked;
         part->publisher = &finder;

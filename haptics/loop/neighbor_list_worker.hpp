@@ -46,6 +46,8 @@ class NeighborListWorker {
         std::unique_ptr<PairFinder> leaves, features;  // used by the worker's thread; null: the parts have none
         TripleBuffer<PairEntries> entries;             // from that thread to the tick
         Coverage published;                            // of the newest entries
+        int found = 0;                                 // their number
+        double slack = 0;                              // by which they exceed what was asked, mm
         PairFinder* publisher = nullptr;               // their finder
         Pose trailing;      // follows the tool at a distance of the slack, as if pulled by a string
         double findMs = 0;  // duration of the last search
