@@ -82,7 +82,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
     };
     if (!widen(next)) widen(next = asked);
     if (from->count <= kFewEntries) next = *from;
-    finder_->narrow(*from, next, narrow_);
+    finder_->narrow(*from, next, narrow_, from == offered_ && from->count > lookAhead_.dense);
     return true;
 }
 

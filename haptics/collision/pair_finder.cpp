@@ -89,8 +89,8 @@ bool PairFinder::find(const Coverage& asked, PairEntries& out) {
     return true;
 }
 
-void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out) {
-    select(from, asked, out);
+void PairFinder::narrow(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) {
+    select(from, asked, out, renew);
     static_cast<Coverage&>(out) = asked;
 }
 
@@ -251,7 +251,7 @@ void LeafPairFinder::selectAlong(const PairEntries& from, const Coverage& asked,
     measure<moves>(out);
 }
 
-void LeafPairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+void LeafPairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool) {
     asked.course.stays() ? selectAlong<false>(from, asked, out) : selectAlong<true>(from, asked, out);
 }
 

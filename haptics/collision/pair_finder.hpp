@@ -106,8 +106,10 @@ class PairFinder {
     /// Finds all entries of a coverage. Returns false if they exceed the capacity; `out` is then complete for no
     /// coverage.
     bool find(const Coverage& asked, PairEntries& out);
-    /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself.
-    void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out);
+    /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself. renew:
+    /// pairs of features that their separation no longer holds apart are measured anew, which pays for entries that
+    /// were found long before or along a long course.
+    void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew = false);
     /// Memory for the entries of these parts.
     virtual PairEntries entries() const = 0;
     virtual bool ofFeatures() const { return false; }
@@ -137,7 +139,7 @@ class PairFinder {
   protected:
     PairFinder(const Extent& extent, double leastSum) : extent_(extent), leastSum_(leastSum) {}
     virtual bool search(const Coverage& asked, PairEntries& out) = 0;
-    virtual void select(const PairEntries& from, const Coverage& asked, PairEntries& out) = 0;
+    virtual void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) = 0;
 
     Extent extent_;
 
@@ -166,7 +168,7 @@ class LeafPairFinder final : public PairFinder {
     struct Limit;
 
     bool search(const Coverage& asked, PairEntries& out) override;
-    void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
+    void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) override;
     void place(const Course& course, const PairEntries* of = nullptr);
     template <bool moves>
     int walk(const Coverage& asked);

@@ -25,6 +25,18 @@ TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, co
     return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
 }
 
+/// a where the lane of `which` is set, and else b.
+Separation8 choose(const Int8& which, const Separation8& a, const Separation8& b) {
+    Separation8 s;
+    for (int k = 0; k < 3; ++k) {
+        s.n[k] = which ? a.n[k] : b.n[k];
+        s.a[k] = which ? a.a[k] : b.a[k];
+        s.b[k] = which ? a.b[k] : b.b[k];
+    }
+    s.offset = which ? a.offset : b.offset;
+    return s;
+}
+
 /// The tools and the obstacles of eight entries.
 TOUCHSTONE_INLINE std::pair<Int8, Int8> columnsOf(const PairEntry* entries) {
     Int8 low, high;
@@ -550,7 +562,7 @@ void FeaturePairFinder::forEachNear(const PairEntries& entries, const Coverage& 
     }
 }
 
-void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out) {
+void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, Bounds::Quick);
     // Points of the tool move straight. In its frame those of the obstacle do not.
     const Vector3f w = q.turn;
@@ -566,8 +578,25 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
     int count = 0;
     forEachNear(from, asked, ends, float(asked.within.margin), [&](int first, Mask mask, const Float8& gap) {
         // Where the sets are the same, what is written has been read.
-        const Separation8 apart = first < from.apart.capacity() ? from.apart.eight(first) : none;
-        compressStore(&out.gap[std::size_t(count)], max(gap, splat(0.0f)), mask);
+        Separation8 apart = first < from.apart.capacity() ? from.apart.eight(first) : none;
+        Float8 gaps = max(gap, splat(0.0f));
+        const Int8 through = gap <= 0.0f;
+        const auto entryAt = [&](int i) { return from.at[std::size_t(first + i)]; };
+        const int last = std::bit_width(mask) - 1;
+        if (const PairKind kind = kindOf(entryAt(0).tool);
+            renew && (mask & toMask(through)) && kind == kindOf(entryAt(last).tool)) {
+            int ours[8], others[8];
+            for (int i = 0; i < 8; ++i) {
+                const PairEntry entry = entryAt(std::min(i, last));
+                ours[i] = featureOf(entry.tool);
+                others[i] = entry.obstacle;
+            }
+            Separation8 now;
+            gaps = through ? q.measure(kind, ours, others, now) : gaps;
+            apart = choose(through, now, apart);
+            mask &= lessEqual(gaps, splat(q.margin));
+        }
+        compressStore(&out.gap[std::size_t(count)], gaps, mask);
         store(&out.sum[std::size_t(count)], splat(1.0f));
         out.apart.write(count, apart, mask);
         for (; mask; mask &= mask - 1)

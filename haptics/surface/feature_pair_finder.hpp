@@ -68,7 +68,7 @@ class FeaturePairFinder final : public PairFinder {
     };
 
     bool search(const Coverage& asked, PairEntries& out) override;
-    void select(const PairEntries& from, const Coverage& asked, PairEntries& out) override;
+    void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) override;
     template <class Visit>
     void walk(const Coverage& asked, Bounds bounds, Visit& visit) {
         walkErased(

@@ -11,6 +11,7 @@ namespace {
 struct Searches {
     int found = 0;                ///< number of entries that each of them finds
     std::vector<double> margins;  ///< mm
+    std::vector<double> ahead;    ///< lengths of the courses, mm
 };
 
 class CountingFinder final : public PairFinder {
@@ -22,10 +23,11 @@ class CountingFinder final : public PairFinder {
   private:
     bool search(const Coverage& asked, PairEntries& out) override {
         searches_.margins.push_back(asked.within.margin);
+        searches_.ahead.push_back(asked.course.shift.norm());
         out.count = searches_.found;
         return true;
     }
-    void select(const PairEntries& from, const Coverage&, PairEntries& out) override { out.count = from.count; }
+    void select(const PairEntries& from, const Coverage&, PairEntries& out, bool) override { out.count = from.count; }
 
     Searches& searches_;
 };
@@ -89,6 +91,25 @@ TEST_CASE("contact list: where the last search found few entries, but some, the 
     REQUIRE(searches.margins.size() == 3);
     CHECK(searches.margins[1] == Approx(kMargin + kSlack));
     CHECK(searches.margins[2] == Approx(kMargin + factor * kSlack));
+}
+
+TEST_CASE("contact list: after a search that found many entries the next ones look half as far", "[collision]") {
+    const auto [found, factor] = GENERATE(table<int, double>({{800, 0.5}, {500, 1}}));
+    CAPTURE(found);
+    Searches searches;
+    searches.found = found;
+    Pairs pairs(searches, {.ticks = 4, .dense = 500});
+    const Vec3 tick(0.1, 0, 0);
+    for (int k = 0; k < 3; ++k) {
+        const Course course(Pose{{10.0 * k, 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
+        pairs.expect(course);
+        REQUIRE(pairs.complete({course, kMargin}, kSlack));
+    }
+    REQUIRE(searches.margins.size() == 3);
+    for (int k = 0; k < 3; ++k) {
+        CHECK(searches.margins[k] == Approx(kMargin + (k ? factor : 1) * kSlack));
+        CHECK(searches.ahead[k] == Approx((k ? factor : 1) * 0.4));
+    }
 }
 
 }  // namespace touchstone::contact_list_tests

@@ -172,7 +172,7 @@ TEST_CASE("feature pairs: a selection for another motion holds every pair that c
         for (const double margin : {0.6, 0.2}) {
             REQUIRE(finder.reserve(wide, {other, margin}) >= 0);
             // The second one is selected from the first.
-            finder.narrow(margin == 0.6 ? wide : selected, {other, margin}, selected);
+            finder.narrow(margin == 0.6 ? wide : selected, {other, margin}, selected, n % 4 > 1);
             std::map<std::pair<int, int>, float> found;
             for (int i = 0; i < selected.count; ++i)
                 found[{selected.at[i].tool, selected.at[i].obstacle}] = selected.gap[i];
