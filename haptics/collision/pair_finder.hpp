@@ -106,9 +106,9 @@ class PairFinder {
     /// Finds all entries of a coverage. Returns false if they exceed the capacity; `out` is then complete for no
     /// coverage.
     bool find(const Coverage& asked, PairEntries& out);
-    /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself. renew:
-    /// pairs of features that their separation no longer holds apart are measured anew, which pays for entries that
-    /// were found long before or along a long course.
+    /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself. With
+    /// `renew`, pairs of features whose separation no longer keeps them apart are measured again, which pays for
+    /// entries that were found along a long course.
     void narrow(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew = false);
     /// Memory for the entries of these parts.
     virtual PairEntries entries() const = 0;
