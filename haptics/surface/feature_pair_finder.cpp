@@ -120,10 +120,10 @@ struct FeaturePairFinder::Query {
     /// Of eight pairs for which a direction bounds their distances on the course: those that have no such bound. A
     /// course that is expected may lead one part through the other, and behind it the way between them points back.
     Int8 through(const Float8& bounds) const { return quick ? bounds <= 0.0f : lanes() < 0; }
-    /// Where `atStart` is set the direction of the way at the start of the course, and else n.
+    /// n, or where `atStart` is set the direction of the way at the start of the course.
     template <class At>
-    TOUCHSTONE_INLINE static Vec8 choose(const Int8& atStart, At&& at, const Vec8& n) {
-        return toMask(atStart) ? touchstone::choose(atStart, direction(at(0.0f)), n) : n;
+    TOUCHSTONE_INLINE static Vec8 orAtStart(const Vec8& n, const Int8& atStart, At&& at) {
+        return toMask(atStart) ? choose(atStart, direction(at(0.0f)), n) : n;
     }
     /// Of eight pairs of a kind: the gaps, and the directions along which they are apart.
     Float8 measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const;
@@ -198,7 +198,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& verti
     const auto offset = [&](const Vec8& n) { return max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)); };
     const Vec8 nearest = direction(near.off);
     const Float8 before = dot(nearest, from), bound = min(before, before + dot(nearest, path)) - offset(nearest);
-    const Vec8 n = choose(through(bound), at, nearest);
+    const Vec8 n = orAtStart(nearest, through(bound), at);
     apart = separation(n, offset(n), vertices, vertices);
     return quick ? max(near.gap, bound) : near.gap;
 }
@@ -224,7 +224,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& 
     };
     const Float8 bound = dot(nearest, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc));
     const Int8 atStart = through(bound);
-    const Vec8 turned = choose(atStart, at, nearest), w = (atStart ? splat(0.0f) : near.fraction) * Vec8(turn),
+    const Vec8 turned = orAtStart(nearest, atStart, at), w = (atStart ? splat(0.0f) : near.fraction) * Vec8(turn),
                back = turned - cross(w, turned);
     const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
     apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
@@ -261,7 +261,7 @@ TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, 
         return min(before, before + dot(nearest, way));
     };
     const Float8 bound = min(least(first, path), least(first + u, path + bend)) - offset(nearest);
-    const Vec8 n = choose(through(bound), at, nearest);
+    const Vec8 n = orAtStart(nearest, through(bound), at);
     apart = separation(n, offset(n), mine.first, mine.second);
     return quick ? max(near.gap, bound) : near.gap;
 }
@@ -397,12 +397,6 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         const Mask near = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1);
         return !near || visit(context, kind, ours, others, near, gaps, apart);
     });
-    const auto boxOf = [&](FeatureKind kind, int patch) {
-        const FeatureTree::Bounds8& eight = obstacle_->tree.eight(kind, 0, patch / n);
-        const int i = patch % n;
-        return Box8{Vector3f(eight.lo[0][i], eight.lo[1][i], eight.lo[2][i]),
-                    Vector3f(eight.hi[0][i], eight.hi[1][i], eight.hi[2][i])};
-    };
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
     // A patch of the tool meets several patches of the obstacle in succession, so it is placed once for all of them.
     auto vertexFaces = [&, at = -1](int patch, const Swept&, int other) mutable {
@@ -413,10 +407,10 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
                 for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
                 placed_[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
             }
-        const Box8 box = boxOf(FeatureKind::Face, other);
+        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
         for (int eight = begin; eight < end; eight += n) {
             const Box8& mine = placed_[std::size_t(eight - begin) / n];
-            Mask near = mine.meets(box) & first(end - eight);
+            Mask near = mine.meets({box.lo, box.hi}) & first(end - eight);
             if (!near) continue;
             const FaceLanes faces(Eight(obstacle_->faces, n * other));
             const Box8 boxes = faces.box();
@@ -448,7 +442,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         return true;
     };
     auto edges = [&, at = -1, resting = -1](int patch, const Swept&, int other) mutable {
-        const Box8 box = boxOf(FeatureKind::Edge, other);
+        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
         const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1],
                   otherBegin = obstacle_->firstEdge[other], otherEnd = obstacle_->firstEdge[other + 1];
         if (std::exchange(at, patch) != patch)
@@ -461,7 +455,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         for (int eight = begin; eight < end; eight += n) {
             const Box8& boxes = placed_[std::size_t(eight - begin) / n];
             const auto& [u, wings] = placedEdges_[std::size_t(eight - begin) / n];
-            for (Mask near = boxes.meets(box) & first(end - eight); near; near &= near - 1) {
+            for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
                 const int i = std::countr_zero(near);
                 const Box8 mine = boxes.all(i);
                 if (std::exchange(resting, other) != other)
