@@ -9,6 +9,7 @@
 #include <array>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace touchstone::engine {
@@ -19,25 +20,35 @@ bool hasClientExtension(std::string_view name) {
     return list && std::string_view(list).find(name) != std::string_view::npos;
 }
 
-/// Displays that need no screen, best first: Mesa's surfaceless platform, each graphics device, the driver's default.
+/// Whether Mesa's rasteriser is the device.
+bool isSoftware(EGLDeviceEXT device) {
+    const char* list =
+        hasClientExtension("EGL_EXT_device_query") ? eglQueryDeviceStringEXT(device, EGL_EXTENSIONS) : "";
+    return list && std::string_view(list).find("EGL_MESA_device_software") != std::string_view::npos;
+}
+
+/// Displays that need no screen, best first: each graphics card, Mesa's surfaceless platform, the driver's default.
+/// Where two vendors' drivers are installed, the surfaceless platform is Mesa's, which may know no card.
 std::vector<EGLDisplay> screenlessDisplays() {
     std::vector<EGLDisplay> displays;
     if (hasClientExtension("EGL_EXT_platform_base")) {
-        if (hasClientExtension("EGL_MESA_platform_surfaceless"))
-            displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
         if (hasClientExtension("EGL_EXT_platform_device") && hasClientExtension("EGL_EXT_device_enumeration")) {
             std::array<EGLDeviceEXT, 16> devices{};
             EGLint count = 0;
             if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count))
                 for (EGLint i = 0; i < count; ++i)
-                    displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
+                    if (!isSoftware(devices[i]))
+                        displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
         }
+        if (hasClientExtension("EGL_MESA_platform_surfaceless"))
+            displays.push_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
     }
     displays.push_back(eglGetDisplay(EGL_DEFAULT_DISPLAY));
     std::erase(displays, EGL_NO_DISPLAY);
     return displays;
 }
 
+/// Of the newest version that the driver has, as far as this program uses it: some drivers give no more than is asked.
 EGLContext createContext(EGLDisplay display) {
     // Do not request a surface type: no surface will be created, and some platforms offer none.
     const std::array<EGLint, 5> want{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE, EGL_DONT_CARE, EGL_NONE};
@@ -45,10 +56,19 @@ EGLContext createContext(EGLDisplay display) {
     EGLint count = 0;
     if (!eglBindAPI(EGL_OPENGL_API) || !eglChooseConfig(display, want.data(), &config, 1, &count) || count < 1)
         return EGL_NO_CONTEXT;
-    const std::array<EGLint, 7> attributes{
-        EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
-    return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+    for (const auto& [major, minor] : {std::pair{4, 3}, std::pair{3, 3}}) {
+        const std::array<EGLint, 7> attributes{EGL_CONTEXT_MAJOR_VERSION,
+                                               major,
+                                               EGL_CONTEXT_MINOR_VERSION,
+                                               minor,
+                                               EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                               EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                               EGL_NONE};
+        if (const EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+            context != EGL_NO_CONTEXT)
+            return context;
+    }
+    return EGL_NO_CONTEXT;
 }
 
 }  // namespace

@@ -75,6 +75,11 @@ class Buffer : public GlObject<BufferTag> {
         glBindBuffer(target, id());
         glBufferData(target, static_cast<GLsizeiptr>(values.size_bytes()), values.data(), usage);
     }
+    /// Replaces the content by `bytes` that nobody has written; leaves the buffer bound to `target`.
+    void reserve(GLenum target, std::size_t bytes, GLenum usage) {
+        glBindBuffer(target, id());
+        glBufferData(target, static_cast<GLsizeiptr>(bytes), nullptr, usage);
+    }
 };
 
 /// A 2-D texture.
