@@ -15,7 +15,9 @@ struct Row {
     float offset;   // e or d
     float inverse;  // of the length; 0: the row has no direction. The paper's form does not use it
 };
-layout(std430, binding = 0) readonly buffer Rows { Row rows[]; };
+// Of each problem the six of b, offset and inverse, one column after the other, so that neighboring threads read
+// neighboring numbers.
+layout(std430, binding = 0) readonly buffer Columns { float columns[]; };
 layout(std430, binding = 1) readonly buffer Problems { ivec2 problems[]; };  // first row, limit; last: end of the rows
 layout(std430, binding = 2) buffer Forces { float forces[]; };
 struct End {
@@ -34,6 +36,16 @@ shared float y[kMaxRows];  // of the paper's form
 
 int lane, begin, size, limit;
 End end;  // of the earlier dispatch, or the start
+
+float entry(int i, int k) { return columns[8 * begin + k * size + i]; }
+
+Row rowAt(int i) {
+    Row row;
+    for (int k = 0; k < 6; ++k) row.b[k] = entry(i, k);
+    row.offset = entry(i, 6);
+    row.inverse = entry(i, 7);
+    return row;
+}
 
 /// Adds up the lanes of sums[0..count), of which kResidual is a maximum.
 void reduce(int count) {
@@ -60,7 +72,7 @@ void guarded() {
     if (starts) {
         float slope = 0.0;
         for (int n = 0; n < count; ++n) {
-            Row row = rows[begin + lane + n * kThreads];
+            Row row = rowAt(lane + n * kThreads);
             u[n] = row.inverse > 0.0 ? kStart / row.inverse : 0.0;
             slope += row.inverse > 0.0 ? u[n] * row.offset : 0.0;
             for (int k = 0; k < 6; ++k) sums[k][lane] += u[n] * row.b[k];
@@ -75,7 +87,7 @@ void guarded() {
         for (int k = 0; k < kSums; ++k) sums[k][lane] = 0.0;
     }
     for (int n = 0; n < count; ++n) {
-        Row row = rows[begin + lane + n * kThreads];
+        Row row = rowAt(lane + n * kThreads);
         vec2 state = states[begin + lane + n * kThreads];
         u[n] = starts ? row.inverse > 0.0 ? max(least, scale * u[n]) : 0.0 : state.x;
         reached[n] = starts ? u[n] : state.y;
@@ -107,7 +119,7 @@ void guarded() {
         barrier();
         for (int k = 0; k < kSums; ++k) sums[k][lane] = 0.0;
         for (int n = 0; n < count; ++n) {
-            Row row = rows[begin + lane + n * kThreads];
+            Row row = rowAt(lane + n * kThreads);
             float ahead = 0.0, about = 0.0;
             for (int k = 0; k < 6; ++k) {
                 ahead += along[k] * row.b[k];
@@ -140,7 +152,7 @@ void guarded() {
     for (int n = 0; n < count; ++n) {
         int i = begin + lane + n * kThreads;
         states[i] = vec2(u[n], reached[n]);
-        forces[i] = u[n] * rows[i].inverse;
+        forces[i] = u[n] * entry(i - begin, 7);
     }
     if (lane == 0) ends[gl_WorkGroupID.x] = End(iterations, ended, pace);
 }
@@ -149,11 +161,11 @@ void guarded() {
 /// All threads call it together, with rows beyond the last, too.
 vec3 products(int i, bool timesY) {
     float b[6];
-    for (int k = 0; k < 6; ++k) b[k] = i < size ? rows[begin + i].b[k] : 0.0;
+    for (int k = 0; k < 6; ++k) b[k] = i < size ? entry(i, k) : 0.0;
     vec3 result = vec3(0.0);
     for (int tile = 0; tile < size; tile += kThreads) {
         barrier();
-        for (int k = 0; k < 6; ++k) sums[k][lane] = tile + lane < size ? rows[begin + tile + lane].b[k] : 0.0;
+        for (int k = 0; k < 6; ++k) sums[k][lane] = tile + lane < size ? entry(tile + lane, k) : 0.0;
         barrier();
         int last = min(kThreads, size - tile);
         for (int j = 0; j < last; j += 4) {  // rows beyond the last are zero
@@ -192,7 +204,7 @@ void paperForm() {
             int i = lane + n * kThreads;
             vec3 entries = products(i, true);
             if (i >= size) continue;
-            float d = rows[begin + i].offset, held = r[n] * y[i];
+            float d = entry(i, 6), held = r[n] * y[i];
             next[n] = y[i] * ((max(d, 0.0) + entries.y + held) / (max(-d, 0.0) + entries.x + held));
             F += y[i] * ((entries.x - entries.y) / 2.0 - d);
         }

@@ -134,6 +134,7 @@ TOUCHSTONE_INLINE auto low(const Double8& v) { return __builtin_shufflevector(v,
 TOUCHSTONE_INLINE auto high(const Double8& v) { return __builtin_shufflevector(v, v, 4, 5, 6, 7); }
 TOUCHSTONE_INLINE Double8 splat(double v) { return v - Double8{}; }
 TOUCHSTONE_INLINE Double8 toDouble(Float8 v) { return __builtin_convertvector(v, Double8); }
+TOUCHSTONE_INLINE Float8 toFloat(const Double8& v) { return __builtin_convertvector(v, Float8); }
 TOUCHSTONE_INLINE Long8 less(const Double8& a, const Double8& b) { return a < b; }
 TOUCHSTONE_INLINE Long8 atMost(const Double8& a, const Double8& b) { return a <= b; }
 /// a where the lane of `which` is set, and else b.
@@ -149,6 +150,10 @@ TOUCHSTONE_INLINE Double8 toDouble(Float8 v) {
     const __m256 all = reinterpret_cast<__m256>(v);
     return {reinterpret_cast<Double4>(_mm256_cvtps_pd(_mm256_castps256_ps128(all))),
             reinterpret_cast<Double4>(_mm256_cvtps_pd(_mm256_extractf128_ps(all, 1)))};
+}
+TOUCHSTONE_INLINE Float8 toFloat(const Double8& v) {
+    return reinterpret_cast<Float8>(_mm256_set_m128(_mm256_cvtpd_ps(reinterpret_cast<__m256d>(v.high)),
+                                                    _mm256_cvtpd_ps(reinterpret_cast<__m256d>(v.low))));
 }
 TOUCHSTONE_INLINE Long8 less(const Double8& a, const Double8& b) { return {a.low < b.low, a.high < b.high}; }
 TOUCHSTONE_INLINE Long8 atMost(const Double8& a, const Double8& b) { return {a.low <= b.low, a.high <= b.high}; }

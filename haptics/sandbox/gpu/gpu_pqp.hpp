@@ -10,10 +10,10 @@ namespace touchstone::sandbox {
 
 /// Wall-clock time of a batch, µs.
 struct GpuTimes {
-    double upload = 0;    ///< of the rows, until the card has them
+    double upload = 0;    ///< of the rows, from their rounding to single precision until the card has them
     double dispatch = 0;  ///< until the driver has taken the commands
     double solve = 0;     ///< from then on until the last problem is solved
-    double download = 0;  ///< of the forces
+    double download = 0;  ///< of the forces, until the last answer is computed from them
     GpuTimes& operator+=(const GpuTimes& other) {
         upload += other.upload, dispatch += other.dispatch, solve += other.solve, download += other.download;
         return *this;
