@@ -117,8 +117,11 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
     const std::string name = folder.filename().string(), card = table.front()["card"];
     const bool software = card.find("llvmpipe") != std::string::npos;
     const ordered_json build = sandbox::buildInfo();
-    const auto asked = std::find_if(table.begin(), table.end(),
-                                    [](const QpCost& row) { return row["rows"] == 1000 && row["problems"] == 1000; });
+    std::string asked;
+    for (const QpCost& row : table)
+        if (row["rows"] == 1000 && row["problems"] == 1000)
+            asked += engine::formatted("%s%.3g times (%s form)", asked.empty() ? "" : ", ",
+                                       row["times_one_core"].get<double>(), row["form"].get<std::string>().c_str());
     std::string page =
         "# PQP on a graphics card\n\nWritten by `touchstone bench gpu --out " + folder.generic_string() +
         "`; [gpu.csv](" + name + "/gpu.csv) has all figures.\n\nCard: " + card +
@@ -126,15 +129,14 @@ void writeGpuPage(const std::filesystem::path& out, const std::vector<QpCost>& t
         std::to_string(table.front()["cores"].get<int>()) + " cores. Every problem gets " + std::to_string(kUpdates) +
         " updates, on the card in single precision and on the processor by the same form of PQP; *exact* is the exact "
         "solver "
-        "on one core. *Dispatch* ends when the driver has taken the commands, which a rasteriser does by solving. "
+        "on one core. *Upload* has the rounding of the rows, and *download* the answers from the forces, which all "
+        "cores "
+        "compute. *Dispatch* ends when the driver has taken the commands, which a rasteriser does by solving. "
         "Batches that "
         "would take more than " +
         shortNumber(kLongest) + " s on the card are left out.\n\n" + renderingSentence() +
         "Asked: at 1,000 rows and 1,000 problems at least 20 times the problems of one core. " +
-        (asked == table.end() ? "Not measured."
-                              : (software ? "Not measured on a card; here " : "Measured: ") +
-                                    shortNumber((*asked)["times_one_core"].get<double>()) + " times (" +
-                                    (*asked)["form"].get<std::string>() + " form).") +
+        (asked.empty() ? "Not measured." : (software ? "Not measured on a card; here " : "Measured: ") + asked + ".") +
         "\n";
     if (software)
         page +=
