@@ -46,6 +46,10 @@ constexpr int kStartRows = 4096;
 /// A step up to this length ends the tick, mm. At the default stiffness 1 µm is 1 mN. A larger value leaves the tool
 /// short of its place; a smaller one spends linearizations on what the hand cannot feel.
 constexpr double kArrived = 1e-3;
+/// A step between meshes up to this length ends the tick, mm, if the same pairs carry the tool as before it and the
+/// next step, if steps shrink by a constant ratio, would be shorter than kArrived. With a larger value a tool in a
+/// shallow valley, where they shrink less and less, is left farther from its place.
+constexpr double kForetold = 5 * kArrived;
 /// Maximum rotation of one flight, rad. A flight is checked along straight paths of the leaves, with an allowance of
 /// ρ angle²/2 for the bend of an arc. A larger angle makes the allowance so large that flights end early; a smaller one
 /// takes more flights for a turn.
@@ -98,6 +102,7 @@ class DefaultTick final : RowContacts {
         Flight,   ///< a step through free space
         Contact,  ///< a step that the trust cap limits
         Blocked,  ///< no step: something is in the way
+        Arrived,  ///< no step: it would be too short
     };
     struct Step {
         Vec6 x;
@@ -166,6 +171,7 @@ class DefaultTick final : RowContacts {
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     Measured remeasure(const Vec6& x);
     bool isStillDeeper(const Measured& measured, const Vec6& x) const;
+    bool isCarriedBy(const TouchingPairs& pairs) const;
     double move(Step step, const Vec6& wanted, bool contact);
 
     Tick& tick_;
@@ -370,6 +376,12 @@ void DefaultTick::noteTouching() {
         if (state_.lists[obstacleOf(contact.id)]->ofFeatures()) state_.touching.push(contact.id);
 }
 
+/// Whether these pairs of features and no others carry the tool.
+bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
+    const auto were = pairs.span(), are = state_.touching.span();
+    return !ofLeaves_ && !are.empty() && std::is_permutation(were.begin(), were.end(), are.begin(), are.end());
+}
+
 /// Solves and adds the rows that the trusted part of the answer crosses, until it crosses none. addCrossed: adds them,
 /// and returns false if the tick fails.
 template <class AddCrossed>
@@ -411,8 +423,12 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     clear_.setConstant(NAN);
     Found found = Found::Contact;
     solved_ = false;
-    if (keepTouching())
+    if (keepTouching()) {
         found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) { return addTouching(by, crossed); });
+        // The other pairs would only hold the tool back.
+        if (found == Found::Contact && linearization_ > 0 && solved_ && !step.elastic && step.length < kArrived)
+            return Found::Arrived;
+    }
     if (found == Found::Contact)
         found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) {
             crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
@@ -794,10 +810,13 @@ bool DefaultTick::run(Wrench& wrench) {
     for (; !arrived && !stuck && rowsOfTick_ <= kTickRows && linearization_ < (shortened && leap ? kLeapSteps : limit);
          ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
+        const double last = state_.lengthOf(lastMove_);
+        const TouchingPairs carriers = state_.touching;
         Step step;
         const Found found = linearization_ < limit ? findStep(wanted, step) : findClearStep(wanted, step);
         if (found == Found::Failure) return false;
-        if (found == Found::Blocked) break;
+        arrived = found == Found::Arrived;
+        if (arrived || found == Found::Blocked) break;
         if (found == Found::Flight) state_.rows.clear();
         const Pose before = state_.graphic;
         const double moved = move(step, wanted, found == Found::Contact);
@@ -809,7 +828,10 @@ bool DefaultTick::run(Wrench& wrench) {
             state_.lists[k]->expect({X_OT, lastStep.shift, lastStep.turn});
         }
         if (ofFeatures_) rowsOfTick_ += state_.rows.size();
-        arrived = step.length < kArrived || incrementBetween(state_.graphic, device_).isZero(0);
+        arrived = step.length < kArrived ||
+                  (step.length < kForetold && !step.elastic && isCarriedBy(carriers) &&
+                   step.length - moved + step.length * (step.length / last) < kArrived) ||
+                  incrementBetween(state_.graphic, device_).isZero(0);
         // The next step could not be longer.
         stuck = std::min({moved, travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY}) < kArrived;
         shortened = moved + kArrived < step.length;

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/loop/step.hpp"
+#include "haptics/math/statistics.hpp"
 #include "haptics/reference/mesh_reference.hpp"
 #include "haptics/surface/feature_pair_finder.hpp"
 #include "tests/support/alloc_count.hpp"
@@ -83,6 +84,33 @@ TEST_CASE("mesh step: a tool that the travel budget slows down keeps to the surf
     CHECK(lowest > 0.4);
     CHECK((record.flags & kUnfinished) == 0);
     CHECK(record.wrench_C.torque.y() == Approx(-far).margin(1e-3));
+}
+
+TEST_CASE("mesh step: a tick ends when its next step would be no longer than a micrometer", "[step]") {
+    // Two blobs, of which one slides around the other. Each pose of the device is rendered until nothing moves.
+    const World world = meshWorld(blobMesh(4, 120, 60), blobMesh(5, 140, 70), at(0, 0, 14));
+    const Settings settings = meshes();
+    const double turn = GENERATE(0.003, 0.01);  // rad from pose to pose
+    CAPTURE(turn);
+    StepState state(world);
+    int linearizations = 0;
+    std::vector<double> left;  // mm that the tool moves after the tick
+    for (int pose = 0; pose < 600; ++pose) {
+        const double angle = turn * pose;
+        const Pose device = at(7 * std::cos(angle), 0, 7 * std::sin(angle), Vec3(0.1 * std::sin(2 * angle), 0, angle));
+        const TickRecord first = step(world, settings, {device}, state);
+        TickRecord rest = first;
+        for (int tick = 0; tick < 5; ++tick) rest = step(world, settings, {device}, state);
+        if (pose < 20 || (first.flags & kUnfinished) != 0) continue;
+        REQUIRE(first.wrench_C.force.norm() > 0.1);
+        linearizations += first.linearisations;
+        left.push_back((rest.X_WT.p - first.X_WT.p).norm());
+    }
+    REQUIRE(left.size() > 500);
+    CAPTURE(linearizations, left.size());
+    CHECK(linearizations < (turn < 0.005 ? 1.9 : 2.3) * double(left.size()));
+    CHECK(*percentile(left, 95) < 0.001);
+    CHECK(*percentile(left, 99) < 0.005);
 }
 
 TEST_CASE("mesh step: a tick ends when its rows become too many, and the next one goes on", "[step]") {
