@@ -46,9 +46,13 @@ constexpr int kStartRows = 4096;
 /// A step up to this length ends the tick, mm. At the default stiffness 1 µm is 1 mN. A larger value leaves the tool
 /// short of its place; a smaller one spends linearizations on what the hand cannot feel.
 constexpr double kArrived = 1e-3;
-/// A step between meshes up to this length ends the tick, mm, if the same pairs carry the tool as before it and the
-/// next step, if steps shrink by a constant ratio, would be shorter than kArrived. With a larger value a tool in a
-/// shallow valley, where they shrink less and less, is left farther from its place.
+/// Between meshes, a step that is not the first of its tick is not made if it is shorter than this on the rows of the
+/// pairs that carried the tool, mm. With a larger value a moving tool stays behind its place, always on the same side:
+/// at 1e-3 a nut turns with 1 % less torque. With a smaller one more steps are made.
+constexpr double kTooShort = kArrived / 10;
+/// A step between meshes up to this length ends the tick, mm, if the pairs that carry the tool are those before it and
+/// the next step, shrunk by the ratio of the last two, would be shorter than kArrived. With a larger value a tool in a
+/// shallow valley, where steps shrink less and less, is left farther from its place.
 constexpr double kForetold = 5 * kArrived;
 /// Maximum rotation of one flight, rad. A flight is checked along straight paths of the leaves, with an allowance of
 /// ρ angle²/2 for the bend of an arc. A larger angle makes the allowance so large that flights end early; a smaller one
@@ -426,7 +430,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (keepTouching()) {
         found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) { return addTouching(by, crossed); });
         // The other pairs would only hold the tool back.
-        if (found == Found::Contact && linearization_ > 0 && solved_ && !step.elastic && step.length < kArrived)
+        if (found == Found::Contact && linearization_ > 0 && solved_ && !step.elastic && step.length < kTooShort)
             return Found::Arrived;
     }
     if (found == Found::Contact)

@@ -86,7 +86,7 @@ TEST_CASE("mesh step: a tool that the travel budget slows down keeps to the surf
     CHECK(record.wrench_C.torque.y() == Approx(-far).margin(1e-3));
 }
 
-TEST_CASE("mesh step: a tick ends when its next step would be no longer than a micrometer", "[step]") {
+TEST_CASE("mesh step: a tick ends when its next step would be too short to be felt", "[step]") {
     // Two blobs, of which one slides around the other. Each pose of the device is rendered until nothing moves.
     const World world = meshWorld(blobMesh(4, 120, 60), blobMesh(5, 140, 70), at(0, 0, 14));
     const Settings settings = meshes();
@@ -107,9 +107,9 @@ TEST_CASE("mesh step: a tick ends when its next step would be no longer than a m
         left.push_back((rest.X_WT.p - first.X_WT.p).norm());
     }
     REQUIRE(left.size() > 500);
-    CAPTURE(linearizations, left.size());
-    CHECK(linearizations < (turn < 0.005 ? 1.9 : 2.3) * double(left.size()));
-    CHECK(*percentile(left, 95) < 0.001);
+    CAPTURE(linearizations, left.size(), *percentile(left, 95), *percentile(left, 99));
+    CHECK(linearizations < (turn < 0.005 ? 2.4 : 2.9) * double(left.size()));
+    CHECK(*percentile(left, 95) < 1e-4);
     CHECK(*percentile(left, 99) < 0.005);
 }
 
