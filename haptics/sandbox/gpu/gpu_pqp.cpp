@@ -84,7 +84,8 @@ struct GpuPqp::Impl {
     /// Calls work(at) for each problem of the batch, on as many threads as their rows are worth.
     template <class Work>
     void eachOfBatch(Work&& work) const {
-        const std::size_t threads = std::min<std::size_t>(std::thread::hardware_concurrency(), 1 + rows() / kGrain);
+        const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+        const std::size_t threads = std::min(cores, 1 + rows() / kGrain);
         Workers(static_cast<int>(threads)).eachRange(batch.size(), 1 + batch.size() / (4 * threads), work);
     }
 
