@@ -48,7 +48,7 @@ constexpr int kStartRows = 4096;
 constexpr double kArrived = 1e-3;
 /// Between meshes, a step that is not the first of its tick is not made if it is shorter than this on the rows of the
 /// pairs that carried the tool, mm. With a larger value a moving tool stays behind its place, always on the same side:
-/// at 1e-3 a nut turns with 1 % less torque. With a smaller one more steps are made.
+/// at 1e-3 a nut turns with 0.8 % less torque. With a smaller one more steps are made.
 constexpr double kTooShort = kArrived / 10;
 /// A step between meshes up to this length ends the tick, mm, if the pairs that carry the tool are those before it and
 /// the next step, shrunk by the ratio of the last two, would be shorter than kArrived. With a larger value a tool in a

@@ -150,7 +150,7 @@ struct GpuPqp::Impl {
                                          : "the card's OpenGL context was lost: start the program again");
     }
 
-    /// Solves what was packed since `start`, which becomes the end of the solve.
+    /// Solves the batch, whose upload began at `start`, which becomes the end of the solve.
     void dispatch(const SolverSettings& settings, std::uint64_t& start) {
         const std::size_t count = batch.size();
         const bool paper = settings.paperForm;
