@@ -135,28 +135,18 @@ struct FeaturePairFinder::Query {
     /// Which of eight normals, on the axes of the vertex, can oppose a vertex of a part.
     Mask opposes(const Surface& part, int vertex, const Vec8& normals) const;
 
-    /// Bounds of a part of the tool, over the course, in the obstacle's axes from its center. T: float or Float8.
-    template <class T>
-    TOUCHSTONE_INLINE void sweep(const T lo[3], const T hi[3], T outLo[3], T outHi[3]) const {
-        T c[3], h[3], at[3], half[3];
-        for (int k = 0; k < 3; ++k) c[k] = 0.5f * (lo[k] + hi[k]), h[k] = 0.5f * (hi[k] - lo[k]);
-        for (int k = 0; k < 3; ++k) {
-            at[k] = R(k, 0) * c[0] + R(k, 1) * c[1] + R(k, 2) * c[2];
-            half[k] = std::abs(R(k, 0)) * h[0] + std::abs(R(k, 1)) * h[1] + std::abs(R(k, 2)) * h[2];
-        }
-        for (int k = 0; k < 3; ++k) {
-            outLo[k] = at[k] + (t[k] - margin) - half[k];
-            outHi[k] = at[k] + (t[k] + margin) + half[k];
-        }
-        if (stays) return;
-        for (int k = 0; k < 3; ++k) {
-            const int i = (k + 1) % 3, j = (k + 2) % 3;
-            const T path = shift[k] + (turn[i] * at[j] - turn[j] * at[i]);
-            const T grow = std::abs(turn[i]) * half[j] + std::abs(turn[j]) * half[i];
-            const T least = path - grow, most = path + grow, zero = path - path;
-            outLo[k] += least < zero ? least : zero;
-            outHi[k] += most > zero ? most : zero;
-        }
+    /// Boxes of eight nodes of the tool over the course, with the margin, in the obstacle's axes from its center.
+    TOUCHSTONE_INLINE Box8 sweep(const FeatureTree::Bounds8& nodes) const {
+        const Vec8 lo(nodes.lo[0], nodes.lo[1], nodes.lo[2]), hi(nodes.hi[0], nodes.hi[1], nodes.hi[2]);
+        const Vec8 arm = R * (splat(0.5f) * (lo + hi)), half = Matrix3f(R.cwiseAbs()) * (splat(0.5f) * (hi - lo));
+        const Vec8 from = arm + Vec8(t), wide = half + Vec8(Vector3f(Vector3f::Constant(margin)));
+        const Box8 start{from - wide, from + wide};
+        if (stays) return start;
+        const Vec8 path = way(arm), zero = Vector3f(Vector3f::Zero());
+        const Vector3f w = turn.cwiseAbs();
+        const Vec8 grow(w.y() * half.z + w.z() * half.y, w.z() * half.x + w.x() * half.z,
+                        w.x() * half.y + w.y() * half.x);
+        return {start.lo + min(path - grow, zero), start.hi + max(path + grow, zero)};
     }
 };
 
@@ -174,6 +164,12 @@ FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacl
     placed_.resize(std::max(eights(tool.firstVertex), eights(tool.firstEdge)), {zero, zero});
     placedEdges_.resize(placed_.size(), {zero, {zero, zero}});
     resting_.resize(eights(obstacle.firstEdge), {{zero, zero}, zero, {zero, zero}});
+    // Of each height of the obstacle, a walk holds its nodes up to three times; where the tool is higher, those of the
+    // highest more often. Eight lanes may be written behind the last.
+    std::size_t nodes = 8;
+    for (int height = 0; !obstacle.tree.empty() && height <= obstacle.tree.height(); ++height)
+        nodes += 3 * std::size_t(obstacle.tree.count(height));
+    nodes_.resize(nodes + 2 * std::size_t(std::max(0, tool.tree.height() - obstacle.tree.height())));
 }
 
 PairEntries FeaturePairFinder::entries() const {
@@ -292,12 +288,11 @@ struct FeaturePairFinder::Swept {
 
     /// Lanes of nodes that it may meet.
     TOUCHSTONE_INLINE Mask meets(const FeatureTree::Bounds8& b) const {
-        const Mask near = toMask((b.lo[0] <= splat(hi[0])) & (b.hi[0] >= splat(lo[0])) & (b.lo[1] <= splat(hi[1])) &
-                                 (b.hi[1] >= splat(lo[1])) & (b.lo[2] <= splat(hi[2])) & (b.hi[2] >= splat(lo[2])));
-        if (!near || angle >= kPi) return near;
+        const Int8 near = (b.lo[0] <= splat(hi[0])) & (b.hi[0] >= splat(lo[0])) & (b.lo[1] <= splat(hi[1])) &
+                          (b.hi[1] >= splat(lo[1])) & (b.lo[2] <= splat(hi[2])) & (b.hi[2] >= splat(lo[2]));
         const Float8 opposite = -(b.axis[0] * axis[0] + b.axis[1] * axis[1] + b.axis[2] * axis[2]);
         const Float8 least = b.cosine * cosine - b.sine * sine;
-        return near & toMask((least - splat(1e-5f) <= opposite) | (b.angle >= splat(kPi - angle)));
+        return toMask(near & ((least - splat(1e-5f) <= opposite) | (b.angle >= splat(kPi - angle))));
     }
     bool meets(const Vector3f& otherLo, const Vector3f& otherHi) const {
         for (int k = 0; k < 3; ++k)
@@ -306,85 +301,86 @@ struct FeaturePairFinder::Swept {
     }
 };
 
-/// Calls visit(lane, Swept, others) for the lanes of eight nodes of the tool that come within boxes of eight nodes of
-/// the obstacle, of which `near` are taken; others: those whose boxes the lane meets.
-template <class Visit>
-bool FeaturePairFinder::forEachNear(const Query& q, const FeatureTree::Bounds8& nodes,
-                                    const FeatureTree::Bounds8& boxes, Mask near, Visit&& visit) {
-    Float8 lo[3], hi[3];
-    q.sweep(nodes.lo, nodes.hi, lo, hi);
-    Mask met[FeatureTree::kChildren], lanes = 0;  // of the tool, by node of the obstacle
-    for (Mask left = near; left; left &= left - 1) {
-        const int b = std::countr_zero(left);
-        met[b] = toMask((lo[0] <= splat(boxes.hi[0][b])) & (hi[0] >= splat(boxes.lo[0][b])) &
-                        (lo[1] <= splat(boxes.hi[1][b])) & (hi[1] >= splat(boxes.lo[1][b])) &
-                        (lo[2] <= splat(boxes.hi[2][b])) & (hi[2] >= splat(boxes.lo[2][b])));
-        lanes |= met[b];
-    }
-    if (!lanes) return true;
-    const Vec8 axis = q.R * Vec8(nodes.axis[0], nodes.axis[1], nodes.axis[2]);
-    const Float8 angle = nodes.angle + q.angle, cosine = nodes.cosine * q.cosAngle - nodes.sine * q.sinAngle,
-                 sine = nodes.sine * q.cosAngle + nodes.cosine * q.sinAngle;
-    for (; lanes; lanes &= lanes - 1) {
-        const int i = std::countr_zero(lanes);
-        const Swept swept{{lo[0][i], lo[1][i], lo[2][i]},
-                          {hi[0][i], hi[1][i], hi[2][i]},
-                          {axis.x[i], axis.y[i], axis.z[i]},
-                          angle[i],
-                          cosine[i],
-                          sine[i]};
-        Mask others = 0;
-        for (Mask left = near; left; left &= left - 1) {
-            const int b = std::countr_zero(left);
-            others |= (met[b] >> i & 1) << b;
-        }
-        if (!visit(i, swept, others)) return false;
-    }
-    return true;
+/// The box of one of eight nodes, eight times.
+TOUCHSTONE_INLINE Box8 boxOf(const FeatureTree::Bounds8& nodes, int i) {
+    const auto all = [i](const Float8* side) { return Vec8(splat(side[0][i]), splat(side[1][i]), splat(side[2][i])); };
+    return {all(nodes.lo), all(nodes.hi)};
 }
 
-/// Visits all pairs of patches whose features of these kinds come within the margin and can oppose each other, below a
-/// node of the tool and those children of a node of the obstacle that are near. Of a node and a child the higher one is
-/// split, or both. Returns false if `visit` did.
+/// Eight nodes of the tool on their course.
+struct FeaturePairFinder::Swept8 {
+    Box8 box;
+    Vec8 axis;
+    Float8 angle, cosine, sine;
+
+    Swept8(const Query& q, const FeatureTree::Bounds8& nodes)
+        : box(q.sweep(nodes)),
+          axis(q.R * Vec8(nodes.axis[0], nodes.axis[1], nodes.axis[2])),
+          angle(nodes.angle + q.angle),
+          cosine(nodes.cosine * q.cosAngle - nodes.sine * q.sinAngle),
+          sine(nodes.sine * q.cosAngle + nodes.cosine * q.sinAngle) {}
+    Swept lane(int i) const {
+        return {{box.lo.x[i], box.lo.y[i], box.lo.z[i]},
+                {box.hi.x[i], box.hi.y[i], box.hi.z[i]},
+                {axis.x[i], axis.y[i], axis.z[i]},
+                angle[i],
+                cosine[i],
+                sine[i]};
+    }
+};
+
+/// Visits all patches of the tool below a node, each with those patches of the obstacle whose features of these kinds
+/// come within the margin and can oppose its own: visit(patch, Swept, others). `others`: the nodes of the obstacle that
+/// the node may meet; what is behind them in memory is overwritten. Returns false if `visit` did.
 template <class Visit>
 bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind other, Node a, const Swept& swept,
-                                Node parent, Mask near, Visit& visit) {
+                                Nodes others, Visit& visit) {
     constexpr int n = FeatureTree::kChildren;
     const FeatureTree& tree = obstacle_->tree;
-    const int height = parent.height - 1;
-    const auto first = [&](Mask of) { return Node{height, n * parent.index + std::countr_zero(of)}; };
-    if (a.height == 0 && height == 0) {
-        for (; near; near &= near - 1)
-            if (!visit(a.index, swept, first(near).index)) return false;
-        return true;
-    }
-    const auto splitObstacle = [&](const Node& mine, const Swept& of, Mask children) {
-        for (; children; children &= children - 1) {
-            const Node b = first(children);
-            const Mask below = of.meets(tree.children(other, b.height, b.index));
-            if (below && !descend(q, kind, other, mine, of, b, below, visit)) return false;
+    std::int32_t* behind = others.all.data() + others.all.size();
+    while (others.height > a.height) {
+        std::size_t count = 0;
+        for (const std::int32_t b : others.all) {
+            const Mask met = swept.meets(tree.children(other, others.height, b));
+            compressStore(behind + count, splat(n * b) + lanes(), met);
+            count += std::size_t(std::popcount(met));
         }
-        return true;
-    };
-    if (height > a.height) return splitObstacle(a, swept, near);
-    return forEachNear(q, tool_->tree.children(kind, a.height, a.index),
-                       tree.children(other, parent.height, parent.index), near,
-                       [&](int lane, const Swept& of, Mask children) {
-                           const Node mine{a.height - 1, n * a.index + lane};
-                           return a.height > height ? descend(q, kind, other, mine, of, parent, children, visit)
-                                                    : splitObstacle(mine, of, children);
-                       });
+        others = {others.height - 1, {behind, count}};
+        behind += count;
+    }
+    if (others.all.empty()) return true;
+    if (a.height == 0) return visit(a.index, swept, others.all);
+    const Swept8 children(q, tool_->tree.children(kind, a.height, a.index));
+    std::int32_t *const met = behind, *const list = behind + others.all.size();
+    Mask any = 0;
+    for (std::size_t k = 0; k < others.all.size(); ++k) {
+        const std::int32_t b = others.all[k];
+        const Mask mask = children.box.meets(boxOf(tree.eight(other, others.height, b / n), b % n));
+        met[k] = std::int32_t(mask);
+        any |= mask;
+    }
+    for (; any; any &= any - 1) {
+        const int i = std::countr_zero(any);
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < others.all.size(); ++k) {
+            list[count] = others.all[k];
+            count += std::size_t(met[k] >> i & 1);
+        }
+        const Node child{a.height - 1, n * a.index + i};
+        if (!descend(q, kind, other, child, children.lane(i), {others.height, {list, count}}, visit)) return false;
+    }
+    return true;
 }
 
 template <class Visit>
 bool FeaturePairFinder::walkKinds(const Query& q, FeatureKind kind, FeatureKind other, Visit&& visit) {
     const FeatureTree &ours = tool_->tree, &others = obstacle_->tree;
     if (ours.empty() || others.empty()) return true;
-    // The roots are the only children of nodes above them.
-    const Node a{ours.height(), 0}, above{others.height() + 1, 0};
-    return forEachNear(
-        q, ours.eight(kind, a.height, 0), others.eight(other, others.height(), 0), 1,
-        [&](int, const Swept& swept, Mask) { return descend(q, kind, other, a, swept, above, 1, visit); });
+    const Node root{ours.height(), 0};
+    const Swept8 roots(q, ours.eight(kind, root.height, 0));
+    if (!(roots.box.meets(boxOf(others.eight(other, others.height(), 0), 0)) & 1)) return true;
+    nodes_[0] = 0;
+    return descend(q, kind, other, root, roots.lane(0), {others.height(), {nodes_.data(), 1}}, visit);
 }
 
 void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context) {
@@ -398,79 +394,79 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         return !near || visit(context, kind, ours, others, near, gaps, apart);
     });
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
-    // A patch of the tool meets several patches of the obstacle in succession, so it is placed once for all of them.
-    auto vertexFaces = [&, at = -1](int patch, const Swept&, int other) mutable {
+    auto vertexFaces = [&](int patch, const Swept&, std::span<const std::int32_t> others) {
         const int begin = tool_->firstVertex[patch], end = tool_->firstVertex[patch + 1];
-        if (std::exchange(at, patch) != patch)
-            for (int v = begin; v < end; v += n) {
-                int eight[n];
-                for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
-                placed_[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
+        for (int v = begin; v < end; v += n) {
+            int eight[n];
+            for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
+            placed_[std::size_t(v - begin) / n] = q.swept(q.R * verticesOf(*tool_, eight));
+        }
+        for (const int other : others) {
+            const Box8 box = boxOf(obstacle_->tree.eight(FeatureKind::Face, 0, other / n), other % n);
+            for (int eight = begin; eight < end; eight += n) {
+                const Box8& mine = placed_[std::size_t(eight - begin) / n];
+                Mask near = mine.meets(box) & first(end - eight);
+                if (!near) continue;
+                const FaceLanes faces(Eight(obstacle_->faces, n * other));
+                const Box8 boxes = faces.box();
+                const Vec8 normals = q.R.transpose() * faces.normal;
+                for (; near; near &= near - 1) {
+                    const int i = std::countr_zero(near);
+                    Mask mask = mine.all(i).meets(boxes) & first(obstacle_->facesOf(other));
+                    if (mask) mask &= q.opposes(*tool_, eight + i, normals);
+                    if (mask && !eights.push(PairKind::VertexFace, splat(eight + i), splat(n * other) + lanes(), mask))
+                        return false;
+                }
             }
-        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Face, 0, other);
-        for (int eight = begin; eight < end; eight += n) {
-            const Box8& mine = placed_[std::size_t(eight - begin) / n];
-            Mask near = mine.meets({box.lo, box.hi}) & first(end - eight);
-            if (!near) continue;
-            const FaceLanes faces(Eight(obstacle_->faces, n * other));
-            const Box8 boxes = faces.box();
-            const Vec8 normals = q.R.transpose() * faces.normal;
-            for (; near; near &= near - 1) {
-                const int i = std::countr_zero(near);
-                Mask mask = mine.all(i).meets(boxes) & first(obstacle_->facesOf(other));
-                if (mask) mask &= q.opposes(*tool_, eight + i, normals);
-                if (mask && !eights.push(PairKind::VertexFace, splat(eight + i), splat(n * other) + lanes(), mask))
+        }
+        return true;
+    };
+    auto facesVertex = [&](int patch, const Swept& swept, std::span<const std::int32_t> others) {
+        const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
+        const Box8 placed = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
+        for (const int other : others)
+            for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
+                const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
+                if (!swept.meets(p, p)) continue;
+                Mask mask = placed.meets({p, p}) & first(tool_->facesOf(patch));
+                if (mask) mask &= q.opposes(*obstacle_, v, faces.normal);
+                if (mask && !eights.push(PairKind::FaceVertex, splat(n * patch) + lanes(), splat(v), mask))
                     return false;
             }
-        }
         return true;
     };
-    auto facesVertex = [&, at = -1, normals = Vec8(Vector3f::Zero())](int patch, const Swept& swept,
-                                                                      int other) mutable {
-        if (std::exchange(at, patch) != patch) {
-            const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
-            placed_[0] = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
-            normals = faces.normal;
+    auto edges = [&](int patch, const Swept&, std::span<const std::int32_t> others) {
+        const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1];
+        for (int e = begin; e < end; e += n) {
+            const Eight tools(tool_->edges, e);
+            const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
+            placed_[std::size_t(e - begin) / n] = q.swept(ends.first) | q.swept(ends.second);
+            placedEdges_[std::size_t(e - begin) / n] = {ends.second - ends.first, q.R * EdgeLanes::wings(tools)};
         }
-        for (int v = obstacle_->firstVertex[other]; v < obstacle_->firstVertex[other + 1]; ++v) {
-            const Vector3f& p = obstacle_->points[obstacle_->features.vertices[v].point];
-            if (!swept.meets(p, p)) continue;
-            Mask mask = placed_[0].meets({p, p}) & first(tool_->facesOf(patch));
-            if (mask) mask &= q.opposes(*obstacle_, v, normals);
-            if (mask && !eights.push(PairKind::FaceVertex, splat(n * patch) + lanes(), splat(v), mask)) return false;
-        }
-        return true;
-    };
-    auto edges = [&, at = -1, resting = -1](int patch, const Swept&, int other) mutable {
-        const FeatureBounds box = obstacle_->tree.bounds(FeatureKind::Edge, 0, other);
-        const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1],
-                  otherBegin = obstacle_->firstEdge[other], otherEnd = obstacle_->firstEdge[other + 1];
-        if (std::exchange(at, patch) != patch)
-            for (int e = begin; e < end; e += n) {
-                const Eight tools(tool_->edges, e);
-                const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
-                placed_[std::size_t(e - begin) / n] = q.swept(ends.first) | q.swept(ends.second);
-                placedEdges_[std::size_t(e - begin) / n] = {ends.second - ends.first, q.R * EdgeLanes::wings(tools)};
-            }
-        for (int eight = begin; eight < end; eight += n) {
-            const Box8& boxes = placed_[std::size_t(eight - begin) / n];
-            const auto& [u, wings] = placedEdges_[std::size_t(eight - begin) / n];
-            for (Mask near = boxes.meets({box.lo, box.hi}) & first(end - eight); near; near &= near - 1) {
-                const int i = std::countr_zero(near);
-                const Box8 mine = boxes.all(i);
-                if (std::exchange(resting, other) != other)
+        for (const int other : others) {
+            const Box8 box = boxOf(obstacle_->tree.eight(FeatureKind::Edge, 0, other / n), other % n);
+            const int otherBegin = obstacle_->firstEdge[other], otherEnd = obstacle_->firstEdge[other + 1];
+            bool rests = false;
+            for (int eight = begin; eight < end; eight += n) {
+                const Box8& boxes = placed_[std::size_t(eight - begin) / n];
+                const auto& [u, wings] = placedEdges_[std::size_t(eight - begin) / n];
+                for (Mask near = boxes.meets(box) & first(end - eight); near; near &= near - 1) {
+                    const int i = std::countr_zero(near);
+                    const Box8 mine = boxes.all(i);
+                    if (!std::exchange(rests, true))
+                        for (int from = otherBegin; from < otherEnd; from += n) {
+                            const Eight theirs(obstacle_->edges, from);
+                            const EdgeLanes ends = EdgeLanes::ends(theirs);
+                            resting_[std::size_t(from - otherBegin) / n] = {ends.box(), ends.second - ends.first,
+                                                                            EdgeLanes::wings(theirs)};
+                        }
                     for (int from = otherBegin; from < otherEnd; from += n) {
-                        const Eight theirs(obstacle_->edges, from);
-                        const EdgeLanes ends = EdgeLanes::ends(theirs);
-                        resting_[std::size_t(from - otherBegin) / n] = {ends.box(), ends.second - ends.first,
-                                                                        EdgeLanes::wings(theirs)};
+                        const auto& [theirs, v, otherWings] = resting_[std::size_t(from - otherBegin) / n];
+                        Mask mask = mine.meets(theirs) & first(otherEnd - from);
+                        if (mask) mask &= toMask(q.opposing(u.all(i), wings.all(i), v, otherWings));
+                        if (mask && !eights.push(PairKind::EdgeEdge, splat(eight + i), splat(from) + lanes(), mask))
+                            return false;
                     }
-                for (int from = otherBegin; from < otherEnd; from += n) {
-                    const auto& [theirs, v, otherWings] = resting_[std::size_t(from - otherBegin) / n];
-                    Mask mask = mine.meets(theirs) & first(otherEnd - from);
-                    if (mask) mask &= toMask(q.opposing(u.all(i), wings.all(i), v, otherWings));
-                    if (mask && !eights.push(PairKind::EdgeEdge, splat(eight + i), splat(from) + lanes(), mask))
-                        return false;
                 }
             }
         }

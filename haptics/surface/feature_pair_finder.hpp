@@ -62,9 +62,14 @@ class FeaturePairFinder final : public PairFinder {
     enum class Bounds : std::uint8_t { Quick, Close };
     struct Query;
     struct Swept;
+    struct Swept8;
     struct Ends;
     struct Node {
         int height, index;
+    };
+    struct Nodes {
+        int height;
+        std::span<std::int32_t> all;
     };
 
     bool search(const Coverage& asked, PairEntries& out) override;
@@ -81,11 +86,8 @@ class FeaturePairFinder final : public PairFinder {
     void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, float apartFromFaces,
                      Visit&& visit) const;
     template <class Visit>
-    static bool forEachNear(const Query& query, const FeatureTree::Bounds8& nodes, const FeatureTree::Bounds8& boxes,
-                            simd::Mask near, Visit&& visit);
-    template <class Visit>
-    bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Node parent,
-                 simd::Mask near, Visit& visit);
+    bool descend(const Query& query, FeatureKind kind, FeatureKind other, Node a, const Swept& swept, Nodes others,
+                 Visit& visit);
     template <class Visit>
     bool walkKinds(const Query& query, FeatureKind kind, FeatureKind other, Visit&& visit);
 
@@ -103,6 +105,7 @@ class FeaturePairFinder final : public PairFinder {
         EdgeLanes wings;
     };
     AlignedVector<Resting> resting_;
+    AlignedVector<std::int32_t> nodes_;  ///< of the obstacle: those that a node of the tool and the ones above it meet
 };
 
 }  // namespace touchstone
