@@ -1,6 +1,7 @@
 #pragma once
 // Finds the pairs of features of two meshes that may touch in the next ticks.
 #include <bit>
+#include <span>
 #include <type_traits>
 
 #include "haptics/collision/pair_finder.hpp"
