@@ -19,6 +19,9 @@ constexpr double kCurveReserve = 2;
 /// Number of ticks that a selection of the narrow set looks ahead along the expected motion. More ticks select more
 /// entries; fewer select more often.
 constexpr double kNarrowTicks = 2;
+/// Smallest part of the reserve and the look-ahead. With a smaller one the sets of crowded places serve no further
+/// tick.
+constexpr double kLeastReach = 1.0 / 64;
 /// Least length of a look-ahead, mm: below it the tool counts as resting, and the search is made around its pose.
 constexpr double kMinLookAhead = 0.01;
 
@@ -41,7 +44,7 @@ void ContactList::forget() { wide_[0].within = wide_[1].within = narrow_.within 
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
     const Course& course = asked.course;
-    slack = finder_->slack(slack);
+    slack = finder_->slack(slack) * reach_;
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
     const double narrow = lookAhead_.narrow * slack;
     const double off = finder_->deviationFrom(narrow_, course), left = finder_->reserve(narrow_, asked, off);
@@ -61,14 +64,18 @@ bool ContactList::complete(const Coverage& asked, double slack) {
         const bool sparse = wide.count > 0 && wide.count < lookAhead_.sparse;
         const double part = std::max(wide_[0].count, wide_[1].count) > lookAhead_.dense ? 0.5 : 1;
         const double spare = offered_ ? 2 * narrow : slack * (sparse ? 2 : part),
-                     ticks = offered_ ? kNarrowTicks : lookAhead_.ticks * part;
+                     ticks = offered_ ? kNarrowTicks : lookAhead_.ticks * part * reach_;
         // If the tool moves slowly, the search also covers steps as long as the motion of a tick.
         Within within = withCurveReserve(asked.within);
         if (const double tick = extent().length(tick_); tick <= slack)
             within = {within.margin, std::max(within.curve, tick * tick), std::max(within.most, tick)};
         // Deep overlaps can exceed the memory. The search is then repeated for this course alone, without slack.
-        if (!finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide) && !finder_->find(asked, wide))
-            return false;
+        const bool found = finder_->find({ahead(course, ticks, spare), within.wider(spare)}, wide);
+        if (!found || wide.count > lookAhead_.crowded)
+            reach_ = std::max(reach_ / 2, kLeastReach);
+        else if (wide.count < lookAhead_.crowded / 8)
+            reach_ = std::min(2 * reach_, 1.0);
+        if (!found && !finder_->find(asked, wide)) return false;
     }
     // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
     // Where it is faster, the set of one tick serves all of its steps.

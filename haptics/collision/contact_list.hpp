@@ -62,6 +62,10 @@ struct LookAhead {
     /// then takes its time for the entries; a shorter longest tick is worth more searches. With a smaller number the
     /// median tick of fits selects its entries more often.
     int dense = std::numeric_limits<int>::max();
+    /// A search that finds more entries than this halves the reserve and the look-ahead of all that follow, until one
+    /// finds less than an eighth. With a larger number parts that are small beside the reserve take milliseconds a
+    /// search; with a smaller one fits search more often.
+    int crowded = std::numeric_limits<int>::max();
 };
 
 /// The list holds sets of entries. A wide set comes from a search along the expected motion of the tool; the narrow
@@ -175,8 +179,9 @@ class ContactList {
     Course ahead(const Course& course, double ticks, double slack) const;
 
     LookAhead lookAhead_;
-    int used_ = 0;  ///< the wide set that served last
-    Course tick_;   ///< see expect()
+    int used_ = 0;      ///< the wide set that served last
+    double reach_ = 1;  ///< part of the reserve and the look-ahead, see LookAhead::crowded
+    Course tick_;       ///< see expect()
 };
 
 }  // namespace touchstone

@@ -19,7 +19,7 @@ constexpr double kFacing = 0.999;
 /// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
 /// the tail.
 constexpr LookAhead kLookAhead{
-    .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000};
+    .narrow = 0.3, .ticks = 4, .most = 0.8, .wholeTicks = true, .sparse = 128, .dense = 2000, .crowded = 1 << 14};
 /// Smallest fraction of a course that is tested for being free. A smaller one searches more often for what capped steps
 /// reach as well.
 constexpr double kLeastShare = 1.0 / 128;
@@ -200,8 +200,11 @@ Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, RowSet& r
         // part that is taken has to resolve.
         const bool satisfied = rows.row(at).dot(by.x) + rows.gap()[at] >= (least - distance_) / 2;
         if (!satisfied && (!by.whole || by.share == 0 || by.slack > 0)) continue;
+        const double gap = satisfied ? f.row.gap : std::min(f.row.gap, f.row.gap / by.share);
+        // The same row again would lead to the same answer.
+        if (rows.row(at) == row && rows.gap()[at] == gap) continue;
         for (int k = 0; k < 6; ++k) rows.column(k)[at] = row[k];
-        rows.gap()[at] = satisfied ? f.row.gap : std::min(f.row.gap, f.row.gap / by.share);
+        rows.gap()[at] = gap;
         result = Crossed::Rows;
     }
     if (!fits) crossed.setSize(start);

@@ -112,4 +112,23 @@ TEST_CASE("contact list: after a search that found many entries the next ones lo
     }
 }
 
+TEST_CASE("contact list: in crowded places each search looks half as far as the one before, in others twice as far",
+          "[collision]") {
+    Searches searches;
+    Pairs pairs(searches, {.ticks = 4, .crowded = 500});
+    const Vec3 tick(0.1, 0, 0);
+    const std::vector<std::pair<int, double>> found{{800, 1},   {800, 0.5}, {501, 0.25}, {100, 0.125}, {61, 0.125},
+                                                    {61, 0.25}, {0, 0.5},   {0, 1},      {0, 1}};
+    for (std::size_t k = 0; k < found.size(); ++k) {
+        CAPTURE(k);
+        searches.found = found[k].first;
+        const Course course(Pose{{10.0 * double(k), 0, 0}, Quat::Identity()}, tick, Vec3::Zero());
+        pairs.expect(course);
+        REQUIRE(pairs.complete({course, kMargin}, kSlack));
+        REQUIRE(searches.margins.size() == k + 1);
+        CHECK(searches.margins[k] == Approx(kMargin + found[k].second * kSlack));
+        CHECK(searches.ahead[k] == Approx(std::max(found[k].second * 0.4, 0.1)));
+    }
+}
+
 }  // namespace touchstone::contact_list_tests
