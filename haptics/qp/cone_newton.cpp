@@ -8,9 +8,10 @@
 namespace touchstone {
 namespace {
 
-/// ρ times the compliance of the springs at the contact. A larger value loses digits; with a smaller one the forces
-/// need more corrections.
-constexpr double kPenalty = 1e4;
+/// ρ times the compliance of the springs at the contact, of the first Newton steps and of all that follows if these
+/// circle. A larger value loses digits. With a smaller one the forces need more corrections, and contacts that clamp a
+/// small part, which turns on stiffer springs than it moves on, are not found.
+constexpr double kPenalty = 1e5, kFirmPenalty = 1e6;
 /// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
@@ -19,9 +20,10 @@ constexpr int kSteps = 20;
 constexpr int kHeldSteps = 16;
 /// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides.
 constexpr double kAtEdge = 1e-6;
-/// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces. The
-/// change bounds gaps and slips of what touches and sticks, times ρ: 1e-14 mm for 1 N.
-constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10;
+/// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces, but to
+/// no more than kMostForce, N. The change bounds gaps and slips of what touches and sticks, times ρ: 1e-15 mm for 1 N.
+/// Forces of contacts that contradict each other grow without end, and to them nothing would be far from the law.
+constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10, kMostForce = 1e4;
 /// Overlap, gap under load and slip of what sticks at which an answer is exact, mm. Rows contradict each other by about
 /// as much, since they are rounded; the forces of such contacts never settle. Up to the second an answer is
 /// regularized.
@@ -77,7 +79,7 @@ double sizeOf(const Vec6& wrench, double lever) {
 
 }  // namespace
 
-void ConeNewton::begin(const FrictionProblem& problem) {
+void ConeNewton::begin(const FrictionProblem& problem, double penalty) {
     problem_ = &problem;
     const double k = problem.stiffness.head<3>().mean(), kr = problem.stiffness.tail<3>().mean();
     lever_ = std::sqrt(kr / k);
@@ -89,11 +91,12 @@ void ConeNewton::begin(const FrictionProblem& problem) {
         state.piece = Piece::Open;
         state.f0 = state.f = c.startForce;
         state.drift = state.along = Vec3::Zero();
-        state.first = state.weight = kPenalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
+        state.first = state.weight = penalty / (1 / k + c.r.cross(c.n).squaredNorm() / kr);
         state.takesPart = !c.startForce.isZero(0);
         state.leftOut = false;
         force_ += c.startForce.norm();
     }
+    force_ = std::min(force_, kMostForce);
 }
 
 /// The solutions of derivative_ y = first and second, by elimination on whole rows. Overwrites the derivative.
@@ -572,7 +575,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom, bool costs = true) {
         if (result.status == FrictionStatus::Exact || (costs && evaluations_ > kMostEvaluations)) return;
-        begin(problem);
+        begin(problem, evaluations_ == 0 ? kPenalty : kFirmPenalty);
         Vec6 x = start;
         const FrictionStatus status = solveFrom(x);
         if (status > result.status) return;

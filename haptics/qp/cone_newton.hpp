@@ -72,7 +72,7 @@ class ConeNewton final : public FrictionSolver {
         bool reversed;  ///< the determinant is negative
     };
     Steps solveFor(const Vec6& first, const Vec6& second);
-    void begin(const FrictionProblem& problem);
+    void begin(const FrictionProblem& problem, double penalty);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
     bool passOn();

@@ -185,6 +185,37 @@ TEST_CASE("friction solver: two points on both sides of a tool jam it, however h
     }
 }
 
+TEST_CASE("friction solver: two faces clamp a small part, which turns on stiffer springs than it moves on",
+          "[qp][friction]") {
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> both(-1, 1);
+    const auto about = [&](double x, double y, double z, double by) {
+        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
+    };
+    ConeNewton solver(2);
+    for (int trial = 0; trial < 300; ++trial) {
+        CAPTURE(trial);
+        // A needle of half a millimeter, turned in a slot: the faces press with hundreds of N, the springs pull with 1.
+        FrictionContact one = pad(about(0.24, -0.01, 0.165, 0.05), 0.3, 0), other = one;
+        one.n = about(-0.914, 0.233, 0.332, 0.05).normalized();
+        one.startForce = 0.15 * one.n;
+        other.r = about(-0.245, 0.01, -0.185, 0.05);
+        other.n = -one.n;
+        other.gap = 1e-5 * std::abs(both(random));
+        Vec6 wanted;
+        wanted << about(-0.22, -0.19, -0.78, 0.1), about(0.14, 0.3, -0.18, 0.1);
+        const std::vector<FrictionContact> contacts{one, other};
+        const FrictionProblem problem{kStiffness, wanted, contacts};
+        const FrictionResult result = solver.solve(problem, Vec6::Zero());
+        REQUIRE(result.status == FrictionStatus::Exact);
+        const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
+        CHECK(residuals.worst_N() < 1e-6);
+        CHECK(residuals.overlap_mm < 1e-8);
+        CHECK(residuals.complementarity_mJ < 1e-6);
+        CHECK(residuals.direction_mJ < 1e-6);
+    }
+}
+
 TEST_CASE("friction solver: the residuals see each way in which an answer can be wrong", "[qp][friction]") {
     std::vector<FrictionContact> contacts{pad({0, 0, 0}, 0.5, 0)};
     const FrictionProblem problem{kStiffness, wantedOf(1, 0, -2), contacts};
