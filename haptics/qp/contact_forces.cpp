@@ -176,12 +176,20 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
         result.iterations += answer.iterations;
         if (isExact(now, answer)) answer.status = FrictionStatus::Exact;
     };
-    bool crosses = true, fits = true;
+    bool crosses = true, fits = true, inside = false;
+    // A tool that stays inside does not cross the rows inside which it is.
+    const auto crossing = [&](int row, double s) {
+        const double gap = problem.rows->gap()[row] + problem.rows->row(row).dot(moved_);
+        return inside ? s - std::min(0.0, gap) : s;
+    };
     for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
         solveOnce();
         const bool approximate = answer.status == FrictionStatus::Approximate;
         const auto fails = [&] { return answer.status != FrictionStatus::Exact && !approximate; };
-        if (fails() && stayInside()) solveOnce();
+        if (fails() && stayInside()) {
+            inside = true;
+            solveOnce();
+        }
         if (fails() && restartSlip()) solveOnce();
         if (fails() && exact) closeOneByOne(solver, problem, rows, answer, result);
         if (answer.status == FrictionStatus::None) return false;
@@ -191,15 +199,18 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
         result.overlap = 0;
         forEachBelow(*problem.rows, moved_ + answer.x, -kTouches, [&](int row, double s) {
             result.overlap = std::max(result.overlap, -s);
-            if (s < least && !knows(problem.rows->id(row))) least = s;
+            s = crossing(row, s);
+            if (s <= -kTouches && s < least && !knows(problem.rows->id(row))) least = s;
         });
         crosses = least < 0;
         if (!crosses) break;
         // An approximate answer takes more rounds than there are rows to add one by one.
-        forEachBelow(*problem.rows, moved_ + answer.x, approximate ? -kTouches : least * (1 - 1e-9),
-                     [&](int row, double) {
-                         if (!knows(problem.rows->id(row))) fits = add(problem, rows, row, Vec3::Zero()) && fits;
-                     });
+        const double limit = approximate ? -kTouches : least * (1 - 1e-9);
+        forEachBelow(*problem.rows, moved_ + answer.x, limit, [&](int row, double s) {
+            if (crossing(row, s) <= limit && !knows(problem.rows->id(row)))
+                fits = add(problem, rows, row, Vec3::Zero()) && fits;
+        });
+        if (inside) stayInside();
     }
     return !crosses && fits;
 }

@@ -18,7 +18,7 @@ const Vec6 kStiffness = (Vec6() << 1, 1, 1, 1000, 1000, 1000).finished();
 struct Points final : RowContacts {
     double mu;
     std::vector<Vec3> r;
-    RowSet rows{16};
+    RowSet rows{256};
 
     explicit Points(double mu_) : mu(mu_) {}
     void add(const Vec3& n, const Vec3& at, double gap) {
@@ -45,12 +45,12 @@ TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp
     for (int trial = 0; trial < 300; ++trial) {
         CAPTURE(trial);
         // Pressed against the upper rail at two points; a third one comes to the lower rail.
-        Points drawer(0.4);
+        Points drawer(1);
         drawer.add(-Vec3::UnitZ(), about(-15.6, -2.6, 20.8, 1), 0);
         drawer.add(about(0.013, 0.145, 0.989, 0.01).normalized(), about(-3.2, -2.6, -19.8, 1), 0.001);
         drawer.add(-Vec3::UnitZ(), about(-3.2, -3.7, 20.8, 1), 0);
         Vec6 wanted;
-        wanted << about(-35, 25, -0.9, 0.3), about(0.17, 1.11, 0.32, 0.02);
+        wanted << about(-35, 25, -0.9, 3), about(0.17, 1.11, 0.32, 0.2);
         forces.forget();
         const Vec6 press = (Vec6() << 0, 0, 5, 0, 0, 0).finished();
         forces.solve({kStiffness, press, &drawer.rows}, {}, drawer, *frictionless, solver, true);
@@ -74,6 +74,28 @@ TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp
         restarted += result.restarted;
     }
     CHECK(restarted > 30);
+}
+
+TEST_CASE("contact forces: a tool that is nearer than allowed at many points and jams there stays", "[qp][friction]") {
+    Points slot(0.5);
+    slot.add(Vec3::UnitZ(), {0, 0, -5}, 0);
+    slot.add(-Vec3::UnitZ(), {1, 0, 5}, 0);
+    ConeNewton solver(ContactForces::kMaxContacts);
+    ContactForces forces;
+    const auto frictionless = solverTable()[kExactSolver].make(slot.rows.capacity());
+    const auto solve = [&](double pull) {
+        Vec6 wanted = Vec6::Zero();
+        wanted.head<3>() << pull, 0, -4;
+        return forces.solve({kStiffness, wanted, &slot.rows}, {}, slot, *frictionless, solver, true);
+    };
+    solve(0.5);
+    forces.endTick();
+    for (int i = 0; i < 200; ++i)
+        slot.add(Vec3::UnitZ(), {5 * std::cos(0.1 * i), 5 * std::sin(0.1 * i), -5}, -1e-6 * i);
+    const ContactForces::Result result = solve(1);
+    REQUIRE(result.friction == FrictionStatus::Exact);
+    CHECK(result.x.norm() < 1e-12);
+    CHECK(result.iterations < 500);
 }
 
 }  // namespace touchstone::contact_forces_tests
