@@ -25,6 +25,10 @@ constexpr int kBlockedLeapSteps = 3;
 /// time of a tick that follows a leap within a thread or a hole. With a smaller number ordinary ticks of fine meshes
 /// end before the tool has arrived.
 constexpr int kTickRows = 2048;
+/// Number of evaluations by the exact solver for friction, summed over its solves, with which a tick ends kUnfinished.
+/// It bounds the time of a tick in which steps lead to and fro between answers that are hard to find. Dozens are usual,
+/// thousands where a tool is clamped; with a smaller number such a tool arrives later.
+constexpr int kTickEvaluations = 10000;
 /// A motion of the device is a leap if C moves by more than this multiple of the travel that the tick's linearizations
 /// can follow (linearisations x trust). A smaller multiple extends more ticks of ordinary fast motion; with a larger
 /// one a leap of less than it drags the tool.
@@ -161,6 +165,8 @@ class DefaultTick final : RowContacts {
         const Vec6 x = incrementBetween(pose, device_);
         return x.dot(tick_.stiffness().cwiseProduct(x)) / 2;
     }
+    /// Whether the tick has taken so much time that it must end.
+    bool isSpent() const { return rowsOfTick_ > kTickRows || evaluationsOfTick_ > kTickEvaluations; }
     bool takesBack(const Vec6& x) const;
     bool addHeldRows();
     void holdRows(const Vec6& solved, const Vec6& x);
@@ -189,13 +195,14 @@ class DefaultTick final : RowContacts {
     int linearization_ = 0;
     int pairs_ = 0;
     int solvedRows_ = 0;
-    int rowsOfTick_ = 0;        ///< summed over the linearizations
-    double allRowsTo_ = 0;      ///< every pair with a gap up to this has its row, mm
-    double crossedRowsTo_ = 0;  ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
-    double freeLength_ = 0;     ///< of a flight: its path is free for this length, mm
-    bool flying_;               ///< the next step may be a flight
-    bool rests_ = false;        ///< device and obstacles are where they were in the last tick
-    bool solved_ = false;       ///< the step is the answer on the present rows
+    int rowsOfTick_ = 0;         ///< summed over the linearizations
+    int evaluationsOfTick_ = 0;  ///< by the exact solver for friction
+    double allRowsTo_ = 0;       ///< every pair with a gap up to this has its row, mm
+    double crossedRowsTo_ = 0;   ///< every pair with a gap up to this has its row if the trusted step crosses it, mm
+    double freeLength_ = 0;      ///< of a flight: its path is free for this length, mm
+    bool flying_;                ///< the next step may be a flight
+    bool rests_ = false;         ///< device and obstacles are where they were in the last tick
+    bool solved_ = false;        ///< the step is the answer on the present rows
     bool shadowRan_ = false;
     int reversals_ = 0;                           ///< successive steps that took back the one before
     bool cycling_ = false;                        ///< two steps of this tick led to and fro
@@ -393,7 +400,7 @@ DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrosse
     // Between meshes, a trial step that reaches far crosses pairs that the answer never comes near.
     double reach = ofFeatures_ ? kFirstReach : INFINITY;
     bool done = false;
-    for (int trial = 0; !done && (!ofFeatures_ || trial < kTrials); ++trial) {
+    for (int trial = 0; !done && !isSpent() && (!ofFeatures_ || trial < kTrials); ++trial) {
         if (!std::exchange(solved_, false) && state_.rows.size() && !solve(wanted, step)) return Found::Failure;
         if (held_) return Found::Blocked;
         cycling_ = cycling_ || (reversals_ > 0 && state_.rows.size() && takesBack(step.x));
@@ -625,6 +632,7 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
         state_.forces.solve(problem, solverSettings(settings_), *this, *state_.projector, solver, exact);
     TickRecord& record = tick_.record;
     record.iterations += result.iterations;
+    if (exact) evaluationsOfTick_ += result.iterations;
     record.status = std::max(record.status, result.status);
     solvedRows_ = state_.rows.size();
     tick_.addTime(record.solveUs, start);
@@ -811,7 +819,7 @@ bool DefaultTick::run(Wrench& wrench) {
                       : leap && ofFeatures_ ? std::min(linearizations_, kBlockedLeapSteps)
                                             : linearizations_;
     bool arrived = false, stuck = false, shortened = false;
-    for (; !arrived && !stuck && rowsOfTick_ <= kTickRows && linearization_ < (shortened && leap ? kLeapSteps : limit);
+    for (; !arrived && !stuck && !isSpent() && linearization_ < (shortened && leap ? kLeapSteps : limit);
          ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
         const double last = state_.lengthOf(lastMove_);
