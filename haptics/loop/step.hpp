@@ -32,7 +32,7 @@ enum TickFlag : std::uint32_t {
     kProjected = 1 << 10,     ///< an approximate answer was projected onto the rows
     kPaused = 1 << 11,        ///< the setting `pause` held the tool
     kObstacleHeld = 1 << 12,  ///< a moving obstacle stayed where it was because the tool could not move out of its way
-    kFrictionSoft = 1 << 14,  ///< friction was solved inside the cones, but contacts gave way by some 0.1 µm
+    kFrictionSoft = 1 << 14,  ///< friction was solved inside the cones, but contacts gave way by up to 0.3 µm
     kFrictionHeld = 1 << 15,  ///< no forces with friction were found: tool and force stay as the last tick left them
     kByProcessor = 1 << 16,   ///< the renderer's device was late or lost, so that the processor answered
     kOverlapping = 1 << 13,  ///< meshes overlap, as at the start: the tool passes through that obstacle until it is out
