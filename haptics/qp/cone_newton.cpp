@@ -8,10 +8,11 @@
 namespace touchstone {
 namespace {
 
-/// ρ times the compliance of the springs at the contact, of the first Newton steps and of all that follows if these
-/// circle. A larger value loses digits. With a smaller one the forces need more corrections, and contacts that clamp a
-/// small part, which turns on stiffer springs than it moves on, are not found.
-constexpr double kPenalty = 1e5, kFirmPenalty = 1e6;
+/// ρ times the compliance of the springs at the contact: of the first Newton steps, of the rounds that follow in turn
+/// if these circle, and of the rest. A larger value loses digits. With a smaller one the forces need more corrections,
+/// and contacts that clamp a small part, which turns on stiffer springs than it moves on, are not found. What circles
+/// with one value often does not with another.
+constexpr double kPenalty = 1e5, kRoundPenalties[] = {1e5, 1e6, 1e4}, kFirmPenalty = 1e6;
 /// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
@@ -571,11 +572,11 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     const std::size_t m = problem.contacts.size();
     evaluations_ = 0;
     FrictionResult result;
-    double leastError = INFINITY;
+    double leastError = INFINITY, penalty = kPenalty;
     // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom, bool costs = true) {
         if (result.status == FrictionStatus::Exact || (costs && evaluations_ > kMostEvaluations)) return;
-        begin(problem, evaluations_ == 0 ? kPenalty : kFirmPenalty);
+        begin(problem, penalty);
         Vec6 x = start;
         const FrictionStatus status = solveFrom(x);
         if (status > result.status) return;
@@ -590,7 +591,11 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         std::copy_n(forces_.begin(), m, found_.begin());
     };
     attempt([&](Vec6& x) { return newton(x) ? FrictionStatus::Exact : FrictionStatus::None; });
-    attempt([&](Vec6& x) { return climb(x); });
+    for (const double other : kRoundPenalties) {
+        penalty = other;
+        attempt([&](Vec6& x) { return climb(x); });
+    }
+    penalty = kFirmPenalty;
     // Of contacts that bear the same load, one that opens by rounding has no force.
     const auto leaveOut = [&](std::size_t first, std::size_t second, bool climbs) {
         attempt([&](Vec6& x) {

@@ -42,7 +42,7 @@ TEST_CASE("contact forces: what closes a gap and jams has an exact answer", "[qp
     ContactForces forces;
     const auto frictionless = solverTable()[kExactSolver].make(16);
     int restarted = 0;
-    for (int trial = 0; trial < 300; ++trial) {
+    for (int trial = 0; trial < 900; ++trial) {
         CAPTURE(trial);
         // Pressed against the upper rail at two points; a third one comes to the lower rail.
         Points drawer(1);
