@@ -13,7 +13,8 @@ namespace touchstone {
 /// law agree. The unknowns are the pose and not the forces, so redundant contacts do no harm; of several distributions
 /// of force the answer is near the start. Only contacts that carry force or are crossed take part.
 ///
-/// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows.
+/// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows,
+/// from three values in turn.
 /// If that circles as well, up to six contacts are left out one by one; of several that bear the same load, not all
 /// have force. The rest is only for problems in which the tool can stay where it is: gaps >= 0 and no slip before.
 /// Others may have no answer. The answers are followed along a path of problems that begins without any contact: the
