@@ -27,8 +27,8 @@ constexpr double kAtEdge = 1e-6;
 constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10, kMostForce = 1e4;
 /// Overlap, gap under load and slip of what sticks at which an answer is exact, mm. Rows contradict each other by about
 /// as much, since they are rounded; the forces of such contacts never settle. Up to the second an answer is
-/// regularized.
-constexpr double kExact = 1e-9, kRegularized = 3e-4;
+/// regularized. Rounds go on to the third while each halves the error, so that rounding does not decide where they end.
+constexpr double kExact = 1e-9, kRegularized = 3e-4, kConverged = 1e-13;
 /// Rounds with f⁰ held, Newton steps of each, and the factor by which ρ grows up to kMostGrowth times its first value.
 /// Nearly parallel contacts settle slowly with a small ρ; with a large one the steps circle. Then ρ falls back by the
 /// square of the factor, which becomes smaller; after kFalls that it is given up.
@@ -409,18 +409,19 @@ FrictionStatus ConeNewton::climb(Vec6& x) {
             const Error error = errorAt(x);
             ++stalled;
             // Forces of contacts that contradict each other grow without end and to no avail.
-            if (error.worst() <= least.worst() / 2 || error.worst() <= kExact) {
+            if (error.worst() <= least.worst() / 2) {
                 least = error;
                 best = x;
                 stalled = 0;
                 for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f;
             }
-            if (least.worst() <= kExact || (stalled >= kStalledRounds && least.distance > kContradicts)) break;
+            if (least.worst() <= (stalled == 0 ? kConverged : kExact)) break;
+            if (stalled >= kStalledRounds && least.distance > kContradicts) break;
             factor = std::min(growth, kMostGrowth / weight);
             if (++climbed % 5 == 0) growth = std::min(kGrowth, 2 * growth);
             for (std::size_t i = 0; i < m; ++i) states_[i].before = states_[i].f;
         } else {
-            if (++falls > kFalls) break;
+            if (least.worst() <= kExact || ++falls > kFalls) break;
             x = found;
             factor = 1 / (growth * growth);
             growth = std::max(kLeastGrowth, std::sqrt(growth));

@@ -40,13 +40,14 @@ double torqueOf(const std::vector<FrictionContact>& contacts, double turn) {
     return -torque;
 }
 
-void checkExact(ConeNewton& solver, const std::vector<FrictionContact>& contacts, const Vec6& wanted) {
+void checkExact(ConeNewton& solver, const std::vector<FrictionContact>& contacts, const Vec6& wanted,
+                double mostOverlap_mm) {
     const FrictionProblem problem{kStiffness, wanted, contacts};
     const FrictionResult result = solver.solve(problem, Vec6::Zero());
     REQUIRE(result.status == FrictionStatus::Exact);
     const CoulombResiduals residuals = coulombResiduals(problem, result.x, result.forces);
     CHECK(residuals.worst_N() < 1e-6);
-    CHECK(residuals.overlap_mm < 1e-9);
+    CHECK(residuals.overlap_mm < mostOverlap_mm);
     CHECK(residuals.complementarity_mJ < 1e-6);
     CHECK(residuals.direction_mJ < 1e-6);
 }
@@ -184,7 +185,7 @@ TEST_CASE("friction solver: two points on both sides of a tool jam it, however h
         above.startForce = -below.startForce;
         Vec6 wanted;
         wanted << about(-15, -12, -2, 2), about(0.16, -0.04, -0.5, 0.05);
-        checkExact(solver, {below, above}, wanted);
+        checkExact(solver, {below, above}, wanted, 1e-9);
     }
 }
 
@@ -207,7 +208,7 @@ TEST_CASE("friction solver: two faces clamp a small part, which turns on stiffer
         other.gap = 1e-5 * std::abs(both(random));
         Vec6 wanted;
         wanted << about(-0.22, -0.19, -0.78, 0.1), about(0.14, 0.3, -0.18, 0.1);
-        checkExact(solver, {one, other}, wanted);
+        checkExact(solver, {one, other}, wanted, 1e-12);
     }
 }
 
