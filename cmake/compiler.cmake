@@ -15,9 +15,10 @@ endif()
 # What a thousand ticks a second run through. The rest is compiled with CMAKE_CXX_FLAGS alone, -O1 in the presets: optimizing it
 # further costs a third of its compile time. -fexpensive-optimizations fuses multiply-adds: without it results differ from the
 # core's, and depend on where an array starts, since vectors are fused and the elements before the first vector are not.
+# No clones of functions for constant arguments: they fuse other multiply-adds, and each system's GCC makes other clones.
 separate_arguments(numeric UNIX_COMMAND "${TOUCHSTONE_NUMERIC_FLAGS}")
 add_library(touchstone_numeric INTERFACE)
-target_compile_options(touchstone_numeric INTERFACE ${numeric})
+target_compile_options(touchstone_numeric INTERFACE ${numeric} $<$<CXX_COMPILER_ID:GNU>:-fno-ipa-cp-clone>)
 
 # touchstone_unity(target [ROOM…]): most of a compilation is reading headers, so the sources of a room are compiled as one, or
 # sixteen at a time where a target is one folder. With rooms named, the sources of others stay alone: those of the tick are
