@@ -8,11 +8,11 @@
 namespace touchstone {
 namespace {
 
-/// ρ times the compliance of the springs at the contact: of the first Newton steps, of the rounds that follow in turn
-/// if these circle, and of the rest. A larger value loses digits. With a smaller one the forces need more corrections,
-/// and contacts that clamp a small part, which turns on stiffer springs than it moves on, are not found. What circles
-/// with one value often does not with another.
-constexpr double kPenalty = 1e5, kRoundPenalties[] = {1e5, 1e6, 1e4}, kFirmPenalty = 1e6;
+/// ρ times the compliance of the springs at the contact: of the first Newton steps, and of the rounds that follow in
+/// turn if these circle; the rest has the last one. A larger value loses digits. With a smaller one the forces need
+/// more corrections, and contacts that clamp a small part, which turns on stiffer springs than it moves on, are not
+/// found. What circles with one value often does not with another.
+constexpr double kPenalty = 1e5, kRoundPenalties[] = {1e5, 1e4, 1e6};
 /// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
@@ -42,11 +42,8 @@ constexpr double kPositive = 0.1;
 constexpr double kGrowth = 10, kLeastGrowth = 2, kMostGrowth = 1e4;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
-/// Maximum number of contacts of which each one, and each two, are left out in turn.
+/// Maximum number of contacts of which each one is left out in turn.
 constexpr std::size_t kFew = 6;
-/// Factor on the stress that jams two contacts. With a larger one a jam needs more to let go; with a smaller one its
-/// contacts stand at the edges of their cones, where they would start to slide.
-constexpr double kJam = 1.01;
 /// Lower bound on the share of the slip in w_t, which is 0 where a contact begins to slide and the direction of its
 /// force has no derivative.
 constexpr double kLeastSlip = 0.05;
@@ -56,23 +53,6 @@ constexpr double kOnPath = 1e-9, kPastEvent = 1e-3;
 constexpr double kTurn = 0.3;
 constexpr double kSmallestStep = 1e-8;
 constexpr int kPathSteps = 500, kCorrections = 6;
-
-/// Whether a contact can have the force f.
-bool isInCone(const FrictionContact& c, const Vec3& f) {
-    const double normal = c.n.dot(f);
-    return (f - normal * c.n).norm() <= c.coefficient * normal * (1 + 1e-12);
-}
-
-/// The least multiple of `along`, which is inside the cone, that brings f into it.
-double leastInto(const FrictionContact& c, const Vec3& f, const Vec3& along) {
-    if (isInCone(c, f)) return 0;
-    const double fn = c.n.dot(f), an = c.n.dot(along), mu2 = c.coefficient * c.coefficient;
-    const Vec3 ft = f - fn * c.n, at = along - an * c.n;
-    // |f_t + λ a_t|² = µ² (f_n + λ a_n)²
-    const double a = at.squaredNorm() - mu2 * an * an, b = ft.dot(at) - mu2 * fn * an;
-    const double d = b * b - a * (ft.squaredNorm() - mu2 * fn * fn);
-    return std::max(0.0, (b + std::sqrt(std::max(0.0, d))) / -a);
-}
 
 double sizeOf(const Vec6& wrench, double lever) {
     return std::sqrt(wrench.head<3>().squaredNorm() + wrench.tail<3>().squaredNorm() / (lever * lever));
@@ -288,50 +268,6 @@ bool ConeNewton::passOn() {
     return true;
 }
 
-/// Finds the pose at which two contacts stick, or all if `first` is `second`, and the others are open. Contacts that
-/// stick on both sides of the tool can bear any stress along the line between them if it lies in both cones; they get
-/// as much as their friction needs. Returns whether the answer obeys the law.
-bool ConeNewton::jam(Vec6& x, std::size_t first, std::size_t second) {
-    const auto& contacts = problem_->contacts;
-    const std::size_t m = contacts.size();
-    for (std::size_t i = 0; i < m; ++i) {
-        const bool sticks = first == second || i == first || i == second;
-        states_[i].takesPart = true;
-        states_[i].piece = sticks ? Piece::Stick : Piece::Open;
-        if (!sticks) states_[i].f0.setZero();
-    }
-    const double balanced = kBalanced * force_ * (1 + std::sqrt(double(m)));
-    bool settled = false;
-    for (int step = 0; !settled && step < kSteps; ++step) {
-        const Vec6 imbalance = evaluate(x, problem_->wanted, 0, Pieces::Frozen);
-        settled = sizeOf(imbalance, lever_) <= balanced && change_ <= kForcesSettled * force_;
-        if (settled) break;
-        const Vec6 dx = -solveFor(imbalance, Vec6::Zero()).first;
-        if (!dx.allFinite()) return false;
-        x += dx;
-        for (std::size_t i = 0; i < m; ++i)
-            if (states_[i].piece == Piece::Stick)
-                states_[i].f0 = states_[i].f - states_[i].weight * contacts[i].motion(dx);
-    }
-    if (!settled) return false;
-    for (std::size_t i = 0; i < m; ++i) {
-        for (std::size_t k = 0; k < i; ++k) {
-            if (states_[i].piece == Piece::Open || states_[k].piece == Piece::Open) continue;
-            const Vec3 line = contacts[i].r - contacts[k].r;
-            const Vec3 along = line * (contacts[i].n.dot(line) > 0 ? 1 : -1);
-            if (!isInCone(contacts[i], along) || !isInCone(contacts[k], -along)) continue;
-            const double stress = kJam * std::max(leastInto(contacts[i], states_[i].f, along),
-                                                  leastInto(contacts[k], states_[k].f, -along));
-            states_[i].f += stress * along;
-            states_[k].f -= stress * along;
-        }
-    }
-    for (std::size_t i = 0; i < m; ++i)
-        if (states_[i].piece == Piece::Open ? contacts[i].distance(x) < -kExact : !isInCone(contacts[i], states_[i].f))
-            return false;
-    return true;
-}
-
 /// Newton's method from x and the forces f⁰. Returns whether it converged, with the forces f.
 bool ConeNewton::newton(Vec6& x) {
     const double balanced = kBalanced * force_ * (1 + std::sqrt(double(problem_->contacts.size())));
@@ -394,7 +330,7 @@ bool ConeNewton::findPose(Vec6& x, double weight) {
 FrictionStatus ConeNewton::climb(Vec6& x) {
     const std::size_t m = problem_->contacts.size();
     for (std::size_t i = 0; i < m; ++i) {
-        states_[i].takesPart = !states_[i].leftOut;
+        states_[i].takesPart = true;
         states_[i].drift = Vec3::Zero();
         forces_[i] = states_[i].before = states_[i].f0;
     }
@@ -575,8 +511,8 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     FrictionResult result;
     double leastError = INFINITY, penalty = kPenalty;
     // The first answer that is exact, or else the nearest to the law that is regularized.
-    const auto attempt = [&](auto&& solveFrom, bool costs = true) {
-        if (result.status == FrictionStatus::Exact || (costs && evaluations_ > kMostEvaluations)) return;
+    const auto attempt = [&](auto&& solveFrom) {
+        if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
         begin(problem, penalty);
         Vec6 x = start;
         const FrictionStatus status = solveFrom(x);
@@ -596,33 +532,20 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         penalty = other;
         attempt([&](Vec6& x) { return climb(x); });
     }
-    penalty = kFirmPenalty;
     // Of contacts that bear the same load, one that opens by rounding has no force.
-    const auto leaveOut = [&](std::size_t first, std::size_t second, bool climbs) {
+    for (std::size_t i = 0; m <= kFew && i < m; ++i)
         attempt([&](Vec6& x) {
-            for (const std::size_t i : {first, second}) {
-                states_[i].f0.setZero();
-                states_[i].takesPart = false;
-                states_[i].leftOut = true;
-            }
-            FrictionStatus status = newton(x) ? FrictionStatus::Exact : FrictionStatus::None;
-            if (status != FrictionStatus::Exact && climbs) {
-                x = start;
-                for (std::size_t i = 0; i < m; ++i)
-                    states_[i].f0 = states_[i].leftOut ? Vec3::Zero() : problem.contacts[i].startForce;
-                status = climb(x);
-            }
-            const double nearest = std::min(problem.contacts[first].distance(x), problem.contacts[second].distance(x));
-            if (nearest < -kRegularized) return FrictionStatus::None;
-            return nearest < -kExact ? std::max(status, FrictionStatus::Regularized) : status;
+            states_[i].f0.setZero();
+            states_[i].takesPart = false;
+            states_[i].leftOut = true;
+            const bool found = newton(x);
+            const double distance = problem.contacts[i].distance(x);
+            if (!found || distance < -kRegularized) return FrictionStatus::None;
+            return distance < -kExact ? FrictionStatus::Regularized : FrictionStatus::Exact;
         });
-    };
-    const std::size_t few = m <= kFew ? m : 0;
-    for (std::size_t i = 0; i < few; ++i) leaveOut(i, i, false);
     // With a gap below zero, or if the slip did not begin here, there may be no answer.
     const auto canStay = [](const FrictionContact& c) { return c.gap >= 0 && c.slipped.isZero(0); };
-    const bool mayStay = std::all_of(problem.contacts.begin(), problem.contacts.end(), canStay);
-    if (mayStay) {
+    if (std::all_of(problem.contacts.begin(), problem.contacts.end(), canStay)) {
         // Without forces the contacts join one by one.
         attempt([&](Vec6& x) {
             for (std::size_t i = 0; i < m; ++i) {
@@ -632,25 +555,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
             return newton(x) ? FrictionStatus::Exact : FrictionStatus::None;
         });
         attempt([&](Vec6& x) { return followAndClimb(x); });
-        for (std::size_t i = 0; i < few; ++i)
-            for (std::size_t k = i; k < few; ++k) leaveOut(i, k, true);
-        // Rounds that start without friction, or without any force, may end elsewhere.
-        for (const double part : {1.0, 0.0}) {
-            attempt([&](Vec6& x) {
-                for (std::size_t i = 0; i < m; ++i) {
-                    const FrictionContact& c = problem.contacts[i];
-                    states_[i].f0 = part * c.n.dot(c.startForce) * c.n;
-                }
-                x *= part;
-                return climb(x);
-            });
-        }
     }
-    // Two contacts may have jammed, or all.
-    if (mayStay)
-        for (std::size_t i = 0; i < few; ++i)
-            for (std::size_t k = 0; k < i + (i == 0); ++k)
-                attempt([&](Vec6& x) { return jam(x, i, k) ? FrictionStatus::Exact : FrictionStatus::None; }, false);
     result.iterations = evaluations_;
     result.forces = {found_.data(), m};
     return result;

@@ -17,11 +17,10 @@ namespace touchstone {
 /// from three values in turn.
 /// If that circles as well, up to six contacts are left out one by one; of several that bear the same load, not all
 /// have force. The rest is only for problems in which the tool can stay where it is: gaps >= 0 and no slip before.
-/// Others may have no answer. The answers are followed along a path of problems that begins without any contact: the
-/// wanted increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0 the forces resist every increment
-/// (x·J'f
-/// <= 0), so such a path leads from the only answer of the first problem to an answer of the last, over its folds. Last
-/// come other starts. What is not exact then is the attempt that is nearest to the law.
+/// Others may have no answer. Contacts join one by one; then the answers are followed along a path of problems that
+/// begins without any contact: the wanted increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0
+/// the forces resist every increment (x·J'f <= 0), so such a path leads from the only answer of the first problem to an
+/// answer of the last, over its folds. What is not exact then is the attempt that is nearest to the law.
 ///
 /// Real time: the constructor takes all memory; no function allocates, locks or throws; a solve evaluates the forces
 /// about kMostEvaluations times at most. Source: Alart and Curnier 1991, condensed to the pose.
@@ -77,7 +76,6 @@ class ConeNewton final : public FrictionSolver {
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
     bool passOn();
-    bool jam(Vec6& x, std::size_t first, std::size_t second);
     FrictionStatus climb(Vec6& x);
     bool findPose(Vec6& x, double weight);
     struct Error {
