@@ -53,6 +53,24 @@ TriangleMesh vee(double bottom, double top, double half) {
     return m;
 }
 
+/// A star about the z axis whose spikes reach from one radius to the other.
+TriangleMesh starMesh(std::uint32_t spikes, double radius, double inner, double height) {
+    const std::uint32_t n = 2 * spikes;
+    TriangleMesh m;
+    for (const double z : {-height / 2, height / 2})
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const double angle = std::numbers::pi * i / spikes, r = i % 2 ? inner : radius;
+            m.vertices.push_back({r * std::cos(angle), r * std::sin(angle), z});
+        }
+    for (const double z : {-height / 2, height / 2}) m.vertices.push_back({0, 0, z});
+    for (std::uint32_t i = 0, j = 1; i < n; ++i, j = (i + 1) % n) {
+        for (const auto& side : {std::array{i, j, n + j}, std::array{i, n + j, n + i}}) m.triangles.push_back(side);
+        for (const auto& cap : {std::array{2 * n, j, i}, std::array{2 * n + 1, n + i, n + j}})
+            m.triangles.push_back(cap);
+    }
+    return m;
+}
+
 /// Two walls along y that lean outward by the half angle, 6 mm apart at z = 0.
 TriangleMesh groove(double half) {
     TriangleMesh walls;
@@ -274,6 +292,26 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
     CHECK(inexact <= loaded / 500);
     CHECK(soft <= c.soft * loaded);
     CHECK(held <= c.held * loaded);
+}
+
+TEST_CASE("friction: a tick ends after 10,000 evaluations of the forces, also while spikes clamp a needle",
+          "[step][friction]") {
+    const World world = with(meshWorld(starMesh(57, 13, 5, 1.5), centeredBox(0.7, 22, 0.7), at(0, 0, 30)), {0.9, 0.9});
+    const Settings settings = settingsFor(Geometry::Mesh);
+    StepState state(world);
+    WanderingHand hand(5, 13);
+    int longest = 0, ended = 0;
+    for (int tick = 0; tick < 600; ++tick) {
+        const TickRecord record = step(world, settings, {hand.next()}, state);
+        REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
+        longest = std::max(longest, record.iterations);
+        if (record.iterations <= 10000) continue;
+        ++ended;
+        CHECK((record.flags & kUnfinished) != 0);
+    }
+    CAPTURE(ended);
+    CHECK(longest > 10000);  // without an end 100,000
+    CHECK(longest < 12000);  // the last solve is not cut off
 }
 
 TEST_CASE("friction: without coefficients, or switched off, the tick is that of a frictionless world to the bit",
