@@ -313,7 +313,8 @@ FoundParts readHdf5Parts(std::string_view file) {
         return found;
     }
     if (file.size() > size || sealOffset > size || sealSize > size - sealOffset) {
-        found.damage = "bytes were added after the export: it had " + std::to_string(size) + " bytes";
+        found.damage = "bytes were added after the export, as by a split into sets: verify the file of " +
+                       std::to_string(size) + " bytes that was exported";
         return found;
     }
     const std::string_view seal = file.substr(sealOffset, sealSize);
