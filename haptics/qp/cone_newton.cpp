@@ -8,11 +8,11 @@
 namespace touchstone {
 namespace {
 
-/// ρ times the compliance of the springs at the contact: of the first Newton steps, and of the rounds that follow in
-/// turn if these circle; the rest has the last one. A larger value loses digits. With a smaller one the forces need
-/// more corrections, and contacts that clamp a small part, which turns on stiffer springs than it moves on, are not
-/// found. What circles with one value often does not with another.
-constexpr double kPenalty = 1e5, kRoundPenalties[] = {1e5, 1e4, 1e6};
+/// ρ times the compliance of the springs at the contact: the first value in the first Newton steps, each in turn in the
+/// rounds that follow if these circle, and the last in the rest. A larger one loses digits. With a smaller one the
+/// forces need more corrections, and contacts that clamp a small part, which turns on stiffer springs than it moves on,
+/// are not found. What circles with one value often does not with another.
+constexpr double kConePenalties[] = {1e5, 1e4, 1e6};
 /// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
@@ -509,7 +509,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     const std::size_t m = problem.contacts.size();
     evaluations_ = 0;
     FrictionResult result;
-    double leastError = INFINITY, penalty = kPenalty;
+    double leastError = INFINITY, penalty = kConePenalties[0];
     // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom) {
         if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
@@ -528,8 +528,8 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         std::copy_n(forces_.begin(), m, found_.begin());
     };
     attempt([&](Vec6& x) { return newton(x) ? FrictionStatus::Exact : FrictionStatus::None; });
-    for (const double other : kRoundPenalties) {
-        penalty = other;
+    for (const double next : kConePenalties) {
+        penalty = next;
         attempt([&](Vec6& x) { return climb(x); });
     }
     // Of contacts that bear the same load, one that opens by rounding has no force.

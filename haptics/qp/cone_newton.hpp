@@ -14,9 +14,9 @@ namespace touchstone {
 /// of force the answer is near the start. Only contacts that carry force or are crossed take part.
 ///
 /// If the steps circle, f⁰ is held while the pose is sought, then replaced by its forces, and so on, with ρ that grows,
-/// from three values in turn.
-/// If that circles as well, up to six contacts are left out one by one; of several that bear the same load, not all
-/// have force. The rest is only for problems in which the tool can stay where it is: gaps >= 0 and no slip before.
+/// from three values in turn. If that circles as well, up to six contacts are left out one by one; of several that bear
+/// the same load, not all have force. The rest is only for problems in which the tool can stay where it is: gaps >= 0
+/// and no slip before.
 /// Others may have no answer. Contacts join one by one; then the answers are followed along a path of problems that
 /// begins without any contact: the wanted increment grows from 0 to h while every gap shrinks to its own. With f⁰ = 0
 /// the forces resist every increment (x·J'f <= 0), so such a path leads from the only answer of the first problem to an
