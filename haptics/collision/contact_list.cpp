@@ -44,7 +44,8 @@ void ContactList::forget() { wide_[0].within = wide_[1].within = narrow_.within 
 bool ContactList::complete(const Coverage& asked, double slack) {
     if (suspended_) return true;
     const Course& course = asked.course;
-    slack = finder_->slack(slack) * reach_;
+    // Where another thread finds entries, searches are small already, and a small reserve would only need more of them.
+    slack = finder_->slack(slack) * (offered_ ? 1 : reach_);
     // The narrow set is also renewed while it is still complete, if too many of its entries are no longer near.
     const double narrow = lookAhead_.narrow * slack;
     const double off = finder_->deviationFrom(narrow_, course), left = finder_->reserve(narrow_, asked, off);
