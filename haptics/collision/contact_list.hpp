@@ -63,8 +63,8 @@ struct LookAhead {
     /// median tick of fits selects its entries more often.
     int dense = std::numeric_limits<int>::max();
     /// A search that finds more entries than this halves the reserve and the look-ahead of all that follow, until one
-    /// finds less than an eighth. With a larger number parts that are small beside the reserve take milliseconds a
-    /// search; with a smaller one fits search more often.
+    /// finds less than an eighth, or another thread finds them. With a larger number parts that are small beside the
+    /// reserve take milliseconds a search; with a smaller one fits search more often.
     int crowded = std::numeric_limits<int>::max();
 };
 
