@@ -90,6 +90,10 @@ constexpr int kTrials = 64;
 constexpr double kTriedFirst = 1.02, kTriedFirstAtRest = 1.25;
 /// Features that carried force still touch if their distance is at most this multiple of the one that is kept.
 constexpr double kTouching = 1.001;
+/// A row that an earlier step of the tick ended on is dropped if another step ends on it and leaves its features
+/// farther apart than this multiple of the distance that is kept. With a larger multiple the tool hovers beside what it
+/// has left; with a smaller one it goes to and fro in shallow valleys for longer.
+constexpr double kLeft = 5;
 
 class DefaultTick final : RowContacts {
   public:
@@ -514,15 +518,23 @@ bool DefaultTick::addHeldRows() {
     RowSet& added = state_.crossedRows;
     added.clear();
     for (int i = 0; i < state_.heldRows.size() && state_.rows.size() + added.size() < state_.rows.capacity(); ++i)
-        if (state_.rows.find(state_.heldRows.id(i)) < 0)
+        if (state_.heldRows.gap()[i] < INFINITY && state_.rows.find(state_.heldRows.id(i)) < 0)
             added.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
     state_.rows.merge(added);
     return added.size() > 0;
 }
 
-/// Remembers the rows on which the answer `solved` ends, and the earlier ones, as they are after the move x.
+/// Remembers the rows on which the answer `solved` ends, and the earlier ones, as they are after the move x. Those of
+/// features that the tool has left get an infinite gap.
 void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
     RowSet &held = state_.heldRows, &added = state_.crossedRows;
+    const Pose after = moved(state_.graphic, x);
+    const auto left = [&](std::uint64_t id) {
+        const int k = obstacleOf(id);
+        const ContactList& list = *state_.lists[k];
+        return list.ofFeatures() &&
+               list.gap(state_.inObstacle(k, after), toolLeafOf(id), obstacleLeafOf(id)) > kLeft * list.distance();
+    };
     for (int i = 0; i < held.size(); ++i) held.gap()[i] += held.row(i).dot(x);
     added.clear();
     for (int i = 0; i < state_.rows.size(); ++i) {
@@ -530,8 +542,10 @@ void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
         const double gap = state_.rows.gap()[i];
         if (row.dot(solved) + gap > kViolation) continue;
         if (const int at = held.find(state_.rows.id(i)); at >= 0) {
+            // No trial of this step crossed a row that is as it was held.
+            const bool dropped = cycling_ && !rubs_ && held.row(at) == row && left(state_.rows.id(i));
             for (int k = 0; k < 6; ++k) held.column(k)[at] = row[k];
-            held.gap()[at] = gap + row.dot(x);
+            held.gap()[at] = dropped ? INFINITY : gap + row.dot(x);
         } else if (held.size() + added.size() < held.capacity()) {
             added.push(row, gap + row.dot(x), state_.rows.id(i));
         }

@@ -50,10 +50,9 @@ Run run(const sandbox::HapticScene& scene, const std::string& motion, const Sett
 }
 
 /// What meshes do not meet of the limits, which were set for sphere trees, but bounds of their own: in the slide of
-/// case 1 a vertex slips off an edge once, and the travel budget takes two ticks for it.
+/// case 1 a vertex slips off an edge, which changes the reference's own force by more (error_split_tests.cpp).
 bool isMetByMeshes(const std::string& motion, const sandbox::OutcomeCheck& check) {
-    return motion == "hard-01-slide" && ((check.name == "max_hover_mm" && check.value < 0.1) ||
-                                         (check.name == "max_dforce_N_per_ms" && check.value < 0.3));
+    return motion == "hard-01-slide" && check.name == "max_dforce_N_per_ms" && check.value < 0.3;
 }
 
 /// Checks that every motion of the scene with this prefix meets its outcome, and that there are `count` of them.
