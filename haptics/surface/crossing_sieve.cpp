@@ -101,8 +101,12 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), from2 = dot(c0, c0), to2 = dot(c1, c1);
     const Float8 size2 = max(from2, to2),
                  error = pointGuard_ * (3.0f * lu * lv + 5.0f * (far + splat(apart_)) * length);
-    const Float8 apart = max(lowest, -highest) - error;
-    may &= (apart <= 0.0f) | (apart * apart <= (apart_ * apart_) * size2);
+    const Float8 apart = max(lowest, -highest) - error, end = abs(last) - error;
+    const Vec8 sum = c0 + c1;
+    const auto within = [](const Float8& volume, float distance, const Float8& length2) {
+        return (volume <= 0.0f) | (volume * volume <= distance * distance * length2);
+    };
+    may &= within(apart, 0.5f * below_, dot(sum, sum)) | within(end, below_, to2);
     if (!toMask(may)) return 0;
     // The faces of both edges are behind the normal, up to the angle of the step, by which the cross product changes,
     // too.

@@ -45,8 +45,10 @@ bool linesStayApart(const std::array<Way, 2>& ends, const std::array<Vec3, 2>& r
     const Vec3 w0 = ends[0].from - resting[0], w1 = ends[0].to - resting[0];
     const double first = c0.dot(w0), last = c1.dot(w1), middle = (c0.dot(w1) + c1.dot(w0)) / 2;
     const double lowest = std::min({first, middle, last}), highest = std::max({first, middle, last});
-    const double apart = std::max(lowest, -highest), limit = 2.1 * least + 2 * kOverlap;
-    return apart > 0 && apart * apart > limit * limit * std::max(c0.squaredNorm(), c1.squaredNorm());
+    // Lines that stay further apart than the level at which crossing() tests them are tested at the end alone, where
+    // the distance of the points that meet is that of the lines.
+    const double near = least * (c0 + c1).norm() / 2 * (1 + 1e-9);
+    return std::max(lowest, -highest) > near && last * last > least * least * (1 + 1e-9) * c1.squaredNorm();
 }
 
 EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& edge) {

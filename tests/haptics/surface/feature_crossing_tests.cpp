@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <map>
+#include <random>
 
 #include "haptics/qp/solver.hpp"
 #include "haptics/reference/mesh_reference.hpp"
@@ -171,8 +172,8 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     CHECK(met->after == Approx(-3));
     CHECK((met->normal - Vec3::UnitZ()).norm() < 1e-12);
     CHECK(!crossing(down(keel, {0, 0, -0.5}), keel, roof, 0, 0));
-    CHECK(linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.2));
-    CHECK(!linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.3));
+    CHECK(linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.49));
+    CHECK(!linesStayApart(down(keel, {0, 0, -0.5}), roof.ends, 0.51));
     CHECK(!linesStayApart(down(keel, {0, 0, -4}), roof.ends, 0));
     CHECK(crossing(down(keel, {0, 0, -0.5}), keel, roof, 0, 0.6));
     CHECK(!crossing(down(keel, {3, 0, -4}), keel, roof, 0, 0) == false);  // meets before it is past the end
@@ -183,6 +184,32 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     // While the keel turns by 90° it passes through being parallel.
     std::array<Way, 2> turning{Way{keel.ends[0], Vec3(-1, 0, -1)}, Way{keel.ends[1], Vec3(1, 0, -1)}};
     CHECK(crossing(turning, keel, roof, 1.6, 0));
+}
+
+TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross, and nearly all that do not") {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const auto vector = [&](double size) { return Vec3(size * Vec3(any(random), any(random), any(random))); };
+    int cross = 0, apart = 0, neither = 0;
+    for (int i = 0; i < 100000; ++i) {
+        // The other edge lies some tenths below or above the first, which moves and turns by as much.
+        const std::array<Vec3, 2> resting{vector(1), vector(1)};
+        const Vec3 middle = (resting[0] + resting[1]) / 2 + vector(0.3), along = vector(1), by = vector(0.2);
+        const std::array<Way, 2> ends{Way{middle - along, middle - along + by + vector(0.1)},
+                                      Way{middle + along, middle + along + by + vector(0.1)}};
+        const EdgePlace moving{{ends[0].from, ends[1].from}, {}}, other{resting, {vector(1), vector(1)}};
+        const double least = 0.1 * std::abs(any(random));
+        const bool stay = linesStayApart(ends, resting, least);
+        if (crossing(ends, moving, other, 2, least)) {
+            ++cross;
+            if (stay) FAIL("edges " << i << " cross, but their lines stay apart");
+        } else {
+            ++(stay ? apart : neither);
+        }
+    }
+    INFO(cross << " cross, " << apart << " stay apart, " << neither << " do neither");
+    CHECK(cross > 5000);
+    CHECK(apart > 30000);
 }
 
 TEST_CASE("feature crossing: a row forbids just the crossing step, and what turns is included") {
