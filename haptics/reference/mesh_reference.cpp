@@ -177,8 +177,10 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
     };
     // Near a valley the nearest point lies on only one of its faces, and a vertex that is pulled into the valley
     // would move back and forth. Both planes become rows there. Near a ridge no part of the surface rises above
-    // the plane of a face, and no row is added.
+    // the plane of a face, and no row is added. Where a valley bends, a tool that is clear may be behind a plane of
+    // it; such a row must not push it away, but only keep it from going further.
     const double zone = kValley * impl_.options.shell;
+    const auto ahead = [&](double distance) { return std::max(distance, impl_.options.shell); };
     const auto valley = [&](const ContactSurface& surface, int face, const Feature& on, const Vec3& at,
                             const Vec3& vertex) {
         return found && on.kind != Feature::Kind::Face && (vertex - at).norm() < zone &&
@@ -194,7 +196,8 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
         if (!valley(other, g, on, nearest, vertex)) continue;
         const Vec3 normal = other.normal(g);
         if (standsOut(placed_, {Feature::Kind::Vertex, v}, vertex, -normal))
-            add(vertex, {Feature::Kind::Vertex, v}, {Feature::Kind::Face, g}, normal, normal.dot(vertex - nearest));
+            add(vertex, {Feature::Kind::Vertex, v}, {Feature::Kind::Face, g}, normal,
+                ahead(normal.dot(vertex - nearest)));
     }
     for (const auto& [f, v] : pairs.faceVertex) {
         Feature on;
@@ -204,7 +207,8 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
         if (!valley(placed_, f, on, nearest, vertex)) continue;
         const Vec3 normal = -placed_.normal(f);
         if (standsOut(other, {Feature::Kind::Vertex, v}, vertex, normal))
-            add(nearest, {Feature::Kind::Face, f}, {Feature::Kind::Vertex, v}, normal, normal.dot(nearest - vertex));
+            add(nearest, {Feature::Kind::Face, f}, {Feature::Kind::Vertex, v}, normal,
+                ahead(normal.dot(nearest - vertex)));
     }
     for (const auto& [e, d] : pairs.edgeEdge) {
         const auto& a = placed_.edges[e].vertices;
@@ -231,7 +235,7 @@ double NearPairs::measure(int index, const Pose& q, std::vector<Contact>* found)
             standsOut(other, {Feature::Kind::Edge, d}, otherEnd, normal) &&
             !(beyondTool > 0 && standsOut(placed_, {Feature::Kind::Vertex, endTool}, toolEnd, -normal)) &&
             !(beyondOther > 0 && standsOut(other, {Feature::Kind::Vertex, endOther}, otherEnd, normal)))
-            add(onTool, {Feature::Kind::Edge, e}, {Feature::Kind::Edge, d}, normal, distance);
+            add(onTool, {Feature::Kind::Edge, e}, {Feature::Kind::Edge, d}, normal, ahead(distance));
     }
     if (least == 0) return 0;
     for (const auto& [f, g] : pairs.faces) {
