@@ -87,7 +87,8 @@ class ContactList {
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
     void forget();
-    /// Features are kept apart by this distance, mm, and are too near at half of it. Leaves touch at 0.
+    /// Features are kept apart by this distance, mm: a step ends at no less than 0.95 of it, or half of it if it is
+    /// shortened. Leaves touch at 0.
     void keepApart(double distance) { distance_ = distance; }
     double distance() const { return distance_; }
     /// Entries that complete() may use instead of searching, until the next call; null for none, and those of another

@@ -13,6 +13,10 @@ constexpr std::size_t kCrossed = 1 << 14;
 /// Fraction of the distance that is kept below which a pair is too near. With a larger one a capped step cannot make up
 /// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
 constexpr double kTooNear = 0.5;
+/// Fraction of the distance that is kept below which a trial step must not bring a pair. With a larger one, pairs that
+/// rest at that distance are tested in every tick: at 0.98 ticks of fits take half as much time again. With a smaller
+/// one the tool may rest where features are nearer than is kept, off by as many micrometers as corners make of it.
+constexpr double kNear = 0.95;
 /// Features face each other if at least this share of their distance is along their normal. A vertex that has slid over
 /// the border of its face is beside it; with a smaller share it counts as above it for longer.
 constexpr double kFacing = 0.999;
@@ -48,6 +52,7 @@ struct FeatureList::Step {
     Vec3 p0, p1;
     Vec3 turn;
     double angle, distance;
+    double least;  ///< features are too near below it, mm
 
     Step(const Pose& before, const Pose& after, double distance_)
         : R0(before.R()),
@@ -56,7 +61,8 @@ struct FeatureList::Step {
           p1(after.p),
           turn(logRotation(after.q * before.q.conjugate())),
           angle(turn.norm()),
-          distance(distance_) {}
+          distance(distance_),
+          least(kTooNear * distance_) {}
     /// The angle by which the normals of a pair may differ from being opposite, rad: the pair that is first in the way
     /// at one time of the step is not at another.
     double off() const { return angle + 1e-6; }
@@ -78,6 +84,7 @@ struct FeatureList::Trial {
           step(before, after, distance),
           C{before * center, after * center} {
         x << R_WO.transpose() * x_W.head<3>(), R_WO.transpose() * x_W.tail<3>();
+        step.least = kNear * distance;
     }
 };
 
@@ -99,7 +106,7 @@ int FeatureList::appendNearestRows(const Pose&, const Mat3&, double, RowSet&) co
 /// The crossing of one pair in the obstacle's frame.
 std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, const Step& step) const {
     const int feature = featureOf(entry.tool);
-    const double least = kTooNear * step.distance;
+    const double least = step.least;
     const SurfaceFeatures &tool = tool_->features, &obstacle = obstacle_->features;
     switch (kindOf(entry.tool)) {
         case PairKind::VertexFace: {
@@ -157,9 +164,9 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     found_.clear();
     bool fits = true;
     const Course course(before, trial.C.to - trial.C.from, trial.step.turn);
-    pairs().forEachCrossing(narrow_, crossing(course, 0), before, trial.after, kTooNear * distance_,
+    pairs().forEachCrossing(narrow_, crossing(course, 0), before, trial.after, trial.step.least,
                             [&](const PairEntry& entry) { return fits = test(entry, trial); });
-    return fits ? appendFound(R_WO, by, rows, crossed) : Crossed::Overflow;
+    return fits ? appendFound(R_WO, by, trial.step.least, rows, crossed) : Crossed::Overflow;
 }
 
 Crossed FeatureList::appendCrossedOf(std::span<const std::uint64_t> pairs, const Pose& X_OT, const Pose& before,
@@ -169,13 +176,12 @@ Crossed FeatureList::appendCrossedOf(std::span<const std::uint64_t> pairs, const
     found_.clear();
     for (const std::uint64_t id : pairs)
         if (obstacleOf(id) == obstacleIndex_) test({toolLeafOf(id), obstacleLeafOf(id)}, trial);
-    return appendFound(R_WO, by, rows, crossed);
+    return appendFound(R_WO, by, trial.step.least, rows, crossed);
 }
 
-/// Appends rows of the pairs that were found, or renews those in `rows`.
-Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed) {
+/// Appends rows of the pairs that were found nearer than `least`, or renews those in `rows`.
+Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, double least, RowSet& rows, RowSet& crossed) {
     if (found_.empty()) return Crossed::Nothing;
-    const double least = kTooNear * distance_;
     double deepest = least;
     for (const Found& f : found_) deepest = std::min(deepest, f.after);
     // The deepest first: many of the others are crossed only as long as these are.

@@ -42,7 +42,7 @@ class FeatureList final : public ContactList {
     FeaturePairFinder& pairs() const;
     std::optional<FeatureCrossing> crossingOf(const PairEntry& entry, const Step& step) const;
     bool test(const PairEntry& entry, const Trial& trial);
-    Crossed appendFound(const Mat3& R_WO, const Crossing& by, RowSet& rows, RowSet& crossed);
+    Crossed appendFound(const Mat3& R_WO, const Crossing& by, double least, RowSet& rows, RowSet& crossed);
 
     const Surface* tool_;
     const Surface* obstacle_;
