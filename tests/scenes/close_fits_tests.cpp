@@ -119,7 +119,7 @@ TEST_CASE("close fits: the torque of a nut ripples as much as that of the refere
     const auto rms = [](const std::vector<double>& of) {
         return std::sqrt(std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / double(of.size()));
     };
-    std::vector<double> all, felt, truth, off;
+    std::vector<double> all, truth, off;
     for (const Turned& tick : part) all.push_back(beyond(tick.torque, tick.force));
     MeshReferenceOptions options;
     options.shell = scene.settings.contactDistance;
@@ -129,15 +129,14 @@ TEST_CASE("close fits: the torque of a nut ripples as much as that of the refere
         const MeshReferenceAnswer answer =
             reference.solve({part[i].device, part[i].before, scene.settings.stiffness, scene.settings.torsion});
         if (!answer.converged) continue;
-        felt.push_back(all[i]);
         truth.push_back(beyond(answer.wrench_C.torque.y(), answer.wrench_C.force.y()));
-        off.push_back(std::abs(felt.back() - truth.back()));
+        off.push_back(std::abs(all[i] - truth.back()));
     }
     REQUIRE(off.size() > 30);
     std::nth_element(off.begin(), off.begin() + std::ptrdiff_t(off.size() / 2), off.end());
-    CAPTURE(segments, nutSegments, rms(all), rms(felt), rms(truth), off[off.size() / 2]);
+    CAPTURE(segments, nutSegments, rms(all), rms(truth), off[off.size() / 2]);
     CHECK(rms(all) > 0.03);
-    CHECK(rms(felt) == Approx(rms(truth)).margin(margin));
+    CHECK(rms(all) == Approx(rms(truth)).margin(margin));  // of every tick, the few that stand out included
     CHECK(off[off.size() / 2] < 0.02);
 }
 
