@@ -1,5 +1,5 @@
 """Writes the measured part of docs/benchmarks.md from a run of `touchstone bench` and runs of its suites:
-python3 bench_page.py FOLDER HARD_FOLDER MESH_FOLDER."""
+python3 bench_page.py FOLDER HARD_FOLDER MESH_FOLDER. With MESH_FOLDER alone it writes the section on contact between meshes."""
 import json
 import math
 import pathlib
@@ -9,6 +9,7 @@ import sys
 PAGE = pathlib.Path("docs/benchmarks.md")
 PICTURES = pathlib.Path("docs/pictures")
 BEGIN, END = "<!-- measured: made by tools/document_bench -->", "<!-- end of measured -->"
+MESH_BEGIN, MESH_END = "## Contact between meshes\n", "## Speed against error by geometry\n"
 LANES, GHZ, BYTES_PER_NS = 8, 3.0, 20  # floats per register; conservative clock rate and level-2 bandwidth
 USUAL_TOLERANCE = 0.01  # N, in the paper's form N·mm
 GEOMETRIES = ("spheres", "mesh")
@@ -24,15 +25,8 @@ JUMPS = (("bunnies", "hard-05-teleport"), ("peg-h7", "hard-20-walk"), ("nut", "h
 JUMP_GOALS = 1000, 3000
 OPENING_GOALS = 8, 300  # s and bytes per triangle, of two parts with a million triangles each
 
-folder = pathlib.Path(sys.argv[1])
-results = json.loads((folder / "bench.json").read_text())
-hard = json.loads((pathlib.Path(sys.argv[2]) / "bench.json").read_text())
-mesh_folder = pathlib.Path(sys.argv[3])
+mesh_folder = pathlib.Path(sys.argv[-1])
 mesh = json.loads((mesh_folder / "bench.json").read_text())
-rows, qp = results["rows"], results["qp"]
-exact = results["exact_solver"]
-approximate = list(dict.fromkeys(c["solver"] for c in qp if c["tolerance"]))
-valid = [r for r in rows if r["valid"]]
 
 
 def plain(r, geometry="spheres"):
@@ -279,23 +273,41 @@ def command(run):
     return "touchstone bench" + (f" --suite {run['suite']}" if run["suite"] != "sweep" else "") + (" --quick" if run["quick"] else "")
 
 
-part = results["parts"][0]
+def replace(begin, end, text):
+    page = PAGE.read_text()
+    PAGE.write_text(page[:page.index(begin)] + text + page[page.index(end):])
+
+
 PICTURES.mkdir(parents=True, exist_ok=True)
-for picture in (*sorted(folder.glob("*.svg")), *sorted(mesh_folder.glob("mesh_*.svg"))):
+for picture in sorted(mesh_folder.glob("mesh_*.svg")):
+    shutil.copyfile(picture, PICTURES / f"bench-{picture.name}")
+meshes = [MESH_BEGIN,
+          f"`{command(mesh)}`, commit {mesh['parts'][0]['commit']}. The lists of near pairs are found in the tick, or by a thread of their own as in"
+          " a window; the times are those of the tick's thread.", "", *mesh_goal_table(), "",
+          "Two pebbles, the same motion with any number of triangles (`make_scenes pebbles --triangles N`):", "",
+          *mesh_table("triangles per part", "tool_triangles", "pebbles"), "",
+          "![Time between meshes against triangles](pictures/bench-mesh_triangles.svg)", "",
+          "A splined fit of the same parts (`make_scenes spline --clearance C`):", "",
+          *mesh_table("clearance, mm", "clearance_mm", "spline"), "",
+          "![Time between meshes against clearance](pictures/bench-mesh_clearance.svg)", ""]
+if len(sys.argv) == 2:
+    replace(MESH_BEGIN, MESH_END, "\n".join(meshes) + "\n")
+    sys.exit()
+
+folder = pathlib.Path(sys.argv[1])
+results = json.loads((folder / "bench.json").read_text())
+hard = json.loads((pathlib.Path(sys.argv[2]) / "bench.json").read_text())
+rows, qp = results["rows"], results["qp"]
+exact = results["exact_solver"]
+approximate = list(dict.fromkeys(c["solver"] for c in qp if c["tolerance"]))
+valid = [r for r in rows if r["valid"]]
+part = results["parts"][0]
+for picture in sorted(folder.glob("*.svg")):
     shutil.copyfile(picture, PICTURES / f"bench-{picture.name}")
 motion, geometries = geometry_table()
 text = [BEGIN, f"One run of `{command(results)}`: {part['machine']['processor']}, {part['machine']['cores']} cores shared with other programs, "
         f"commit {part['commit']}, {part['compiler']}, `{part['flags']}`.", "", "## Goals and measurements", "", *asked_table(), "",
-        "## Contact between meshes", "",
-        f"`{command(mesh)}`, commit {mesh['parts'][0]['commit']}. The lists of near pairs are found in the tick, or by a thread of their own as in"
-        " a window; the times are those of the tick's thread.", "", *mesh_goal_table(), "",
-        "Two pebbles, the same motion with any number of triangles (`make_scenes pebbles --triangles N`):", "",
-        *mesh_table("triangles per part", "tool_triangles", "pebbles"), "",
-        "![Time between meshes against triangles](pictures/bench-mesh_triangles.svg)", "",
-        "A splined fit of the same parts (`make_scenes spline --clearance C`):", "",
-        *mesh_table("clearance, mm", "clearance_mm", "spline"), "",
-        "![Time between meshes against clearance](pictures/bench-mesh_clearance.svg)", "",
-        "## Speed against error by geometry", "",
+        *meshes, MESH_END,
         f"`{motion[0]} {motion[1]}`, default mode, exact solver; errors are relative to the triangle meshes.", "", *geometries, "",
         "![Time against force error by geometry](pictures/bench-geometry.svg)", "",
         "## Scenes and motions, default mode, exact solver", "",
@@ -307,6 +319,5 @@ text = [BEGIN, f"One run of `{command(results)}`: {part['machine']['processor']}
 a float row (28 bytes), with 15 operations per center, 20 per row and 14 to check it, at {LANES} lanes, two operations per cycle,
 {GHZ:g} GHz and {BYTES_PER_NS} bytes per ns. The measured times include finding those rows.""", "", *floor_table(), "",
         "## Redundant rows removed before an approximate solver", "", f"`{next((r['scene'] + ' ' + r['motion'] for r in rows if '/fixed-margin' in r['key']), '')}`, with all rows within the margin given to the solver.", "",
-        *screening_table(), "", "## Rows that do not count", "", *failed(), END]
-page = PAGE.read_text()
-PAGE.write_text(page[:page.index(BEGIN)] + "\n".join(text) + page[page.index(END) + len(END):])
+        *screening_table(), "", "## Rows that do not count", "", *failed(), ""]
+replace(BEGIN, END, "\n".join(text))
