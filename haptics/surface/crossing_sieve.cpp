@@ -18,6 +18,7 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
       guard_(guard),
       pointGuard_(float(0x1p-24 * (10 * tool.extent.reach + 2 * obstacle.extent.reach) + 1e-7) +
                   0x3p-24f * std::max(t0_.norm(), t1_.norm())),
+      edgeGuard_(0x2p-24f * float(std::max(tool.extent.reach, obstacle.extent.reach))),
       least_(float(least) + guard),
       below_(1.0001f * float(least) + 1e-8f),
       apart_(2.1001f * float(least) + 1e-8f),
@@ -91,16 +92,20 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     Int8 may = meet(a0.x, a1.x, b0.x, b1.x, r0.x, r1.x) & meet(a0.y, a1.y, b0.y, b1.y, r0.y, r1.y) &
                meet(a0.z, a1.z, b0.z, b1.z, r0.z, r1.z);
     if (!toMask(may)) return 0;
-    // As linesStayApart(). With points that are off by g, the edges are by 2 g, their cross product by 3.1 g (|u| +
-    // |v|), and the volume, whose arm is off by 2 g, by g (2 |u| |v| + 4.2 |w| (|u| + |v|)), its rounding included.
-    const Vec8 u0 = from.second - from.first, u1 = to.second - to.first, v = r1 - r0, w0 = a0 - r0, w1 = b0 - r0;
+    // As linesStayApart(). With points that are off by g, the arm w is by 2 g. The edges are the differences of points
+    // as they are stored, which are off by e in all, and u is by 11 roundings of its rotation, too. So their cross
+    // product is off by e (|u| + |v|) and 16 roundings of |u| |v|, and the volume by |w| times that and 2 g |u| |v|,
+    // its own rounding included.
+    const Vec8 along = ours.second - ours.first, u0 = R0_ * along, u1 = R1_ * along, v = r1 - r0, w0 = a0 - r0,
+               w1 = b0 - r0;
     const Vec8 c0 = cross(u0, v), c1 = cross(u1, v);
     const Float8 first = dot(c0, w0), last = dot(c1, w1), middle = 0.5f * (dot(c0, w1) + dot(c1, w0));
     const Float8 lowest = min(min(first, middle), last), highest = max(max(first, middle), last);
     const Float8 lu = simd::sqrt(dot(u0, u0)), lv = simd::sqrt(dot(v, v)), length = lu + lv;
     const Float8 far = simd::sqrt(max(dot(w0, w0), dot(w1, w1))), from2 = dot(c0, c0), to2 = dot(c1, c1);
     const Float8 size2 = max(from2, to2),
-                 error = pointGuard_ * (3.0f * lu * lv + 5.0f * (far + splat(apart_)) * length);
+                 error = 3.0f * pointGuard_ * lu * lv +
+                         1.1f * (far + splat(apart_)) * (edgeGuard_ * length + 0x20p-24f * lu * lv);
     const Float8 apart = max(lowest, -highest) - error, end = abs(last) - error;
     const Vec8 sum = c0 + c1;
     const auto within = [](const Float8& volume, float distance, const Float8& length2) {

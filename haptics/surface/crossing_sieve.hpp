@@ -30,6 +30,7 @@ class CrossingSieve {
     Eigen::Vector3f t0_, t1_;  ///< from the obstacle's center to the tool's
     float guard_;
     float pointGuard_;  ///< bound on the error of a point alone, without that of long edges and faces
+    float edgeGuard_;   ///< bound on the error of the difference of two points of a part
     float least_, below_, apart_;
     float turn_;  ///< of the step, rad
 };
