@@ -14,7 +14,7 @@ constexpr std::size_t kCrossed = 1 << 14;
 /// for what its own turn bends, and is halved again and again; with a smaller one features come nearer.
 constexpr double kTooNear = 0.5;
 /// Fraction of the distance that is kept below which a trial step must not bring a pair. With a larger one, pairs that
-/// rest at that distance are tested in every tick: at 0.98 ticks of fits take half as much time again. With a smaller
+/// rest at that distance can no longer be left out by tests in float, which takes time in every tick. With a smaller
 /// one the tool may rest where features are nearer than is kept, off by as many micrometers as corners make of it.
 constexpr double kNear = 0.95;
 /// Features face each other if at least this share of their distance is along their normal. A vertex that has slid over
