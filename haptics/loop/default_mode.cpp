@@ -542,7 +542,8 @@ void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
         const double gap = state_.rows.gap()[i];
         if (row.dot(solved) + gap > kViolation) continue;
         if (const int at = held.find(state_.rows.id(i)); at >= 0) {
-            // No trial of this step crossed a row that is as it was held.
+            // No trial of this step crossed a row that is as it was held. With friction, dropping them takes more
+            // steps.
             const bool dropped = cycling_ && !rubs_ && held.row(at) == row && left(state_.rows.id(i));
             for (int k = 0; k < 6; ++k) held.column(k)[at] = row[k];
             held.gap()[at] = dropped ? INFINITY : gap + row.dot(x);
