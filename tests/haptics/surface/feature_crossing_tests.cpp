@@ -186,7 +186,7 @@ TEST_CASE("feature crossing: edges cross inside both, with the faces of both beh
     CHECK(crossing(turning, keel, roof, 1.6, 0));
 }
 
-TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross, and nearly all that do not") {
+TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross, and most that do not") {
     std::mt19937 random(5);
     std::uniform_real_distribution<double> any(-1, 1);
     const auto vector = [&](double size) { return Vec3(size * Vec3(any(random), any(random), any(random))); };
@@ -207,9 +207,9 @@ TEST_CASE("feature crossing: lines that stay apart leave out no edges that cross
             ++(stay ? apart : neither);
         }
     }
-    INFO(cross << " cross, " << apart << " stay apart, " << neither << " do neither");
+    CAPTURE(cross, apart, neither);
     CHECK(cross > 5000);
-    CHECK(apart > 30000);
+    CHECK(apart > 2 * neither);
 }
 
 TEST_CASE("feature crossing: a row forbids just the crossing step, and what turns is included") {
