@@ -4,10 +4,9 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <utility>
 
-#include "haptics/surface/course_gaps.hpp"
+#include "haptics/surface/feature_query.hpp"
 
 namespace touchstone {
 
@@ -17,13 +16,8 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
 /// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
 constexpr int kSeparated = 1 << 16;
-
-TOUCHSTONE_INLINE Separation8 separation(const Vec8& n, const Float8& offset, const Vec8& a, const Vec8& b) {
-    return {{n.x, n.y, n.z}, offset, {a.x, a.y, a.z}, {b.x, b.y, b.z}};
-}
 
 /// a where the lane of `which` is set, and else b.
 Separation8 choose(const Int8& which, const Separation8& a, const Separation8& b) {
@@ -79,77 +73,6 @@ class Eights {
 
 }  // namespace
 
-/// Points in float are relative to the center of their part. `t`: from the obstacle's center to the tool's.
-struct FeaturePairFinder::Query {
-    const Surface &tool, &obstacle;
-    Matrix3f R;
-    Vector3f t, shift, turn;
-    float guard;          ///< FeaturePairFinder::guard()
-    float margin, angle;  ///< angle: by which normals may differ from being opposite
-    float sine;           ///< its sine, at most 1
-    float cosAngle, sinAngle;
-    bool quick, stays;
-
-    Query(const Surface& tool_, const Surface& obstacle_, const Coverage& asked, float guard_, double leastAbout,
-          Bounds bounds)
-        : tool(tool_), obstacle(obstacle_), guard(guard_), quick(bounds == Bounds::Quick) {
-        const Course& course = asked.course;
-        R = course.X_OT.R().cast<float>();
-        t = (course.X_OT * tool.extent.center - obstacle.extent.center).cast<float>();
-        shift = course.shift.cast<float>();
-        turn = course.turn.cast<float>();
-        stays = course.stays();
-        margin = float(asked.within.margin) + guard;
-        // What serves this course also serves steps near it: neither end of them has turned further, and the pairs of
-        // a step may be off by its own turn (FeatureList).
-        const double turned = asked.within.margin / std::max(leastAbout, 1e-9) + course.turn.norm();
-        angle = float(std::min(3 * turned + kDirectionGuard, std::numbers::pi));
-        cosAngle = std::cos(angle);
-        sinAngle = std::sin(angle);
-        sine = angle < kPi / 2 ? sinAngle : 1.0f;
-    }
-    /// The way of points of the tool at `arm` from its center.
-    TOUCHSTONE_INLINE Vec8 way(const Vec8& arm) const { return Vec8(shift) + cross(turn, arm); }
-
-    /// Bounds of eight points of the tool at `arm` from its center, over the course, with the margin.
-    TOUCHSTONE_INLINE Box8 swept(const Vec8& arm) const {
-        const Vec8 from = arm + Vec8(t), to = from + way(arm);
-        const Vec8 wide = Vector3f(Vector3f::Constant(margin));
-        return {min(from, to) - wide, max(from, to) + wide};
-    }
-    /// Of eight pairs for which a direction bounds their distances on the course: those that have no such bound. A
-    /// course that is expected may lead one part through the other, and behind it the way between them points back.
-    Int8 through(const Float8& bounds) const { return quick ? bounds <= 0.0f : lanes() < 0; }
-    /// n, or where `atStart` is set the direction of the way at the start of the course.
-    template <class At>
-    TOUCHSTONE_INLINE static Vec8 orAtStart(const Vec8& n, const Int8& atStart, At&& at) {
-        return toMask(atStart) ? choose(atStart, direction(at(0.0f)), n) : n;
-    }
-    /// Of eight pairs of a kind: the gaps, and the directions along which they are apart.
-    Float8 measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const;
-    Float8 vertexFaces(const Vec8& vertices, const FaceLanes& faces, Separation8& apart) const;
-    Float8 facesVertex(const FaceLanes& faces, const Vec8& vertices, Separation8& apart) const;
-    Float8 edges(const EdgeLanes& mine, const EdgeLanes& theirs, Separation8& apart) const;
-    /// Whether edges u and v can have a common normal with all of their faces behind it.
-    Int8 opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v, const EdgeLanes& otherWings) const;
-    /// Which of eight normals, on the axes of the vertex, can oppose a vertex of a part.
-    Mask opposes(const Surface& part, int vertex, const Vec8& normals) const;
-
-    /// Boxes of eight nodes of the tool over the course, with the margin, in the obstacle's axes from its center.
-    TOUCHSTONE_INLINE Box8 sweep(const FeatureTree::Bounds8& nodes) const {
-        const Vec8 lo(nodes.lo[0], nodes.lo[1], nodes.lo[2]), hi(nodes.hi[0], nodes.hi[1], nodes.hi[2]);
-        const Vec8 arm = R * (splat(0.5f) * (lo + hi)), half = Matrix3f(R.cwiseAbs()) * (splat(0.5f) * (hi - lo));
-        const Vec8 from = arm + Vec8(t), wide = half + Vec8(Vector3f(Vector3f::Constant(margin)));
-        const Box8 start{from - wide, from + wide};
-        if (stays) return start;
-        const Vec8 path = way(arm), zero = Vector3f(Vector3f::Zero());
-        const Vector3f w = turn.cwiseAbs();
-        const Vec8 grow(w.y() * half.z + w.z() * half.y, w.z() * half.x + w.x() * half.z,
-                        w.x() * half.y + w.y() * half.x);
-        return {start.lo + min(path - grow, zero), start.hi + max(path + grow, zero)};
-    }
-};
-
 FeaturePairFinder::FeaturePairFinder(const Surface& tool, const Surface& obstacle)
     : PairFinder(tool.extent, 1),
       tool_(&tool),
@@ -185,149 +108,6 @@ float FeaturePairFinder::guard(const Pose& X_OT) const {
     const double t = (X_OT * tool_->extent.center - obstacle_->extent.center).norm();
     return float(16 * 0x1p-24 * (tool_->extent.reach + obstacle_->extent.reach + t) + 1e-7);
 }
-
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::vertexFaces(const Vec8& vertices, const FaceLanes& f,
-                                                               Separation8& apart) const {
-    const Vec8 arm = R * vertices, from = arm + Vec8(t), path = way(arm);
-    const auto at = [&](float s) { return fromFace(from + splat(s) * path, f.a, f.b, f.c, f.normal); };
-    const Near8 near = alongCourse(dot(path, path), splat(0.0f), guard, quick, at);
-    const auto offset = [&](const Vec8& n) { return max(max(dot(n, f.a), dot(n, f.b)), dot(n, f.c)); };
-    const Vec8 nearest = direction(near.off);
-    const Float8 before = dot(nearest, from), bound = min(before, before + dot(nearest, path)) - offset(nearest);
-    const Vec8 n = orAtStart(nearest, through(bound), at);
-    apart = separation(n, offset(n), vertices, vertices);
-    return quick ? max(near.gap, bound) : near.gap;
-}
-
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::facesVertex(const FaceLanes& faces, const Vec8& vertices,
-                                                               Separation8& apart) const {
-    // The course is seen from the face, on which the vertex moves.
-    const FaceLanes f = R * faces;
-    const Vec8 p = vertices - Vec8(t), wa = way(f.a), wb = way(f.b), wc = way(f.c);
-    const Vec8 ab = wb - wa, ac = wc - wa;
-    const Float8 spread = 2.0f * simd::sqrt(max(dot(ab, ab), dot(ac, ac)));
-    const auto at = [&](float s) {
-        const Float8 share = splat(s);
-        // The corners have moved by I + W with W v = w x v, so the normal by its cofactors I + W + w w'.
-        const Vec8 w = Vector3f(s * turn), n = f.normal + cross(w, f.normal) + dot(w, f.normal) * w;
-        return fromFace(p, f.a + share * wa, f.b + share * wb, f.c + share * wc, 1.0f / simd::sqrt(dot(n, n)) * n);
-    };
-    const Near8 near = alongCourse(max(max(dot(wa, wa), dot(wb, wb)), dot(wc, wc)), spread, guard, quick, at);
-    const Vec8 nearest = direction(near.off);
-    const auto farthest = [&](const Vec8& corner, const Vec8& way) {
-        const Float8 before = dot(nearest, corner);
-        return max(before, before + dot(nearest, way));
-    };
-    const Float8 bound = dot(nearest, p) - max(max(farthest(f.a, wa), farthest(f.b, wb)), farthest(f.c, wc));
-    const Int8 atStart = through(bound);
-    const Vec8 turned = orAtStart(nearest, atStart, at), w = (atStart ? splat(0.0f) : near.fraction) * Vec8(turn),
-               back = turned - cross(w, turned);
-    const Vec8 n = R.transpose() * (back + splat(0.5f) * cross(w, cross(w, turned)));
-    apart = separation(n, max(max(dot(n, faces.a), dot(n, faces.b)), dot(n, faces.c)), vertices, vertices);
-    return quick ? max(near.gap, bound) : near.gap;
-}
-
-TOUCHSTONE_INLINE Int8 FeaturePairFinder::Query::opposing(const Vec8& u, const EdgeLanes& wings, const Vec8& v,
-                                                          const EdgeLanes& otherWings) const {
-    const Vec8 m = cross(u, v);
-    const Float8 length = simd::sqrt(dot(m, m)), parallel = simd::sqrt(dot(u, u) * dot(v, v));
-    // A turn by an angle turns the common normal by up to the angle divided by the sine between the edges.
-    const Float8 between = length / parallel, off = angle * (1.0f + 1.0f / max(between - angle, splat(1e-6f)));
-    const Float8 limit = min(off, splat(1.01f)) * length;
-    const Float8 m0 = dot(wings.first, m), m1 = dot(wings.second, m), r0 = dot(otherWings.first, m),
-                 r1 = dot(otherWings.second, m);
-    return ((min(m0, m1) >= -limit) & (max(r0, r1) <= limit)) | ((max(m0, m1) <= limit) & (min(r0, r1) >= -limit));
-}
-
-TOUCHSTONE_INLINE Float8 FeaturePairFinder::Query::edges(const EdgeLanes& mine, const EdgeLanes& theirs,
-                                                         Separation8& apart) const {
-    const EdgeLanes ours = R * mine;
-    const Vec8 u = ours.second - ours.first, v = theirs.second - theirs.first;
-    const Vec8 path = way(ours.first), bend = way(ours.second) - path, w = ours.first + Vec8(t) - theirs.first;
-    const Float8 length2 = max(dot(path, path), dot(path + bend, path + bend));
-    const auto at = [&](float s) {
-        const Float8 share = splat(s);
-        return fromEdge(u + share * bend, v, w + share * path);
-    };
-    const Near8 near = alongCourse(length2, simd::sqrt(dot(bend, bend)), guard, quick, at);
-    const auto offset = [&](const Vec8& n) { return max(dot(n, theirs.first), dot(n, theirs.second)); };
-    const Vec8 nearest = direction(near.off), first = ours.first + Vec8(t);
-    const auto least = [&](const Vec8& end, const Vec8& way) {
-        const Float8 before = dot(nearest, end);
-        return min(before, before + dot(nearest, way));
-    };
-    const Float8 bound = min(least(first, path), least(first + u, path + bend)) - offset(nearest);
-    const Vec8 n = orAtStart(nearest, through(bound), at);
-    apart = separation(n, offset(n), mine.first, mine.second);
-    return quick ? max(near.gap, bound) : near.gap;
-}
-
-Float8 FeaturePairFinder::Query::measure(PairKind kind, const int* ours, const int* others, Separation8& apart) const {
-    switch (kind) {
-        case PairKind::VertexFace:
-            return vertexFaces(verticesOf(tool, ours), FaceLanes(Eight(obstacle.faces, others)), apart);
-        case PairKind::FaceVertex:
-            return facesVertex(FaceLanes(Eight(tool.faces, ours)), verticesOf(obstacle, others), apart);
-        default:
-            return edges(EdgeLanes::ends({tool.edges, ours}), EdgeLanes::ends({obstacle.edges, others}), apart);
-    }
-}
-
-Mask FeaturePairFinder::Query::opposes(const Surface& part, int vertex, const Vec8& normals) const {
-    const SurfaceFeatures::Vertex& v = part.features.vertices[vertex];
-    Float8 least = splat(1.0f);
-    for (int k = v.firstSpoke; k < v.firstSpoke + v.spokes; ++k) least = min(least, dot(Vec8(part.spokes[k]), normals));
-    return lessEqual(splat(-sine), least);
-}
-
-/// A node of the tool on its course, in the obstacle's axes.
-struct FeaturePairFinder::Swept {
-    float lo[3], hi[3];
-    Vector3f axis;
-    float angle, cosine, sine;  ///< of the normals, with what a turn may add
-
-    /// Lanes of nodes that it may meet.
-    TOUCHSTONE_INLINE Mask meets(const FeatureTree::Bounds8& b) const {
-        const Int8 near = (b.lo[0] <= splat(hi[0])) & (b.hi[0] >= splat(lo[0])) & (b.lo[1] <= splat(hi[1])) &
-                          (b.hi[1] >= splat(lo[1])) & (b.lo[2] <= splat(hi[2])) & (b.hi[2] >= splat(lo[2]));
-        const Float8 opposite = -(b.axis[0] * axis[0] + b.axis[1] * axis[1] + b.axis[2] * axis[2]);
-        const Float8 least = b.cosine * cosine - b.sine * sine;
-        return toMask(near & ((least - splat(1e-5f) <= opposite) | (b.angle >= splat(kPi - angle))));
-    }
-    bool meets(const Vector3f& otherLo, const Vector3f& otherHi) const {
-        for (int k = 0; k < 3; ++k)
-            if (lo[k] > otherHi[k] || hi[k] < otherLo[k]) return false;
-        return true;
-    }
-};
-
-/// The box of one of eight nodes, eight times.
-TOUCHSTONE_INLINE Box8 boxOf(const FeatureTree::Bounds8& nodes, int i) {
-    const auto all = [i](const Float8* side) { return Vec8(splat(side[0][i]), splat(side[1][i]), splat(side[2][i])); };
-    return {all(nodes.lo), all(nodes.hi)};
-}
-
-/// Eight nodes of the tool on their course.
-struct FeaturePairFinder::Swept8 {
-    Box8 box;
-    Vec8 axis;
-    Float8 angle, cosine, sine;
-
-    Swept8(const Query& q, const FeatureTree::Bounds8& nodes)
-        : box(q.sweep(nodes)),
-          axis(q.R * Vec8(nodes.axis[0], nodes.axis[1], nodes.axis[2])),
-          angle(nodes.angle + q.angle),
-          cosine(nodes.cosine * q.cosAngle - nodes.sine * q.sinAngle),
-          sine(nodes.sine * q.cosAngle + nodes.cosine * q.sinAngle) {}
-    Swept lane(int i) const {
-        return {{box.lo.x[i], box.lo.y[i], box.lo.z[i]},
-                {box.hi.x[i], box.hi.y[i], box.hi.z[i]},
-                {axis.x[i], axis.y[i], axis.z[i]},
-                angle[i],
-                cosine[i],
-                sine[i]};
-    }
-};
 
 /// Visits all patches of the tool below a node, each with those patches of the obstacle whose features of these kinds
 /// come within the margin and can oppose its own: visit(patch, Swept, others). `others`: the nodes of the obstacle that

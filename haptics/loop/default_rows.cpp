@@ -1,0 +1,203 @@
+// The rows of one linearization of default mode, and those that are remembered from step to step.
+#include <algorithm>
+#include <utility>
+
+#include "haptics/loop/default_tick.hpp"
+
+namespace touchstone {
+namespace {
+
+/// Maximum number of rows in the first solve. Deep overlaps exceed it (a tool that starts inside lists 12,000 pairs and
+/// more); then the first solve has the nearest pair of each tool leaf. A larger number makes these ticks longer; a
+/// smaller one needs more solves in deep but ordinary contacts.
+constexpr int kStartRows = 4096;
+/// Features are tried first if their distance is at most this multiple of the one that is kept. With a larger multiple
+/// the tool is held where it no longer touches: at 1.25 a nut needs 1 % more torque. While the device rests, a tick
+/// resolves no less than a micrometer anyway, and with a smaller multiple a tool whose place is off by rounding and
+/// turn tests all pairs again and again.
+constexpr double kTriedFirst = 1.02, kTriedFirstAtRest = 1.25;
+/// A row that an earlier step of the tick ended on is dropped if another step ends on it and leaves its features
+/// farther apart than this multiple of the distance that is kept. With a larger multiple the tool hovers beside what it
+/// has left; with a smaller one it goes to and fro in shallow valleys for longer.
+constexpr double kLeft = 5;
+
+}  // namespace
+
+/// Collects the rows of the first solve: those of all pairs within the margin or, if deep overlaps make these too many,
+/// those of the nearest pair of each tool leaf. Returns false if the lists overflow.
+bool DefaultTick::collectRows(double margin) {
+    const std::uint64_t start = tick_.now();
+    state_.rows.clear();
+    // The lists are completed at once for the pairs that an answer like those of the last ticks would cross: the
+    // shorter of the last two.
+    const auto& [last, before] = lastSteps();
+    const Vec6& expected = state_.lengthOf(last) < state_.lengthOf(before) ? last : before;
+    const Vec6 x = trustedPart(expected).x;
+    bool complete = true;
+    for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        if (state_.lists[k]->ofFeatures()) continue;  // no row of theirs stands for a pair that is near
+        Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(margin_, state_.lengthOf(x)));
+        if (!asked.course.stays() || asked.within.margin < margin)
+            asked = {asked.course.X_OT, margin + state_.lists[k]->distance()};
+        state_.noteAsked(asked.within);
+        complete = state_.lists[k]->complete(asked, settings_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    const int maxRows = settings_.adaptiveMargin ? kStartRows : state_.rows.capacity();
+    bool fits = true;
+    const int n = int(state_.lists.size());
+    for (int k = 0; k < n && complete && fits; ++k)
+        fits = state_.lists[k]->appendRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin, state_.rows,
+                                           maxRows);
+    pairs_ = state_.rows.size();
+    allRowsTo_ = ofFeatures_ ? -INFINITY : margin;
+    crossedRowsTo_ = margin;
+    if (complete && !fits) {
+        state_.rows.clear();
+        pairs_ = 0;
+        for (int k = 0; k < n; ++k)
+            pairs_ += state_.lists[k]->appendNearestRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin,
+                                                         state_.rows);
+        allRowsTo_ = -INFINITY;
+        if (!settings_.adaptiveMargin) {
+            allRowsTo_ = margin;
+            noteTruncated(pairs_ - state_.rows.size());
+        }
+    }
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+/// Makes the lists complete for those pairs within a margin that the step x may cross. Returns false if they overflow.
+bool DefaultTick::completeLists(double margin, const Vec6& x) {
+    bool complete = true;
+    for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        ContactList& list = *state_.lists[k];
+        Coverage asked{state_.inObstacle(k, state_.graphic), margin + list.distance()};
+        if (k != state_.pushing && list.isComplete(asked)) continue;
+        asked = list.crossing(course(k, x), margin);
+        state_.noteAsked(asked.within);
+        complete = list.complete(asked, settings_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    return complete;
+}
+
+void DefaultTick::noteTruncated(int rows) {
+    tick_.record.flags |= kRowsTruncated;
+    tick_.record.rowsTruncated = std::max(tick_.record.rowsTruncated, rows);
+}
+
+/// Adds the rows of pairs with gap <= maxGap that the step crosses. Returns false if the lists overflow. If the row set
+/// is full, nothing is added, and the re-measured gaps have to shorten the step.
+bool DefaultTick::addCrossed(double maxGap, const Crossing& by, Crossed& result) {
+    result = Crossed::Nothing;
+    if (maxGap <= allRowsTo_) return true;
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = state_.crossedRows;
+    crossed.clear();
+    const bool complete = completeLists(maxGap, by.x);
+    if (!complete) result = Crossed::Overflow;
+    for (int k = 0; k < int(state_.lists.size()) && result != Crossed::Overflow; ++k) {
+        const Crossed found =
+            state_.lists[k]->appendCrossed(state_.inObstacle(k, state_.graphic), state_.before(k, state_.graphic),
+                                           state_.R_WO[k], maxGap, by, state_.rows, crossed);
+        result = std::max(result, found);
+    }
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    // A lower bound, since the search stopped at the first row without room.
+    if (complete && result == Crossed::Overflow) noteTruncated(1);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
+
+/// Keeps of the touching pairs those that still touch. Returns whether any does.
+bool DefaultTick::keepTouching() {
+    const TouchingPairs touching = std::exchange(state_.touching, {});
+    for (const std::uint64_t id : touching.span()) {
+        const int k = obstacleOf(id);
+        if (state_.lists[k]->touch(state_.before(k, state_.graphic), id, rests_ ? kTriedFirstAtRest : kTriedFirst))
+            state_.touching.push(id);
+    }
+    return state_.touching.count > 0;
+}
+
+/// Adds the rows of touching pairs that the step crosses.
+bool DefaultTick::addTouching(const Crossing& by, Crossed& result) {
+    const std::uint64_t start = tick_.now();
+    RowSet& crossed = state_.crossedRows;
+    crossed.clear();
+    for (int k = 0; k < int(state_.lists.size()); ++k)
+        result = std::max(result, state_.lists[k]->appendCrossedOf(
+                                      state_.touching.span(), state_.inObstacle(k, state_.graphic),
+                                      state_.before(k, state_.graphic), state_.R_WO[k], by, state_.rows, crossed));
+    if (result == Crossed::Rows) state_.rows.merge(crossed);
+    tick_.addTime(tick_.record.collisionUs, start);
+    return true;
+}
+
+/// Notes the pairs of features that carry the tool. An approximate solver does not tell them; with friction, they have
+/// rows from the beginning.
+void DefaultTick::noteTouching() {
+    state_.touching.clear();
+    if (rubs_ || !solverTable()[settings_.solver].exact) return;
+    for (const StepState::Impl::Contact& contact : state_.contacts)
+        if (state_.lists[obstacleOf(contact.id)]->ofFeatures()) state_.touching.push(contact.id);
+}
+
+/// Whether these pairs of features and no others carry the tool.
+bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
+    const auto were = pairs.span(), are = state_.touching.span();
+    return !ofLeaves_ && !are.empty() && std::is_permutation(were.begin(), were.end(), are.begin(), are.end());
+}
+
+/// Whether x takes back more than half of the last move.
+bool DefaultTick::takesBack(const Vec6& x) const {
+    const Vec6 last = state_.metric().cwiseProduct(lastMove_);
+    return -last.dot(x) > last.dot(lastMove_) / 2 && !lastMove_.isZero(0);
+}
+
+/// Adds the rows on which earlier steps of this tick ended. In a shallow valley each of two faces crosses only the step
+/// that the other one leads to; with the rows of one at a time, the tool goes to and fro for ever. Returns whether any
+/// is new.
+bool DefaultTick::addHeldRows() {
+    RowSet& added = state_.crossedRows;
+    added.clear();
+    for (int i = 0; i < state_.heldRows.size() && state_.rows.size() + added.size() < state_.rows.capacity(); ++i)
+        if (state_.heldRows.gap()[i] < INFINITY && state_.rows.find(state_.heldRows.id(i)) < 0)
+            added.push(state_.heldRows.row(i), state_.heldRows.gap()[i], state_.heldRows.id(i));
+    state_.rows.merge(added);
+    return added.size() > 0;
+}
+
+/// Remembers the rows on which the answer `solved` ends, and the earlier ones, as they are after the move x. Those of
+/// features that the tool has left get an infinite gap.
+void DefaultTick::holdRows(const Vec6& solved, const Vec6& x) {
+    RowSet &held = state_.heldRows, &added = state_.crossedRows;
+    const Pose after = moved(state_.graphic, x);
+    const auto left = [&](std::uint64_t id) {
+        const int k = obstacleOf(id);
+        const ContactList& list = *state_.lists[k];
+        return list.ofFeatures() &&
+               list.gap(state_.inObstacle(k, after), toolLeafOf(id), obstacleLeafOf(id)) > kLeft * list.distance();
+    };
+    for (int i = 0; i < held.size(); ++i) held.gap()[i] += held.row(i).dot(x);
+    added.clear();
+    for (int i = 0; i < state_.rows.size(); ++i) {
+        const Vec6 row = state_.rows.row(i);
+        const double gap = state_.rows.gap()[i];
+        if (row.dot(solved) + gap > kViolation) continue;
+        if (const int at = held.find(state_.rows.id(i)); at >= 0) {
+            // No trial of this step crossed a row that is as it was held. With friction, dropping them takes more
+            // steps.
+            const bool dropped = cycling_ && !rubs_ && held.row(at) == row && left(state_.rows.id(i));
+            for (int k = 0; k < 6; ++k) held.column(k)[at] = row[k];
+            held.gap()[at] = dropped ? INFINITY : gap + row.dot(x);
+        } else if (held.size() + added.size() < held.capacity()) {
+            added.push(row, gap + row.dot(x), state_.rows.id(i));
+        }
+    }
+    held.merge(added);
+}
+
+}  // namespace touchstone
