@@ -104,6 +104,26 @@ bool ContactForces::knows(std::uint64_t id) const noexcept {
     return std::any_of(contacts_.begin(), contacts_.end(), [&](const FrictionContact& c) { return c.id == id; });
 }
 
+/// Adds the contacts that would carry force with the friction of this answer. Rows that are crossed far are seldom
+/// those on which the next answer ends, and each round that adds some of these takes dozens of evaluations. Returns
+/// false if there are too many.
+bool ContactForces::addExpected(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
+                                Solver& frictionless, const FrictionResult& answer, Result& result) noexcept {
+    Vec6 friction = Vec6::Zero();
+    for (std::size_t i = 0; i < answer.forces.size(); ++i) {
+        const FrictionContact& c = contacts_[i];
+        const Vec3 along = answer.forces[i] - c.n * c.n.dot(answer.forces[i]);
+        friction += (Vec6() << along, c.r.cross(along)).finished();
+    }
+    const Vec6 wanted = problem.wanted + friction.cwiseQuotient(problem.stiffness);
+    const SolveResult expected = frictionless.solve({problem.stiffness, wanted, problem.rows}, settings);
+    result.iterations += expected.iterations;
+    bool fits = true;
+    for (const Multiplier& m : expected.multipliers)
+        if (m.value > 0 && !knows(problem.rows->id(m.row))) fits = add(problem, rows, m.row, Vec3::Zero()) && fits;
+    return fits;
+}
+
 /// Moves the place from which gaps and slips count.
 void ContactForces::moveOn(const Vec6& x) noexcept {
     moved_ += x;
@@ -168,8 +188,9 @@ void ContactForces::closeOneByOne(FrictionSolver& solver, const QpProblem& probl
 }
 
 /// Solves, and adds the rows that the answer crosses, until it crosses no more. Returns whether there is an answer.
-bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem, const RowContacts& rows,
-                              Vec6 start, FrictionResult& answer, Result& result) noexcept {
+bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem,
+                              const SolverSettings& settings, const RowContacts& rows, Solver& frictionless, Vec6 start,
+                              FrictionResult& answer, Result& result) noexcept {
     const auto solveOnce = [&] {
         const FrictionProblem now{problem.stiffness, problem.wanted - moved_, contacts_};
         answer = solver.solve(now, start);
@@ -196,11 +217,14 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
         start = answer.x;
         for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].startForce = answer.forces[i];
         double least = 0;
+        int crossed = 0;
         result.overlap = 0;
         forEachBelow(*problem.rows, moved_ + answer.x, -kTouches, [&](int row, double s) {
             result.overlap = std::max(result.overlap, -s);
             s = crossing(row, s);
-            if (s <= -kTouches && s < least && !knows(problem.rows->id(row))) least = s;
+            if (s > -kTouches || knows(problem.rows->id(row))) return;
+            least = std::min(least, s);
+            ++crossed;
         });
         crosses = least < 0;
         if (!crosses) break;
@@ -210,6 +234,9 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
             if (crossing(row, s) <= limit && !knows(problem.rows->id(row)))
                 fits = add(problem, rows, row, Vec3::Zero()) && fits;
         });
+        // An approximate answer has them already.
+        if (!approximate && crossed > 1)
+            fits = addExpected(problem, settings, rows, frictionless, answer, result) && fits;
         if (inside) stayInside();
     }
     return !crosses && fits;
@@ -256,14 +283,14 @@ ContactForces::Result ContactForces::solve(const QpProblem& problem, const Solve
     }
     FrictionResult answer;
     begun_ = contacts_;
-    bool solved = solveWith(solver, exact, problem, rows, start, answer, result);
+    bool solved = solveWith(solver, exact, problem, settings, rows, frictionless, start, answer, result);
     if (!solved &&
         !exact) {  // the exact solver may answer what the other one could not, so gaps and slips are as given
         contacts_ = begun_;
         startForces_.resize(begun_.size());
         restarted_ = false;
         moved_.setZero();
-        solved = solveWith(exact_, true, problem, rows, start, answer, result);
+        solved = solveWith(exact_, true, problem, settings, rows, frictionless, start, answer, result);
         result.replaced = solved;
     }
     restoreStartForces();

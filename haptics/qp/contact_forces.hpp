@@ -54,7 +54,8 @@ class ContactForces {
         double overlap = 0;  ///< largest violation of a row, mm
         CoulombResiduals residuals;
     };
-    /// `frictionless`: the exact solver, which answers first where nothing is remembered. `exact`: whether `solver` is.
+    /// `frictionless`: the exact solver, which answers first where nothing is remembered and tells which of many
+    /// crossed rows to add. `exact`: whether `solver` is.
     Result solve(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
                  Solver& frictionless, FrictionSolver& solver, bool exact) noexcept;
     /// Of the last solve(), with the forces that it started from.
@@ -78,8 +79,11 @@ class ContactForces {
     void moveOn(const Vec6& x) noexcept;
     void closeOneByOne(FrictionSolver& solver, const QpProblem& problem, const RowContacts& rows,
                        FrictionResult& answer, Result& result) noexcept;
-    bool solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem, const RowContacts& rows, Vec6 start,
-                   FrictionResult& answer, Result& result) noexcept;
+    bool addExpected(const QpProblem& problem, const SolverSettings& settings, const RowContacts& rows,
+                     Solver& frictionless, const FrictionResult& answer, Result& result) noexcept;
+    bool solveWith(FrictionSolver& solver, bool exact, const QpProblem& problem, const SolverSettings& settings,
+                   const RowContacts& rows, Solver& frictionless, Vec6 start, FrictionResult& answer,
+                   Result& result) noexcept;
 
     ConeNewton exact_;
     bool restarted_ = false;     ///< of the last solve, as in Result

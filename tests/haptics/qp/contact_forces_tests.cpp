@@ -98,4 +98,37 @@ TEST_CASE("contact forces: a tool that is nearer than allowed at many points and
     CHECK(result.iterations < 500);
 }
 
+TEST_CASE("contact forces: of many rows that are crossed, those that will carry force are added together",
+          "[qp][friction]") {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> both(-1, 1);
+    const auto any = [&] { return Vec3(both(random), both(random), both(random)); };
+    ConeNewton solver(ContactForces::kMaxContacts);
+    const auto frictionless = solverTable()[kExactSolver].make(256);
+    int evaluations = 0;
+    for (int trial = 0; trial < 100; ++trial) {
+        CAPTURE(trial);
+        // Pressed onto three points, and then into a bowl of facets that it reaches beside them.
+        Points bowl(0.4);
+        for (int k = 0; k < 3; ++k)
+            bowl.add(Vec3::UnitZ(), Vec3(10 * std::cos(2.1 * k), 10 * std::sin(2.1 * k), -5), 0);
+        ContactForces forces;
+        const Vec6 press = (Vec6() << 0, 0, -1, 0, 0, 0).finished();
+        forces.solve({kStiffness, press, &bowl.rows}, {}, bowl, *frictionless, solver, true);
+        forces.endTick();
+        for (int i = 0; i < 120; ++i)
+            bowl.add((Vec3::UnitZ() + 0.4 * any()).normalized(), Vec3(0, 0, -5) + 10 * any(),
+                     0.002 * (1 + both(random)));
+        Vec6 wanted;
+        wanted << any() - 2 * Vec3::UnitZ(), 0.02 * any();
+        const ContactForces::Result result =
+            forces.solve({kStiffness, wanted, &bowl.rows}, {}, bowl, *frictionless, solver, true);
+        CHECK(result.friction == FrictionStatus::Exact);
+        CHECK(result.overlap == 0);
+        evaluations += result.iterations;
+    }
+    CAPTURE(evaluations);
+    CHECK(evaluations < 20000);
+}
+
 }  // namespace touchstone::contact_forces_tests
