@@ -48,21 +48,20 @@ void DefaultTick::addLoadedRows() {
     state_.rows.merge(added);
 }
 
-bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
+/// Finds the forces on the state's rows with a drag on the tool, see Tick::problem().
+ContactForces::Result DefaultTick::solveForces(const Vec6& wanted, double drag) {
     const std::uint64_t start = tick_.now();
-    const QpProblem problem{tick_.stiffness(), wanted, &state_.rows};
     const bool exact = frictionSolverTable()[settings_.frictionSolver].exact;
     FrictionSolver& solver = *state_.frictionRenderers[settings_.frictionSolver];
     solver.limitWork(settings_.solverWork);
-    ContactForces::Result result =
-        state_.forces.solve(problem, solverSettings(settings_), *this, *state_.projector, solver, exact);
+    const ContactForces::Result result = state_.forces.solve(tick_.problem(wanted, drag), solverSettings(settings_),
+                                                             *this, *state_.projector, solver, exact);
     TickRecord& record = tick_.record;
     record.iterations += result.iterations;
     if (exact) evaluationsOfTick_ += result.iterations;
     record.status = std::max(record.status, result.status);
-    solvedRows_ = state_.rows.size();
     tick_.addTime(record.solveUs, start);
-    if (result.status == SolveStatus::Invalid) return false;
+    if (result.status == SolveStatus::Invalid) return result;
     if (result.status == SolveStatus::Elastic) record.flags |= kInfeasible;
     if (result.friction == FrictionStatus::Regularized) record.flags |= kFrictionSoft;
     if (result.replaced) {
@@ -73,14 +72,20 @@ bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
         restarted_ = true;
         restart_ = moved(state_.graphic, result.restart);
     }
-    held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     record.coulomb = worstOf(record.coulomb, result.residuals);
-
     state_.contacts.clear();
     for (const ContactForces::Contact& contact : state_.forces.loaded())
         state_.contacts.push_back({contact.id, contact.normal.dot(contact.force)});
+    return result;
+}
+
+bool DefaultTick::solveWithFriction(const Vec6& wanted, Step& step) {
+    const ContactForces::Result result = solveForces(wanted);
+    solvedRows_ = state_.rows.size();
+    if (result.status == SolveStatus::Invalid) return false;
+    held_ = result.status == SolveStatus::Solved && result.friction == FrictionStatus::None;
     step.rubs = result.status == SolveStatus::Solved && result.friction != FrictionStatus::None;
-    step.exact = exact || result.replaced;
+    step.exact = frictionSolverTable()[settings_.frictionSolver].exact || result.replaced;
     step.rendered = result.x;
     if (!step.rubs || result.friction != FrictionStatus::Approximate || result.overlap <= kViolation)
         return take(result.x, result.status, result.slack, wanted, step);

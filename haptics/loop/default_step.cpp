@@ -80,10 +80,11 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     }
     flying_ = state_.rows.size() == 0 && !fitsCappedSteps(wanted) && !isNear(settings_.margin);
     if (isFlight(wanted, step)) return Found::Flight;
-    if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size()) {
+    // With friction, the contacts of a slowed step are those of another problem.
+    if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size() && !(rubs_ && step.slowed)) {
         const auto contacts = state_.forces.contacts();
         if (!rubs_)
-            tick_.runShadow({tick_.stiffness(), wanted, &state_.rows}, step.rendered);
+            tick_.runShadow(tick_.problem(wanted), step.rendered);
         else if (step.rubs && !contacts.empty())
             tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, step.rendered, step.exact);
         shadowRan_ = true;
@@ -181,11 +182,14 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
 }
 
 bool DefaultTick::solve(const Vec6& wanted, Step& step) {
-    if (rubs_) return solveWithFriction(wanted, step);
-    const Tick::Solved solved = tick_.solve(wanted, trust_);
-    solvedRows_ = solved.rows;
-    step.rendered = solved.rendered;
-    if (!take(solved.x, solved.status, solved.slack, wanted, step)) return false;
+    if (rubs_) {
+        if (!solveWithFriction(wanted, step)) return false;
+    } else {
+        const Tick::Solved solved = tick_.solve(wanted, trust_);
+        solvedRows_ = solved.rows;
+        step.rendered = solved.rendered;
+        if (!take(solved.x, solved.status, solved.slack, wanted, step)) return false;
+    }
     slowDown(wanted, step);
     return true;
 }
@@ -197,15 +201,18 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     step.slowed = false;
     const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
     if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
-    if (!ofFeatures_ || ofLeaves_ || !solverTable()[settings_.solver].exact) return;
+    const bool exact = rubs_ ? step.rubs && frictionSolverTable()[settings_.frictionSolver].exact
+                             : solverTable()[settings_.solver].exact;
+    if (!ofFeatures_ || ofLeaves_ || !exact) return;
     // The multiple that is allowed is nearly linear in the drag; it is for a free tool, which nothing holds.
     const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };
     const double free = squared(tick_.stiffness()) / squared(state_.metric()) * (1 / whole - 1);
     double drag = drag_ * free, before = 0, share = whole;
     for (int k = 0; k < kDragSolves && (share < kLonger || share > kShorter); ++k) {
-        const Vec6 x = tick_.solve(wanted, trust_, drag).x;
-        const double last = std::exchange(share, std::min(allowed(x, trust_, maxTurn(), kOfBudget), 1e3));
-        step.part = std::min(1.0, share) * x;
+        const std::optional<Vec6> x = slowed(wanted, drag);
+        if (!x) return;
+        const double last = std::exchange(share, std::min(allowed(*x, trust_, maxTurn(), kOfBudget), 1e3));
+        step.part = std::min(1.0, share) * *x;
         drag_ = drag / free;
         const double slope = (share - last) / (drag - before);
         before = drag;
@@ -214,6 +221,14 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     }
     // Where no drag is found, the tool takes the straight way rather than none.
     step.slowed = share < 2;
+}
+
+/// The answer with a drag, if there is one.
+std::optional<Vec6> DefaultTick::slowed(const Vec6& wanted, double drag) {
+    if (!rubs_) return tick_.solve(wanted, trust_, drag).x;
+    const ContactForces::Result result = solveForces(wanted, drag);
+    if (result.status != SolveStatus::Solved || result.friction == FrictionStatus::None) return std::nullopt;
+    return result.x;
 }
 
 /// Makes an answer the step. Returns false if the status is Invalid.

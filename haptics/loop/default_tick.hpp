@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "haptics/loop/step_state.hpp"
 
@@ -72,6 +73,7 @@ class DefaultTick final : RowContacts {
     Found findClearStep(const Vec6& wanted, Step& step);
     bool solve(const Vec6& wanted, Step& step);
     void slowDown(const Vec6& wanted, Step& step);
+    std::optional<Vec6> slowed(const Vec6& wanted, double drag);
     bool take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
     std::array<Vec6, 2>& lastSteps() {
@@ -96,6 +98,7 @@ class DefaultTick final : RowContacts {
     Place placeOf(std::uint64_t id, bool restarted) const noexcept;
     void addLoadedRows();
     bool solveWithFriction(const Vec6& wanted, Step& step);
+    ContactForces::Result solveForces(const Vec6& wanted, double drag = 0);
     void recordFriction();
 
     Tick& tick_;

@@ -224,19 +224,25 @@ void Tick::note(const SolveResult& result) {
     record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
 }
 
-Tick::Solved Tick::solve(const Vec6& target, double trust, double drag) {
+QpProblem Tick::problem(const Vec6& target, double drag) const {
+    if (drag == 0) return {stiffness(), target, &state.rows};
     // A drag is a spring to where the tool is, and two springs pull as one to a place between theirs.
     const Vec6 G = stiffness() + drag * state.metric();
-    const Vec6 wanted = drag > 0 ? Vec6(stiffness().cwiseProduct(target).cwiseQuotient(G)) : target;
-    const QpProblem problem{G, wanted, &state.rows};
+    return {G, stiffness().cwiseProduct(target).cwiseQuotient(G), &state.rows};
+}
+
+Tick::Solved Tick::solve(const Vec6& target, double trust, double drag) {
+    const QpProblem problem = this->problem(target, drag);
     const SolverSettings limits = solverSettings(settings);
     const bool exact = solverTable()[settings.solver].exact;
 
     const std::uint64_t start = now();
-    const QpProblem given{problem.stiffness, wanted, exact ? problem.rows : &screened(state.screen, state.rows)};
+    const QpProblem given{problem.stiffness, problem.wanted,
+                          exact ? problem.rows : &screened(state.screen, state.rows)};
     SolveResult result = state.renderers[settings.solver]->solve(given, limits);
     if (!exact) {
-        if (kktResiduals(problem, wanted, {}).primal_mm == 0) result.x = wanted;  // `wanted` violates no row
+        if (kktResiduals(problem, problem.wanted, {}).primal_mm == 0)
+            result.x = problem.wanted;  // `wanted` violates no row
         if (given.rows->size() < problem.rows->size()) {
             result.kkt.primal_mm = kktResiduals(problem, result.x, {}).primal_mm;
             record.screenInexact += !RowScreen::isExact(settings.screening, result.x, state.reach, trust);

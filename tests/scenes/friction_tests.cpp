@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "haptics/math/statistics.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/scenes/scene_files.hpp"
@@ -275,6 +276,22 @@ TEST_CASE("nut and peg: with friction they seat along their demonstrations", "[s
     CHECK(smooth.friction.sliding == 0);
     CHECK(rough.friction.sliding > 500);
     CHECK(rough.friction.coulomb.worst_N() < 1e-6);
+}
+
+TEST_CASE("bunnies: with friction, a tool that slips as fast as it may keeps to the surface", "[scenes][friction]") {
+    const double mu = GENERATE(0.2, 0.5);
+    CAPTURE(mu);
+    sandbox::HapticScene scene = openNamed("bunnies");
+    std::vector<double> hovers;
+    int capped = 0;
+    runWith(scene, "demo", {mu, mu}, [&](const TickRecord& record) {
+        if (record.sliding == 0) return;
+        hovers.push_back(record.hover);
+        capped += (record.flags & kCapped) != 0;
+    });
+    CHECK(hovers.size() > 1500);
+    CHECK(capped > 40);
+    CHECK(*percentile(hovers, 99.5) <= 0.01);
 }
 
 TEST_CASE("nut: it takes the torque of a screw with friction to turn it on and off under an axial force",
