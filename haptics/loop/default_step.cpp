@@ -42,7 +42,58 @@ constexpr double kOfBudget = 0.95;
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
 
+/// Maximum number of rows in the first solve. Deep overlaps exceed it (a tool that starts inside lists 12,000 pairs and
+/// more); then the first solve has the nearest pair of each tool leaf. A larger number makes these ticks longer; a
+/// smaller one needs more solves in deep but ordinary contacts.
+constexpr int kStartRows = 4096;
+
 }  // namespace
+
+/// Collects the rows of the first solve: those of all pairs within the margin or, if deep overlaps make these too many,
+/// those of the nearest pair of each tool leaf. Returns false if the lists overflow.
+/// Inline, since the multiply-adds that the compiler fuses here, and so last bits of all results, depend on it.
+TOUCHSTONE_INLINE bool DefaultTick::collectRows(double margin) {
+    const std::uint64_t start = tick_.now();
+    state_.rows.clear();
+    // The lists are completed at once for the pairs that an answer like those of the last ticks would cross: the
+    // shorter of the last two.
+    const auto& [last, before] = lastSteps();
+    const Vec6& expected = state_.lengthOf(last) < state_.lengthOf(before) ? last : before;
+    const Vec6 x = trustedPart(expected).x;
+    bool complete = true;
+    for (int k = 0; k < int(state_.lists.size()) && complete; ++k) {
+        if (state_.lists[k]->ofFeatures()) continue;  // no row of theirs stands for a pair that is near
+        Coverage asked = state_.lists[k]->crossing(course(k, x), std::min(margin_, state_.lengthOf(x)));
+        if (!asked.course.stays() || asked.within.margin < margin)
+            asked = {asked.course.X_OT, margin + state_.lists[k]->distance()};
+        state_.noteAsked(asked.within);
+        complete = state_.lists[k]->complete(asked, settings_.slack);
+    }
+    if (!complete) tick_.record.flags |= kListOverflow;
+    const int maxRows = settings_.adaptiveMargin ? kStartRows : state_.rows.capacity();
+    bool fits = true;
+    const int n = int(state_.lists.size());
+    for (int k = 0; k < n && complete && fits; ++k)
+        fits = state_.lists[k]->appendRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin, state_.rows,
+                                           maxRows);
+    pairs_ = state_.rows.size();
+    allRowsTo_ = ofFeatures_ ? -INFINITY : margin;
+    crossedRowsTo_ = margin;
+    if (complete && !fits) {
+        state_.rows.clear();
+        pairs_ = 0;
+        for (int k = 0; k < n; ++k)
+            pairs_ += state_.lists[k]->appendNearestRows(state_.inObstacle(k, state_.graphic), state_.R_WO[k], margin,
+                                                         state_.rows);
+        allRowsTo_ = -INFINITY;
+        if (!settings_.adaptiveMargin) {
+            allRowsTo_ = margin;
+            noteTruncated(pairs_ - state_.rows.size());
+        }
+    }
+    tick_.addTime(tick_.record.collisionUs, start);
+    return complete;
+}
 
 /// Finds the step toward `wanted` before any cap. Only a few of the pairs within the margin need rows: the first solve
 /// has those of the nearest pairs, and rows that the trusted part of the answer crosses are added until it crosses

@@ -64,6 +64,7 @@ class DefaultTick final : RowContacts {
 
     // The step of a linearization (default_step.cpp).
     Found findStep(const Vec6& wanted, Step& step);
+    bool collectRows(double margin);
     template <class AddCrossed>
     Found settle(const Vec6& wanted, Step& step, AddCrossed&& addCrossed);
     bool fitsCappedSteps(const Vec6& x) const;
@@ -81,7 +82,6 @@ class DefaultTick final : RowContacts {
     }
 
     // Its rows (default_rows.cpp).
-    bool collectRows(double margin);
     bool completeLists(double margin, const Vec6& x);
     void noteTruncated(int rows);
     bool addCrossed(double maxGap, const Crossing& by, Crossed& result);
