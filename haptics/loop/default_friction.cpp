@@ -48,13 +48,13 @@ void DefaultTick::addLoadedRows() {
     state_.rows.merge(added);
 }
 
-/// Finds the forces on the state's rows with a drag on the tool, see Tick::problem().
+/// Finds the forces on the state's rows with a drag on the tool, see Tick::problemOf().
 ContactForces::Result DefaultTick::solveForces(const Vec6& wanted, double drag) {
     const std::uint64_t start = tick_.now();
     const bool exact = frictionSolverTable()[settings_.frictionSolver].exact;
     FrictionSolver& solver = *state_.frictionRenderers[settings_.frictionSolver];
     solver.limitWork(settings_.solverWork);
-    const ContactForces::Result result = state_.forces.solve(tick_.problem(wanted, drag), solverSettings(settings_),
+    const ContactForces::Result result = state_.forces.solve(tick_.problemOf(wanted, drag), solverSettings(settings_),
                                                              *this, *state_.projector, solver, exact);
     TickRecord& record = tick_.record;
     record.iterations += result.iterations;

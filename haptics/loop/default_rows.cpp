@@ -1,4 +1,4 @@
-// The rows of one linearization of default mode, and those that are remembered from step to step.
+// The rows that a step crosses, and those that are remembered from step to step.
 #include <algorithm>
 #include <utility>
 

@@ -135,7 +135,7 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size() && !(rubs_ && step.slowed)) {
         const auto contacts = state_.forces.contacts();
         if (!rubs_)
-            tick_.runShadow(tick_.problem(wanted), step.rendered);
+            tick_.runShadow(tick_.problemOf(wanted), step.rendered);
         else if (step.rubs && !contacts.empty())
             tick_.runFrictionShadow({tick_.stiffness(), wanted, contacts}, step.rendered, step.exact);
         shadowRan_ = true;

@@ -224,7 +224,7 @@ void Tick::note(const SolveResult& result) {
     record.kkt.complementarity_mJ = std::max(record.kkt.complementarity_mJ, result.kkt.complementarity_mJ);
 }
 
-QpProblem Tick::problem(const Vec6& target, double drag) const {
+QpProblem Tick::problemOf(const Vec6& target, double drag) const {
     if (drag == 0) return {stiffness(), target, &state.rows};
     // A drag is a spring to where the tool is, and two springs pull as one to a place between theirs.
     const Vec6 G = stiffness() + drag * state.metric();
@@ -232,7 +232,7 @@ QpProblem Tick::problem(const Vec6& target, double drag) const {
 }
 
 Tick::Solved Tick::solve(const Vec6& target, double trust, double drag) {
-    const QpProblem problem = this->problem(target, drag);
+    const QpProblem problem = problemOf(target, drag);
     const SolverSettings limits = solverSettings(settings);
     const bool exact = solverTable()[settings.solver].exact;
 

@@ -158,14 +158,14 @@ struct Tick {
     /// Adds status, iterations and residuals of a solve to the record.
     void note(const SolveResult& result);
     /// The problem of the increment nearest to `target` on the state's rows. drag: on the tool, N/mm in the metric().
-    QpProblem problem(const Vec6& target, double drag = 0) const;
+    QpProblem problemOf(const Vec6& target, double drag = 0) const;
     struct Solved {
         Vec6 x, rendered;  ///< `rendered`: x before a projection
         SolveStatus status = SolveStatus::Invalid;
         double slack = 0;
         int rows = 0;  ///< after screening
     };
-    /// Solves problem(target, drag) with the rendering solver, and keeps the contacts that carry load. An approximate
+    /// Solves problemOf(target, drag) with the rendering solver, and keeps the contacts that carry load. An approximate
     /// answer is projected onto the rows. trust: of the step, mm, for the screening.
     Solved solve(const Vec6& target, double trust, double drag = 0);
     /// Moves an approximate answer onto the state's rows.
