@@ -41,7 +41,6 @@ constexpr double kOfBudget = 0.95;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
-
 /// Maximum number of rows in the first solve. Deep overlaps exceed it (a tool that starts inside lists 12,000 pairs and
 /// more); then the first solve has the nearest pair of each tool leaf. A larger number makes these ticks longer; a
 /// smaller one needs more solves in deep but ordinary contacts.
@@ -131,8 +130,8 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
     }
     flying_ = state_.rows.size() == 0 && !fitsCappedSteps(wanted) && !isNear(settings_.margin);
     if (isFlight(wanted, step)) return Found::Flight;
-    // With friction, the contacts of a slowed step are those of another problem.
-    if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size() && !(rubs_ && step.slowed)) {
+    // With friction, contacts are those of the last solve, which may be that of another problem.
+    if (settings_.shadow >= 0 && !shadowRan_ && state_.rows.size() && !(rubs_ && step.dragged)) {
         const auto contacts = state_.forces.contacts();
         if (!rubs_)
             tick_.runShadow(tick_.problemOf(wanted), step.rendered);
@@ -249,7 +248,7 @@ bool DefaultTick::solve(const Vec6& wanted, Step& step) {
 /// answer becomes as long as allowed. A part of the answer would lead straight through free space from the contacts
 /// before to those after; with a drag the tool follows the surfaces.
 void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
-    step.slowed = false;
+    step.slowed = step.dragged = false;
     const double whole = allowed(step.x, trust_, maxTurn(), kOfBudget);
     if (whole >= kLonger || whole * step.length < kArrived || step.elastic) return;
     const bool exact = rubs_ ? step.rubs && frictionSolverTable()[settings_.frictionSolver].exact
@@ -259,6 +258,7 @@ void DefaultTick::slowDown(const Vec6& wanted, Step& step) {
     const auto squared = [&](const Vec6& metric) { return step.x.dot(metric.cwiseProduct(step.x)); };
     const double free = squared(tick_.stiffness()) / squared(state_.metric()) * (1 / whole - 1);
     double drag = drag_ * free, before = 0, share = whole;
+    step.dragged = true;
     for (int k = 0; k < kDragSolves && (share < kLonger || share > kShorter); ++k) {
         const std::optional<Vec6> x = slowed(wanted, drag);
         if (!x) return;

@@ -35,6 +35,7 @@ class DefaultTick final : RowContacts {
         double slack = 0;            ///< of an elastic answer
         bool rubs = false;           ///< with friction: forces were found
         bool exact = false;          ///< with friction: by the exact solver
+        bool dragged = false;        ///< solved with a drag since, so that the last solve is not that of x
         bool slowed = false;         ///< x is longer than allowed, and `part` is the answer with a drag
         Vec6 part = Vec6::Zero();
     };
