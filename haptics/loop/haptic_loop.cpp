@@ -152,16 +152,20 @@ void HapticLoop::watch(const std::stop_token& stop) {
 }
 
 /// Pushes the newest tick to the ring. A tick with a start is dropped if the poses of its obstacles cannot be pushed.
+/// When there is room again after a start was dropped, the next tick has another, since a recording may wait for one.
 void HapticLoop::pushTick(const TickRecord& record) {
     const Session& session = driver_.session();
     const TickInput& input = session.state.input();
     if (input.start) {
+        startDropped_ = true;
         const std::span<const Pose> X_WO = session.state.obstaclesAtStart();
         ++nextStart_.number;
         nextStart_.X_WO.assign(X_WO.begin(), X_WO.end());
         if (!starts_.push(nextStart_)) return;
     }
-    ring_.push({input, record, session.number, nextStart_.number});
+    if (!ring_.push({input, record, session.number, nextStart_.number})) return;
+    if (startDropped_ && !input.start) forgetHistory();
+    startDropped_ = false;
 }
 
 void HapticLoop::run(const std::stop_token& stop) {

@@ -74,7 +74,8 @@ class HapticLoop {
     void engage() { engagementRequest_.store(EngagementRequest::Engage, std::memory_order_relaxed); }
 
     /// Makes the state forget its history at the next tick, whose input then has a start. A recording that begins with
-    /// that tick can reproduce the run. The tool continues from its pose, up to rounding.
+    /// that tick can reproduce the run. The tool continues from its pose, up to rounding. If pop() will not deliver
+    /// that tick, since the ring is full, a later one takes its place.
     void forgetHistory() { forgetHistory_.store(true, std::memory_order_relaxed); }
 
     /// Takes the newest snapshot; returns false if no tick has ended since the last call. Call it regularly, since it
@@ -130,10 +131,11 @@ class HapticLoop {
     Mailbox<Session> incoming_, outgoing_;
     TripleBuffer<LoopSnapshot> snapshots_;  // with room for the maximum number of obstacles
     Ring<RecordedTick> ring_;
-    Ring<StartPlaces> starts_;  // of the ticks in ring_, in their order
-    StartPlaces start_;         // used by the view: of the last tick taken
-    StartPlaces nextStart_;     // used by the loop: the next entry of starts_
-    TickDriver driver_;         // used by the loop
+    Ring<StartPlaces> starts_;   // of the ticks in ring_, in their order
+    StartPlaces start_;          // used by the view: of the last tick taken
+    StartPlaces nextStart_;      // used by the loop: the next entry of starts_
+    bool startDropped_ = false;  // used by the loop: no tick since has had one
+    TickDriver driver_;          // used by the loop
 
     std::mutex freeing_;  // protects sessions from being freed during watch(); never used by the loop
     std::atomic<Device*> engaged_ = nullptr;  // the session's device while its motors are engaged

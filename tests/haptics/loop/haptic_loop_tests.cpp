@@ -160,13 +160,23 @@ TEST_CASE("haptic loop: a restart resets to tick zero", "[loop][thread]") {
     CHECK(waitFor(loop, [](const LoopSnapshot& s) { return s.record.tick + 150 < s.ticks; }));
 }
 
-TEST_CASE("haptic loop: a full ring counts dropped records, and the loop continues", "[loop][thread]") {
+TEST_CASE("haptic loop: a full ring counts dropped records, and a start is made up for", "[loop][thread]") {
     Watch watch;
     LoopOptions options = kOptions;
     options.ringCapacity = 16;
     HapticLoop loop(groundWorld(), {}, std::make_unique<PressingDevice>(watch), options);
     REQUIRE(waitFor(loop, [](const LoopSnapshot& s) { return s.ticks >= 50; }));
     CHECK(loop.snapshot().dropped == loop.snapshot().ticks - 16);
+
+    loop.forgetHistory();
+    const std::uint64_t asked = loop.snapshot().ticks;
+    REQUIRE(waitFor(loop, [&](const LoopSnapshot& s) { return s.ticks >= asked + 10; }));
+    const std::uint64_t full = loop.snapshot().record.tick;
+    CHECK(waitFor(loop, [&](const LoopSnapshot&) {
+        for (RecordedTick tick; loop.pop(tick);)
+            if (tick.input.start && tick.record.tick > full) return true;
+        return false;
+    }));
 }
 
 TEST_CASE("haptic loop: motors have no force before engage() and after stop()", "[loop][thread]") {
