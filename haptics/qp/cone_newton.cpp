@@ -11,16 +11,19 @@ namespace {
 /// ρ times the compliance of the springs at the contact: the first value in the first Newton steps, each in turn in the
 /// rounds that follow if these circle, and the last in the rest. A larger one loses digits. With a smaller one the
 /// forces need more corrections, and contacts that clamp a small part, which turns on stiffer springs than it moves on,
-/// are not found. What circles with one value often does not with another.
-constexpr double kConePenalties[] = {1e5, 1e4, 1e6};
+/// are not found. What circles with one value often does not with another, so the first rounds begin with a small
+/// share.
+constexpr struct { double penalty, firstRound; } kConePenalties[] = {{1e5, 1e-2}, {1e4, 1}, {1e6, 1}};
 /// Newton steps before f⁰ is held. Ticks that differ little from the last one take 2 to 8; steps that have not
 /// converged after 20 mostly circle.
 constexpr int kSteps = 20;
 /// Steps in which a contact that slid and would now slide back is held instead: two slopes between which a step lies
 /// would otherwise send it to and fro.
 constexpr int kHeldSteps = 16;
-/// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides.
-constexpr double kAtEdge = 1e-6;
+/// A force that is nearer than this to the edge of its cone, relative to friction, starts as one that slides. Between
+/// two linearizations the normal turns, and with it the edge: with a smaller value contacts that slide start as ones
+/// that stick, from where Newton's steps often circle.
+constexpr double kAtEdge = 1e-3;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces, but to
 /// no more than kMostForce, N. The change bounds gaps and slips of what touches and sticks, times ρ: 1e-15 mm for 1 N.
 /// Forces of contacts that contradict each other grow without end, and to them nothing would be far from the law.
@@ -33,13 +36,13 @@ constexpr double kExact = 1e-9, kRegularized = 3e-4, kConverged = 1e-13;
 /// Nearly parallel contacts settle slowly with a small ρ; with a large one the steps circle. Then ρ falls back by the
 /// square of the factor, which becomes smaller; after kFalls that it is given up.
 /// If the error has not halved in kStalledRounds and is above kContradicts, mm, there may be no answer.
-constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 10;
+constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 30;
 constexpr double kContradicts = 1e-7;
 /// Imbalance of a round, N, which rounding causes if ρ is large.
 constexpr double kMostImbalance = 1e-7;
 /// Share of the springs below which a pivot is sought, since the derivative may be singular.
 constexpr double kPositive = 0.1;
-constexpr double kGrowth = 10, kLeastGrowth = 2, kMostGrowth = 1e4;
+constexpr double kGrowth = 6, kLeastGrowth = 2, kMostGrowth = 1e4;
 /// Gap below which a contact that does not take part is crossed, mm.
 constexpr double kCrossed = -1e-10;
 /// Maximum number of contacts of which each one is left out in turn.
@@ -141,7 +144,8 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
         state.normal = wn - state.weight * (vn + c.gap);
         Piece piece = Piece::Open;
         Vec3 f = Vec3::Zero();
-        if (pieces == Pieces::Frozen ? state.piece != Piece::Open : state.normal > 0) {
+        if (pieces == Pieces::Frozen ? state.piece != Piece::Open
+                                     : state.normal > 0 || (pieces == Pieces::Start && wn > 0)) {
             const Vec3 slip = v + c.slipped;
             w -= wn * c.n + state.weight * (slip - c.n * c.n.dot(slip));
             const double limit = c.coefficient * state.normal, size = w.norm();
@@ -326,17 +330,19 @@ bool ConeNewton::findPose(Vec6& x, double weight) {
     return false;
 }
 
-/// Rounds from x and the forces f⁰, in which all contacts take part. What it finds is in x and in the forces f.
-FrictionStatus ConeNewton::climb(Vec6& x) {
+/// Rounds from x and the forces f⁰, in which all contacts take part. What it finds is in x and in the forces f. weight:
+/// ρ over its first value in the first round.
+FrictionStatus ConeNewton::climb(Vec6& x, double weight) {
     const std::size_t m = problem_->contacts.size();
     for (std::size_t i = 0; i < m; ++i) {
         states_[i].takesPart = true;
         states_[i].drift = Vec3::Zero();
+        states_[i].weight *= weight;
         forces_[i] = states_[i].before = states_[i].f0;
     }
     Vec6 found = x, best = x;
     Error least{INFINITY, INFINITY};
-    double weight = 1, growth = kGrowth;
+    double growth = kGrowth;
     for (int round = 0, climbed = 0, stalled = 0, falls = 0; round < kRounds && evaluations_ < kMostEvaluations;
          ++round) {
         double factor;
@@ -501,7 +507,7 @@ FrictionStatus ConeNewton::followAndClimb(Vec6& x) {
     x.setZero();
     if (!follow(x)) return FrictionStatus::None;
     for (std::size_t i = 0; i < m; ++i) states_[i].f0 = states_[i].f;
-    return climb(x);
+    return climb(x, 1);
 }
 
 FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& start) noexcept {
@@ -509,7 +515,7 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
     const std::size_t m = problem.contacts.size();
     evaluations_ = 0;
     FrictionResult result;
-    double leastError = INFINITY, penalty = kConePenalties[0];
+    double leastError = INFINITY, penalty = kConePenalties[0].penalty;
     // The first answer that is exact, or else the nearest to the law that is regularized.
     const auto attempt = [&](auto&& solveFrom) {
         if (result.status == FrictionStatus::Exact || evaluations_ > kMostEvaluations) return;
@@ -528,9 +534,9 @@ FrictionResult ConeNewton::solve(const FrictionProblem& problem, const Vec6& sta
         std::copy_n(forces_.begin(), m, found_.begin());
     };
     attempt([&](Vec6& x) { return newton(x) ? FrictionStatus::Exact : FrictionStatus::None; });
-    for (const double next : kConePenalties) {
-        penalty = next;
-        attempt([&](Vec6& x) { return climb(x); });
+    for (const auto& next : kConePenalties) {
+        penalty = next.penalty;
+        attempt([&](Vec6& x) { return climb(x, next.firstRound); });
     }
     // Of contacts that bear the same load, one that opens by rounding has no force.
     for (std::size_t i = 0; m <= kFew && i < m; ++i)

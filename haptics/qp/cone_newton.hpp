@@ -53,7 +53,7 @@ class ConeNewton final : public FrictionSolver {
     };
     /// How evaluate() selects the pieces of the forces.
     enum class Pieces {
-        Start,   ///< what pushes slides if it did before, and else sticks until it is released
+        Start,   ///< what pushes or did before slides if it did, and else sticks until it is released
         Newton,  ///< by the law; with derivatives for steps that correct f⁰ as well
         Held,    ///< likewise, but a contact that slid one way does not slide back
         ByLaw,
@@ -76,7 +76,7 @@ class ConeNewton final : public FrictionSolver {
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
     bool newton(Vec6& x);
     bool passOn();
-    FrictionStatus climb(Vec6& x);
+    FrictionStatus climb(Vec6& x, double weight);
     bool findPose(Vec6& x, double weight);
     struct Error {
         double distance, energy;  ///< mm, mJ
