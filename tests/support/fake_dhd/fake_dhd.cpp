@@ -18,8 +18,8 @@
 //   slow            a pose takes 20 ms
 //   nan  far  skewed  mirrored   the pose is NaN or 1e27 m away, or its frame is no rotation
 //   max-force       the library limits the force to 3 N
-// For programs: $FAKE_DHD_HAND="x y z" is where the hand goes 0.3 s after opening, and $FAKE_DHD_LOG a file that gets
-// the largest force, the opened device's own motions and its misuses when it is closed.
+// For programs: $FAKE_DHD_HAND="x y z" is where the hand goes 0.3 s after the motors are on, and $FAKE_DHD_LOG a file
+// that gets the largest force, the opened device's own motions and its misuses when it is closed.
 #include "tests/support/fake_dhd/fake_dhd.hpp"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ struct Fake {
     double p[3]{}, v[3]{}, w[3]{}, wv[3]{}, handP[3]{}, handW[3]{}, force[3]{}, torque[3]{}, gripper = 0, peakForce = 0;
     unsigned buttons = 0;
     double largest[3]{};
-    Clock::time_point now = Clock::now(), lastWord = now, opened = now;
+    Clock::time_point now = Clock::now(), lastWord = now, driven = Clock::time_point::max();  // driven: motors on
 
     bool has(const std::string& fault) const {
         return ("," + faults + ",").find("," + fault + ",") != std::string::npos;
@@ -82,7 +82,7 @@ struct Fake {
         }
     }
     void move() {
-        if (const char* hand = std::getenv("FAKE_DHD_HAND"); hand && now - opened > std::chrono::milliseconds(300))
+        if (const char* hand = std::getenv("FAKE_DHD_HAND"); hand && now - driven > std::chrono::milliseconds(300))
             std::sscanf(hand, "%lf %lf %lf", &handP[0], &handP[1], &handP[2]);
         for (int i = 0; i < 3; ++i) {
             v[i] += kStep * (kSpring * (handP[i] - p[i]) - kDamping * v[i] + (motors ? force[i] : 0)) / kMass;
@@ -181,7 +181,8 @@ int dhdOpen() {
     for (double* zero : {f.p, f.v, f.w, f.wv, f.force, f.torque, f.handP, f.handW})
         std::memset(zero, 0, 3 * sizeof *zero);
     f.buttons = 0;
-    f.now = f.lastWord = f.opened = Clock::now();
+    f.now = f.lastWord = Clock::now();
+    f.driven = Clock::time_point::max();
     return kId;
 }
 int dhdOpenSerial(int serial) { return serial == 1234 ? dhdOpen() : fake().fail(5); }
@@ -230,10 +231,12 @@ int dhdEnableForce(unsigned char on, char id) {
     if (on && (!f.calibrated || f.has("enable-fails"))) return f.fail(12);
     for (double& force : f.force) force = 0;
     for (double& torque : f.torque) torque = 0;
-    if (on)
+    if (on) {
         f.motors = true;
-    else if (f.motors)
+        f.driven = std::min(f.driven, f.now);
+    } else if (f.motors) {
         f.switchOff(4);
+    }
     return 0;
 }
 int dhdGetPositionAndOrientationFrame(double* x, double* y, double* z, double frame[3][3], char id) {
