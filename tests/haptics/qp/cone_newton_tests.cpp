@@ -25,6 +25,20 @@ FrictionContact pad(const Vec3& r, double mu, double force) {
     return c;
 }
 
+/// Random vectors in a box around a point.
+class Around {
+  public:
+    explicit Around(unsigned seed) : random_(seed) {}
+    double share() { return both_(random_); }
+    Vec3 operator()(double x, double y, double z, double by) {
+        return Vec3(x + by * share(), y + by * share(), z + by * share());
+    }
+
+  private:
+    std::mt19937_64 random_;
+    std::uniform_real_distribution<double> both_{-1, 1};
+};
+
 Vec6 wantedOf(double x, double y, double z, double turn = 0) { return (Vec6() << x, y, z, 0, 0, turn).finished(); }
 
 /// The torque of friction about z on a tool that is pressed with 2 N and turned by the hand by `turn` rad.
@@ -171,11 +185,7 @@ TEST_CASE("friction solver: of random contacts most answers are exact, the other
 }
 
 TEST_CASE("friction solver: two points on both sides of a tool jam it, however hard it is pulled", "[qp][friction]") {
-    std::mt19937_64 random(7);
-    std::uniform_real_distribution<double> both(-1, 1);
-    const auto about = [&](double x, double y, double z, double by) {
-        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
-    };
+    Around about(7);
     const double mu = 0.72;
     ConeNewton solver(2);
     for (int trial = 0; trial < 300; ++trial) {
@@ -192,11 +202,7 @@ TEST_CASE("friction solver: two points on both sides of a tool jam it, however h
 
 TEST_CASE("friction solver: two faces clamp a small part, which turns on stiffer springs than it moves on",
           "[qp][friction]") {
-    std::mt19937_64 random(3);
-    std::uniform_real_distribution<double> both(-1, 1);
-    const auto about = [&](double x, double y, double z, double by) {
-        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
-    };
+    Around about(3);
     ConeNewton solver(2);
     int missing = 0;
     for (int trial = 0; trial < 3000; ++trial) {
@@ -207,7 +213,7 @@ TEST_CASE("friction solver: two faces clamp a small part, which turns on stiffer
         one.startForce = 0.15 * one.n;
         other.r = about(-0.245, 0.01, -0.185, 0.05);
         other.n = -one.n;
-        other.gap = 1e-5 * std::abs(both(random));
+        other.gap = 1e-5 * std::abs(about.share());
         Vec6 wanted;
         wanted << about(-0.22, -0.19, -0.78, 0.1), about(0.14, 0.3, -0.18, 0.1);
         if (solver.solve({kStiffness, wanted, std::array{one, other}}, Vec6::Zero()).status == FrictionStatus::Exact)
@@ -220,11 +226,7 @@ TEST_CASE("friction solver: two faces clamp a small part, which turns on stiffer
 
 TEST_CASE("friction solver: what slides goes on in a few steps where its normals have turned a little",
           "[qp][friction]") {
-    std::mt19937_64 random(5);
-    std::uniform_real_distribution<double> both(-1, 1);
-    const auto about = [&](double x, double y, double z, double by) {
-        return Vec3(x + by * both(random), y + by * both(random), z + by * both(random));
-    };
+    Around about(5);
     ConeNewton solver(2);
     int solves = 0, evaluations = 0, many = 0;
     for (int trial = 0; trial < 2000; ++trial) {
