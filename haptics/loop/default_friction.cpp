@@ -6,8 +6,11 @@
 namespace touchstone {
 namespace {
 
-/// Features that carried force still touch if their distance is at most this multiple of the one that is kept.
-constexpr double kTouching = 1.001;
+/// Features that carried force still touch if their distance is at most this multiple of the one that is kept. A turn
+/// takes them apart by a few nanometers. With a smaller multiple every tick has to find such contacts again, and a tool
+/// that rests takes as long as one that moves; a larger one keeps what has left: at 1.02 a nut holds under an axial
+/// force with 2 % less friction.
+constexpr double kTouching = 1.003;
 
 }  // namespace
 

@@ -278,6 +278,19 @@ TEST_CASE("nut and peg: with friction they seat along their demonstrations", "[s
     CHECK(rough.friction.coulomb.worst_N() < 1e-6);
 }
 
+TEST_CASE("gears and wedge: with friction, a tick goes on from the contacts that carried the last one",
+          "[scenes][friction]") {
+    // The turn of a step takes them apart by some nanometers. Where they have to be found again, it is 24 evaluations.
+    int ticks = 0, evaluations = 0;
+    for (const char* name : {"gears", "wedge"}) {
+        sandbox::HapticScene scene = openNamed(name);
+        runWith(scene, "demo", {0.5, 0.5},
+                [&](const TickRecord& record) { ++ticks, evaluations += record.iterations; });
+    }
+    CHECK(ticks > 8000);
+    CHECK(evaluations < 18 * ticks);
+}
+
 TEST_CASE("bunnies: with friction, a tool that slips as fast as it may keeps to the surface", "[scenes][friction]") {
     const double mu = GENERATE(0.2, 0.5);
     CAPTURE(mu);
