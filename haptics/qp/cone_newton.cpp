@@ -35,9 +35,10 @@ constexpr double kExact = 1e-9, kRegularized = 3e-4, kConverged = 1e-13;
 /// Rounds with f⁰ held, Newton steps of each, and the factor by which ρ grows up to kMostGrowth times its first value.
 /// Nearly parallel contacts settle slowly with a small ρ; with a large one the steps circle. Then ρ falls back by the
 /// square of the factor, which becomes smaller; after kFalls that it is given up.
-/// If the error has not halved in kStalledRounds and is above kContradicts, mm, there may be no answer.
-constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 30;
-constexpr double kContradicts = 1e-7;
+/// There may be no answer if the error has not halved in kStalledRounds and is above kContradicts, mm, or if in
+/// kGrowingRounds one after the other forces grew and the overlap stayed the same to kSameOverlap of it.
+constexpr int kRounds = 60, kRoundSteps = 10, kFalls = 12, kStalledRounds = 30, kGrowingRounds = 4;
+constexpr double kContradicts = 1e-7, kSameOverlap = 0.01;
 /// Imbalance of a round, N, which rounding causes if ρ is large.
 constexpr double kMostImbalance = 1e-7;
 /// Share of the springs below which a pivot is sought, since the derivative may be singular.
@@ -341,15 +342,19 @@ FrictionStatus ConeNewton::climb(Vec6& x, double weight) {
         forces_[i] = states_[i].before = states_[i].f0;
     }
     Vec6 found = x, best = x;
-    Error least{INFINITY, INFINITY};
+    Error least{INFINITY, INFINITY}, last{0, 0};
     double growth = kGrowth;
-    for (int round = 0, climbed = 0, stalled = 0, falls = 0; round < kRounds && evaluations_ < kMostEvaluations;
-         ++round) {
+    bool contradicts = false;
+    for (int round = 0, climbed = 0, stalled = 0, growing = 0, falls = 0;
+         round < kRounds && evaluations_ < kMostEvaluations; ++round) {
         double factor;
         if (findPose(x, weight)) {
             found = x;
             const Error error = errorAt(x);
             ++stalled;
+            const bool same = std::abs(error.distance - last.distance) <= kSameOverlap * error.distance;
+            growing = same && error.energy > last.energy ? growing + 1 : 0;
+            last = error;
             // Forces of contacts that contradict each other grow without end and to no avail.
             if (error.worst() <= least.worst() / 2) {
                 least = error;
@@ -358,7 +363,8 @@ FrictionStatus ConeNewton::climb(Vec6& x, double weight) {
                 for (std::size_t i = 0; i < m; ++i) forces_[i] = states_[i].f;
             }
             if (least.worst() <= (stalled == 0 ? kConverged : kExact)) break;
-            if (stalled >= kStalledRounds && least.distance > kContradicts) break;
+            contradicts = least.distance > kContradicts && (stalled >= kStalledRounds || growing >= kGrowingRounds);
+            if (contradicts) break;
             factor = std::min(growth, kMostGrowth / weight);
             if (++climbed % 5 == 0) growth = std::min(kGrowth, 2 * growth);
             for (std::size_t i = 0; i < m; ++i) states_[i].before = states_[i].f;
@@ -378,11 +384,13 @@ FrictionStatus ConeNewton::climb(Vec6& x, double weight) {
     x = best;
     for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
     if (least.worst() <= kExact) return FrictionStatus::Exact;
-    // Newton's steps pass on what the rounds pass on too slowly.
-    for (std::size_t i = 0; i < m; ++i) states_[i].f0 = forces_[i], states_[i].weight = states_[i].first;
-    if (newton(x)) return FrictionStatus::Exact;
-    x = best;
-    for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
+    if (!contradicts) {
+        // Newton's steps pass on what the rounds pass on too slowly.
+        for (std::size_t i = 0; i < m; ++i) states_[i].f0 = forces_[i], states_[i].weight = states_[i].first;
+        if (newton(x)) return FrictionStatus::Exact;
+        x = best;
+        for (std::size_t i = 0; i < m; ++i) states_[i].f = forces_[i];
+    }
     return least.distance <= kRegularized ? FrictionStatus::Regularized : FrictionStatus::None;
 }
 

@@ -420,6 +420,7 @@ TEST_CASE("every friction solver: contacts that contradict each other have no an
             CHECK(result.iterations == GaussSeidelSettings().maxSweeps);
         } else if (info.exact) {
             CHECK(result.status != FrictionStatus::Exact);
+            CHECK(result.iterations < 150);  // the forces grow while the overlap stays; without noticing that, 271
         } else {
             CHECK(result.status == FrictionStatus::None);
         }
