@@ -110,8 +110,9 @@ void DefaultTick::recordFriction() {
             const Vec3 moved = placeOf(contact.id, restarted).slipped;
             return Vec3(moved - n * n.dot(moved));
         };
-        record.slip = std::max(record.slip, slipped(false).norm());
-        record.coulomb.dissipation_mJ -= contact.force.dot(slipped(restarted_));
+        const Vec3 sinceStart = slipped(false);
+        record.slip = std::max(record.slip, sinceStart.norm());
+        record.coulomb.dissipation_mJ -= contact.force.dot(restarted_ ? slipped(true) : sinceStart);
         friction += contact.force - n * n.dot(contact.force);
     }
     record.frictionForce = friction.norm();
