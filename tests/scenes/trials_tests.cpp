@@ -174,11 +174,12 @@ TEST_CASE("trials: of 24 hands at least 23 assemble each scene", "[scenes][long]
     CHECK(failed(made(kForeign[4]), 1) == "");
 }
 
-TEST_CASE("trials: with friction, 24 hands assemble about as often as without", "[scenes][long]") {
+TEST_CASE("trials: with friction, hands assemble nearly as often as without", "[scenes][long]") {
     const HapticScene scene = open("spline");
-    const std::vector<ordered_json> rows = run(scene, study("spline", 24, 30, 0.5));
+    const std::vector<ordered_json> rows = run(scene, study("spline", 48, 30, 0.5));
     for (const ordered_json& row : rows) CHECK(row.at("friction_coefficient") == 0.5);
-    CHECK(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.at("outcome") == "seated"; }) >= 22);
+    // Of 192 hands 179 to 184 did with one rounding or another, so that of 48 one in a hundred times fewer than 42 do.
+    CHECK(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.at("outcome") == "seated"; }) >= 42);
 }
 
 TEST_CASE("trials: no hand is seated in a blocked hole", "[scenes]") {
