@@ -88,6 +88,8 @@ TEST_CASE("window tour: panels, menus and dialogs", "[ui][long]") {
 
     tour.until([](WindowFrame& frame) { return isRunning(frame) && frame.session.record()->tick > 2800; });
     tour.aside().look("window");
+    tour.tap(GLFW_KEY_F2).tap(GLFW_KEY_F3).tap(GLFW_KEY_F4), tour.aside().look("folded");
+    tour.tap(GLFW_KEY_F2).tap(GLFW_KEY_F3).tap(GLFW_KEY_F4);
     for (const auto& [tab, name] :
          {std::pair{"tab Contact", "plots-contact"}, std::pair{"tab Friction", "plots-friction"}})
         tour.click(tab), tour.aside().look(name);
@@ -133,7 +135,6 @@ TEST_CASE("window tour: panels, menus and dialogs", "[ui][long]") {
         });
     });
     tour.aside().look("error");
-    tour.tap(GLFW_KEY_F2).tap(GLFW_KEY_F3).tap(GLFW_KEY_F4), tour.aside().look("folded");
     CHECK(tour.use(options));
 }
 
