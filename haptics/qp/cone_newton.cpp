@@ -27,7 +27,16 @@ constexpr double kAtEdge = 1e-3;
 /// Imbalance, and change of a force in the last correction, at which they are accepted, relative to the forces, but to
 /// no more than kMostForce, N. The change bounds gaps and slips of what touches and sticks, times ρ: 1e-15 mm for 1 N.
 /// Forces of contacts that contradict each other grow without end, and to them nothing would be far from the law.
-constexpr double kBalanced = 1e-12, kForcesSettled = 1e-10, kMostForce = 1e4;
+constexpr double kBalanced = 1e-11, kForcesSettled = 1e-10, kMostForce = 1e4;
+/// Imbalance, relative to the change of the forces, that is small beside what this change does to the next answer:
+/// early rounds end at it, and steps that pass a load on slowly pass it on at once. With a smaller one each round takes
+/// more steps; with 0.1, rounds with redundant contacts stall. No more than the same part of the forces, since what is
+/// clamped may change by far more than the springs pull.
+constexpr double kNearlyBalanced = 0.02;
+/// Evaluations with an imbalance greater than all forces and than where the steps began, after which they are given up:
+/// contacts were far on the wrong side of open, stick and slide, and steps from there seldom converge. One alone often
+/// does no harm.
+constexpr int kWildSteps = 2;
 /// Overlap, gap under load and slip of what sticks at which an answer is exact, mm. Rows contradict each other by about
 /// as much, since they are rounded; the forces of such contacts never settle. Up to the second an answer is
 /// regularized. Rounds go on to the third while each halves the error, so that rounding does not decide where they end.
@@ -127,7 +136,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
     Vec6 imbalance = problem_->stiffness.cwiseProduct(x - wanted);
     if (away != 0) push_.setZero();
     change_ = 0;
-    changed_ = false;
+    held_ = false;
     for (auto& row : derivative_) row = Double8{};
     // K is q 1 and terms of rank one. Of q 1, the sums of q, q r and q rr' are the derivative.
     double q = 0;
@@ -156,8 +165,10 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
             if (pieces == Pieces::Start) piece = state.slid ? Piece::Slide : Piece::Stick;
             if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
-                along.dot(state.along) < 0)
+                along.dot(state.along) < 0) {
                 piece = Piece::Stick;
+                held_ = true;
+            }
             double round = state.weight;
             if (piece == Piece::Stick) {
                 f = state.normal * c.n + w;
@@ -196,7 +207,6 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             }
         }
         change_ = std::max(change_, (f - state.f0).squaredNorm());
-        changed_ = changed_ || piece != state.piece;
         state.piece = piece;
         state.f = f;
     }
@@ -211,6 +221,8 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
     change_ = std::sqrt(change_);
     return imbalance;
 }
+
+double ConeNewton::nearlyBalanced() const { return kNearlyBalanced * std::min(change_, force_); }
 
 /// Lets the contact take part that x crosses furthest, and those that it crosses as far. Returns whether there is one.
 bool ConeNewton::addCrossed(const Vec6& x) {
@@ -282,26 +294,31 @@ bool ConeNewton::newton(Vec6& x) {
         const double fn = c.n.dot(state.f0);
         state.slid = (state.f0 - fn * c.n).norm() > c.coefficient * fn * (1 - kAtEdge) && fn > 0;
     }
-    double before = 0;
-    for (int i = 0, left = kSteps; left > 0; ++i, --left) {
+    double before = 0, scale = force_;
+    for (int i = 0, left = kSteps, wild = 0; left > 0; ++i, --left) {
         const Pieces pieces = i == 0 ? Pieces::Start : i < kHeldSteps ? Pieces::Held : Pieces::Newton;
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, pieces);
-        const bool settled =
-            change_ <= kForcesSettled * force_ || (change_ > before / 2 && errorAt(x).worst() <= kExact);
+        const double off = sizeOf(imbalance, lever_);
+        if (i <= 1) scale = std::max(scale, off);
+        if (off > scale && ++wild == kWildSteps) return false;
         const bool slow = change_ > before / 2;
         before = change_;
-        const bool balances = sizeOf(imbalance, lever_) <= balanced && !changed_ && pieces != Pieces::Start;
-        if (balances && !settled && slow) {
-            before = 0;
-            if (!passOn()) return false;
-            continue;
-        }
-        if (balances && settled) {
-            if (!addCrossed(x)) return true;
-            left = kSteps;
-            i = 0;
-            if (evaluations_ > kMostEvaluations) return false;
-            continue;
+        const bool byLaw = !held_ && pieces != Pieces::Start;
+        if (byLaw && off <= std::max(balanced, nearlyBalanced())) {
+            const bool settled = change_ <= kForcesSettled * force_ || (slow && errorAt(x).worst() <= kExact);
+            if (settled && off <= balanced) {
+                if (!addCrossed(x)) return true;
+                left = kSteps;
+                i = wild = 0;
+                scale = force_;
+                if (evaluations_ > kMostEvaluations) return false;
+                continue;
+            }
+            if (!settled && slow && i > 1) {  // a first step may move all load
+                before = 0;
+                if (!passOn()) return false;
+                continue;
+            }
         }
         const Vec6 dx = -solveFor(imbalance, Vec6::Zero()).first;
         if (!dx.allFinite()) return false;
@@ -317,13 +334,22 @@ bool ConeNewton::newton(Vec6& x) {
     return false;
 }
 
-/// Newton's method for the pose with f⁰ held. Returns whether it converged, with the forces f. weight: ρ over its first
-/// value, by which rounding grows.
-bool ConeNewton::findPose(Vec6& x, double weight) {
-    for (int i = 0; i < kRoundSteps; ++i) {
+/// Newton's method for the pose with f⁰ held. Returns whether it converged, with the forces f and their error: to
+/// rounding, or, as long as ρ is small and the answer is not exact, nearly. weight: ρ over its first value, by which
+/// rounding grows.
+bool ConeNewton::findPose(Vec6& x, double weight, Error& error) {
+    const double balanced = std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance);
+    double scale = force_;
+    for (int i = 0, wild = 0; i < kRoundSteps; ++i) {
         const Vec6 imbalance = evaluate(x, problem_->wanted, 0, Pieces::ByLaw);
-        if (sizeOf(imbalance, lever_) <= std::min(kBalanced * std::max(1.0, weight) * force_, kMostImbalance))
-            return true;
+        const double off = sizeOf(imbalance, lever_);
+        const bool nearly = weight <= 1 && off <= nearlyBalanced();
+        if (off <= balanced || nearly) {
+            error = errorAt(x);
+            if (off <= balanced || error.worst() > kExact) return true;
+        }
+        if (i == 0) scale = std::max(scale, off);
+        if (off > scale && ++wild == kWildSteps) return false;
         const Vec6 dx = solveFor(imbalance, Vec6::Zero()).first;
         if (!dx.allFinite()) return false;
         x -= dx;
@@ -348,9 +374,8 @@ FrictionStatus ConeNewton::climb(Vec6& x, double weight) {
     for (int round = 0, climbed = 0, stalled = 0, growing = 0, falls = 0;
          round < kRounds && evaluations_ < kMostEvaluations; ++round) {
         double factor;
-        if (findPose(x, weight)) {
+        if (Error error; findPose(x, weight, error)) {
             found = x;
-            const Error error = errorAt(x);
             ++stalled;
             const bool same = std::abs(error.distance - last.distance) <= kSameOverlap * error.distance;
             growing = same && error.energy > last.energy ? growing + 1 : 0;

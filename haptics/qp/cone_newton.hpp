@@ -74,14 +74,15 @@ class ConeNewton final : public FrictionSolver {
     Steps solveFor(const Vec6& first, const Vec6& second);
     void begin(const FrictionProblem& problem, double penalty);
     Vec6 evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces pieces);
+    double nearlyBalanced() const;
     bool newton(Vec6& x);
     bool passOn();
     FrictionStatus climb(Vec6& x, double weight);
-    bool findPose(Vec6& x, double weight);
     struct Error {
         double distance, energy;  ///< mm, mJ
         double worst() const { return distance > energy ? distance : energy; }
     };
+    bool findPose(Vec6& x, double weight, Error& error);
     Error errorAt(const Vec6& x) const;
     bool follow(Vec6& x);
     FrictionStatus followAndClimb(Vec6& x);
@@ -100,7 +101,7 @@ class ConeNewton final : public FrictionSolver {
     std::array<simd::Double8, 6> derivative_;  ///< of the imbalance by x: its rows
     Vec6 push_;                                ///< -∂imbalance/∂α, of the drifts
     double change_ = 0;                        ///< greatest |f - f⁰|, N
-    bool changed_ = false;                     ///< a contact has another piece than before
+    bool held_ = false;                        ///< a contact sticks that would slide by the law
 };
 
 }  // namespace touchstone
