@@ -240,18 +240,20 @@ bool ConeNewton::addCrossed(const Vec6& x) {
     return true;
 }
 
-/// How far the contacts that take part are from the law: the greatest overlap, mm; of gap and force under it, and of
-/// slip and lack of friction against it, the smaller, mm, forces over k; and the energy of all of these, mJ.
+/// How far the contacts that take part are from the law: the greatest overlap, mm, or friction beyond its cone; of gap
+/// and force under it, and of slip and lack of friction against it, the smaller, mm, forces over k; and the energy of
+/// all of these, mJ.
 ConeNewton::Error ConeNewton::errorAt(const Vec6& x) const {
     double distance = 0, energy = 0;
     for (std::size_t i = 0; i < problem_->contacts.size(); ++i) {
         const FrictionContact& c = problem_->contacts[i];
         const State& state = states_[i];
         if (!state.takesPart) continue;
-        const double normal = c.n.dot(state.f), s = c.distance(x);
+        const double normal = c.n.dot(state.f), s = c.distance(x), limit = c.coefficient * normal;
         const Vec3 u = c.slip(x);
-        const double slip = u.norm(), lost = std::max(0.0, c.coefficient * normal * slip + state.f.dot(u));
-        distance = std::max({distance, -s, std::min(s, normal / stiffness_)});
+        const double slip = u.norm(), lost = std::max(0.0, limit * slip + state.f.dot(u));
+        const double beyond = (state.f - normal * c.n).norm() - limit;
+        distance = std::max({distance, -s, std::min(s, normal / stiffness_), beyond / stiffness_});
         if (slip > 0) distance = std::max(distance, std::min(slip, lost / slip / stiffness_));
         energy += std::max(0.0, normal * s) + lost;
     }
