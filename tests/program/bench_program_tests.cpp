@@ -264,6 +264,7 @@ TEST_CASE("bench: the friction solvers are measured on the same contacts, with t
         CHECK(number("feet") == (i < perPad ? 3 : 18));
         CHECK(row.at("flat") == (flat ? "true" : "false"));
         CHECK(number("p999_us") >= number("median_us"));
+        CHECK(number("p999_us") >= number("shortest_p999_us"));
         CHECK(number("ticks") >= 500);
         CHECK_THAT(answer.out, Catch::Contains(" " + name + " "));
         if (row.at("friction") == "false") {
