@@ -2,8 +2,10 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <numbers>
+#include <numeric>
 #include <random>
 
+#include "haptics/math/statistics.hpp"
 #include "haptics/qp/cone_newton.hpp"
 #include "tests/support/alloc_count.hpp"
 
@@ -257,6 +259,31 @@ TEST_CASE("friction solver: what slides goes on in a few steps where its normals
     CHECK(solves > 500);
     CHECK(evaluations < 6 * solves);
     CHECK(many <= 5);
+}
+
+TEST_CASE("friction solver: where a tool that slides meets a second face, steps that circle end soon",
+          "[qp][friction]") {
+    Around about(11);
+    ConeNewton solver(2);
+    std::vector<int> evaluations;
+    while (evaluations.size() < 10'000) {
+        std::vector<FrictionContact> contacts{pad(about(30, 0, -10, 10), 0.4, 0), pad(about(-30, 0, -10, 10), 0.4, 0)};
+        contacts[0].n = about(-0.3, 0, 1, 0.2).normalized();
+        contacts[1].n = about(0.3, 0, 1, 0.5).normalized();
+        Vec6 wanted;
+        wanted << about(0, 0, -4, 2), about(0, 0, 0, 0.02);
+        const FrictionResult before = solver.solve({kStiffness, wanted, std::span(contacts).first(1)}, Vec6::Zero());
+        const double nearer = contacts[1].distance(before.x);
+        if (before.forces[0].isZero(0) || nearer > -0.01) continue;
+        contacts[0].startForce = before.forces[0];
+        contacts[1].gap = -about.share() * nearer;
+        if (contacts[1].gap < 0) continue;
+        const FrictionResult after = solver.solve({kStiffness, wanted, contacts}, before.x);
+        REQUIRE(after.status == FrictionStatus::Exact);
+        evaluations.push_back(after.iterations);
+    }
+    CHECK(std::accumulate(evaluations.begin(), evaluations.end(), 0) < 12 * 10'000);
+    CHECK(*percentile(evaluations, 99) <= 60);
 }
 
 TEST_CASE("friction solver: the residuals see each way in which an answer can be wrong", "[qp][friction]") {
