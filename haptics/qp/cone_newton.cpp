@@ -136,7 +136,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
     Vec6 imbalance = problem_->stiffness.cwiseProduct(x - wanted);
     if (away != 0) push_.setZero();
     change_ = 0;
-    held_ = false;
+    changed_ = false;
     for (auto& row : derivative_) row = Double8{};
     // K is q 1 and terms of rank one. Of q 1, the sums of q, q r and q rr' are the derivative.
     double q = 0;
@@ -165,10 +165,8 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             piece = pieces == Pieces::Frozen ? state.piece : state.beyond <= 0 ? Piece::Stick : Piece::Slide;
             if (pieces == Pieces::Start) piece = state.slid ? Piece::Slide : Piece::Stick;
             if (pieces == Pieces::Held && piece == Piece::Slide && state.piece == Piece::Slide &&
-                along.dot(state.along) < 0) {
+                along.dot(state.along) < 0)
                 piece = Piece::Stick;
-                held_ = true;
-            }
             double round = state.weight;
             if (piece == Piece::Stick) {
                 f = state.normal * c.n + w;
@@ -207,6 +205,7 @@ Vec6 ConeNewton::evaluate(const Vec6& x, const Vec6& wanted, double away, Pieces
             }
         }
         change_ = std::max(change_, (f - state.f0).squaredNorm());
+        changed_ = changed_ || piece != state.piece;
         state.piece = piece;
         state.f = f;
     }
@@ -305,8 +304,7 @@ bool ConeNewton::newton(Vec6& x) {
         if (off > scale && ++wild == kWildSteps) return false;
         const bool slow = change_ > before / 2;
         before = change_;
-        const bool byLaw = !held_ && pieces != Pieces::Start;
-        if (byLaw && off <= std::max(balanced, nearlyBalanced())) {
+        if (!changed_ && pieces != Pieces::Start && off <= std::max(balanced, nearlyBalanced())) {
             const bool settled = change_ <= kForcesSettled * force_ || (slow && errorAt(x).worst() <= kExact);
             if (settled && off <= balanced) {
                 if (!addCrossed(x)) return true;

@@ -101,7 +101,7 @@ class ConeNewton final : public FrictionSolver {
     std::array<simd::Double8, 6> derivative_;  ///< of the imbalance by x: its rows
     Vec6 push_;                                ///< -∂imbalance/∂α, of the drifts
     double change_ = 0;                        ///< greatest |f - f⁰|, N
-    bool held_ = false;                        ///< a contact sticks that would slide by the law
+    bool changed_ = false;                     ///< a contact has another piece than before
 };
 
 }  // namespace touchstone
