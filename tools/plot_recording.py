@@ -6,7 +6,9 @@ are listed in docs/recording.md."""
 import json
 import sys
 
-import numpy as np
+if len(sys.argv) != 3:
+    sys.exit(__doc__)
+import numpy as np  # noqa: E402
 
 folder, out = sys.argv[1:]
 ticks = np.load(folder + "/ticks.npy")  # one row for each tick; ticks.dtype.names are the columns
