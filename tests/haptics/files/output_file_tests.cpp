@@ -1,20 +1,20 @@
 // Output files are complete or absent: after any failure the earlier file is unchanged.
 #include "haptics/files/output_file.hpp"
 
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <fstream>
 #include <iterator>
 
+#include "tests/support/file_size_limit.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace touchstone::output_file_tests {
 
 using Catch::Matchers::Contains;
+using test::FileSizeLimit;
 using test::TempFolder;
 
 namespace {
@@ -29,21 +29,6 @@ std::string textOf(const fs::path& file) {
 std::ptrdiff_t filesIn(const fs::path& folder) {
     return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
-
-/// Limits the size of files of this process, as a full disk does.
-struct Limit {
-    rlimit before{};
-    sighandler_t handler = std::signal(SIGXFSZ, SIG_IGN);
-    explicit Limit(rlim_t most) {
-        getrlimit(RLIMIT_FSIZE, &before);
-        const rlimit now{most, before.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &now);
-    }
-    ~Limit() {
-        setrlimit(RLIMIT_FSIZE, &before);
-        std::signal(SIGXFSZ, handler);
-    }
-};
 
 }  // namespace
 
@@ -69,7 +54,7 @@ TEST_CASE("output file: a full disk leaves the earlier file, and the error says 
     const fs::path file = folder.path() / "report";
     writeFile(file, "the report", "earlier");
     for (const std::size_t size : {std::size_t{2000}, std::size_t{5} << 20}) {  // detected on closing, and before
-        const Limit limit(1000);
+        const FileSizeLimit limit(1000);
         CHECK_THROWS_WITH(writeFile(file, "the report", std::string(size, 'x')),
                           Contains("cannot write the report to '" + file.string() + "': File too large"));
     }

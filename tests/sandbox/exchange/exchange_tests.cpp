@@ -1,8 +1,5 @@
 // Demonstrations in files of other programs: export, proof by replay, and every kind of damage.
-#include <sys/resource.h>
-
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -14,6 +11,7 @@
 #include "haptics/sandbox/exchange/demonstration_file.hpp"
 #include "haptics/sandbox/exchange/exchange.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
+#include "tests/support/file_size_limit.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/scene_maker.hpp"
 
@@ -332,19 +330,6 @@ TEST_CASE("exchange: a scene that is only named is found by its hash", "[sandbox
 
 TEST_CASE("exchange: a full disk leaves the earlier file and nothing else", "[sandbox][exchange]") {
     const Push push;
-    struct Limit {
-        rlimit before{};
-        void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
-        explicit Limit(rlim_t bytes) {
-            getrlimit(RLIMIT_FSIZE, &before);
-            rlimit now{bytes, before.rlim_max};
-            setrlimit(RLIMIT_FSIZE, &now);
-        }
-        ~Limit() {
-            setrlimit(RLIMIT_FSIZE, &before);
-            std::signal(SIGXFSZ, handler);
-        }
-    };
     const TempFolder target;
     for (const std::string format : {"hdf5", "mcap"})
         for (const rlim_t bytes : {0, 600, 4'000, 100'000, 200'000}) {
@@ -354,7 +339,7 @@ TEST_CASE("exchange: a full disk leaves the earlier file and nothing else", "[sa
             (format == "hdf5" ? request.hdf5 : request.mcap) = file;
             INFO(format << ", room for " << bytes);
             {
-                const Limit limit(bytes);
+                const FileSizeLimit limit(bytes);
                 CHECK_THROWS_WITH(sandbox::exportDemonstrations(request), Contains("cannot write the demonstrations") &&
                                                                               Contains("push." + format) &&
                                                                               Contains("File too large"));

@@ -1,8 +1,5 @@
 // Recordings: writing, bit-reproducible replay, recovery, export.
-#include <sys/resource.h>
-
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -15,6 +12,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/presets.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/file_size_limit.hpp"
 #include "tests/support/scene_maker.hpp"
 
 namespace touchstone::recording_tests {
@@ -355,20 +353,6 @@ TEST_CASE("recording: an interrupted one is readable up to the last flush, and r
 
 TEST_CASE("recording: a full disk stops the recording but not the run", "[sandbox][recording]") {
     const TempFolder folder;
-    // A limit of the file size acts like a disk that is full at that size.
-    struct Limit {
-        rlimit before{};
-        void (*handler)(int) = std::signal(SIGXFSZ, SIG_IGN);
-        explicit Limit(rlim_t bytes) {
-            getrlimit(RLIMIT_FSIZE, &before);
-            rlimit now{bytes, before.rlim_max};
-            setrlimit(RLIMIT_FSIZE, &now);
-        }
-        ~Limit() {
-            setrlimit(RLIMIT_FSIZE, &before);
-            std::signal(SIGXFSZ, handler);
-        }
-    };
     sandbox::HeadlessOptions options;
     options.timing = false;
     options.record = folder.path() / "full";
@@ -377,7 +361,7 @@ TEST_CASE("recording: a full disk stops the recording but not the run", "[sandbo
     options.onTick = [&](const TickRecord&, double) { ++ticks; };
     sandbox::HeadlessRun run;
     {
-        const Limit limit(200'000);
+        const FileSizeLimit limit(200'000);
         run = sandbox::runHeadless(press().scene, press().scene.settings, options);
     }
     CHECK(ticks == 801);
