@@ -48,6 +48,7 @@ MeshDefects defectsOf(const RepairedMesh& body) {
         for (int k = 0; k < 3; ++k) ++uses[std::minmax(at[k], at[(k + 1) % 3])];
     }
     MeshDefects defects;
+    defects.insideOut = body.insideOut;
     DisjointSets rims(places.size());
     for (const auto& [edge, count] : uses) {
         defects.crowdedEdges += count > 2;
@@ -111,6 +112,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     const std::vector<int> crumbs = std::move(welded.crumbs);
     Shells shells(std::move(welded), pulse);
     out.holes = shells.holes();
+    out.insideOut = shells.insideOut();
     // A crumb must be covered, but it does not make a body with closed shells open.
     for (const int i : crumbs) out.faces.push_back({scaled(i), FaceRole::Sheet, !shells.anyClosed()});
     for (const Triangle& t : membranes)

@@ -45,6 +45,7 @@ struct RepairedMesh {
     std::vector<Vec3> vertices;   ///< welded
     std::vector<std::array<int, 3>> walls;  ///< the walls and caps again, as vertices
     int holes = 0;                          ///< number of small holes that were closed by caps
+    int insideOut = 0;                      ///< number of shells that cross themselves and are inside out in part
     MeshRepairs repairs;
     bool closed() const;  ///< the body has no hole and no exposed sheet
 };
@@ -54,6 +55,7 @@ struct MeshDefects {
     int holes = 0;         ///< connected groups of open edges; a sheet has one around it
     int openEdges = 0;     ///< edges of one face
     int crowdedEdges = 0;  ///< edges of more than two faces
+    int insideOut = 0;     ///< shells that cross themselves and are inside out in part
 };
 /// Counts the defects among the walls and exposed sheets of a body, before small holes were closed.
 MeshDefects defectsOf(const RepairedMesh& body);
@@ -68,7 +70,8 @@ MeshDefects defectsOf(const RepairedMesh& body);
 ///   it is buried.
 /// - Two faces back to back cancel and become a sheet. An open shell also becomes a sheet, unless its holes are small
 ///   (caps of at most 1 % of its area): those are closed. Open shells that share edges are tried together, without the
-///   flaps on them.
+///   flaps on them. So does a shell that crosses itself and is inside out in part, since no side of that part is known
+///   to be the outer one.
 /// Deterministic. Time is near-linear in the number of triangles. Memory is about 250 bytes per triangle, including the
 /// result, and 500 if there is more than one shell. Throws std::invalid_argument with one sentence if no triangle has
 /// an area, if a coordinate is not finite, or if single precision cannot represent the mesh.

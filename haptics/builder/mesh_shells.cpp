@@ -16,6 +16,9 @@ constexpr double kThinnest = 1e-6;
 constexpr double kSmallHoles = 0.01;
 // Maximum number of rounds in which flaps are dropped.
 constexpr int kFlapRounds = 100;
+// Thickness, in the frame of RepairedMesh, above which a part of a shell that is inside out counts. With a smaller one
+// folds of rounding would make a body a sheet; with a larger one nothing is felt of thicker parts.
+constexpr double kThinnestLobe = 1e-4;
 // Number of winding numbers that are summed directly. Beyond it, building a tree for them pays off.
 constexpr int kDirectQueries = 8;
 
@@ -65,6 +68,16 @@ Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
     group();
     makeShells();
     nest();
+    do collectWalls();
+    while (!markBuried());
+}
+
+/// Collects the faces and caps of the closed shells.
+void Shells::collectWalls() {
+    walls_.clear();
+    wallFace_.clear();
+    field_.reset();
+    queries_ = 0;
     for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
         if (!shells_[s].closed) continue;
         for (const int f : facesOf_[s]) {
@@ -76,7 +89,6 @@ Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
             wallFace_.push_back(-1);
         }
     }
-    markBuried();
 }
 
 Corners Shells::cornersOf(int face) const {
@@ -368,14 +380,19 @@ void Shells::nest() {
             std::find_if(around.begin(), around.end(), [&](int j) { return contains(closed[j], closed[i]); });
         if (outer != around.end() && inward(closed[i]) != inward(closed[*outer])) cavities.push_back(closed[i]);
     }
-    for (const int s : cavities) flip(s);
+    for (const int s : cavities) {
+        flip(s);
+        shells_[s].cavity = true;
+    }
 }
 
 // Marks the walls that lie inside the union of all shells. Walls that meet at edges of exactly two walls and that no
 // other wall crosses form a piece. The winding number is constant on each side of a piece, so one probe on each side of
-// its largest wall decides for the whole piece.
-void Shells::markBuried() {
-    if (walls_.empty()) return;
+// its largest wall decides for the whole piece. Where a shell crosses itself, a part of it may be inside out: the
+// winding number in front of it is negative, as only cavities that overlap have it, too. Such a shell becomes a sheet,
+// and the others have to be marked again: returns false.
+bool Shells::markBuried() {
+    if (walls_.empty()) return true;
     const std::vector<char> crossed = crossedFaces(vertices_, walls_, pulse_);
     std::vector<int> wallOf(faces_.size(), -1);
     for (int w = 0; w < static_cast<int>(walls_.size()); ++w)
@@ -396,23 +413,35 @@ void Shells::markBuried() {
         count += best < 0;
         if (best < 0 || areaOf(triangle(walls_[w])) > areaOf(triangle(walls_[best]))) best = w;
     }
-    if (count == 1 && !anyCrossed) return;  // there is only one shell
+    if (count == 1 && !anyCrossed) return true;  // there is only one shell
     std::vector<char> hidden(walls_.size(), 0);
+    const int before = insideOut_;
     for (std::size_t p = 0; p < largest.size(); ++p) {
         if (largest[p] < 0) continue;
         pulse_();
         const Triangle t = triangle(walls_[largest[p]]);
-        hidden[p] = static_cast<char>(isUsable(t) && insideBothSides((t[0] + t[1] + t[2]) / 3, t));
+        if (!isUsable(t)) continue;
+        const Vec3 middle = (t[0] + t[1] + t[2]) / 3, front = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+        hidden[p] = static_cast<char>(insideBothSides(middle, t));
+        Shell& shell = shells_[shellOf_[wallFace_[largest[p]]]];
+        if (shell.closed && !shell.cavity && winding(middle + kTouching * front) <= -0.5 &&
+            altitudeOf(t) > kThinnestLobe && winding(middle + kThinnestLobe * front) <= -0.5) {
+            shell.closed = false;
+            shell.lastCap = shell.firstCap;
+            ++insideOut_;
+        }
     }
+    if (insideOut_ > before) return false;
     for (int w = 0; w < static_cast<int>(walls_.size()); ++w)
         if (wallFace_[w] >= 0 && !crossed[w]) buried_[wallFace_[w]] = hidden[pieces.find(w)];
+    return true;
 }
 
-bool Shells::inside(const Vec3& p) {
+double Shells::winding(const Vec3& p) {
     if (++queries_ <= kDirectQueries) {
-        double winding = 0;
-        for (const Corners& w : walls_) winding += solidAngleShare(p, triangle(w));
-        return winding >= 0.5;
+        double sum = 0;
+        for (const Corners& w : walls_) sum += solidAngleShare(p, triangle(w));
+        return sum;
     }
     if (!field_) {
         std::vector<Triangle> all;
@@ -420,7 +449,7 @@ bool Shells::inside(const Vec3& p) {
         for (const Corners& w : walls_) all.push_back(triangle(w));
         field_.emplace(std::move(all));
     }
-    return field_->windingNumber(p) >= 0.5;
+    return field_->windingNumber(p);
 }
 
 bool Shells::insideBothSides(const Vec3& p, const Triangle& t) {

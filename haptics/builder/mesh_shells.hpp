@@ -18,6 +18,8 @@ class Shells {
     Shells& operator=(const Shells&) = delete;
 
     int holes() const { return holes_; }
+    /// Number of shells that became sheets since they are inside out in part.
+    int insideOut() const { return insideOut_; }
     bool anyClosed() const { return !walls_.empty(); }
     /// Number of faces of closed shells whose orientation is not that of the input.
     int turned() const;
@@ -33,7 +35,7 @@ class Shells {
 
   private:
     struct Shell {
-        bool closed = false;
+        bool closed = false, cavity = false;
         double volume = 0;  ///< signed, with the orientation that the faces had in the input
         int firstCap = 0, lastCap = 0;
         Box box;
@@ -57,8 +59,10 @@ class Shells {
     int addCones(std::span<const Gap> gaps);
     void flip(int shell);
     void nest();
-    void markBuried();
-    bool inside(const Vec3& p);
+    void collectWalls();
+    bool markBuried();
+    double winding(const Vec3& p);
+    bool inside(const Vec3& p) { return winding(p) >= 0.5; }
     bool insideBothSides(const Vec3& p, const Triangle& t);
 
     Pulse& pulse_;
@@ -77,8 +81,8 @@ class Shells {
     std::vector<int> wallFace_;         ///< by wall; -1 for caps
     std::vector<char> buried_;          ///< by face
     std::optional<TriangleBvh> field_;  ///< the walls, built once there are many queries
-    int queries_ = 0;                   ///< number of calls of inside()
-    int holes_ = 0;
+    int queries_ = 0;                   ///< number of calls of winding()
+    int holes_ = 0, insideOut_ = 0;
 };
 
 }  // namespace touchstone

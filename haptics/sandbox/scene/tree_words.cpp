@@ -55,6 +55,8 @@ std::string words(const MeshDefects& defects) {
     if (defects.holes > 0) text = counted(defects.holes, "hole") + " (" + counted(defects.openEdges, "open edge") + ")";
     if (defects.crowdedEdges > 0)
         text += (text.empty() ? "" : " and ") + counted(defects.crowdedEdges, "edge") + " of more than two faces";
+    if (defects.insideOut > 0)
+        text += (text.empty() ? "" : " and ") + counted(defects.insideOut, "shell") + " partly inside out";
     return text.empty() ? "faces that bound no volume" : text;
 }
 

@@ -1,7 +1,9 @@
 #include "haptics/builder/mesh_repair.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "haptics/builder/solid_depth.hpp"
@@ -217,6 +219,39 @@ TEST_CASE("mesh repair: where a shell intersects itself, points with winding num
     CHECK(count(body, FaceRole::Buried) > 200);
     CHECK(depthAt(eight, Vec3(1.5, 0, 0)) > 1.1);  // crossing faces stay walls, and they are 0.3 long
     CHECK(depthAt(eight, Vec3(1.5, 0, 0)) < 1.34);
+}
+
+TEST_CASE("mesh repair: a shell that is inside out behind a crossing is a sheet, and others are not", "[tree]") {
+    // The outline of a plate runs to and fro along a fin: what is right of its way there is the fin.
+    const auto plate = [](double width) {
+        const std::vector<Vec3> outline{{0, 0, 0},  {10, 0, 0},         {10, 10, 0},       {4, 10, 0},
+                                        {4, 15, 0}, {4 + width, 15, 0}, {4 + width, 5, 0}, {0, 5, 0}};
+        const auto corners = std::uint32_t(outline.size());
+        return test::lathe(corners, 2, 0, 3, [=](double angle, double t) {
+            return Vec3(outline[std::size_t(std::lround(angle * corners / (2 * std::numbers::pi)))] +
+                        t * Vec3(0, 0, 3));
+        });
+    };
+    for (const TriangleMesh& mesh : {plate(2), test::flipped(plate(2)), test::unwelded(plate(0.1))}) {
+        const RepairedMesh body = repairMesh(mesh);
+        CHECK(body.insideOut == 1);
+        CHECK(defectsOf(body).insideOut == 1);
+        CHECK_FALSE(body.closed());
+        CHECK(count(body, FaceRole::Sheet) == int(body.faces.size()));
+        CHECK(body.walls.empty());
+    }
+    // A fold of a micrometer is not felt, and the fin on the other side of its way is one.
+    CHECK(repairMesh(plate(0.001)).closed());
+    CHECK(repairMesh(plate(-2)).closed());
+    const RepairedMesh both = repairMesh(test::joined(plate(2), test::moved(kBox, 1, Vec3(30, 0, 0))));
+    CHECK(both.insideOut == 1);
+    CHECK_FALSE(both.closed());
+    CHECK(count(both, FaceRole::Wall) == 12);
+    // Where two cavities overlap, there is no less of the body than in each of them.
+    const TriangleMesh hole = test::flipped(test::moved(kBox, 0.4, Vec3(2, 2, 2)));
+    const RepairedMesh hollow = repairMesh(test::joined(kBox, test::joined(hole, test::moved(hole, 1, Vec3(1, 1, 1)))));
+    CHECK(hollow.insideOut == 0);
+    CHECK(hollow.closed());
 }
 
 TEST_CASE("mesh repair: vertices without a triangle are ignored", "[tree]") {
