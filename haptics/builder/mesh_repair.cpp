@@ -110,7 +110,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     for (const Corners& c : welded.membranes)
         membranes.push_back({welded.vertices[c[0]], welded.vertices[c[1]], welded.vertices[c[2]]});
     const std::vector<int> crumbs = std::move(welded.crumbs);
-    Shells shells(std::move(welded), pulse);
+    Shells shells(std::move(welded), apart, pulse);
     out.holes = shells.holes();
     out.insideOut = shells.insideOut();
     // A crumb must be covered, but it does not make a body with closed shells open.

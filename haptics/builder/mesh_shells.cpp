@@ -16,9 +16,10 @@ constexpr double kThinnest = 1e-6;
 constexpr double kSmallHoles = 0.01;
 // Maximum number of rounds in which flaps are dropped.
 constexpr int kFlapRounds = 100;
-// Thickness, in the frame of RepairedMesh, above which a part of a shell that is inside out counts. With a smaller one
-// folds of rounding would make a body a sheet; with a larger one nothing is felt of thicker parts.
-constexpr double kThinnestLobe = 1e-4;
+// Thickness above which a part of a shell that is inside out counts, in the frame of RepairedMesh and as a multiple of
+// what rounding can part: the larger one. With smaller ones folds of rounding would make a body a sheet; with larger
+// ones nothing is felt of thicker parts.
+constexpr double kThinnestLobe = 1e-4, kThinnestRounded = 2;
 // Number of winding numbers that are summed directly. Beyond it, building a tree for them pays off.
 constexpr int kDirectQueries = 8;
 
@@ -57,8 +58,9 @@ void forEachGroup(const std::vector<Net>& nets, Visit&& visit) {
 
 }  // namespace
 
-Shells::Shells(WeldedMesh&& mesh, Pulse& pulse)
+Shells::Shells(WeldedMesh&& mesh, double apart, Pulse& pulse)
     : pulse_(pulse),
+      thinnestLobe_(std::max(kThinnestLobe, kThinnestRounded * apart)),
       vertices_(std::move(mesh.vertices)),
       faces_(std::move(mesh.faces)),
       edges_(faces_, vertices_.size(), pulse),
@@ -425,7 +427,7 @@ bool Shells::markBuried() {
         hidden[p] = static_cast<char>(insideBothSides(middle, t));
         Shell& shell = shells_[shellOf_[wallFace_[largest[p]]]];
         if (shell.closed && !shell.cavity && winding(middle + kTouching * front) <= -0.5 &&
-            altitudeOf(t) > kThinnestLobe && winding(middle + kThinnestLobe * front) <= -0.5) {
+            altitudeOf(t) > thinnestLobe_ && winding(middle + thinnestLobe_ * front) <= -0.5) {
             shell.closed = false;
             shell.lastCap = shell.firstCap;
             ++insideOut_;

@@ -12,8 +12,9 @@ namespace touchstone {
 /// RepairedMesh.
 class Shells {
   public:
-    /// Takes ownership of the vertices and faces. `pulse` must outlive the object.
-    Shells(WeldedMesh&& mesh, Pulse& pulse);
+    /// Takes ownership of the vertices and faces. `apart`: by which rounding may have parted two places of the input.
+    /// `pulse` must outlive the object.
+    Shells(WeldedMesh&& mesh, double apart, Pulse& pulse);
     Shells(const Shells&) = delete;  // its edges refer to its faces
     Shells& operator=(const Shells&) = delete;
 
@@ -66,6 +67,7 @@ class Shells {
     bool insideBothSides(const Vec3& p, const Triangle& t);
 
     Pulse& pulse_;
+    const double thinnestLobe_;   ///< thickness above which a part that is inside out counts
     std::vector<Vec3> vertices_;  ///< the apexes of caps are at the end
     const std::vector<Corners> faces_;
     const EdgeTable edges_;
