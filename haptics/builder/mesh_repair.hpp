@@ -70,8 +70,8 @@ MeshDefects defectsOf(const RepairedMesh& body);
 ///   it is buried.
 /// - Two faces back to back cancel and become a sheet. An open shell also becomes a sheet, unless its holes are small
 ///   (caps of at most 1 % of its area): those are closed. Open shells that share edges are tried together, without the
-///   flaps on them. So does a shell that crosses itself and is inside out in part, since no side of that part is known
-///   to be the outer one.
+///   flaps on them. A shell that crosses itself and is inside out in part becomes a sheet, too, since no side of
+///   that part is known to be the outer one.
 /// Deterministic. Time is near-linear in the number of triangles. Memory is about 250 bytes per triangle, including the
 /// result, and 500 if there is more than one shell. Throws std::invalid_argument with one sentence if no triangle has
 /// an area, if a coordinate is not finite, or if single precision cannot represent the mesh.

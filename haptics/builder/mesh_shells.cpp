@@ -424,10 +424,11 @@ bool Shells::markBuried() {
         const Triangle t = triangle(walls_[largest[p]]);
         if (!isUsable(t)) continue;
         const Vec3 middle = (t[0] + t[1] + t[2]) / 3, front = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-        hidden[p] = static_cast<char>(insideBothSides(middle, t));
+        const double ahead = winding(middle + kTouching * front);
+        hidden[p] = static_cast<char>(ahead >= 0.5 && inside(middle - kTouching * front));
         Shell& shell = shells_[shellOf_[wallFace_[largest[p]]]];
-        if (shell.closed && !shell.cavity && winding(middle + kTouching * front) <= -0.5 &&
-            altitudeOf(t) > thinnestLobe_ && winding(middle + thinnestLobe_ * front) <= -0.5) {
+        if (ahead <= -0.5 && shell.closed && !shell.cavity && altitudeOf(t) > thinnestLobe_ &&
+            winding(middle + thinnestLobe_ * front) <= -0.5) {
             shell.closed = false;
             shell.lastCap = shell.firstCap;
             ++insideOut_;
