@@ -287,7 +287,7 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
     for (std::size_t c = caps; c < caps_.size(); ++c) addTetrahedron(triangle(caps_[c]));
     const bool bounds = shell.closed || caps_.size() > caps;
     const bool thick = 2 * std::abs(shell.volume) > kThinnest * area;
-    if (bounds && thick && !shell.closed) holes_ += rims;
+    if (bounds && thick && !shell.closed) shell.holes = rims;
     shell.closed = bounds && thick;
     if (!shell.closed) dropCaps();
     shell.firstCap = static_cast<int>(caps);
@@ -431,6 +431,7 @@ bool Shells::markBuried() {
             winding(middle + thinnestLobe_ * front) <= -0.5) {
             shell.closed = false;
             shell.lastCap = shell.firstCap;
+            shell.holes = 0;
             ++insideOut_;
         }
     }
@@ -468,6 +469,12 @@ bool Shells::encloses(const Triangle& sheet) {
     return insideBothSides(middle, sheet) && std::all_of(sheet.begin(), sheet.end(), [&](const Vec3& corner) {
                return insideBothSides(corner + 1e-3 * (middle - corner), sheet);
            });
+}
+
+int Shells::holes() const {
+    int sum = 0;
+    for (const Shell& shell : shells_) sum += shell.holes;
+    return sum;
 }
 
 int Shells::turned() const {

@@ -18,7 +18,7 @@ class Shells {
     Shells(const Shells&) = delete;  // its edges refer to its faces
     Shells& operator=(const Shells&) = delete;
 
-    int holes() const { return holes_; }
+    int holes() const;  ///< number of small holes that caps close
     /// Number of shells that became sheets since they are inside out in part.
     int insideOut() const { return insideOut_; }
     bool anyClosed() const { return !walls_.empty(); }
@@ -38,7 +38,7 @@ class Shells {
     struct Shell {
         bool closed = false, cavity = false;
         double volume = 0;  ///< signed, with the orientation that the faces had in the input
-        int firstCap = 0, lastCap = 0;
+        int firstCap = 0, lastCap = 0, holes = 0;
         Box box;
     };
     /// A missing use of an edge: a place where a face is missing.
@@ -84,7 +84,7 @@ class Shells {
     std::vector<char> buried_;          ///< by face
     std::optional<TriangleBvh> field_;  ///< the walls, built once there are many queries
     int queries_ = 0;                   ///< number of calls of winding()
-    int holes_ = 0, insideOut_ = 0;
+    int insideOut_ = 0;
 };
 
 }  // namespace touchstone
