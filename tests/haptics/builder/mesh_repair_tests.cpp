@@ -248,8 +248,8 @@ TEST_CASE("mesh repair: a shell that is inside out behind a crossing is a sheet,
     CHECK_FALSE(both.closed());
     CHECK(count(both, FaceRole::Wall) == 12);
     // Where two cavities overlap, there is no less of the body than in each of them.
-    const TriangleMesh hole = test::flipped(test::moved(kBox, 0.4, Vec3(2, 2, 2)));
-    const RepairedMesh hollow = repairMesh(test::joined(kBox, test::joined(hole, test::moved(hole, 1, Vec3(1, 1, 1)))));
+    const TriangleMesh hole = test::flipped(test::moved(test::sphereMesh(2), 1, Vec3(4, 5, 5)));
+    const RepairedMesh hollow = repairMesh(test::joined(kBox, test::joined(hole, test::moved(hole, 1, Vec3(2, 0, 0)))));
     CHECK(hollow.insideOut == 0);
     CHECK(hollow.closed());
 }
