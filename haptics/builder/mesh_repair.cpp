@@ -125,6 +125,7 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     out.repairs.inner = int(std::count_if(out.faces.begin(), out.faces.end(), [](const Face& f) {
         return f.role == FaceRole::Buried || (f.role == FaceRole::Sheet && !f.exposed);
     }));
+    out.buried = shells.buriedWalls();
     std::tie(out.vertices, out.walls) = std::move(shells).walls();
     return out;
 }

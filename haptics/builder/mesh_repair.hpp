@@ -43,9 +43,10 @@ struct RepairedMesh {
     std::vector<Triangle> cover;  ///< every usable triangle of the input, as it was
     std::vector<Face> faces;      ///< welded, oriented, without duplicates
     std::vector<Vec3> vertices;   ///< welded
-    std::vector<std::array<int, 3>> walls;  ///< the walls and caps again, as vertices
-    int holes = 0;                          ///< number of small holes that were closed by caps
-    int insideOut = 0;                      ///< number of shells that cross themselves and are inside out in part
+    std::vector<std::array<int, 3>> walls;   ///< the walls and caps again, as vertices
+    std::vector<std::array<int, 3>> buried;  ///< the buried faces again, as vertices
+    int holes = 0;                           ///< number of small holes that were closed by caps
+    int insideOut = 0;                       ///< number of shells that cross themselves and are inside out in part
     MeshRepairs repairs;
     bool closed() const;  ///< the body has no hole and no exposed sheet
 };

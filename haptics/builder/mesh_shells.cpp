@@ -497,6 +497,13 @@ void Shells::append(std::vector<Face>& out) {
     }
 }
 
+std::vector<Corners> Shells::buriedWalls() const {
+    std::vector<Corners> out;
+    for (std::size_t w = 0; w < walls_.size(); ++w)
+        if (wallFace_[w] >= 0 && buried_[wallFace_[w]]) out.push_back(walls_[w]);
+    return out;
+}
+
 std::pair<std::vector<Vec3>, std::vector<Corners>> Shells::walls() && {
     std::size_t kept = 0;
     for (std::size_t w = 0; w < walls_.size(); ++w)

@@ -31,6 +31,8 @@ class Shells {
     /// Appends all faces with their roles, shell by shell.
     void append(std::vector<Face>& out);
 
+    /// The buried faces of closed shells, as vertices.
+    std::vector<Corners> buriedWalls() const;
     /// All vertices, and the walls and caps as vertices.
     std::pair<std::vector<Vec3>, std::vector<Corners>> walls() &&;
 

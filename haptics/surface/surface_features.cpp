@@ -101,15 +101,21 @@ std::optional<Vec3> findSupport(const std::vector<Vec3>& directions) {
     return x;  // undecided: a vertex too many costs only time
 }
 
-/// Finds the features. A use is the number 3 * face + side, as in EdgeTable.
+/// Finds the features. A use is the number 3 * face + side, as in EdgeTable. Buried faces are no features, but they
+/// complete the wedges and fans of the walls that meet them.
 class FeatureFinder {
   public:
     FeatureFinder(const RepairedMesh& body, Pulse& pulse)
         : body_(body),
           pulse_(pulse),
-          partner_(3 * body.walls.size(), -1),
+          corners_(body.walls),
+          partner_(3 * (body.walls.size() + body.buried.size()), -1),
           bend_(partner_.size(), 0),
-          faceOf_(body.walls.size(), -1) {}
+          needle_(body.walls.size() + body.buried.size(), 0),
+          faceOf_(body.walls.size(), -1),
+          crowded_(body.vertices.size(), 0) {
+        corners_.insert(corners_.end(), body.buried.begin(), body.buried.end());
+    }
 
     SurfaceFeatures find() &&;
 
@@ -117,15 +123,17 @@ class FeatureFinder {
     /// The two uses at an edge between which there is material, counter-clockwise about the edge from low to high.
     struct Wedge {
         int begin, end;
+        bool outer;  ///< not inside another wedge at this edge
     };
 
     const Vec3& point(int corner) const { return body_.vertices[corner]; }
     Triangle triangle(int face) const {
-        const auto& c = body_.walls[face];
+        const Corners& c = corners_[face];
         return {point(c[0]), point(c[1]), point(c[2])};
     }
-    int endOf(int use) const { return body_.walls[use / 3][(use % 3 + 1) % 3]; }
-    int opposite(int use) const { return body_.walls[use / 3][(use % 3 + 2) % 3]; }
+    int endOf(int use) const { return corners_[use / 3][(use % 3 + 1) % 3]; }
+    int opposite(int use) const { return corners_[use / 3][(use % 3 + 2) % 3]; }
+    bool isWall(int face) const { return face < int(body_.walls.size()); }
 
     /// Whether the direction of a face is rounding: the others beside it make its edges.
     bool isNeedle(const Triangle& t) const {
@@ -140,16 +148,19 @@ class FeatureFinder {
 
     const RepairedMesh& body_;
     Pulse& pulse_;
+    std::vector<Corners> corners_;  ///< by face: walls, then buried faces
     std::vector<Wedge> wedges_;
-    std::vector<int> partner_;       ///< by use: the other use of its wedge; -1: the neighboring face is buried
+    std::vector<int> partner_;       ///< by use: the other use of its wedge; -1: none
     std::vector<signed char> bend_;  ///< by use: -1 convex, 1 concave, 0 flat or not known
+    std::vector<char> needle_;       ///< by face
     std::vector<int> faceOf_;        ///< by wall: the index of its face; -1 for needles
+    std::vector<char> crowded_;      ///< by vertex: whether it is an end of an edge of more than two faces
     std::vector<Vec3> directions_;   ///< of spokes
     SurfaceFeatures out_;
 };
 
 void FeatureFinder::findWedges() {
-    const EdgeTable table(body_.walls, body_.vertices.size(), pulse_);
+    const EdgeTable table(corners_, body_.vertices.size(), pulse_);
     table.forEach([&](const EdgeTable::Edge& edge) {
         pulse_();
         addWedges(table, edge);
@@ -176,19 +187,25 @@ void FeatureFinder::addWedges(const EdgeTable& table, const EdgeTable::Edge& edg
         ++out_.dropped.buriedEdges;
         return;
     }
-    if (around.size() > 2)
+    if (around.size() > 2) {
+        crowded_[edge.low] = crowded_[edge.high] = 1;
         std::sort(around.begin(), around.end(),
                   [](const Use& a, const Use& b) { return a.angle < b.angle || (a.angle == b.angle && a.up < b.up); });
+    }
     // The walk begins where no shell has material: after the use at which the depth is least.
     const std::size_t n = around.size();
     std::size_t begin = 0;
     for (int i = 0, depth = 0, least = 0; i < int(n); ++i)
         if ((depth += around[i].up ? -1 : 1) < least) least = depth, begin = i + 1;
-    for (std::size_t i = 0, first = 0, depth = 0; i < n; ++i) {
+    std::vector<int> begun;
+    for (std::size_t i = 0; i < n; ++i) {
         const Use& use = around[(begin + i) % n];
-        if (!use.up && depth++ == 0) first = (begin + i) % n;
-        if (!use.up || --depth > 0) continue;
-        const Wedge wedge{around[first].use, use.use};
+        if (!use.up) {
+            begun.push_back(use.use);
+            continue;
+        }
+        const Wedge wedge{begun.back(), use.use, begun.size() == 1};
+        begun.pop_back();
         partner_[wedge.begin] = wedge.end;
         partner_[wedge.end] = wedge.begin;
         wedges_.push_back(wedge);
@@ -200,7 +217,7 @@ void FeatureFinder::addWedges(const EdgeTable& table, const EdgeTable::Edge& edg
 int FeatureFinder::beyondNeedles(int use, const Vec3& at) const {
     for (int step = 0; step < kNeedles && use >= 0; ++step) {
         const int face = use / 3;
-        if (faceOf_[face] >= 0) return face;
+        if (!needle_[face]) return face;
         // All sides of a needle lie on a line: it is left through the longest one or, if it was entered through that,
         // through the other side that contains the point.
         const Triangle t = triangle(face);
@@ -218,8 +235,8 @@ int FeatureFinder::beyondNeedles(int use, const Vec3& at) const {
 void FeatureFinder::addEdge(const Wedge& wedge) {
     // Where a needle's longest side is an edge, the two others stand for it.
     for (const int use : {wedge.begin, wedge.end})
-        if (faceOf_[use / 3] < 0 && longestEdge(triangle(use / 3)).first == use % 3) return;
-    const int a = body_.walls[wedge.begin / 3][wedge.begin % 3], b = endOf(wedge.begin);
+        if (needle_[use / 3] && longestEdge(triangle(use / 3)).first == use % 3) return;
+    const int a = corners_[wedge.begin / 3][wedge.begin % 3], b = endOf(wedge.begin);
     const Vec3 middle = (point(a) + point(b)) / 2;
     const int begin = beyondNeedles(wedge.begin, middle), end = beyondNeedles(wedge.end, middle);
     if (begin < 0 || end < 0) {
@@ -230,16 +247,21 @@ void FeatureFinder::addEdge(const Wedge& wedge) {
     int wing = opposite(wedge.end);
     if (end != wedge.end / 3) {
         const Vec3 along = (point(b) - point(a)).normalized();
-        const auto& c = body_.walls[end];
+        const Corners& c = corners_[end];
         const auto distance = [&](int v) { return (point(v) - point(a)).cross(along).squaredNorm(); };
         wing = *std::max_element(c.begin(), c.end(), [&](int v, int w) { return distance(v) < distance(w); });
     }
     int bend = sideOf(point(wing), triangle(begin));
     // Two faces in one plane, folded back to back: a fin without thickness.
-    const auto normal = [&](int face) { return out_.faces[faceOf_[face]].normal; };
+    const auto normal = [&](int face) {
+        const Triangle t = triangle(face);
+        return Vec3((t[1] - t[0]).cross(t[2] - t[0]));
+    };
     if (bend == 0 && normal(begin).dot(normal(end)) < 0) bend = -1;
     bend_[wedge.begin] = bend_[wedge.end] = static_cast<signed char>(bend);
-    if (bend < 0)
+    if (!wedge.outer || !isWall(begin) || !isWall(end))
+        ++out_.dropped.buriedEdges;
+    else if (bend < 0)
         out_.edges.push_back({{a, b}, {faceOf_[begin], faceOf_[end]}});
     else
         ++(bend > 0 ? out_.dropped.concaveEdges : out_.dropped.flatEdges);
@@ -262,23 +284,29 @@ bool FeatureFinder::isSupported(int vertex, std::span<const int> fan) {
     return bend < 0;
 }
 
-/// Walks the fan of faces around each corner of each face. A corner has the number of the use that begins there.
+/// Walks the fan of faces around each corner of each wall. A corner has the number of the use that begins there.
 void FeatureFinder::addVertices() {
     std::vector<char> seen(partner_.size(), 0);
-    std::vector<int> fan;
-    for (int start = 0; start < int(seen.size()); ++start) {
+    std::vector<int> cornersAt(crowded_.size(), 0), fan;
+    for (const Corners& c : corners_)
+        for (const int v : c) ++cornersAt[v];
+    for (int start = 0; start < 3 * int(body_.walls.size()); ++start) {
         pulse_();
         if (seen[start]) continue;
-        const int vertex = body_.walls[start / 3][start % 3];
+        const int vertex = corners_[start / 3][start % 3];
         fan.clear();
         int corner = start;
+        bool buried = false;
         do {
             seen[corner] = 1;
             fan.push_back(corner);
+            buried = buried || !isWall(corner / 3);
             corner = partner_[3 * (corner / 3) + (corner % 3 + 2) % 3];
         } while (corner >= 0 && !seen[corner]);
         if (corner != start) {
             out_.dropped.buriedVertices += corner < 0;  // of the walks in an open fan, one reaches its end
+        } else if (buried && !crowded_[vertex] && cornersAt[vertex] == int(fan.size())) {
+            ++out_.dropped.buriedVertices;  // no other shell meets this one here, so one has the vertex inside
         } else if (!isSupported(vertex, fan)) {
             ++out_.dropped.unsupportedVertices;
         } else {
@@ -289,13 +317,15 @@ void FeatureFinder::addVertices() {
 }
 
 SurfaceFeatures FeatureFinder::find() && {
-    for (int f = 0; f < int(body_.walls.size()); ++f) {
+    for (int f = 0; f < int(corners_.size()); ++f) {
         const Triangle t = triangle(f);
-        if (isUsable(t) && !isNeedle(t)) {
-            faceOf_[f] = int(out_.faces.size());
-            out_.faces.push_back({body_.walls[f], (t[1] - t[0]).cross(t[2] - t[0]).normalized()});
-        } else {
+        needle_[f] = !isUsable(t) || isNeedle(t);
+        if (!isWall(f)) continue;
+        if (needle_[f]) {
             ++out_.dropped.needles;
+        } else {
+            faceOf_[f] = int(out_.faces.size());
+            out_.faces.push_back({corners_[f], (t[1] - t[0]).cross(t[2] - t[0]).normalized()});
         }
     }
     findWedges();

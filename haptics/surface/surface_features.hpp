@@ -27,7 +27,7 @@ struct SurfaceFeatures {
     struct Dropped {
         int flatEdges = 0;            ///< between faces in one plane
         int concaveEdges = 0;         ///< between faces with 180° of material or more
-        int buriedEdges = 0;          ///< at a face that lies inside another shell of the part
+        int buriedEdges = 0;          ///< at a face or between faces that lie inside another shell of the part
         int unsupportedVertices = 0;  ///< every plane through them cuts the material around them
         int buriedVertices = 0;       ///< at a face that lies inside another shell of the part
         int needles = 0;              ///< faces as thin as the rounding of the file
@@ -36,7 +36,7 @@ struct SurfaceFeatures {
     std::vector<Vec3> points;  ///< mm
     std::vector<Face> faces;
     std::vector<Edge> edges;
-    std::vector<Vertex> vertices;  ///< two of them have the same point where two tips meet
+    std::vector<Vertex> vertices;  ///< two of them have the same point where two tips meet or shells share a tip
     std::vector<int> spokes;       ///< points
     Dropped dropped;
 

@@ -10,16 +10,11 @@
 namespace touchstone::surface_features_tests {
 namespace {
 
+using Vec2 = Eigen::Vector2d;
 using test::boxMesh;
+using test::joined;
 
 SurfaceFeatures featuresOf(const TriangleMesh& mesh) { return surfaceFeatures(repairMesh(mesh)); }
-
-TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
-    const auto first = std::uint32_t(a.vertices.size());
-    a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-    for (const auto& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    return a;
-}
 
 TriangleMesh moved(TriangleMesh m, const Vec3& by) {
     for (Vec3& v : m.vertices) v += by;
@@ -103,7 +98,7 @@ TEST_CASE("surface features: vertices in flat sides and on straight edges are dr
 }
 
 TEST_CASE("surface features: of a cavity the tips of its walls count, not the corners of the room") {
-    const SurfaceFeatures f = featuresOf(both(boxMesh({9, 9, 9}), test::flipped(boxMesh({3, 3, 3}, {3, 3, 3}))));
+    const SurfaceFeatures f = featuresOf(joined(boxMesh({9, 9, 9}), test::flipped(boxMesh({3, 3, 3}, {3, 3, 3}))));
     CHECK(f.faces.size() == 24);
     CHECK(f.edges.size() == 12);
     CHECK(f.vertices.size() == 8);
@@ -112,13 +107,13 @@ TEST_CASE("surface features: of a cavity the tips of its walls count, not the co
 }
 
 TEST_CASE("surface features: shells inside others have none, and touching ones keep theirs") {
-    const SurfaceFeatures nested = featuresOf(both(boxMesh({9, 9, 9}), boxMesh({3, 3, 3}, {3, 3, 3})));
+    const SurfaceFeatures nested = featuresOf(joined(boxMesh({9, 9, 9}), boxMesh({3, 3, 3}, {3, 3, 3})));
     CHECK(nested.faces.size() == 12);
     CHECK(nested.edges.size() == 12);
     CHECK(nested.vertices.size() == 8);
 
     // Two boxes share an edge only: material lies in two opposite quarters around it, and each is a wedge of its own.
-    const SurfaceFeatures quarters = featuresOf(both(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 2, 0})));
+    const SurfaceFeatures quarters = featuresOf(joined(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 2, 0})));
     CHECK(quarters.edges.size() == 24);
     CHECK(quarters.vertices.size() == 16);
     CHECK(quarters.dropped.concaveEdges == 0);
@@ -132,13 +127,13 @@ TEST_CASE("surface features: shells inside others have none, and touching ones k
     }
 
     // Two boxes side by side: the walls between them cancel, and the seam is flat.
-    const SurfaceFeatures pair = featuresOf(both(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 0, 0})));
+    const SurfaceFeatures pair = featuresOf(joined(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 0, 0})));
     CHECK(pair.edges.size() == 16);  // the four long ones in two parts each
     CHECK(pair.vertices.size() == 8);
     CHECK(pair.dropped.concaveEdges == 0);
 
     // Two tips meet in a point.
-    const SurfaceFeatures tips = featuresOf(both(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 2, 2})));
+    const SurfaceFeatures tips = featuresOf(joined(boxMesh({2, 2, 2}), boxMesh({2, 2, 2}, {2, 2, 2})));
     CHECK(tips.vertices.size() == 16);
     CHECK(tips.points.size() == 15);
 }
@@ -146,7 +141,7 @@ TEST_CASE("surface features: shells inside others have none, and touching ones k
 TEST_CASE("surface features: at the junction of overlapping shells the faces inside are dropped with their edges") {
     // The grid of the box is fine, so that some of its faces lie wholly inside the torus.
     const TriangleMesh ball = test::sphereMesh(2, 40, 30);
-    const SurfaceFeatures alone = featuresOf(ball), twice = featuresOf(both(ball, moved(ball, {1.5, 0.1, 0.2})));
+    const SurfaceFeatures alone = featuresOf(ball), twice = featuresOf(joined(ball, moved(ball, {1.5, 0.1, 0.2})));
     CHECK(twice.faces.size() < 2 * alone.faces.size() - 200);
     CHECK(twice.dropped.buriedEdges > 10);
     CHECK(twice.dropped.buriedVertices > 10);
@@ -154,6 +149,102 @@ TEST_CASE("surface features: at the junction of overlapping shells the faces ins
         const Vec3& p = twice.points[vertex.point];
         CHECK(std::max(p.norm(), (p - Vec3(1.5, 0.1, 0.2)).norm()) > 1.95);
     }
+}
+
+/// A prism over a convex polygon, counter-clockwise, between two heights.
+TriangleMesh prism(const std::vector<Vec2>& base, double bottom, double top) {
+    TriangleMesh m;
+    const auto n = std::uint32_t(base.size());
+    for (const double z : {bottom, top})
+        for (const Vec2& p : base) m.vertices.push_back({p.x(), p.y(), z});
+    for (std::uint32_t i = 0, j = 1; i < n; ++i, j = (i + 1) % n) {
+        m.triangles.push_back({i, j, n + j});
+        m.triangles.push_back({i, n + j, n + i});
+        if (i < 2) continue;
+        m.triangles.push_back({0, i, i - 1});
+        m.triangles.push_back({n, n + i - 1, n + i});
+    }
+    return m;
+}
+
+TEST_CASE(
+    "surface features: where shells share a corner of the part it is found, whichever of their faces meet there") {
+    // Boxes in a room of 4 x 4 x 4 cells share corners, edges and planes. A point is a tip of their union where one of
+    // the eight cells around it is full, and a line is a convex edge where one of four is.
+    std::mt19937 random(1);
+    int closed = 0, tips = 0, edges = 0;
+    for (int round = 0; round < 300; ++round) {
+        CAPTURE(round);
+        TriangleMesh mesh;
+        std::set<std::array<int, 3>> full;
+        for (auto n = 2 + random() % 6; n > 0; --n) {
+            std::array<int, 3> lo, size;
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = int(random() % 4);
+                size[k] = 1 + int(random() % std::size_t(4 - lo[k]));
+            }
+            mesh = joined(mesh, boxMesh(Vec3(size[0], size[1], size[2]), Vec3(lo[0], lo[1], lo[2])));
+            for (int x = 0; x < size[0]; ++x)
+                for (int y = 0; y < size[1]; ++y)
+                    for (int z = 0; z < size[2]; ++z) full.insert({lo[0] + x, lo[1] + y, lo[2] + z});
+        }
+        const bool askew = round % 2 == 1;
+        const RepairedMesh body = repairMesh(askew ? turned(mesh) : mesh);
+        if (!body.closed()) continue;  // two boxes with one and the same face
+        ++closed;
+        const SurfaceFeatures found = surfaceFeatures(body);
+        const auto placed = [&](const Vec3& p) {
+            return askew ? turned({.vertices = {p}, .triangles = {}}).vertices[0] : p;
+        };
+        // Full cells among those that touch a point, of which some coordinates lie inside a cell.
+        const auto around = [&](const Vec3& p) {
+            std::set<std::array<int, 3>> cells;
+            for (int k = 0; k < 8; ++k) {
+                const Vec3 q = p + 0.25 * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+                const std::array cell{int(std::floor(q.x())), int(std::floor(q.y())), int(std::floor(q.z()))};
+                if (full.contains(cell)) cells.insert(cell);
+            }
+            return cells.size();
+        };
+        const auto isTip = [&](const Vec3& p) {
+            return std::any_of(found.vertices.begin(), found.vertices.end(),
+                               [&](const auto& v) { return (found.points[v.point] - p).norm() < 1e-9; });
+        };
+        const auto isOnEdge = [&](const Vec3& p) {
+            return std::any_of(found.edges.begin(), found.edges.end(), [&](const auto& e) {
+                const Vec3 a = found.points[e.points[0]] - p, b = found.points[e.points[1]] - p;
+                return a.norm() + b.norm() - (a - b).norm() < 1e-9;
+            });
+        };
+        for (int i = 0; i < 125; ++i) {
+            const Vec3 p(i % 5, i / 5 % 5, i / 25);
+            if (around(p) == 1) {
+                ++tips;
+                CHECK(isTip(placed(p)));
+            }
+            for (int k = 0; k < 3; ++k) {
+                const Vec3 middle = p + 0.5 * Vec3::Unit(k);
+                if (around(middle) != 1) continue;
+                ++edges;
+                CHECK(isOnEdge(placed(middle)));
+            }
+        }
+    }
+    CHECK(closed > 100);
+    CHECK(tips > 1000);
+    CHECK(edges > 1000);
+
+    // One prism's corner lies in the other's at an edge that both have. One of its sides ends inside, the other leaves
+    // it.
+    const SurfaceFeatures nested = featuresOf(
+        joined(prism({{1, 0}, {0, 1}, {-2, 1}, {-4, -1}, {0, -2}}, 0, 3), prism({{1, 0}, {-4, 4}, {-2, 1}}, 0, 3)));
+    CHECK(std::any_of(nested.edges.begin(), nested.edges.end(), [&](const auto& e) {
+        const Vec3 &a = nested.points[e.points[0]], &b = nested.points[e.points[1]];
+        return std::abs(a.z() - b.z()) == 3 && a.head<2>() == Vec2(1, 0) && b.head<2>() == Vec2(1, 0);
+    }));
+    for (const double z : {0., 3.})
+        CHECK(std::any_of(nested.vertices.begin(), nested.vertices.end(),
+                          [&](const auto& v) { return nested.points[v.point] == Vec3(1, 0, z); }));
 }
 
 TEST_CASE("surface features: they are those that a search over all planes finds") {
