@@ -1,4 +1,5 @@
-// Arbitrary bytes as a mesh that is repaired and, if the first byte says so, covered by a tree.
+// Arbitrary bytes as a mesh that is repaired, whose features are found and, if the first byte says so, covered by a
+// tree.
 //   1 byte   kind of coordinates (low 2 bits), with a tree if the next 3 are set, leaves - 1 (high 3 bits)
 //   1 byte   count of vertices - 1 (low 6 bits)
 //   the vertices: three bytes each, or three floats
@@ -9,6 +10,7 @@
 
 #include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
+#include "haptics/surface/surface_features.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace touchstone;
@@ -86,6 +88,22 @@ void checkRepair(const RepairedMesh& body, std::size_t triangles) {
     require(body.closed() == (body.holes == 0 && !exposed), "closed is what has neither holes nor sheets in the open");
 }
 
+void checkFeatures(const SurfaceFeatures& found) {
+    const auto arePoints = [&](const auto& points) {
+        return std::all_of(points.begin(), points.end(), [&](int i) { return i >= 0 && i < int(found.points.size()); });
+    };
+    for (const auto& face : found.faces) require(arePoints(face.points) && face.normal.allFinite(), "a face is one");
+    for (const auto& edge : found.edges)
+        require(arePoints(edge.points) && std::all_of(edge.faces.begin(), edge.faces.end(),
+                                                      [&](int f) { return f >= 0 && f < int(found.faces.size()); }),
+                "an edge has two faces");
+    for (const auto& vertex : found.vertices)
+        require(arePoints(std::array{vertex.point}) && vertex.spokes >= 3 &&
+                    vertex.firstSpoke + vertex.spokes <= int(found.spokes.size()),
+                "a tip has spokes");
+    require(arePoints(found.spokes), "spokes end in points");
+}
+
 void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
     const TreeCertificate& c = tree.certificate;
     require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "at most the maximum leaf count");
@@ -117,6 +135,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const RepairedMesh body = repairMesh(in.mesh);
         require(allFinite(in.mesh), "what is no number is refused");
         checkRepair(body, in.mesh.triangles.size());
+        checkFeatures(surfaceFeatures(body));
     } catch (const std::invalid_argument& error) {
         fuzz::requireSentence(error.what());
         return 0;
