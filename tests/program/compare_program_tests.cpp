@@ -237,8 +237,9 @@ TEST_CASE("paper: the quick experiments draw every figure and judge every claim"
 
 TEST_CASE("referee: a recording of the user goes through every geometry, mode and solver", "[program][gl]") {
     const Program touchstone;
-    REQUIRE(touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.3 --record " + touchstone.file("push"))
-                .code == 0);
+    REQUIRE(
+        touchstone("run " + pressFile(touchstone) + " --headless --seconds 0.15 --record " + touchstone.file("push"))
+            .code == 0);
     const std::string out = " --limit 1 --out " + touchstone.file("judged");
     const auto systemsOf = [&](const std::string& args) {
         const Answer answer = touchstone("referee " + args + out);
@@ -276,8 +277,9 @@ TEST_CASE("referee: a recording of the user goes through every geometry, mode an
 
 TEST_CASE("referee: systems are judged on one motion, and the page has them all", "[program][gl]") {
     const Program touchstone;
-    const Answer answer = touchstone("referee --motions plate-10,wedge-friction --seconds 0.2 --limit 2 --out " +
-                                     touchstone.file("judged"));
+    const Answer answer =
+        touchstone("referee --motions plate-10,wedge-friction --seconds 0.2 --limit 2 --rates 250,1000,5000 --out " +
+                   touchstone.file("judged"));
     INFO(answer.err);
     REQUIRE(answer.code == 0);
     const auto table = tableOf(touchstone.file("judged/referee.csv"));
@@ -311,7 +313,7 @@ TEST_CASE("referee: systems are judged on one motion, and the page has them all"
 
     // Without sensors and noise, the hand rests up to what theory says.
     const auto passivity = tableOf(touchstone.file("judged/passivity.csv"));
-    REQUIRE(passivity.size() == 8);
+    REQUIRE(passivity.size() == 3);
     for (const auto& row : passivity) {
         INFO(row.at("rate_Hz"));
         const double bound = std::min(100.0, std::stod(row.at("bound_N_per_mm")));

@@ -40,6 +40,8 @@ struct RefereeCommand {
     std::vector<std::string> motions;  ///< of the bundled ones; empty: all
     double seconds = 4;                ///< of each motion at most
     double limit = 120;                ///< s of processor time for a system and motion
+    /// Of the greatest stiffness that stays passive, Hz.
+    std::vector<int> rates{250, 500, 1000, 2000, 5000, 10'000, 20'000, 40'000};
 };
 
 /// A motion of a scene, or a recording.
@@ -373,10 +375,9 @@ class Course {
 
 /// The greatest stiffness that stays passive, of the ball on the plate.
 std::vector<ordered_json> passivityOf(const RefereeCommand& command) {
-    constexpr int kRates[] = {250, 500, 1000, 2000, 5000, 10'000, 20'000, 40'000};
     const sandbox::HapticScene scene =
         sandbox::openScene(findScene("plate"), {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar()});
-    const std::vector<ordered_json> rows = greatestStiffness(*scene.world, scene.settings, kRates);
+    const std::vector<ordered_json> rows = greatestStiffness(*scene.world, scene.settings, command.rates);
     writeFile(command.out / "passivity.csv", "the table", toCsv(rows));
     std::printf("passive with a simulated hand\n");
     for (const ordered_json& row : rows)
@@ -397,6 +398,7 @@ std::string argumentsOf(const RefereeCommand& command) {
     if (!command.motions.empty()) add("--motions", CLI::detail::join(command.motions, ","));
     if (command.seconds != RefereeCommand{}.seconds) add("--seconds", shortNumber(command.seconds));
     add("--limit", shortNumber(command.limit));
+    if (command.rates != RefereeCommand{}.rates) add("--rates", CLI::detail::join(command.rates, ","));
     return text;
 }
 
@@ -502,6 +504,13 @@ void addReferee(CLI::App& program, Action& action) {
         ->capture_default_str();
     command->add_option("--limit", options->limit, "seconds of processor time for a system and a motion")
         ->check(durationInSeconds())
+        ->capture_default_str();
+    command
+        ->add_option("--rates", options->rates,
+                     "Hz, comma-separated: where the stiffness that stays passive is measured")
+        ->delimiter(',')
+        ->excludes(given)
+        ->check(within(100, 100'000))
         ->capture_default_str();
     command->callback([options, &action] { action = [options] { return referee(*options); }; });
 }

@@ -278,7 +278,7 @@ TEST_CASE("hard mesh: random damage gives a covering tree, and only a mesh that 
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-1, 1);
     int closed = 0, open = 0;
-    for (std::uint32_t i = 0; i < 60; ++i) {
+    for (std::uint32_t i = 0; i < 30; ++i) {
         CAPTURE(i);
         TriangleMesh mesh = anySolid(random);
         const auto some = [&] { return random() % mesh.triangles.size(); };
@@ -317,8 +317,8 @@ TEST_CASE("hard mesh: random damage gives a covering tree, and only a mesh that 
         if (!tree.certificate.closed) CHECK_FALSE(tree.certificate.note.empty());
         (tree.certificate.closed ? closed : open) += 1;
     }
-    CHECK(closed > 10);
-    CHECK(open > 10);
+    CHECK(closed > 5);
+    CHECK(open > 5);
 }
 
 TEST_CASE("hard mesh: buried shells use no leaves", "[tree]") {

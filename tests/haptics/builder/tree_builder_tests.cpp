@@ -72,8 +72,8 @@ TEST_CASE("tree builder: the leaves cover the surface and stay near the body", "
         CHECK(certificate.closed);
         INFO("protrusion " << 100 * certificate.protrusion / certificate.diagonal << " % of the diagonal");
         CHECK(certificate.protrusion < 0.01 * c.percent * certificate.diagonal);
-        checkCovered(c.mesh, tree, 4000, 3);
-        checkProtrusion(c.mesh, tree, 2000, 4);
+        checkCovered(c.mesh, tree, 1500, 3);
+        checkProtrusion(c.mesh, tree, 800, 4);
     }
 }
 

@@ -280,7 +280,7 @@ TEST_CASE("neighbor list: the rows that an increment violates are those of brute
     // With all pairs up to that margin as known rows, or only the nearest pair of each tool leaf.
     const bool nearest = GENERATE(false, true);
     int found = 0;
-    for (int pose = 0; pose < (onWay ? 400 : 40); ++pose) {
+    for (int pose = 0; pose < (onWay ? 160 : 16); ++pose) {
         const Pose X = randomPose(random, 25);
         list.forget();
         REQUIRE(list.complete({X, 4}, 0.5));

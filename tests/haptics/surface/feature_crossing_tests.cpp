@@ -252,7 +252,7 @@ TEST_CASE("feature crossing: rows from crossings alone keep parts apart and rend
     const MeshReference judge(c.tool, Vec3::Zero(), {{c.obstacle, Pose{}}}, {.shell = kDistance});
     SlowTool tool(c.tool, c.obstacle, {c.start, expRotation(0.3 * randomVector())});
     int compared = 0, agreed = 0, touched = 0;
-    for (int motion = 0; motion < 6; ++motion) {
+    for (int motion = 0; motion < 4; ++motion) {
         // The device goes somewhere inside the obstacle, in small steps, and stays there.
         const Pose from = tool.q, to{0.8 * randomVector(), expRotation(0.4 * randomVector())};
         const Vec6 way = incrementBetween(from, to);
@@ -275,7 +275,7 @@ TEST_CASE("feature crossing: rows from crossings alone keep parts apart and rend
         ++compared;
     }
     CHECK(touched > 100);
-    CHECK(compared >= 3);
+    CHECK(compared >= 2);
     // A row of a trial step holds the tool now and then where the pair no longer meets: of 140 rests, 1 differed.
     CHECK(agreed + 1 >= compared);
 }

@@ -47,7 +47,7 @@ TEST_CASE("pqp-gpu: the card's answers are the CPU's after the same number of up
         const auto contacts =
             paper ? conformanceSet({1, 3, 60, 256, 300, 1000}) : conformanceSet({1, 3, 60, 256, 257, 1000, 4096});
         const auto problems = problemsOf(contacts);
-        for (const int updates : {0, 1, 10, 50}) {
+        for (const int updates : {0, 1, 25}) {
             const SolverSettings settings = fixedIterations(updates, paper);
             const auto answers = gpu.solve(problems, settings);
             REQUIRE(answers.size() == problems.size());
