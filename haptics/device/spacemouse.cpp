@@ -13,7 +13,6 @@
 #include "haptics/device/control.hpp"
 #include "haptics/device/shared_library.hpp"
 #include "haptics/math/numbers.hpp"
-#include "haptics/threads/rt_thread.hpp"
 #include "haptics/threads/triple_buffer.hpp"
 
 namespace touchstone {
@@ -24,12 +23,10 @@ constexpr double kDeadBand = 0.1;                             // share of the fu
 constexpr double kUsualSpeed = 50, kTurnPerSpeed = 1.0 / 50;  // mm/s; rad/mm
 // N and mN·m at which the tool stops: the tool is pressed no harder than about this.
 constexpr double kFirmForce = 10, kFirmTorque = 100;
-// A deflected cap sends events all the time, so a cap that is silent for this long is at rest.
-constexpr std::uint64_t kSilenceNs = 500'000'000;
 
 /// The events and functions of libspnav, declared here so that the build does not need its header.
 union SpnavEvent {
-    int type;  ///< 1: motion, 2: button
+    int type;  ///< 1: motion, 2: button, 3: a cap was added or removed
     struct {
         int type, x, y, z, rx, ry, rz;
         unsigned period;
@@ -65,10 +62,11 @@ SpnavLibrary loadSpnav() {
     return spnav;
 }
 
+/// The daemon sends an event when a value changes, so a cap that is held still is silent: its state holds until the
+/// next event.
 struct CapState {
     Vec3 move = Vec3::Zero(), turn = Vec3::Zero();  ///< rates, -1 to 1
     std::uint32_t buttons = 0;
-    std::uint64_t time = 0;  ///< ns
 };
 
 /// Reads the daemon's events on a separate thread, because that takes system calls. The connection to the daemon is
@@ -92,10 +90,11 @@ class CapReader {
     }
     ~CapReader() {
         thread_ = {};
-        spnav_.close();
+        if (!lost()) spnav_.close();
     }
 
-    bool lost() const { return lost_.load(std::memory_order_relaxed); }
+    /// Whether the daemon is gone. The connection is then closed, so that another one can be made.
+    bool lost() const { return lost_.load(std::memory_order_acquire); }
     const CapState& newest() noexcept {
         states_.update();
         return states_.get();
@@ -117,11 +116,15 @@ class CapReader {
                 } else if (event.type == 2 && b.number >= 0 && b.number < 32) {
                     const std::uint32_t bit = 1u << b.number;
                     state.buttons = b.press ? state.buttons | bit : state.buttons & ~bit;
+                } else if (event.type == 3) {  // a cap that was unplugged while it was held sends no zero
+                    state = {};
                 }
-                state.time = steadyNanoseconds();
                 states_.write(state);
             }
-            if (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) lost_ = true;
+            if (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) {
+                spnav_.close();
+                lost_.store(true, std::memory_order_release);
+            }
         }
     }
 
@@ -170,7 +173,7 @@ class SpaceMouseDevice final : public Device {
         const CapState& cap = reader_->newest();
         control_->axes().update();
         const Quat& q_WD = control_->axes().get();
-        if (t > 0 && steadyNanoseconds() - cap.time < kSilenceNs) {
+        if (t > 0) {
             X_WT_.p += 1e-3 * dt * speed_ * heldBack(q_WD * cap.move, wrench_.force, kFirmForce);
             const Vec3 turn =
                 1e-3 * dt * speed_ * kTurnPerSpeed * heldBack(q_WD * cap.turn, wrench_.torque, kFirmTorque);

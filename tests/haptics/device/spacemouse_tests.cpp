@@ -165,25 +165,78 @@ TEST_CASE("spacemouse: the device pose stops where contact holds the tool back",
     CHECK(step() == Approx(0.05));
 }
 
-TEST_CASE("spacemouse: a silent cap is at rest, a lost daemon is a fault", "[device]") {
+TEST_CASE("spacemouse: a cap moves the tool from its push to its zero, in silence and in noise", "[device]") {
     const FakeSpnav fake;
     const auto device = open();
     device->read(0, 1);
-    DeviceReading before, now = device->read(1, 1);
-    double t = 2;
-    const auto step = [&] {
-        before = now;
-        now = device->read(t++, 1);
-        return (now.X_WT_device.p - before.X_WT_device.p).norm();
+    Steps steps{*device};
+    steps.next();
+    struct Push {
+        int axis, value;
     };
+    const auto send = [](const Push& push) {
+        int axes[6]{};
+        axes[push.axis] = push.value;
+        FakeSpnav::send(1, axes[0], axes[1], axes[2], axes[3], axes[4], axes[5]);
+    };
+    // In a tick: mm along the first three axes, rad about the others.
+    const auto travel = [&](const Push& push) { return push.axis < 3 ? steps.next().norm() : steps.nextTurn().norm(); };
+    const Push push = GENERATE(Push{0, 350}, Push{2, 60}, Push{4, -200});
+    INFO("axis " << push.axis << ", value " << push.value);
+    const double expected = std::abs(spaceMouseRate(push.value)) * (push.axis < 3 ? 0.05 : 0.001);
+    const auto moves = [&] { return travel(push) == Approx(expected).margin(1e-9); };
+    const auto rests = [&] { return travel(push) < 1e-12; };
+    send(push);
+    REQUIRE(arrives(moves));
+    SECTION("held still") {
+        std::this_thread::sleep_for(std::chrono::milliseconds(700));  // longer than any pause of a moving hand
+        CHECK(moves());
+    }
+    SECTION("events that repeat, and buttons") {
+        for (int i = 0; i < 20; ++i) send(push), FakeSpnav::send(2, i % 2, 0, 0);
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        CHECK(moves());
+    }
+    SECTION("held on across a restart") {
+        steps.t = 0;
+        steps.next();
+        steps.t = 1;
+        CHECK(moves());
+    }
+    SECTION("unplugged") {
+        FakeSpnav::send(3, 1, 0, 0);
+        CHECK(arrives(rests));
+    }
+    send({push.axis, 0});
+    CHECK(arrives(rests));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    CHECK(rests());
+}
+
+TEST_CASE("spacemouse: a lost daemon is a fault that stops a held cap, and a new daemon is found", "[device]") {
+    const FakeSpnav fake;
+    const auto device = open();
+    device->read(0, 1);
+    Steps steps{*device};
+    steps.next();
     FakeSpnav::send(1, 350, 0, 0);
-    REQUIRE(arrives([&] { return step() > 0; }));
-    CHECK(arrives([&] { return step() == 0; }));
+    REQUIRE(arrives([&] { return steps.next().norm() > 0; }));
     FakeSpnav::die();
-    REQUIRE(arrives([&] { return step(), now.fault; }));
-    CHECK_FALSE(now.valid);
+    REQUIRE(arrives([&] { return steps.next(), steps.now.fault; }));
+    CHECK_FALSE(steps.now.valid);
+    CHECK(steps.next().norm() == 0);
     CHECK(device->control()->status().state == DeviceStatus::State::Lost);
     CHECK_THAT(device->control()->status().text, Contains("daemon is gone"));
+    // Chosen again while the lost one still holds the tool.
+    const auto again = open();
+    CHECK(again->control()->status().state == DeviceStatus::State::Running);
+    again->read(0, 1);
+    CHECK(again->read(1, 1).X_WT_device.p == Vec3(1, 2, 3));  // the cap of the new daemon is at rest
+    CHECK(steps.next().norm() == 0);
+    FakeSpnav::send(1, 350, 0, 0);
+    Steps more{*again};
+    CHECK(arrives([&] { return more.next().x() == Approx(0.05); }));
+    CHECK(steps.next().norm() == 0);
 }
 
 }  // namespace touchstone::spacemouse_tests
