@@ -23,6 +23,9 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
     return obstacle < X_WO.size() ? X_WO[obstacle] : world.obstacles[obstacle].X_WO;
 }
 
+/// Of q and -q, which are the same rotation, the one nearer to `like`.
+Quat withSignOf(const Quat& like, const Quat& q) { return q.dot(like) < 0 ? Quat(-q.coeffs()) : q; }
+
 }  // namespace
 
 StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
@@ -82,6 +85,8 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
     s.hasValidStart = !s.hasInvalidObstacle && start.X_WT.isValid() && start.X_WT_device.isValid();
     if (start.X_WT.isValid()) s.graphic = s.referencePose(start.X_WT);
     if (start.X_WT_device.isValid()) s.device = s.referencePose(start.X_WT_device);
+    s.graphic.q = withSignOf(Quat::Identity(), s.graphic.q);
+    s.device.q = withSignOf(s.graphic.q, s.device.q);
     s.loaded = start.loadedBefore;
     s.lastSteps.fill({Vec6::Zero(), Vec6::Zero()});
     s.asked = {};
@@ -407,6 +412,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
 
     Wrench wrench;
     Pose device = state.device;
+    const Quat before = state.graphic.q;
     bool hold = true;
     const int invalidTarget = state.findInvalidTarget(input.X_WO);
     const bool lacksSpheres = settings.mode != Mode::Default && !world.hasSpheres();
@@ -417,7 +423,8 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
             state.given.X_WO = input.X_WO[invalidTarget];
         }
     } else {
-        device = state.referencePose({input.X_WT_device.p, input.X_WT_device.q.normalized()});
+        // With the tool's sign, so that the tool's does not jump where it follows the device.
+        device = state.referencePose({input.X_WT_device.p, withSignOf(before, input.X_WT_device.q.normalized())});
         if (settings.pause) {
             record.flags |= kPaused;
         } else {
@@ -440,6 +447,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
         for (int k = 0; k < int(state.courses.size()); ++k) state.courses[k] = state.inObstacle(k, state.graphic);
     }
     state.forces.endTick();
+    state.graphic.q = withSignOf(before, state.graphic.q);
     state.wrench = wrench;
     state.device = device;
     state.loaded = !hold && tick.loaded && !wrench.isZero();  // as resume() finds it in a record

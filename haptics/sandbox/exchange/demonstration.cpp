@@ -94,8 +94,10 @@ void compare(Agreement& agreement, const RecordedTick& recorded, const RecordedT
     }
     const TickRecord &a = recorded.record, &b = replayed.record;
     raise(agreement.position, (a.X_WT.p - b.X_WT.p).norm());
-    // Twice the distance of the quaternions is the angle, up to its third power.
-    raise(agreement.angle, 2 * (a.X_WT.q.coeffs() - b.X_WT.q.coeffs()).norm());
+    // Twice the distance of the quaternions, of which q and -q are the same rotation, is the angle, up to its third
+    // power.
+    const auto &p = a.X_WT.q.coeffs(), &q = b.X_WT.q.coeffs();
+    raise(agreement.angle, 2 * std::min((p - q).norm(), (p + q).norm()));
     for (const auto& [was, is] : {std::pair{&a.wrench_C, &b.wrench_C}, std::pair{&a.wrench_o, &b.wrench_o}}) {
         raise(agreement.force, (was->force - is->force).norm());
         raise(agreement.torque, (was->torque - is->torque).norm());

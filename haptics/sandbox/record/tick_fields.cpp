@@ -18,8 +18,10 @@ using R = FieldRef;
 
 constexpr const char* kInputPose = "device pose of the tool node, scene frame, as step() received it";
 constexpr const char* kObstaclePose = "target pose of that obstacle, scene frame, as step() received it";
-constexpr const char* kDevicePose = "device pose that the tick used: the last valid one, its quaternion normalized";
-constexpr const char* kToolPose = "tool pose: the tool node as drawn (the graphic tool), scene frame";
+constexpr const char* kDevicePose =
+    "device pose that the tick used: the last valid one, its quaternion normalized, with the sign of the tool's";
+constexpr const char* kToolPose =
+    "tool pose: the tool node as drawn (the graphic tool), scene frame; qw >= 0 at the start, and no sign jumps";
 constexpr const char* kForce = "force on the hand as the tick computed it, world axes";
 constexpr const char* kTorqueC = "torque on the hand about C, the tool's reference point, at the device pose";
 constexpr const char* kTorqueO = "torque on the hand about the tool node's origin";
