@@ -1,4 +1,7 @@
 // export --hdf5, export --mcap and verify from outside.
+#include <functional>
+
+#include "engine/scene/gltf_write.hpp"
 #include "tests/program/program.hpp"
 
 namespace touchstone::exchange_program_tests {
@@ -45,6 +48,81 @@ TEST_CASE("export: what does not fit together is one sentence", "[program][excha
         CHECK(isOneSentence(answer.err));
         CHECK_THAT(answer.err, Contains(why));
         CHECK_FALSE(fs::exists(touchstone.file("a")));
+    }
+}
+
+TEST_CASE("recordings: the scene is found wherever it is now", "[program][exchange]") {
+    const Program touchstone;
+    const fs::path home = fs::path(touchstone.file("x")).parent_path();
+    const auto make = [&] {
+        for (const char* folder : {"was", "now", "far"}) fs::remove_all(home / folder);
+        fs::create_directories(home / "was/parts");
+        fs::create_directories(home / "far");
+        engine::writeGltf(pressScene(), home / "was/parts/press.glb");
+        REQUIRE(touchstone("run was/parts/press.glb --headless --seconds 0.3 --record was/runs/push").code == 0);
+    };
+    const auto other = [&](const fs::path& file) {  // another scene of the same name
+        engine::writeGltf(downScene(), file);
+    };
+    struct Case {
+        std::string name;
+        std::function<void()> move;
+        std::string option = {};  ///< names the scene
+    };
+    const fs::path scene = home / "was/parts/press.glb", push = home / "now/runs/push";
+    const auto all = [&] { fs::rename(home / "was", home / "now"); };
+    const std::vector<Case> cases{
+        {"where it was", [&] { fs::create_directories(push.parent_path()), fs::rename(home / "was/runs/push", push); }},
+        {"in the recording", [&] { all(), fs::rename(home / "now/parts/press.glb", push / "press.glb"); }},
+        {"beside the recording",
+         [&] { all(), fs::rename(home / "now/parts/press.glb", push.parent_path() / "press.glb"); }},
+        {"moved together", all},
+        {"beside it under another name",
+         [&] { all(), fs::rename(home / "now/parts/press.glb", push.parent_path() / "renamed.glb"); }},
+        {"beside another of its name", [&] { all(), other(push.parent_path() / "press.glb"); }},
+        {"replaced where it was", [&] { all(), fs::create_directories(scene.parent_path()), other(scene); }},
+        {"named", [&] { all(), fs::rename(home / "now/parts/press.glb", home / "far/p.glb"); }, "far/p.glb"},
+        {"in a folder that is named", [&] { all(), fs::rename(home / "now/parts/press.glb", home / "far/p.glb"); },
+         "far"}};
+    for (const Case& one : cases) {
+        INFO(one.name);
+        make();
+        one.move();
+        const std::string option = one.option.empty() ? "" : " --scene " + one.option;
+        const auto works = [&](const std::string& args, const std::string& says) {
+            const Answer answer = touchstone(args);
+            INFO(args << ": " << answer.out << answer.err);
+            CHECK(answer.code == 0);
+            CHECK_THAT(answer.out + answer.err, Contains(says) && !Contains("is not the recorded"));
+        };
+        works("verify now/runs/push" + option, ", 300 ticks, all with the recorded bits");
+        works("export now/runs/push --hdf5 now/push.hdf5" + option, "300 ticks, all with the recorded bits");
+        works("compare now/runs/push --solvers dual-active-set --runs 1" + option, "300 ticks each");
+        if (one.option != "far")
+            works("run " + one.option + " --headless --device replay:now/runs/push",
+                  "all of 300 ticks have the recorded");
+    }
+    SECTION("a scene that is gone is named, with what to do") {
+        make();
+        all();
+        fs::remove(home / "now/parts/press.glb");
+        for (const std::string command :
+             {"verify now/runs/push", "export now/runs/push --hdf5 now/push.hdf5", "compare now/runs/push",
+              "referee now/runs/push --out now/judged", "run --headless --device replay:now/runs/push"}) {
+            const Answer answer = touchstone(command);
+            INFO(command << ": " << answer.err);
+            CHECK(answer.code == 1);
+            CHECK(isOneSentence(answer.err));
+            CHECK_THAT(answer.err, Contains("press.glb (content hash ") && Contains("is missing") &&
+                                       Contains("put it beside the recording") &&
+                                       (Contains("--scene") || Contains("SCENE")));
+        }
+    }
+    SECTION("a scene that was changed is said to be another one") {
+        make();
+        other(scene);
+        const Answer answer = touchstone("run --headless --device replay:was/runs/push");
+        CHECK_THAT(answer.err, Contains("was/parts/press.glb' is not the recorded press.glb: its content hash is"));
     }
 }
 

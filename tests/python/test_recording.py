@@ -3,7 +3,7 @@
 import numpy as np
 
 import touchstone as ts
-from common import TestCase, program
+from common import TestCase, box, program
 
 
 class Recordings(TestCase):
@@ -29,6 +29,24 @@ class Recordings(TestCase):
         self.same(ts.Recording(self.folder / "mine").ticks["tool_y_mm"], run.ticks["tool_y_mm"])
         with self.assertRaisesRegex(ValueError, "holds a recording already"):
             ts.run(scene, record=str(self.folder / "mine"))
+
+    def test_the_scene_is_found_where_it_is_now(self):
+        was, now = self.folder / "was", self.folder / "now"
+        was.mkdir()
+        ts.write_scene(was / "boxes.glb", box(), {"plate": box((30, 30, 4))}, start=(0, 0, 20, 1, 0, 0, 0))
+        ts.run(ts.Scene(was / "boxes.glb"), "rest", seconds=0.05, record=str(was / "rest"))
+        was.rename(now)
+        recording = ts.Recording(now / "rest")
+        self.assertEqual(recording.replay()["same"], 50)
+        (now / "boxes.glb").rename(self.folder / "far.glb")
+        with self.assertRaisesRegex(ts.SceneError, r"boxes\.glb \(content hash .* is missing: .*Recording\(folder, scene\)"):
+            recording.scene
+        self.assertEqual(ts.Recording(now / "rest", self.folder / "far.glb").replay()["same"], 50)
+        # A bundled scene is found by its name wherever the program was.
+        ts.run(ts.Scene("hello"), seconds=0.05, record=str(self.folder / "hello"))
+        notes = self.folder / "hello/recording.json"
+        notes.write_text(notes.read_text().replace(str(ts.find_scene("hello").parent), "/no/such/folder"))
+        self.assertEqual(ts.Recording(self.folder / "hello").replay()["same"], 50)
 
     def test_what_is_no_recording(self):
         with self.assertRaisesRegex(ValueError, "is no recording that can be read"):

@@ -1,6 +1,7 @@
 #pragma once
 // What the commands share when they add their options to the command line.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,6 +50,13 @@ inline void addUiScale(CLI::App& command, std::optional<float>& scale) {
 /// KEY=VALUE, any number of times.
 inline void addSet(CLI::App& command, std::vector<std::string>& set, const char* help) {
     command.add_option("--set", set, help)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+/// Where the scenes of recordings are.
+inline void addRecordedScene(CLI::App& command, std::filesystem::path& scene) {
+    command.add_option("--scene", scene,
+                       "the scene of the recording, or the folder that holds it (default: in the recording's folder, "
+                       "beside it, where it was, or a bundled scene; the content decides)");
 }
 
 inline constexpr const char* kSceneHelp = "a .glb or .gltf file, or the name of a bundled scene";

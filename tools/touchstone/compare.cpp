@@ -33,6 +33,7 @@ struct CompareCommand {
     std::string device;  ///< of a scene; empty: its demonstration
     std::vector<std::string> solvers, modes{"default"};
     std::vector<std::string> frictionSolvers;  ///< instead of solvers and modes; empty: not compared
+    std::filesystem::path scene;               ///< of a recording; empty: it is found
     std::optional<double> seconds;
     std::optional<std::string> tolerance;  ///< as text, checked like settings
     std::vector<std::string> set;          ///< KEY=VALUE
@@ -339,7 +340,9 @@ int compare(const CompareCommand& command) {
     const bool recorded = sandbox::isRecording(command.motion);
     if (recorded && !command.device.empty())
         throw UsageError("--device needs a scene: a recording contains its own motion");
-    const fs::path file = recorded ? sandbox::Recording(command.motion).scene().file : findScene(command.motion);
+    if (!recorded && !command.scene.empty())
+        throw UsageError("--scene is the scene of a recording: name a folder that `touchstone run --record` wrote");
+    const fs::path file = recorded ? sceneOfRecording(command.motion, command.scene) : findScene(command.motion);
     const sandbox::HapticScene scene = sandbox::openScene(
         file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .allTrees = true});
     if (!scene.missing.empty()) throw std::runtime_error(file.string() + ": " + scene.missing);
@@ -403,6 +406,7 @@ void addCompare(CLI::App& program, Action& action) {
         ->excludes(modes);
     command->add_option("--device", options->device,
                         "the device that moves the tool of a scene: demo:NAME, replay:FILE");
+    addRecordedScene(*command, options->scene);
     command->add_option("--seconds", options->seconds, "duration (default: until the motion ends)")
         ->check(durationInSeconds());
     command->add_option("--tolerance", options->tolerance, kToleranceHelp);

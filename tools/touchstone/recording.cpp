@@ -52,11 +52,17 @@ int exportRecording(ExportOptions& options) {
     return kOk;
 }
 
+struct VerifyOptions {
+    std::vector<std::filesystem::path> files;
+    std::filesystem::path scene;  ///< where scenes are; empty: see findRecordedScene()
+};
+
 /// Every file is checked, also after one that fails.
-int verify(const std::vector<std::filesystem::path>& files) {
+int verify(const VerifyOptions& options) {
+    const std::vector<std::filesystem::path>& files = options.files;
     int code = kOk;
     for (const std::filesystem::path& file : files) try {
-            sandbox::verifyDemonstrations(file, progressBar(), printLine);
+            sandbox::verifyDemonstrations(file, progressBar(), printLine, options.scene);
             std::printf("%s: confirmed\n", file.c_str());
         } catch (const std::exception& error) {
             if (file == files.back()) throw;
@@ -90,12 +96,13 @@ void addExport(CLI::App& program, Action& action) {
     command->add_option("--mcap", options->request.mcap, "write all recordings to this MCAP file instead");
     command->add_flag("--by-hash", options->byHash,
                       "name scenes and meshes by the hash of their content instead of carrying them in the file");
+    addRecordedScene(*command, options->request.scene);
     command->add_flag("--fields", options->fields, "print the columns and their meaning as a Markdown table, and exit");
     command->callback([options, &action] { action = [options] { return exportRecording(*options); }; });
 }
 
 void addVerify(CLI::App& program, Action& action) {
-    const auto files = std::make_shared<std::vector<std::filesystem::path>>();
+    const auto options = std::make_shared<VerifyOptions>();
     CLI::App* command = addCommand(
         program, "verify", "Confirm recordings and exported demonstrations tick by tick",
         "Replays every demonstration: to the bit in the build that recorded it, within a stated tolerance in\n"
@@ -104,9 +111,10 @@ void addVerify(CLI::App& program, Action& action) {
         "Examples:\n"
         "  touchstone verify study.hdf5\n"
         "  touchstone verify push.mcap push study/trial-*\n");
-    command->add_option("FILE", *files, "a file that `touchstone export` wrote, or the folder of a recording")
+    command->add_option("FILE", options->files, "a file that `touchstone export` wrote, or the folder of a recording")
         ->required();
-    command->callback([files, &action] { action = [files] { return verify(*files); }; });
+    addRecordedScene(*command, options->scene);
+    command->callback([options, &action] { action = [options] { return verify(*options); }; });
 }
 
 void addRecover(CLI::App& program, Action& action) {

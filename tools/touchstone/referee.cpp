@@ -36,6 +36,7 @@ struct RefereeCommand {
     fs::path out;
     std::string given;                 ///< a recording or a scene of the user; empty: the bundled motions
     std::string device;                ///< demo:NAME of that scene; empty: its first motion
+    fs::path scene;                    ///< of a recording; empty: it is found
     double friction = 0;               ///< of it
     std::vector<std::string> motions;  ///< of the bundled ones; empty: all
     double seconds = 4;                ///< of each motion at most
@@ -117,7 +118,7 @@ class Course {
         std::optional<Settings> recorded;
         fs::path file;
         if (motion.recording) {
-            file = sandbox::Recording(*motion.recording).scene().file;
+            file = sceneOfRecording(*motion.recording, command.scene);
             const sandbox::RecordedHand hand = sandbox::recordedHand(*motion.recording);
             moved = hand.motion;
             recorded = hand.changes.front().settings;
@@ -394,6 +395,7 @@ std::string argumentsOf(const RefereeCommand& command) {
     };
     if (!command.given.empty()) add("", command.given);
     if (!command.device.empty()) add("--device", command.device);
+    if (!command.scene.empty()) add("--scene", command.scene.string());
     if (command.friction > 0) add("--friction", shortNumber(command.friction));
     if (!command.motions.empty()) add("--motions", CLI::detail::join(command.motions, ","));
     if (command.seconds != RefereeCommand{}.seconds) add("--seconds", shortNumber(command.seconds));
@@ -488,6 +490,7 @@ void addReferee(CLI::App& program, Action& action) {
                             "of the bundled scenes)");
     command->add_option("--device", options->device, "demo:NAME: the motion of the scene (default: its first)")
         ->needs(given);
+    addRecordedScene(*command, options->scene);
     command
         ->add_option("--friction", options->friction,
                      "coefficient of friction of every pair of its parts (default: none, whatever their materials)")

@@ -34,8 +34,10 @@
 namespace touchstone::app {
 namespace {
 
+constexpr const char* kFirstScene = "bunnies";
+
 struct RunOptions {
-    std::string scene = "bunnies";
+    std::string scene;  ///< empty: the recorded scene of a replay, else kFirstScene
     bool headless = false;
     bool paced = false;
     std::optional<double> seconds;
@@ -323,7 +325,11 @@ int runInWindow(const RunOptions& options, const std::filesystem::path& file) {
 int runScene(const RunOptions& options) {
     withCommandLine({}, options.settings);  // reports wrong names before a scene is read
     chosenDisplay(options);
-    const std::filesystem::path file = findScene(options.scene);
+    const auto recording = sandbox::recordingOf(options.device);
+    const std::filesystem::path file =
+        !options.scene.empty() ? findScene(options.scene)
+        : recording            ? sceneOfRecording(*recording, {}, "put it beside the recording, or give it as SCENE")
+                               : findScene(kFirstScene);
     checkOutputs(options, file);
     if (options.headless && !options.select.empty()) throw UsageError("--select needs a window: leave out --headless");
     if (options.headless && options.uiScale) throw UsageError("--ui-scale needs a window: leave out --headless");
@@ -361,7 +367,7 @@ constexpr const char* kRunFooter =
     "  touchstone run bunnies --mode paper --headless --seconds 2 --ticks paper.csv\n"
     "  touchstone run part.glb --device replay:hand.csv --shadow none --set stiffness=0.5\n"
     "  touchstone run bunnies --record push\n"
-    "  touchstone run bunnies --headless --device replay:push\n";
+    "  touchstone run --headless --device replay:push\n";
 
 /// "the published method, with solver NAME at TOLERANCE", from the settings that paper mode sets.
 std::string paperModeHelp() {
@@ -377,7 +383,9 @@ void addRun(CLI::App& program, Action& action) {
     const auto options = std::make_shared<RunOptions>();
     SettingsChoice& settings = options->settings;
     CLI::App* run = addCommand(program, "run", "Run a scene: in a window, or headless with a report", kRunFooter);
-    run->add_option("SCENE", options->scene, kSceneHelp)->capture_default_str();
+    run->add_option(
+        "SCENE", options->scene,
+        kSceneHelp + std::string(" (default: ") + kFirstScene + "; of a recording that is replayed, its own)");
     run->add_flag("--headless", options->headless,
                   "without a window, as fast as possible, in simulated time; bit-reproducible");
     run->add_flag("--paced", options->paced,

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "engine/scene/folders.hpp"
 #include "haptics/math/nearest_name.hpp"
+#include "haptics/sandbox/record/recording.hpp"
 
 namespace touchstone::app {
 
 namespace fs = std::filesystem;
 
-fs::path sceneFolder() { return engine::dataFolder("scenes", engine::programFolder() / "scenes"); }
+fs::path sceneFolder() { return sandbox::bundledScenes(); }
 
 std::vector<fs::path> listScenes() {
     std::vector<fs::path> scenes;
@@ -40,6 +40,10 @@ fs::path findScene(const std::string& pathOrName) {
         throw std::runtime_error("there is no scene '" + pathOrName + "': did you mean '" + nearest + "'?");
     throw std::runtime_error("there is no scene '" + pathOrName + "': give the path of a .glb or .gltf file" +
                              (names.empty() ? "" : ", or one of " + names));
+}
+
+fs::path sceneOfRecording(const fs::path& recording, const fs::path& named, const std::string& advice) {
+    return sandbox::findRecordedScene(sandbox::Recording(recording).scene(), recording, named, advice);
 }
 
 }  // namespace touchstone::app

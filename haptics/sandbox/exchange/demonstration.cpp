@@ -228,12 +228,8 @@ Demonstration replayDemonstration(const fs::path& folder, std::string name, Scen
     demo.device = recording.device();
     demo.settings = toJson(recording.settings(), nullptr);
     if (recording.rows() == 0) throw std::runtime_error(folder.string() + ": it has no ticks");
-    const fs::path file = recording.scene().file;
-    std::error_code error;
-    if (!fs::is_regular_file(file, error))
-        throw std::runtime_error(folder.string() + ": its scene '" + file.string() + "' (content hash " +
-                                 recording.scene().hash + ") is missing: put it there again");
-    const HapticScene& scene = scenes.open(file, hadSpheres(recording.scene()), recording.settings());
+    const HapticScene& scene =
+        scenes.open(scenes.find(recording.scene(), folder), hadSpheres(recording.scene()), recording.settings());
     if (scene.roles.goal) demo.goal = toJson(*scene.roles.goal);
 
     ReplayPass pass(scene, folder, {});

@@ -80,15 +80,22 @@ std::vector<std::uint64_t> chainOf(std::string_view notes, std::string_view rows
 /// The arrays of a demonstration: `ticks` and `chain`, which are the proof, then those made from them.
 std::vector<Array> arraysOf(const Demonstration& demonstration);
 
-/// Opens scenes; keeps the newest, since the demonstrations of a file often share it.
+/// Finds and opens scenes; keeps the newest, since the demonstrations of a file often share it.
 class SceneShelf {
   public:
-    explicit SceneShelf(SceneProgress progress = {}) : progress_(std::move(progress)) {}
+    /// `named`: a scene file, or the folder with scenes; empty: they are found without, see findRecordedScene().
+    explicit SceneShelf(SceneProgress progress = {}, std::filesystem::path named = {})
+        : progress_(std::move(progress)), named_(std::move(named)) {}
+    /// Throws std::runtime_error with one sentence.
+    std::filesystem::path find(const RecordedScene& scene, const std::filesystem::path& recording) const {
+        return findRecordedScene(scene, recording, named_, "put it beside the recording, or name it with --scene");
+    }
     /// Throws engine::SceneError.
     const HapticScene& open(const std::filesystem::path& file, bool allTrees, const Settings& settings);
 
   private:
     SceneProgress progress_;
+    std::filesystem::path named_;
     HapticScene scene_;
     std::string key_;
 };

@@ -12,7 +12,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "engine/scene/folders.hpp"
 #include "engine/scene/gltf_container.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/files/output_file.hpp"
@@ -80,7 +79,9 @@ class WorkFolder {
 /// The scenes of a demonstration file, on disk.
 class UnpackedScenes {
   public:
-    UnpackedScenes(const DemonstrationFile& file, const fs::path& place, const fs::path& folder) : file_(file) {
+    /// `places`: where scenes are looked for first; `folder`: where those that the file carries are written.
+    UnpackedScenes(const DemonstrationFile& file, const std::vector<fs::path>& places, const fs::path& folder)
+        : file_(file) {
         for (const json& entry : file.manifest().at("files")) {
             const auto scene = entry.at("scene").get<std::string>();
             const SceneFile part{scene, entry.at("name").get<std::string>(), entry.at("hash").get<std::string>(),
@@ -97,7 +98,7 @@ class UnpackedScenes {
                 writeFile(to, "the scene", bytes);
                 scenes_.try_emplace(scene, to);  // the scene is the first of its files
             } else {
-                find(part, place);
+                find(part, places);
             }
         }
     }
@@ -110,30 +111,26 @@ class UnpackedScenes {
     }
 
   private:
-    /// A file that is only named: the scene beside the demonstrations, where it was, or among the bundled ones; the
-    /// files that it refers to with it.
-    void find(const SceneFile& part, const fs::path& place) {
+    /// A file that is only named: the scene at one of the places, where it was, or among the bundled ones; the files
+    /// that it refers to with it.
+    void find(const SceneFile& part, std::vector<fs::path> places) {
         const std::string name = engine::escaped(part.name.string());
-        std::vector<fs::path> candidates;
-        if (const auto known = scenes_.find(part.scene); known != scenes_.end())
-            candidates = {known->second.parent_path() / part.name};
-        else
-            candidates = {place / part.name, part.place,
-                          engine::dataFolder("scenes", engine::programFolder() / "scenes") / part.name};
-        std::string other;
-        for (const fs::path& candidate : candidates) {
-            const std::string hash = hashOf(candidate);
-            if (hash == part.hash) {
-                scenes_.try_emplace(part.scene, candidate);
-                return;
-            }
-            if (!hash.empty() && other.empty()) other = candidate.string();
+        FoundFile found;
+        if (const auto known = scenes_.find(part.scene); known != scenes_.end()) {
+            found = findByContent(part.name, part.hash, {known->second.parent_path() / part.name}, {});
+        } else {
+            places.insert(places.end(), {part.place, bundledScenes()});
+            found = findByContent(part.name, part.hash, places, places);
         }
-        if (!other.empty())
-            file_.fail("the scene or mesh file '" + other +
+        if (found.same) {
+            scenes_.try_emplace(part.scene, found.file);
+            return;
+        }
+        if (!found.file.empty())
+            file_.fail("the scene or mesh file '" + found.file.string() +
                        "' was changed: the demonstrations need the one with content hash " + part.hash);
         file_.fail("the scene or mesh file " + name + " (content hash " + part.hash +
-                   ") is missing: it is only named in this file, so put it beside it");
+                   ") is missing: it is only named in this file, so put it beside it, or name it with --scene");
     }
 
     const DemonstrationFile& file_;
@@ -202,7 +199,7 @@ void exportDemonstrations(const ExportRequest& request) {
     if (!request.mcap.empty()) writers.push_back(makeMcapWriter(request.mcap));
     ordered_json files = ordered_json::array(), demos = ordered_json::array();
     std::set<std::string> known;  // scenes
-    SceneShelf shelf(request.progress);
+    SceneShelf shelf(request.progress, request.scene);
     for (const fs::path& recording : request.recordings) {
         const Demonstration demo = replayDemonstration(recording, "demo_" + std::to_string(demos.size()), shelf);
         for (const RecordedScene& scene : demo.scenes) {
@@ -251,8 +248,8 @@ void exportDemonstrations(const ExportRequest& request) {
 }
 
 void verifyDemonstrations(const fs::path& path, const SceneProgress& progress,
-                          const std::function<void(const std::string&)>& report) {
-    SceneShelf shelf(progress);
+                          const std::function<void(const std::string&)>& report, const fs::path& scene) {
+    SceneShelf shelf(progress, scene);
     if (fs::is_directory(path)) {
         report(confirmed(replayDemonstration(path, path.string(), shelf)));
         return;
@@ -260,7 +257,7 @@ void verifyDemonstrations(const fs::path& path, const SceneProgress& progress,
     const DemonstrationFile file(path);
     const WorkFolder work;
     try {
-        const UnpackedScenes scenes(file, fs::absolute(path).parent_path(), work.path() / "files");
+        const UnpackedScenes scenes(file, {scene, fs::absolute(path).parent_path()}, work.path() / "files");
         std::size_t messages = 0;
         for (const json& entry : file.manifest().at("demonstrations"))
             report(confirmed(verified(file, entry, scenes, work.path() / "demo", shelf, messages)));

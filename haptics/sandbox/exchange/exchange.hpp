@@ -11,6 +11,7 @@ namespace touchstone::sandbox {
 
 struct ExportRequest {
     std::vector<std::filesystem::path> recordings;  ///< become demo_0, demo_1, …
+    std::filesystem::path scene = {};               ///< where their scenes are, see SceneShelf
     std::filesystem::path hdf5 = {}, mcap = {};     ///< files to write; empty: none
     bool carryScenes = true;                        ///< false: scenes are only named, by the hash of their content
     SceneProgress progress = {};
@@ -23,8 +24,9 @@ void exportDemonstrations(const ExportRequest& request);
 
 /// Replays what is in a recording's folder or in an exported file, and compares it tick by tick. `report` receives one
 /// line for each demonstration. Throws std::exception with one sentence that says what is missing, damaged or
-/// different.
+/// different. `scene`: where scenes are that it does not hold, see SceneShelf.
 void verifyDemonstrations(const std::filesystem::path& recordingOrFile, const SceneProgress& progress,
-                          const std::function<void(const std::string&)>& report);
+                          const std::function<void(const std::string&)>& report,
+                          const std::filesystem::path& scene = {});
 
 }  // namespace touchstone::sandbox

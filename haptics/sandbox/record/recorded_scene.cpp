@@ -1,13 +1,18 @@
 #include "haptics/sandbox/record/recorded_scene.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
+#include "engine/scene/folders.hpp"
 #include "haptics/math/hash.hpp"
 
 namespace touchstone::sandbox {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string treeHash(const SphereTree* tree) {
     if (!tree) return {};
@@ -43,6 +48,63 @@ std::string hashOf(const std::filesystem::path& file) {
     if (!in) return {};
     const std::string bytes(std::istreambuf_iterator<char>(in), {});
     return hexadecimal(Hash().add(bytes.data(), bytes.size()).value());
+}
+
+FoundFile findByContent(const fs::path& name, const std::string& hash, const std::vector<fs::path>& places,
+                        const std::vector<fs::path>& folders) {
+    FoundFile other;
+    const auto has = [&](const fs::path& file, bool counts) {
+        std::error_code error;
+        if (!fs::is_regular_file(file, error)) return false;
+        if (!hash.empty() && hashOf(file) == hash) return true;
+        if (counts && other.file.empty()) other.file = file;
+        return false;
+    };
+    std::error_code error;
+    for (const fs::path& place : places) {
+        const fs::path file = fs::is_directory(place, error) ? place / name : place;
+        if (has(file, true)) return {file, true};
+    }
+    for (const fs::path& folder : folders) {
+        std::vector<fs::path> scenes;
+        for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+            if (const fs::path extension = entry.path().extension(); extension == ".glb" || extension == ".gltf")
+                scenes.push_back(entry.path());
+        std::sort(scenes.begin(), scenes.end());
+        for (const fs::path& file : scenes)
+            if (has(file, false)) return {file, true};
+    }
+    return other;
+}
+
+fs::path bundledScenes() { return engine::dataFolder("scenes", engine::programFolder() / "scenes"); }
+
+fs::path findRecordedScene(const RecordedScene& scene, const fs::path& recording, const fs::path& named,
+                           const std::string& advice, const fs::path& bundled) {
+    std::error_code error;
+    const fs::path name = scene.file.filename(), was = scene.file.parent_path();
+    fs::path folder = fs::weakly_canonical(fs::absolute(recording, error) / ".", error);
+    if (!folder.has_filename()) folder = folder.parent_path();
+    std::vector<fs::path> places, folders{folder, folder.parent_path(), was, bundled};
+    if (!named.empty()) places.push_back(named);
+    if (!named.empty()) folders.insert(folders.begin(), named);
+    // Where recording and scene were moved or copied together, the ends of both paths are as they were.
+    constexpr int kFolders = 4;
+    for (int up = 0; up < kFolders && folder.has_relative_path(); ++up, folder = folder.parent_path()) {
+        places.push_back(folder);
+        fs::path below, above = was;
+        for (int down = 0; down < kFolders && above.has_filename(); ++down, above = above.parent_path()) {
+            below = below.empty() ? above.filename() : above.filename() / below;
+            if (const fs::path place = folder / below; fs::is_directory(place, error)) places.push_back(place);
+        }
+    }
+    places.push_back(scene.file);
+    places.push_back(bundled);
+    if (const FoundFile found = findByContent(name, scene.hash, places, folders); !found.file.empty())
+        return found.file;
+    throw std::runtime_error("the scene " + name.string() + " (content hash " + scene.hash + ") of the recording '" +
+                             recording.string() + "' is missing: it is not beside the recording, at '" +
+                             scene.file.string() + "' or among the bundled scenes; " + advice);
 }
 
 RecordedScene recordedScene(const std::filesystem::path& file, const World& world) {

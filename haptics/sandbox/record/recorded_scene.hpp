@@ -27,6 +27,27 @@ RecordedScene recordedScene(const std::filesystem::path& file, const World& worl
 /// Hash of the file's bytes; empty if the file cannot be read.
 std::string hashOf(const std::filesystem::path& file);
 
+/// A file that is sought by the hash of its content.
+struct FoundFile {
+    std::filesystem::path file;  ///< empty: there is none
+    bool same = false;           ///< it has the content
+};
+/// The first file with the content among `places`, each a file or a folder that has it under its name, and then among
+/// the scene files of `folders`. If none has the content, the first of `places` that is there.
+FoundFile findByContent(const std::filesystem::path& name, const std::string& hash,
+                        const std::vector<std::filesystem::path>& places,
+                        const std::vector<std::filesystem::path>& folders);
+
+/// The folder of the bundled scenes.
+std::filesystem::path bundledScenes();
+
+/// Where the scene of a recording is now: at `named` (a file or a folder; empty: nowhere), in the recording's folder or
+/// beside it, where it was, or among the bundled ones. A file with another content is found if none has the recorded
+/// one. Throws std::runtime_error with one sentence, which ends with `advice`, if there is neither.
+std::filesystem::path findRecordedScene(const RecordedScene& scene, const std::filesystem::path& recording,
+                                        const std::filesystem::path& named, const std::string& advice,
+                                        const std::filesystem::path& bundled = bundledScenes());
+
 /// Whether the recorded parts had spheres, so that a replay needs them.
 inline bool hadSpheres(const RecordedScene& scene) { return !scene.tool.tree.empty(); }
 

@@ -7,7 +7,7 @@ namespace touchstone::sandbox {
 
 ReplayPass::ReplayPass(const HapticScene& scene, const std::filesystem::path& folder,
                        std::function<Settings(const Settings&)> adjust)
-    : recording_(folder), adjust_(std::move(adjust)), settings_(adjusted(recording_.settings())) {
+    : folder_(folder), recording_(folder), adjust_(std::move(adjust)), settings_(adjusted(recording_.settings())) {
     check_.differences = recording_.programDifferences();
     enterScene(scene.scene.file, scene.world);
 }
@@ -15,14 +15,18 @@ ReplayPass::ReplayPass(const HapticScene& scene, const std::filesystem::path& fo
 void ReplayPass::enterScene(const std::filesystem::path& openedFile, const std::shared_ptr<const World>& opened) {
     const RecordedScene& then = recording_.scene();
     const RecordedScene now = recordedScene(openedFile, *opened);
+    scene_ = then;
+    scene_.file = now.file;
     const std::string name = then.file.filename().string();
     if (now.hash != then.hash)
-        check_.differences.push_back("the scene file is not the recorded " + name + ": its content hash is " +
-                                     (now.hash.empty() ? "unknown" : now.hash) + ", recorded is " + then.hash);
+        check_.differences.push_back("the scene file '" + now.file.string() + "' is not the recorded " + name +
+                                     ": its content hash is " + (now.hash.empty() ? "unknown" : now.hash) +
+                                     ", recorded is " + then.hash);
     std::string why;
     world_ = recordedWorld(then, opened, why);
     if (!world_) {
-        check_.differences.push_back("the scene differs from the recorded " + name + ": " + why);
+        check_.differences.push_back("the scene '" + now.file.string() + "' differs from the recorded " + name + ": " +
+                                     why);
         // Another build may make other last bits of a mesh or a tree from the same file.
         if (now.hash != then.hash || recording_.programDifferences().empty())
             check_.otherPart = check_.differences.back();
@@ -35,7 +39,8 @@ bool ReplayPass::next(TickRecord& record, const TickClocks& clocks, bool audit) 
     if (!recording_.next(recorded_)) return false;
     if (recorded_.session != session_) {
         session_ = recorded_.session;
-        const std::filesystem::path file = recording_.scene().file;
+        const std::filesystem::path file =
+            findRecordedScene(recording_.scene(), folder_, scene_.file.parent_path(), "put it beside the recording");
         const HapticScene opened = openScene(
             file, {.treeCache = treeCacheFolder(), .progress = {}, .allTrees = hadSpheres(recording_.scene())});
         if (!opened.world) throw std::runtime_error(file.string() + ": " + opened.missing);

@@ -37,7 +37,8 @@ class ReplayPass {
     const RecordedTick& recorded() const { return recorded_; }
     /// Of the newest tick; before next() was called, of the first one.
     const std::shared_ptr<const World>& world() const { return world_; }
-    const RecordedScene& scene() const { return recording_.scene(); }
+    /// As it was recorded, but for the file: where it is now.
+    const RecordedScene& scene() const { return scene_; }
     const Settings& settings() const { return settings_; }
     StepState& state() { return *state_; }
     const StepState& state() const { return *state_; }
@@ -48,7 +49,9 @@ class ReplayPass {
     Settings adjusted(const Settings& settings) const { return adjust_ ? adjust_(settings) : settings; }
 
     Recording recording_;
+    const std::filesystem::path folder_;
     std::function<Settings(const Settings&)> adjust_;
+    RecordedScene scene_;
     std::shared_ptr<const World> world_;
     std::unique_ptr<StepState> state_;
     std::vector<Pose> targets_;  // obstacle poses that the next tick receives

@@ -76,8 +76,24 @@ void bindRuns(py::module_& module) {
         py::arg("seconds") = py::none(), py::arg("record") = "", py::arg("timing") = false,
         R"(A run without a window, as `touchstone run --headless` makes it, with the same bits: device, tick and safety stage.
 
-device: as --device, e.g. "demo:NAME", "insert:7", "replay:FOLDER"; by default the demonstration. seconds: of simulated
-time, by default until the motion ends. record: a new folder for a recording. timing: also measure CPU times.)");
+    module.def(
+        "_recorded_scene",
+        [](const std::filesystem::path& folder, const std::filesystem::path& named,
+           const std::filesystem::path& bundled) {
+            const sandbox::Recording recording(folder);
+            try {
+                return sandbox::findRecordedScene(recording.scene(), folder, named,
+                                                  "put it beside the recording, or name it: Recording(folder, scene)",
+        bundled);
+}
+catch (const std::runtime_error& missing) {
+    throw engine::SceneError(missing.what());
+}
+},
+        py::arg("folder"), py::arg("named"), py::arg("bundled"), "Where the scene of a recording is now.");
+device : as-- device, e.g."demo:NAME", "insert:7", "replay:FOLDER";
+by default the demonstration.seconds : of simulated time,
+    by default until the motion ends.record : a new folder for a recording.timing : also measure CPU times.) ");
 }
 
 }  // namespace touchstone::python

@@ -161,6 +161,9 @@ class Run:
     @property
     def replay(self) -> Any: ...
 
+def _recorded_scene(
+    folder: str | os.PathLike[str], named: str | os.PathLike[str], bundled: str | os.PathLike[str]
+) -> os.PathLike[str]: ...
 def run(
     scene: SceneFile,
     device: str | None = None,

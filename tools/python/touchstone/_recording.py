@@ -10,19 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import Settings, run
-from ._scene import Scene
+from ._core import Settings, _recorded_scene, run
+from ._scene import Scene, bundled_folder
 
 
 class Recording:
     """A folder that `touchstone run --record` or run(record=...) wrote.
 
     ticks: all ticks, an array (n,) whose columns `touchstone export --fields` explains, mapped from the file without a
-    copy. notes: the rest of the recording, a dict.
+    copy. notes: the rest of the recording, a dict. scene: the scene's file, or the folder that holds it; by default it
+    is found in the recording's folder, beside it, where it was, or among the bundled scenes. The content decides.
     """
 
-    def __init__(self, folder: str | os.PathLike[str]) -> None:
+    def __init__(self, folder: str | os.PathLike[str], scene: str | os.PathLike[str] = "") -> None:
         self.folder = Path(folder)
+        self._named = os.fspath(scene)
         try:
             self.notes: dict[str, Any] = json.loads((self.folder / "recording.json").read_text("utf-8"))
             self.ticks: NDArray[np.void] = np.load(self.folder / "ticks.npy", mmap_mode="r")
@@ -52,10 +54,10 @@ class Recording:
     def scene(self) -> Scene:
         """The scene that was recorded. Raises SceneError if its file is gone, ValueError if none is named."""
         try:
-            file = os.fspath(self.notes["scene"]["file"])
+            os.fspath(self.notes["scene"]["file"])
         except (KeyError, TypeError) as error:
             raise ValueError(f"{self.folder / 'recording.json'}: 'scene' names no file: open the scene yourself") from error
-        return Scene(file)
+        return Scene(_recorded_scene(self.folder, self._named, bundled_folder() or ""))
 
     def replay(self, settings: Settings | None = None) -> dict[str, Any]:
         """Repeats the recording by its inputs and compares all ticks: see Run.replay. With other settings they differ."""

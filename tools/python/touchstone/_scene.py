@@ -20,12 +20,18 @@ _PACKAGE = Path(__file__).resolve().parent
 _FOLDERS = [_PACKAGE / "scenes", _PACKAGE.parent.parent / "scenes", Path("/usr/share/touchstone/scenes")]
 
 
+def _scene_files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.glob("*.gl*") if file.suffix in (".glb", ".gltf"))
+
+
+def bundled_folder() -> Path | None:
+    """The folder of the bundled scenes; None if there is none."""
+    return next((folder for folder in _FOLDERS if _scene_files(folder)), None)
+
+
 def _bundled() -> dict[str, Path]:
-    for folder in _FOLDERS:
-        files = sorted(file for file in folder.glob("*.gl*") if file.suffix in (".glb", ".gltf"))
-        if files:
-            return {file.stem: file for file in files}
-    return {}
+    folder = bundled_folder()
+    return {file.stem: file for file in _scene_files(folder)} if folder else {}
 
 
 def scenes() -> list[str]:
