@@ -51,7 +51,8 @@ class GamepadDevice final : public Device {
 
 }  // namespace
 
-// Its row in haptics/device/device_table.cpp: DeviceInfo{"gamepad", "a gamepad, as gamepad:FILE", makeGamepad}
+// Its row in haptics/device/device_table.cpp:
+// DeviceInfo{"gamepad", "a gamepad, as gamepad:FILE", Mover::Person, makeGamepad}
 std::unique_ptr<Device> makeGamepad(const DeviceContext& context) {
     return std::make_unique<GamepadDevice>(context.file.empty() ? "/dev/input/js0" : context.file, context.X_WT_start);
 }

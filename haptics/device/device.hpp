@@ -102,9 +102,17 @@ struct DeviceCheck {
     std::string text = {};  ///< one or more sentences
 };
 
+/// What moves a device.
+enum class Mover {
+    Nothing,
+    Program,  ///< a motion or a simulated hand: a run needs no clock, and repeats to the bit
+    Person,   ///< or a machine outside: a run is paced by the clock, and none repeats another
+};
+
 struct DeviceInfo {
     std::string_view name;     ///< as on the command line
     std::string_view summary;  ///< one sentence for help and panels
+    Mover mover;
     /// Makes the device. Throws std::runtime_error with one sentence if it cannot start.
     std::unique_ptr<Device> (*make)(const DeviceContext&);
     /// Reports what works on this machine and what to do about the rest, one item per line; null if nothing can be

@@ -16,29 +16,31 @@ namespace touchstone {
 namespace {
 
 constexpr std::array kDevices{
-    DeviceInfo{"demo", "follows the scene's demonstration, or with demo:NAME another of its motions", makeDemo},
+    DeviceInfo{"demo", "follows the scene's demonstration, or with demo:NAME another of its motions", Mover::Program,
+               makeDemo},
     DeviceInfo{"forcedimension",
                "an omega, sigma or lambda through Force Dimension's DHD, as forcedimension:OPTION[,OPTION] (see "
                "docs/devices.md for options)",
-               makeForceDimension, examineForceDimension},
+               Mover::Person, makeForceDimension, examineForceDimension},
     DeviceInfo{
         "hand",
         "a simulated hand that follows the demonstration, as hand:MASS,SPRING,DAMPING,DELAY[,MOTION] in kg, N/m, "
         "N·s/m and ticks",
-        makeHand},
+        Mover::Program, makeHand},
     DeviceInfo{"insert", "a simulated hand that inserts the tool into the hole at the goal by feel, as insert:SEED",
-               makeInsertingHand},
-    DeviceInfo{"lab", "any arm whose program sends poses by UDP, as lab:PORT[,OPTION] (see docs/devices.md)", makeLab,
-               examineLab},
-    DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", makeMouse},
+               Mover::Program, makeInsertingHand},
+    DeviceInfo{"lab", "any arm whose program sends poses by UDP, as lab:PORT[,OPTION] (see docs/devices.md)",
+               Mover::Person, makeLab, examineLab},
+    DeviceInfo{"mouse", "a simulated hand that follows the mouse and is held back by the force", Mover::Person,
+               makeMouse},
     DeviceInfo{"phantom",
                "a Phantom or Touch through OpenHaptics, as phantom:NAME[,OPTION] (see docs/devices.md for options)",
-               makePhantom, examinePhantom},
+               Mover::Person, makePhantom, examinePhantom},
     DeviceInfo{"replay", "follows a recording, as replay:FOLDER, or a motion from a CSV file, as replay:FILE",
-               makeReplay},
-    DeviceInfo{"rest", "holds the tool where it is, in a headless run at its start", makeRest},
+               Mover::Program, makeReplay},
+    DeviceInfo{"rest", "holds the tool where it is, in a headless run at its start", Mover::Nothing, makeRest},
     DeviceInfo{"spacemouse", "a SpaceMouse through libspnav steers the tool, as spacemouse:SPEED in mm/s",
-               makeSpaceMouse, examineSpaceMouse},
+               Mover::Person, makeSpaceMouse, examineSpaceMouse},
 };
 
 }  // namespace

@@ -1,6 +1,9 @@
 // The program with arms that push back, as a user runs it without a window.
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/program/csv_table.hpp"
 #include "tests/program/program.hpp"
 
 namespace touchstone::arms_program_tests {
@@ -10,7 +13,15 @@ using Catch::Contains;
 
 namespace {
 
+const std::string kSpnav = "TOUCHSTONE_LIBSPNAV=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_spnav.so FAKE_SPNAV=held";
+const std::string kHd = "TOUCHSTONE_LIBHD=" TOUCHSTONE_BINARY_DIR "/fakes/libfake_hd.so";
 const std::string kDhd = "TOUCHSTONE_LIBDHD=" TOUCHSTONE_BINARY_DIR "/fakes/dhd/libdhd.so.3";
+
+std::vector<double> column(const std::string& file, const std::string& name) {
+    std::vector<double> values;
+    for (const auto& row : tableOf(file)) values.push_back(std::stod(row.at(name)));
+    return values;
+}
 
 }  // namespace
 
@@ -59,6 +70,89 @@ TEST_CASE("arms: a headless run says what was wrong with its device", "[device]"
     CHECK_THAT(saidBy("forcedimension:stale=200", kDhd + " FAKE_DHD_FAULT=no-power"), Contains("power"));
     CHECK_THAT(saidBy("forcedimension:stale=200", kDhd + " FAKE_DHD_FAULT=com"), Contains("communication"));
     CHECK_THAT(saidBy("lab:5991", ""), Contains("Waiting for the arm's first datagram"));
+}
+
+TEST_CASE("devices: what a person moves runs once, paced by the clock, with or without motors", "[device]") {
+    const Program touchstone;
+    struct {
+        const char* device;
+        std::string environment;
+    } const live[]{{"spacemouse", kSpnav},
+                   {"spacemouse:200", kSpnav},
+                   {"lab:5992", ""},
+                   {"phantom:,stale=200", kHd},
+                   {"forcedimension:stale=200", kDhd}};
+    for (const auto& [device, environment] : live)
+        for (const char* way : {"", " --paced", " --record recording", " --shadow pqp"}) {
+            INFO(device << way);
+            fs::remove_all(touchstone.file("recording"));
+            const Answer answer = touchstone(
+                "run hello --headless --seconds 0.2 --report report.json --device " + std::string(device) + way,
+                environment);
+            INFO(answer.out << answer.err);
+            CHECK((answer.code == 0 || answer.code == 3));
+            const auto report = nlohmann::json::parse(textOf(touchstone.file("report.json")));
+            CHECK(report.at("ticks") == 200);
+            CHECK(report.at("overruns").is_number());  // only what is paced has late ticks
+            if (fs::exists(touchstone.file("recording"))) {
+                const Answer again = touchstone("run --headless --device replay:recording");
+                CHECK_THAT(again.out, Contains("all of 200 ticks have the recorded bits"));
+            }
+        }
+    // What nothing or a program moves is not paced.
+    for (const char* device : {"rest", "demo", "hand"}) {
+        INFO(device);
+        touchstone("run hello --headless --seconds 0.2 --report report.json --device " + std::string(device));
+        const auto report = nlohmann::json::parse(textOf(touchstone.file("report.json")));
+        CHECK((!report.contains("overruns") || report.at("overruns").is_null()));
+    }
+}
+
+TEST_CASE("devices: a cap that is held still moves the tool through the whole run", "[device]") {
+    const Program touchstone;
+    touchstone("run hello --headless --seconds 0.8 --ticks ticks.csv --device spacemouse", kSpnav);
+    const std::vector<double> x = column(touchstone.file("ticks.csv"), "device_x_mm");
+    REQUIRE(x.size() == 800);
+    // 50 mm/s from the first event on, which the reading thread has after a few ticks, or 0.2 s on a busy machine.
+    CHECK(x.back() - x.front() > 0.6 * 50);
+    CHECK(x.back() - x.front() < 0.8 * 50);
+    CHECK(x.back() - x[x.size() - 2] == Approx(0.05));
+}
+
+TEST_CASE("devices: a headless run has the workspace that a window saved", "[device]") {
+    const Program touchstone;
+    const std::string scene = std::string(TOUCHSTONE_BINARY_DIR) + "/scenes/hello.gltf";
+    const std::string environment =
+        kDhd + " FAKE_DHD_HAND='0 0.004 0.02' TOUCHSTONE_CONFIG='" + touchstone.file("config") + "'";
+    fs::create_directories(touchstone.file("config"));
+    const auto motion = [&](const std::string& workspace) {
+        std::ofstream(touchstone.file("config/workspaces.json"))
+            << "{\"forcedimension in " << fs::canonical(scene).string() << "\": " << workspace << "}";
+        const Answer answer = touchstone(
+            "run hello --headless --seconds 1 --ticks ticks.csv --device forcedimension:stale=200", environment);
+        INFO(answer.out << answer.err);
+        CHECK((answer.code == 0 || answer.code == 3));
+        CHECK((answer.err.find("The workspace that was saved for forcedimension") != std::string::npos) ==
+              (workspace != "{}"));
+        Vec3 way;
+        for (int i = 0; i < 3; ++i) {
+            const auto p = column(touchstone.file("ticks.csv"), std::string("device_") + "xyz"[i] + "_mm");
+            way[i] = p.back() - p.front();
+        }
+        return way;
+    };
+    const Vec3 plain = motion("{}");
+    REQUIRE(plain.y() == Approx(20).margin(1));  // up at the device, whose z it is
+    REQUIRE(plain.x() == Approx(4).margin(1));
+    // The hand swings to its place by a spring, so two runs end within a tenth of a millimeter.
+    CHECK((motion(R"({"scale": 0.5})") - 0.5 * plain).norm() < 0.2);
+    // A quarter turn about the scene's y: right becomes away from the user.
+    CHECK((motion(R"({"axes_xyzw": [0, 0.70710678, 0, 0.70710678]})") - Vec3(0, plain.y(), -plain.x())).norm() < 0.2);
+    CHECK((motion(R"({"offset_mm": [0, 3, 0]})") - plain - Vec3(0, 3, 0)).norm() < 0.2);
+    const Answer broken = (std::ofstream(touchstone.file("config/workspaces.json")) << "{",
+                           touchstone("run hello --headless --seconds 1 --device forcedimension", environment));
+    CHECK(broken.code == 1);
+    CHECK_THAT(broken.err, Contains("workspaces.json") && Contains("is not a JSON object"));
 }
 
 TEST_CASE("arms: doctor reports on each", "[device]") {

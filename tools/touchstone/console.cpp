@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "engine/scene/folders.hpp"
+#include "engine/scene/scene.hpp"
 #include "haptics/device/emergency_stop.hpp"
 #include "haptics/files/output_file.hpp"
 #include "haptics/sandbox/scene/tree_words.hpp"
@@ -70,6 +71,13 @@ sandbox::SceneProgress progressBar(const std::string& doing) {
         bar->show(status);
         return StopRequest::signal() == 0;
     };
+}
+
+void sayOnConsole(sandbox::Message::Kind kind, const std::string& text) {
+    if (kind == sandbox::Message::Kind::Note)
+        spdlog::info("{}", engine::escaped(text));
+    else
+        spdlog::warn("{}", engine::escaped(text));
 }
 
 std::string programAsTyped() {

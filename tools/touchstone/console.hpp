@@ -4,6 +4,7 @@
 #include <string>
 
 #include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/session/message_log.hpp"
 
 namespace touchstone::app {
 
@@ -11,6 +12,9 @@ namespace touchstone::app {
 /// one line for each part. Work of less than half a second shows nothing. `doing` is what happens to each part:
 /// "building the sphere tree of". While the bar exists, the first Ctrl-C cancels and the second ends the program.
 sandbox::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
+
+/// Writes what is said of a device to the error stream.
+void sayOnConsole(sandbox::Message::Kind kind, const std::string& text);
 
 /// The program as a user in this folder types it: `touchstone` if the PATH finds this very program, else its path.
 std::string programAsTyped();

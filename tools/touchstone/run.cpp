@@ -172,6 +172,8 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.seconds = options.seconds;
     headless.paced = options.paced;
     headless.record = options.record;
+    headless.configFolder = engine::configFolder();
+    headless.say = sayOnConsole;
     headless.adjust = [&](const Settings& recorded) { return checkedWithCommandLine(recorded, options.settings); };
     if (options.paced && sandbox::recordingOf(options.device))
         throw UsageError(
@@ -181,7 +183,8 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
     headless.device = options.device.empty() ? sandbox::defaultDevice(scene, false) : options.device;
     Settings settings = checkedWithCommandLine(scene.settings, options.settings);
     WorkShares shares;
-    if (!options.paced) shares.shadow = std::numeric_limits<double>::infinity();  // no deadline
+    if (!options.paced && sandbox::moverOf(headless.device) != Mover::Person)
+        shares.shadow = std::numeric_limits<double>::infinity();  // no deadline
     for (const std::string& sentence : keepRoundTripsInTick(settings, shares)) spdlog::warn("{}", sentence);
     sandbox::ScenePicture picture{.display = chosenDisplay(options), .view = options.view};
     std::vector<TickRecord> ticks;  // for the trace

@@ -119,7 +119,8 @@ void runTrialsHeadless(const Protocol& protocol, const std::deque<Trial>& queue,
     Scenes scenes;
     for (const Trial& trial : queue) {
         const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
-        const auto row = sandbox::runTrial(scenes.open(condition), protocol, trial, emptyFolder(study, trial));
+        const auto row = sandbox::runTrial(scenes.open(condition), protocol, trial, emptyFolder(study, trial),
+                                           engine::configFolder(), sayOnConsole);
         if (!row) return;  // stopped by a signal
         finish(study, protocol, trial, *row);
     }

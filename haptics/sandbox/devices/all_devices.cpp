@@ -13,7 +13,7 @@ constexpr std::array kDevices{
     DeviceInfo{"inverse3",
                "a Haply Inverse3, with a VerseGrip, through Haply's Inverse Service; force only (see docs/devices.md "
                "for options)",
-               makeInverse3, examineInverse3},
+               Mover::Person, makeInverse3, examineInverse3},
 };
 
 }  // namespace

@@ -17,6 +17,11 @@ std::optional<std::filesystem::path> recordingOf(const std::string& choice) {
     return folder;
 }
 
+Mover moverOf(const std::string& choice) {
+    const DeviceInfo* info = findDevice(choice.substr(0, choice.find(':')), allDevices());
+    return info ? info->mover : Mover::Nothing;
+}
+
 std::string defaultDevice(const HapticScene& scene, bool window) {
     return scene.demonstration ? "demo" : window ? "mouse" : "rest";
 }

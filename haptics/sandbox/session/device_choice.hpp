@@ -13,6 +13,9 @@ namespace touchstone::sandbox {
 /// The folder of a choice replay:FOLDER, which is a recording; nothing for replay:FILE, which is a motion.
 std::optional<std::filesystem::path> recordingOf(const std::string& choice);
 
+/// What moves the device of a choice; nothing for an unknown device.
+Mover moverOf(const std::string& choice);
+
 /// The device that moves the tool when the user chose none: the demonstration; without one, in a window the mouse, and
 /// else nothing, so that the tool rests at its start.
 std::string defaultDevice(const HapticScene& scene, bool window);

@@ -35,9 +35,10 @@ class Pass {
             replay_.emplace(scene, *folder, options.adjust);
             watch(replay_->state(), replay_->settings(), options);
         } else {
-            auto session = std::make_unique<Session>(scene.world, settings, startDevice(scene, options.device));
+            PlacedDevice placed = startPlaced(scene, options.device, settings, options.configFolder, options.say);
+            auto session = std::make_unique<Session>(scene.world, placed.settings, std::move(placed.device));
             if (options.paced) session->keeper = std::make_unique<NeighborListWorker>(*session->world);
-            watch(session->state, settings, options);
+            watch(session->state, placed.settings, options);
             driver_.emplace(std::move(session));
             driver_->engage();  // a headless run has no user who engages the forces
         }
@@ -51,9 +52,6 @@ class Pass {
         toTheEnd_ = !options.seconds;
     }
 
-    /// Whether the device has motors. No run then repeats another, so there is only this one, paced by the clock.
-    bool live() const { return driver_ && driver_->session().safety.motors(); }
-    void pace() { pacer_.emplace(settings().rate, false); }
     /// Another pass decides where the run ends at a signal.
     void ignoreSignals() { stops_ = false; }
 
@@ -260,14 +258,14 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     HeadlessRun run;
     std::optional<Recorder> recorder;
     if (!options.record.empty()) recorder.emplace(options.record);
-    HeadlessOptions unpaced = options;
-    unpaced.paced = false;
-    Pass pass(scene, settings, unpaced, true);
+    // No run repeats what a person did, so there is only this one, paced by the clock.
+    const bool live = moverOf(options.device) == Mover::Person;
+    HeadlessOptions ofPass = options;
+    ofPass.paced = live;
+    Pass pass(scene, settings, ofPass, true);
     std::optional<TimedPass> timed;
     std::optional<TimesAhead> times;
-    if (pass.live()) {
-        pass.pace();
-    } else if (options.timing) {
+    if (options.timing && !live) {
         pass.ignoreSignals();
         timed.emplace(scene, settings, options);
         times.emplace(*timed, options.paced, recorder.has_value());

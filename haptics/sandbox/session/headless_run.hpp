@@ -7,6 +7,7 @@
 
 #include "haptics/sandbox/measure/report.hpp"
 #include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/session/placed_device.hpp"
 #include "haptics/sandbox/session/replay_pass.hpp"
 
 namespace touchstone::sandbox {
@@ -23,13 +24,15 @@ const char* name(RunEnd end);
 struct HeadlessOptions {
     std::string device = "demo";    ///< NAME or NAME:FILE; replay:FOLDER repeats a recording by step() alone
     std::optional<double> seconds;  ///< simulated time; by default until the device's motion ends, see kUnendingSeconds
-    /// Measure CPU times, in a second pass without audit and shadow. A device with motors has only one pass, paced by
-    /// the clock and without CPU times.
+    /// Measure CPU times, in a second pass without audit and shadow. A device that a person moves (Mover) has only one
+    /// pass, paced by the clock and without CPU times.
     bool timing = true;
     /// The pass that measures times runs in real time, with the helper thread that prepares neighbor lists, as in a
     /// window.
     bool paced = false;
-    std::filesystem::path record = {};  ///< folder for a recording of the run; empty: no recording
+    std::filesystem::path record = {};        ///< folder for a recording of the run; empty: no recording
+    std::filesystem::path configFolder = {};  ///< where workspaces of devices are saved; empty: they are the default
+    Say say = {};                             ///< receives what is said of the device before the run
     /// Changes the settings of a recording that is replayed.
     std::function<Settings(const Settings&)> adjust = {};
     /// Called after every tick of the run with its true penetration, mm.

@@ -1,34 +1,14 @@
 #include "haptics/sandbox/session/session.hpp"
 
-#include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "haptics/sandbox/session/device_choice.hpp"
+#include "haptics/sandbox/session/placed_device.hpp"
 
 namespace touchstone::sandbox {
-namespace {
-
-/// Converts settings felt at the hand to the settings of the tick.
-Settings inScene(Settings settings, double scale) {
-    settings.torsion = std::clamp(torsionInScene(settings.torsion, scale), 1.0, 1e6);  // the setting's range
-    return settings;
-}
-
-}  // namespace
-
 Settings LiveSession::capped(Settings settings) {
-    const DeviceLimits& limits = device_.facts.limits;
-    const auto cap = [&](double& gain, double most, const char* name, const char* unit) {
-        if (gain <= most) return;
-        char text[200];
-        std::snprintf(text, sizeof text, "The %s device is made for a %s of %g %s, so %g is lowered to that",
-                      device_.choice.substr(0, device_.choice.find(':')).c_str(), name, most, unit, gain);
-        log_.say(Message::Kind::Warning, text);
-        gain = most;
-    };
-    cap(settings.stiffness, limits.nominalStiffness, "stiffness", "N/mm");
-    cap(settings.torsion, limits.nominalTorsion, "torsion", "mN·m/rad");
+    settings = withinGains(settings, device_.facts.limits, device_.choice,
+                           [this](Message::Kind kind, const std::string& text) { log_.say(kind, text); });
     saidByProcessor_ = false;
     for (const std::string& sentence : keepRoundTripsInTick(settings)) log_.say(Message::Kind::Warning, sentence);
     return settings;
@@ -63,11 +43,7 @@ void LiveSession::start(const Shown& next, const Settings& settings, const std::
     if (first && !options_.record.empty()) record(options_.record);
     const std::shared_ptr<DeviceControl> control = device->control();
     DeviceFacts facts{device->limits(), device->dynamics()};
-    if (control && control->maps() != DeviceControl::Maps::Nothing) {
-        const Workspace workspace = workspaces_.load(next.request.file, choice);
-        control->setWorkspace(workspace);  // before the loop asks for limits
-        if (control->maps() == DeviceControl::Maps::All) facts.scale = workspace.scale;
-    }
+    facts.scale = placeDevice(control.get(), workspaces_, next.request.file, choice);
     device_.facts = std::move(facts);
     device_.choice = choice;
     settings_ = capped(begin);

@@ -113,10 +113,7 @@ std::string deviceOf(const Condition& condition, const Trial& trial) {
     return condition.device == "insert" ? "insert:" + std::to_string(trial.seed) : condition.device;
 }
 
-bool movesByItself(const std::string& device) {
-    const std::string kind = device.substr(0, device.find(':'));
-    return kind == "demo" || kind == "hand" || kind == "insert" || kind == "replay";
-}
+bool movesByItself(const std::string& device) { return moverOf(device) == Mover::Program; }
 
 std::optional<TrialEnd> endOf(const PhaseWatch& phases, const Condition& condition) {
     if (phases.end()) return phases.end();
@@ -158,15 +155,19 @@ ordered_json trialRow(const HapticScene& scene, const Protocol& protocol, const 
 }
 
 std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
-                                     const std::filesystem::path& folder) {
+                                     const std::filesystem::path& folder, const std::filesystem::path& configFolder,
+                                     const Say& say) {
     const Condition& condition = protocol.conditions[static_cast<std::size_t>(trial.condition)];
     if (!scene.roles.goal)
         throw std::runtime_error("condition '" + condition.name + "': the scene '" + condition.scene +
                                  "' has no goal, so trials in it cannot end: give a node the role goal");
-    const Settings settings = condition.settings(scene.settings);
     const std::string device = deviceOf(condition, trial);
-    TickDriver driver(std::make_unique<Session>(scene.world, settings, startDevice(scene, device)));
+    PlacedDevice placed = startPlaced(scene, device, condition.settings(scene.settings), configFolder, say);
+    const Settings settings = placed.settings;
+    TickDriver driver(std::make_unique<Session>(scene.world, settings, std::move(placed.device)));
     driver.engage();  // there is no user who could engage
+    std::optional<Pacer> pacer;
+    if (moverOf(device) == Mover::Person) pacer.emplace(settings.rate, false);
     Recorder recorder(folder);
     recorder.announce(driver.session().number, recordedScene(scene.scene.file, *scene.world), device);
 
@@ -180,6 +181,7 @@ std::optional<ordered_json> runTrial(const HapticScene& scene, const Protocol& p
         recorder.add({driver.session().state.input(), tick, driver.session().number});
         measures.add(tick, dt);
         end = endOf(measures.phases(), condition);
+        if (pacer) pacer->wait();
         if (!end && (driver.finished() || driver.session().safety.engagement() == Engagement::Faulted))
             end = TrialEnd::Abort;
     }

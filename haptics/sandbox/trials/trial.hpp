@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "haptics/sandbox/scene/scene_world.hpp"
+#include "haptics/sandbox/session/placed_device.hpp"
 #include "haptics/sandbox/trials/protocol.hpp"
 
 namespace touchstone::sandbox {
@@ -49,11 +50,14 @@ nlohmann::ordered_json trialRow(const HapticScene& scene, const Protocol& protoc
                                 const Settings& settings, const TrialMeasures& measures, TrialEnd end,
                                 const TickRecord& last, const std::filesystem::path& folder);
 
-/// Runs the trial tick by tick in simulated time until it ends or reaches its time limit, and records it into `folder`.
-/// The row is reproducible except for the columns of isMeasuredTime(). Returns nothing when StopRequest::signal()
-/// requested a stop before the end. Pre: the scene is that of the trial's condition and has a world. Throws
-/// std::runtime_error with one sentence when the scene has no goal, the device cannot start or the recording failed.
+/// Runs the trial tick by tick in simulated time, which a device that a person moves paces by the clock, until it ends
+/// or reaches its time limit, and records it into `folder`. configFolder, say: as of HeadlessOptions. With any other
+/// device the row is reproducible except for the columns of isMeasuredTime(). Returns nothing when
+/// StopRequest::signal() requested a stop before the end. Pre: the scene is that of the trial's condition and has a
+/// world. Throws std::runtime_error with one sentence when the scene has no goal, the device cannot start or the
+/// recording failed.
 std::optional<nlohmann::ordered_json> runTrial(const HapticScene& scene, const Protocol& protocol, const Trial& trial,
-                                               const std::filesystem::path& folder);
+                                               const std::filesystem::path& folder,
+                                               const std::filesystem::path& configFolder = {}, const Say& say = {});
 
 }  // namespace touchstone::sandbox

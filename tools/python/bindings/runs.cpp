@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "engine/ui/user_files.hpp"
 #include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "tools/python/bindings/bindings.hpp"
@@ -36,6 +37,9 @@ RunResult run(const py::object& scene, const std::optional<std::string>& device,
     options.timing = timing;
     options.record = record;
     options.device = device.value_or(sandbox::defaultDevice(handle.scene(), false));
+    options.configFolder = engine::configFolder();
+    std::vector<std::string> said;
+    options.say = [&](sandbox::Message::Kind, const std::string& text) { said.push_back(text); };
     const auto recording = sandbox::recordingOf(options.device);
     const Settings settings = settingsFor(handle, given);
     if (recording) {
@@ -58,6 +62,7 @@ RunResult run(const py::object& scene, const std::optional<std::string>& device,
     } catch (const Interrupt&) {
         raiseInterrupt();
     }
+    for (const std::string& text : said) py::module_::import("warnings").attr("warn")(text);
     if (!result->recordingFailure.empty()) raise(PyExc_OSError, result->recordingFailure);
     return {fromJson(sandbox::toJson(result->report).dump()), ticksArray(ticks), replayDict(result->replay)};
 }
@@ -72,11 +77,6 @@ void bindRuns(py::module_& module) {
                       "How a replay compares with its recording: a dict with ticks, same, first_different (row or "
                       "None), differences (sentences), not_compared. None for other devices.");
     module.def(
-        "run", run, py::arg("scene"), py::arg("device") = py::none(), py::arg("settings") = py::none(), py::kw_only(),
-        py::arg("seconds") = py::none(), py::arg("record") = "", py::arg("timing") = false,
-        R"(A run without a window, as `touchstone run --headless` makes it, with the same bits: device, tick and safety stage.
-
-    module.def(
         "_recorded_scene",
         [](const std::filesystem::path& folder, const std::filesystem::path& named,
            const std::filesystem::path& bundled) {
@@ -84,16 +84,19 @@ void bindRuns(py::module_& module) {
             try {
                 return sandbox::findRecordedScene(recording.scene(), folder, named,
                                                   "put it beside the recording, or name it: Recording(folder, scene)",
-        bundled);
-}
-catch (const std::runtime_error& missing) {
-    throw engine::SceneError(missing.what());
-}
-},
+                                                  bundled);
+            } catch (const std::runtime_error& missing) {
+                throw engine::SceneError(missing.what());
+            }
+        },
         py::arg("folder"), py::arg("named"), py::arg("bundled"), "Where the scene of a recording is now.");
-device : as-- device, e.g."demo:NAME", "insert:7", "replay:FOLDER";
-by default the demonstration.seconds : of simulated time,
-    by default until the motion ends.record : a new folder for a recording.timing : also measure CPU times.) ");
+    module.def(
+        "run", run, py::arg("scene"), py::arg("device") = py::none(), py::arg("settings") = py::none(), py::kw_only(),
+        py::arg("seconds") = py::none(), py::arg("record") = "", py::arg("timing") = false,
+        R"(A run without a window, as `touchstone run --headless` makes it, with the same bits: device, tick and safety stage.
+
+device: as --device, e.g. "demo:NAME", "insert:7", "replay:FOLDER"; by default the demonstration. seconds: of simulated
+time, by default until the motion ends. record: a new folder for a recording. timing: also measure CPU times.)");
 }
 
 }  // namespace touchstone::python
