@@ -119,6 +119,17 @@ TEST_CASE("devices: a cap that is held still moves the tool through the whole ru
     CHECK(x.back() - x[x.size() - 2] == Approx(0.05));
 }
 
+TEST_CASE("run: a long run without a window says how far it is and when it ends, on the error stream alone",
+          "[program][long]") {
+    const Program touchstone;
+    const Answer answer =
+        touchstone("run hello --headless --seconds 60 --device spacemouse", kSpnav + " timeout -s INT 6");
+    INFO(answer.out << answer.err);
+    CHECK_THAT(answer.err, Contains(" of 60.0 s of the motion, ") && Contains(" s left\n"));
+    CHECK(std::count(answer.err.begin(), answer.err.end(), '\n') == 1);  // the next comes after twice the time
+    CHECK_THAT(answer.out, !Contains("of the motion"));
+}
+
 TEST_CASE("devices: a headless run has the workspace that a window saved", "[device]") {
     const Program touchstone;
     const std::string scene = std::string(TOUCHSTONE_BINARY_DIR) + "/scenes/hello.gltf";

@@ -23,25 +23,23 @@
 namespace touchstone::app {
 namespace {
 
-/// Overwrites its own line, and clears it at the end, so that later output begins on an empty line.
-class ProgressBar {
-  public:
-    explicit ProgressBar(std::string doing) : doing_(std::move(doing)) {}
-    ~ProgressBar() { clear(); }
-    ProgressBar(const ProgressBar&) = delete;
-    ProgressBar& operator=(const ProgressBar&) = delete;
+using Clock = std::chrono::steady_clock;
 
-    void show(const sandbox::SceneStatus& status) {
-        if (std::chrono::steady_clock::now() - start_ < std::chrono::milliseconds(500)) return;
-        const int percent = static_cast<int>(100 * std::clamp(status.fraction, 0.0, 1.0));
-        std::string text = doing_ + " " + status.part;
-        if (status.of > 1) text += " (" + std::to_string(status.number) + " of " + std::to_string(status.of) + ")";
-        if (!terminal_) {
-            if (text != text_) spdlog::info("{}", text);
-            text_ = text;
-            return;
-        }
-        if (const std::string left = sandbox::timeLeft(status.secondsLeft); !left.empty()) text += ", " + left;
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// A line of a terminal that is overwritten, and cleared at the end, so that later output begins on an empty line.
+class BarLine {
+  public:
+    BarLine() = default;
+    ~BarLine() {
+        if (percent_ >= 0) std::fputs("\r\033[K", stderr);
+    }
+    BarLine(const BarLine&) = delete;
+    BarLine& operator=(const BarLine&) = delete;
+
+    bool terminal() const { return terminal_; }
+    void draw(double fraction, const std::string& text) {
+        const int percent = static_cast<int>(100 * std::clamp(fraction, 0.0, 1.0));
         if (text == text_ && percent == percent_) return;
         constexpr int kWidth = 30;
         const int filled = kWidth * percent / 100;
@@ -52,16 +50,64 @@ class ProgressBar {
     }
 
   private:
-    void clear() const {
-        if (terminal_ && percent_ >= 0) std::fputs("\r\033[K", stderr);
-    }
-
-    const std::string doing_;
-    const StopRequest stop_;
-    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     const bool terminal_ = isatty(STDERR_FILENO) != 0;
     std::string text_;
     int percent_ = -1;
+};
+
+class ProgressBar {
+  public:
+    explicit ProgressBar(std::string doing) : doing_(std::move(doing)) {}
+
+    void show(const sandbox::SceneStatus& status) {
+        if (secondsSince(start_) < 0.5) return;
+        std::string text = doing_ + " " + status.part;
+        if (status.of > 1) text += " (" + std::to_string(status.number) + " of " + std::to_string(status.of) + ")";
+        if (!line_.terminal()) {
+            if (text != text_) spdlog::info("{}", text);
+            text_ = text;
+            return;
+        }
+        if (const std::string left = sandbox::timeLeft(status.secondsLeft); !left.empty()) text += ", " + left;
+        line_.draw(status.fraction, text);
+    }
+
+  private:
+    const std::string doing_;
+    const StopRequest stop_;
+    const Clock::time_point start_ = Clock::now();
+    BarLine line_;
+    std::string text_;
+};
+
+/// Of a run. A terminal's line changes five times a second; elsewhere each line comes after twice the time of the last.
+class RunBar {
+  public:
+    void show(double done, const std::optional<double>& whole) {
+        constexpr double kFirst = 2, kFirstLine = 3, kRedraw = 0.2;  // s
+        const double elapsed = secondsSince(start_);
+        if (next_ == 0) next_ = line_.terminal() ? kFirst : kFirstLine;
+        if (elapsed < next_) return;
+        next_ = line_.terminal() ? elapsed + kRedraw : 2 * elapsed;
+        const double fraction = whole ? std::clamp(done / *whole, 0.0, 1.0) : 0;
+        char text[80];
+        if (whole)
+            std::snprintf(text, sizeof text, "%.1f of %.1f s of the motion", done, *whole);
+        else
+            std::snprintf(text, sizeof text, "%.1f s of the motion", done);
+        const double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : -1;
+        std::string line = text;
+        if (const std::string words = sandbox::timeLeft(left); !words.empty()) line += ", " + words;
+        if (line_.terminal())
+            line_.draw(fraction, line);
+        else if (!whole || left > kFirst)
+            spdlog::info("{}", line);
+    }
+
+  private:
+    const Clock::time_point start_ = Clock::now();
+    double next_ = 0;  // s
+    BarLine line_;
 };
 
 }  // namespace
@@ -71,6 +117,11 @@ sandbox::SceneProgress progressBar(const std::string& doing) {
         bar->show(status);
         return StopRequest::signal() == 0;
     };
+}
+
+std::function<void(double, const std::optional<double>&)> runProgress() {
+    return
+        [bar = std::make_shared<RunBar>()](double done, const std::optional<double>& whole) { bar->show(done, whole); };
 }
 
 void sayOnConsole(sandbox::Message::Kind kind, const std::string& text) {

@@ -1,6 +1,8 @@
 #pragma once
 // Progress of the commands on the console, and checks before they start.
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 
 #include "haptics/sandbox/scene/scene_world.hpp"
@@ -12,6 +14,10 @@ namespace touchstone::app {
 /// one line for each part. Work of less than half a second shows nothing. `doing` is what happens to each part:
 /// "building the sphere tree of". While the bar exists, the first Ctrl-C cancels and the second ends the program.
 sandbox::SceneProgress progressBar(const std::string& doing = "building the sphere tree of");
+
+/// The progress of a run with its expected end, for HeadlessOptions::onProgress: on a terminal one line that is
+/// overwritten, elsewhere a few lines. A run of a few seconds shows nothing.
+std::function<void(double, const std::optional<double>&)> runProgress();
 
 /// Writes what is said of a device to the error stream.
 void sayOnConsole(sandbox::Message::Kind kind, const std::string& text);

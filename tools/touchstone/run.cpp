@@ -206,7 +206,9 @@ int runHeadless(const RunOptions& options, const std::filesystem::path& file) {
         };
     }
     const StopRequest stop;
+    headless.onProgress = runProgress();
     sandbox::HeadlessRun run = sandbox::runHeadless(scene, settings, headless);
+    headless.onProgress = nullptr;  // clears its line
     run.report.stuck = sandbox::stuckSentence(scene, run.last, run.settings);
     printReport(run.report);
     if (problems && outputs.good(kProblems)) outputs.write(kProblems, [&] { problems->close(); });

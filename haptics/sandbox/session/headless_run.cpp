@@ -1,6 +1,7 @@
 #include "haptics/sandbox/session/headless_run.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <csignal>
@@ -50,6 +51,11 @@ class Pass {
         if (options.seconds || endless)
             limit_ = std::max(1LL, std::llround(options.seconds.value_or(kUnendingSeconds) * rate));
         toTheEnd_ = !options.seconds;
+        if (limit_ > 0) whole_ = static_cast<double>(limit_) / rate;
+        if (const std::optional<double> motion = driver_ ? driver_->session().device->duration() : std::nullopt;
+            motion && limit_ == 0)
+            whole_ = *motion / 1000;
+        if (replay_) whole_ = std::min(whole_.value_or(INFINITY), static_cast<double>(replay_->rows()) / rate);
     }
 
     /// Another pass decides where the run ends at a signal.
@@ -74,6 +80,8 @@ class Pass {
     }
 
     RunEnd end() const { return end_; }
+    /// s of simulated time; nothing if it is not known.
+    const std::optional<double>& whole() const { return whole_; }
     const Settings& settings() const { return replay_ ? replay_->settings() : driver_->settings(); }
     const std::shared_ptr<const World>& world() const { return replay_ ? replay_->world() : driver_->session().world; }
     const StepState& state() const { return replay_ ? replay_->state() : driver_->session().state; }
@@ -106,7 +114,8 @@ class Pass {
     bool stops_;
     std::optional<TickDriver> driver_;
     std::optional<ReplayPass> replay_;
-    long long limit_ = 0;    // ticks; 0: none
+    long long limit_ = 0;  // ticks; 0: none
+    std::optional<double> whole_;
     bool toTheEnd_ = false;  // runs until the device's motion ends
     long long ticks_ = 0;
     RunEnd end_ = RunEnd::Motion;
@@ -170,11 +179,13 @@ class TimesAhead {
             });
     }
 
-    /// Times of the next tick; nothing after the last.
-    std::optional<TickTimes> next() {
+    /// Times of the next tick; nothing after the last. Calls `waiting` with the ticks so far while it waits.
+    std::optional<TickTimes> next(const std::function<void(std::size_t)>& waiting) {
         if (thread_.joinable()) {
             std::unique_lock lock(mutex_);
-            changed_.wait(lock, [this] { return ended_ || (follow_ && !ready_.empty()); });
+            while (!changed_.wait_for(lock, std::chrono::milliseconds(100),
+                                      [this] { return ended_ || (follow_ && !ready_.empty()); }))
+                waiting(ready_.size());
             return take();
         }
         if (ready_.empty()) runStretch();
@@ -283,9 +294,18 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
     run.report.repairs = repairSentences(scene);
     std::optional<PenetrationMeter> meter;
     std::uint64_t ticks = 0;
+    // A paced pass that ends before this one begins is half of the run.
+    const bool halves = times && options.paced && !recorder && pass.whole();
+    const auto progress = [&](double pacedTicks, double ticksHere) {
+        const double done = halves ? (pacedTicks + ticksHere) / 2 : std::max(pacedTicks, ticksHere);
+        if (options.onProgress) options.onProgress(done / pass.settings().rate, pass.whole());
+    };
+    const auto waiting = [&](std::size_t count) {
+        if (!recorder) progress(static_cast<double>(count), 0);
+    };
     for (;;) {
         // With timing, the timed pass decides where the run ends.
-        const std::optional<TickTimes> us = times ? times->next() : std::nullopt;
+        const std::optional<TickTimes> us = times ? times->next(waiting) : std::nullopt;
         if ((times && !us) || !pass.next(run.last, clocks, true)) break;
         if (run.world != pass.world()) {
             run.world = pass.world();
@@ -311,6 +331,7 @@ HeadlessRun runHeadless(const HapticScene& scene, const Settings& settings, cons
             statistics.addTimes(run.last);
         }
         noteStrongest(run.strongest, run.last, run.settings, ++ticks);
+        progress(halves ? *pass.whole() * run.settings.rate : 0, static_cast<double>(ticks));
         if (recorder) recorder->add(pass.recordedTick(run.last), pass.state().obstaclesAtStart());
         if (options.onTick) options.onTick(run.last, penetration);
         if (options.onRecord) options.onRecord(pass.recordedTick(run.last));

@@ -35,6 +35,9 @@ struct HeadlessOptions {
     Say say = {};                             ///< receives what is said of the device before the run
     /// Changes the settings of a recording that is replayed.
     std::function<Settings(const Settings&)> adjust = {};
+    /// Called while the run lasts, at least ten times a second if ticks are short: how much of it is done, and the
+    /// whole if that is known, s of simulated time.
+    std::function<void(double done, const std::optional<double>& whole)> onProgress = {};
     /// Called after every tick of the run with its true penetration, mm.
     std::function<void(const TickRecord&, double penetration)> onTick = {};
     /// Likewise with what a recording holds of the tick.

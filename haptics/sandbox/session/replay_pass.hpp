@@ -43,15 +43,16 @@ class ReplayPass {
     StepState& state() { return *state_; }
     const StepState& state() const { return *state_; }
     const ReplayCheck& check() const { return check_; }
+    std::uint64_t rows() const { return recording_.rows(); }
 
   private:
     void enterScene(const std::filesystem::path& openedFile, const std::shared_ptr<const World>& opened);
     Settings adjusted(const Settings& settings) const { return adjust_ ? adjust_(settings) : settings; }
 
-    Recording recording_;
     const std::filesystem::path folder_;
-    std::function<Settings(const Settings&)> adjust_;
+    Recording recording_;
     RecordedScene scene_;
+    std::function<Settings(const Settings&)> adjust_;
     std::shared_ptr<const World> world_;
     std::unique_ptr<StepState> state_;
     std::vector<Pose> targets_;  // obstacle poses that the next tick receives

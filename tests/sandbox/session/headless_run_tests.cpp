@@ -185,4 +185,34 @@ TEST_CASE("headless run: a replayed motion is another device", "[sandbox]") {
     CHECK(report.checks.size() == 1);  // the outcome applies only to the demonstration
 }
 
+TEST_CASE("headless run: says how much of it is done, and the whole where it is known", "[sandbox]") {
+    const TempFolder folder;
+    struct {
+        std::string device;
+        std::optional<double> seconds, whole;
+    } const runs[]{{"demo", {}, 0.8},  {"demo", 0.3, 0.3},
+                   {"rest", 0.2, 0.2}, {"hand", 0.2, 0.2},
+                   {"hand", {}, 0.8},  {"replay:" + (folder.path() / "recording").string(), {}, 0.2}};
+    for (const auto& [device, seconds, whole] : runs)
+        for (const char* way : {"untimed", "timed", "paced"}) {
+            if (std::string(way) == "paced" && (device.starts_with("replay") || !seconds)) continue;
+            INFO(device << " " << way << " " << seconds.value_or(0));
+            sandbox::HeadlessOptions options;
+            options.device = device;
+            options.seconds = seconds;
+            options.timing = std::string(way) != "untimed";
+            options.paced = std::string(way) == "paced";
+            if (device == "hand" && seconds && !options.timing) options.record = folder.path() / "recording";
+            double last = 0;
+            bool grows = true;
+            options.onProgress = [&](double done, const std::optional<double>& all) {
+                grows &= done >= last && all == whole;
+                last = done;
+            };
+            const sandbox::Report report = sandbox::runHeadless(pressed(), pressed().settings, options).report;
+            CHECK(grows);
+            CHECK(last == Approx(static_cast<double>(report.ticks) / 1000));
+        }
+}
+
 }  // namespace touchstone::headless_run_tests
