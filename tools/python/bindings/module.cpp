@@ -14,6 +14,8 @@ void translate(std::exception_ptr thrown) {
         std::rethrow_exception(thrown);
     } catch (const py::builtin_exception&) {
         throw;
+    } catch (const touchstone::engine::SceneError&) {
+        throw;  // registered below
     } catch (const std::system_error& error) {
         PyErr_SetString(PyExc_OSError, error.what());
     } catch (const std::runtime_error& error) {
