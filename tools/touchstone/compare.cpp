@@ -342,6 +342,10 @@ int compare(const CompareCommand& command) {
         throw UsageError("--device needs a scene: a recording contains its own motion");
     if (!recorded && !command.scene.empty())
         throw UsageError("--scene is the scene of a recording: name a folder that `touchstone run --record` wrote");
+    if (sandbox::moverOf(command.device) == Mover::Person)
+        throw UsageError(
+            "nobody moves a device twice in the same way: record the motion with `touchstone run --record DIR` and "
+            "compare that");
     const fs::path file = recorded ? sceneOfRecording(command.motion, command.scene) : findScene(command.motion);
     const sandbox::HapticScene scene = sandbox::openScene(
         file, {.treeCache = sandbox::treeCacheFolder(), .progress = progressBar(), .allTrees = true});

@@ -13,8 +13,10 @@
 #include <vector>
 
 #include "haptics/device/emergency_stop.hpp"
+#include "haptics/device/mouse.hpp"
 #include "haptics/math/statistics.hpp"
 #include "haptics/qp/friction_table.hpp"
+#include "haptics/sandbox/session/device_choice.hpp"
 #include "haptics/sandbox/session/headless_run.hpp"
 #include "haptics/sandbox/session/session.hpp"
 #include "haptics/threads/rt_thread.hpp"
@@ -30,6 +32,7 @@ using Seconds = std::chrono::duration<double>;
 
 struct SoakOptions {
     std::string scene = "bunnies";
+    std::string device;  ///< empty: the demonstration, a simulated hand and the mouse in turn
     double seconds = 1800;
     double mostGrowth = 16;  ///< MB
     fs::path record;         ///< folder for recordings; empty: a temporary folder
@@ -83,6 +86,7 @@ class Soak {
 
     int run() {
         const fs::path scene = findScene(options_.scene);
+        checkDevice(scene);
         session_.open({.file = scene});
         const auto opening = Clock::now();
         while (!session_.running() && StopRequest::signal() == 0) {
@@ -94,8 +98,9 @@ class Soak {
             throw std::runtime_error(session_.log().messages().empty() ? "the scene did not start"
                                                                        : session_.log().messages().back().text);
         began_ = Clock::now();
-        for (int block = 0; seconds() < options_.seconds && StopRequest::signal() == 0; ++block)
-            runBlock(block % 2 == 1);
+        // A slow machine records one block as well.
+        const auto goesOn = [this] { return seconds() < options_.seconds || recordings_ == 0; };
+        for (int block = 0; goesOn() && StopRequest::signal() == 0; ++block) runBlock(block % 2 == 1);
         if (StopRequest::signal() != 0) return stopped();
         return report(scene);
     }
@@ -103,8 +108,19 @@ class Soak {
   private:
     sandbox::SessionOptions sessionOptions() {
         sandbox::SessionOptions options;
+        options.device = options_.device;
         options.onTick = [this](const TickRecord& record) { judge(record); };
         return options;
+    }
+
+    /// A window would fall back to the mouse, and say so.
+    void checkDevice(const fs::path& scene) const {
+        if (options_.device.empty()) return;
+        sandbox::SceneOptions options;
+        options.buildWorld = false;
+        const sandbox::HapticScene opened = sandbox::openScene(scene, options);
+        if (!opened.missing.empty()) throw std::runtime_error(scene.string() + ": " + opened.missing);
+        sandbox::startDevice(opened, options_.device, std::make_shared<MouseTarget>());
     }
 
     double seconds() const { return Seconds(Clock::now() - began_).count(); }
@@ -188,9 +204,10 @@ class Soak {
                 session_.restart();
                 break;
             case 2:
-                session_.chooseDevice(scene.demonstration && session_.device().choice != "hand" ? "hand"
-                                      : scene.demonstration                                     ? "demo"
-                                                                                                : "mouse");
+                session_.chooseDevice(!options_.device.empty()                                    ? options_.device
+                                      : scene.demonstration && session_.device().choice != "hand" ? "hand"
+                                      : scene.demonstration                                       ? "demo"
+                                                                                                  : "mouse");
                 break;
             default: {
                 const engine::Entity obstacle = scene.roles.obstacles.front();
@@ -317,6 +334,9 @@ void addSoak(CLI::App& program, Action& action) {
         program, "soak",
         "Run the loop for a long time, recording half of it, while scenes, devices and settings change", kSoakFooter);
     command->add_option("SCENE", options->scene, kSceneHelp)->capture_default_str();
+    command->add_option("--device", options->device,
+                        "the device that moves the tool, as of `touchstone run`; one with motors is never engaged "
+                        "(default: the demonstration, a simulated hand or the mouse, in turn)");
     command->add_option("--seconds", options->seconds, "duration")->check(within(4, 1e6, "s"))->capture_default_str();
     command->add_option("--most-growth", options->mostGrowth, "maximum growth of memory after the first quarter, MB")
         ->check(within(0, 1e6, "MB"))
