@@ -21,9 +21,13 @@ RowContacts::Place DefaultTick::placeOf(std::uint64_t id, bool restarted) const 
     const Vec3 p_O = state_.lists[k]->nearest(X_OT, toolLeafOf(id), obstacleLeafOf(id)).onTool;
     const Vec3 p_T = X_OT.inverse() * p_O;
     const Friction friction = state_.world->obstacles[k].frictionIn(settings_);
-    const Pose from = restarted ? state_.inObstacle(k, restart_) : state_.courses[k].X_OT;
-    return {state_.X_WO[k] * p_O - state_.graphic.p,
-            from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T)), friction.atRest, friction.sliding};
+    const auto movedFrom = [&](const Pose& from) {
+        return from == X_OT ? Vec3::Zero() : Vec3(state_.R_WO[k] * (p_O - from * p_T));
+    };
+    const Pose& start = state_.courses[k].X_OT;
+    const bool moves = state_.obstacleTravel > 0 && k == state_.lastMoved;
+    return {state_.X_WO[k] * p_O - state_.graphic.p, movedFrom(restarted ? state_.inObstacle(k, restart_) : start),
+            friction.atRest, friction.sliding, moves ? movedFrom(start) : Vec3::Zero()};
 }
 
 /// Adds the rows of features that carry force and that no step has crossed: friction can hold a tool that nothing

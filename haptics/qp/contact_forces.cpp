@@ -66,20 +66,32 @@ bool ContactForces::add(const QpProblem& problem, const RowContacts& rows, int r
     }
     c.coefficient = slides ? place.sliding : place.atRest;
     // What sticks stays even nearer than the distance that is kept: friction may be greater than what pushes it out.
-    // Gaps below zero by rounding would leave room for doubt whether it can stay.
-    if ((known && !slides) || c.gap > -kTouches) c.gap = std::max(0.0, c.gap);
+    // If the obstacle itself came nearer, the tool has to give way. Gaps below zero by rounding would leave room for
+    // doubt whether it can stay.
+    if ((known && !slides && place.pushed.isZero(0)) || c.gap > -kTouches) c.gap = std::max(0.0, c.gap);
     contacts_.push_back(c);
     startForces_.push_back(force);
     return true;
 }
 
+/// The gap to which a tool that is nearer than the distance that is kept may stay: 0, or what an obstacle that moves
+/// has taken of the gap in this tick.
+double ContactForces::leastGap(const RowContacts& rows, std::uint64_t id, const Vec6& row) const noexcept {
+    const Vec3 pushed = rows.placeOf(id).pushed;
+    return pushed.isZero(0) ? 0 : std::min(0.0, row.head<3>().dot(pushed) + row.dot(moved_));
+}
+
 /// Lets a tool that is nearer than the distance that is kept stay there. Friction may be greater than what pushes it
 /// out, and then there is no other answer. Returns whether there is such a contact.
-bool ContactForces::stayInside() noexcept {
+bool ContactForces::stayInside(const RowContacts& rows) noexcept {
     bool any = false;
     for (FrictionContact& c : contacts_) {
-        any = any || c.gap < 0;
-        c.gap = std::max(0.0, c.gap);
+        if (!(c.gap < 0)) continue;
+        Vec6 row;
+        row << c.n, c.r.cross(c.n);
+        const double least = leastGap(rows, c.id, row);
+        any = any || c.gap < least;
+        c.gap = std::max(least, c.gap);
     }
     return any;
 }
@@ -200,14 +212,16 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
     bool crosses = true, fits = true, inside = false;
     // A tool that stays inside does not cross the rows inside which it is.
     const auto crossing = [&](int row, double s) {
-        const double gap = problem.rows->gap()[row] + problem.rows->row(row).dot(moved_);
-        return inside ? s - std::min(0.0, gap) : s;
+        if (!inside) return s;
+        const Vec6 j = problem.rows->row(row);
+        const double gap = problem.rows->gap()[row] + j.dot(moved_);
+        return gap < 0 ? s - std::min(0.0, gap - leastGap(rows, problem.rows->id(row), j)) : s;
     };
     for (int round = 0; crosses && fits && round < kCrossedRounds; ++round) {
         solveOnce();
         const bool approximate = answer.status == FrictionStatus::Approximate;
         const auto fails = [&] { return answer.status != FrictionStatus::Exact && !approximate; };
-        if (fails() && stayInside()) {
+        if (fails() && stayInside(rows)) {
             inside = true;
             solveOnce();
         }
@@ -237,7 +251,7 @@ bool ContactForces::solveWith(FrictionSolver& solver, bool exact, const QpProble
         // An approximate answer has them already.
         if (!approximate && crossed > 1)
             fits = addExpected(problem, settings, rows, frictionless, answer, result) && fits;
-        if (inside) stayInside();
+        if (inside) stayInside(rows);
     }
     return !crosses && fits;
 }

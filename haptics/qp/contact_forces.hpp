@@ -15,6 +15,7 @@ class RowContacts {
         Vec3 r = Vec3::Zero();           ///< the contact point from C, mm; only its part along the normal is used
         Vec3 slipped = Vec3::Zero();     ///< FrictionContact::slipped
         double atRest = 0, sliding = 0;  ///< the coefficients of friction
+        Vec3 pushed = Vec3::Zero();      ///< motion against an obstacle that moves in this tick, since it began, mm
     };
     virtual Place placeOf(std::uint64_t id) const noexcept = 0;
 };
@@ -72,7 +73,8 @@ class ContactForces {
 
   private:
     bool add(const QpProblem& problem, const RowContacts& rows, int row, const Vec3& force) noexcept;
-    bool stayInside() noexcept;
+    double leastGap(const RowContacts& rows, std::uint64_t id, const Vec6& row) const noexcept;
+    bool stayInside(const RowContacts& rows) noexcept;
     bool restartSlip() noexcept;
     void restoreStartForces() noexcept;
     bool knows(std::uint64_t id) const noexcept;
