@@ -76,7 +76,7 @@ bool ContactList::complete(const Coverage& asked, double slack) {
             reach_ = std::max(reach_ / 2, kLeastReach);
         else if (wide.count < lookAhead_.crowded / 8)
             reach_ = std::min(2 * reach_, 1.0);
-        if (!found && !finder_->find(asked, wide)) return false;
+        if (!found && !finder_->find(asked, wide)) return suspended_ = passes_;
     }
     // Looking ahead pays while the tool keeps to its course and moves slowly enough that the next tick can use the set.
     // Where it is faster, the set of one tick serves all of its steps.

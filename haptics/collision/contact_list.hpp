@@ -81,8 +81,11 @@ class ContactList {
     /// Returns false if there are more entries than memory; the list is then complete for no coverage.
     bool complete(const Coverage& asked, double slack);
     bool isComplete(const Coverage& asked) const { return suspended_ || finder_->reserve(narrow_, asked) >= 0; }
-    /// A suspended list holds no pairs, so that the tool passes through the obstacle. Only lists of features can be.
-    void suspend(bool suspended) { suspended_ = suspended; }
+    /// Features that begin up to this deep in each other are led out, mm; deeper ones are passed through until they are
+    /// apart. 0: none begin so. passes: if a search fails meanwhile, the list is suspended and holds no pairs, so that
+    /// the tool, which is deeper inside, passes through the obstacle.
+    void beginInside(double depth, bool passes = false) { inside_ = depth, passes_ = passes, suspended_ = false; }
+    double inside() const { return inside_; }
     bool suspended() const { return suspended_; }
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
@@ -174,6 +177,8 @@ class ContactList {
     PairEntries narrow_;
     const PairEntries* offered_ = nullptr;
     double distance_ = 0;
+    double inside_ = 0;    ///< see beginInside()
+    bool passes_ = false;  ///< likewise
     bool suspended_ = false;
 
   private:

@@ -181,8 +181,10 @@ bool DefaultTick::run(Wrench& wrench) {
     if (state_.loaded) {
         const double dt = 1000 / settings_.rate;
         const Vec6 deviceStep = incrementBetween(state_.device, device_);
-        // Out of leaves that overlap the tool has to move although that costs energy.
-        rests_ = ofFeatures_ && !ofLeaves_ && state_.device == device_ && state_.obstacleTravel == 0;
+        // Out of what overlaps the tool has to move although that costs energy.
+        const bool inside = std::any_of(state_.lists.begin(), state_.lists.end(),
+                                        [](const ContactList* list) { return list->inside() > 0; });
+        rests_ = ofFeatures_ && !ofLeaves_ && !inside && state_.device == device_ && state_.obstacleTravel == 0;
         leap = deviceStep.head<3>().norm() > kLeap * linearizations_ * trust_;
         const double allowance = settings_.travelBudget * dt + state_.obstacleTravel;
         travelBudget_ = state_.lengthOf(deviceStep) + allowance;

@@ -26,6 +26,15 @@ Pose placeOf(const World& world, std::span<const Pose> X_WO, std::size_t obstacl
 /// Of q and -q, which are the same rotation, the one nearer to `like`.
 Quat withSignOf(const Quat& like, const Quat& q) { return q.dot(like) < 0 ? Quat(-q.coeffs()) : q; }
 
+/// Depth up to which parts count as touching at a start, mm: the distance that is kept, and the rounding of points and
+/// poses to the floats of a file, but no more than that distance again.
+double startDepth(const World& world, std::size_t obstacle, const Pose& X_WO, const Pose& X_WT, double kept) {
+    const auto sizeOf = [](const Surface& part) { return part.extent.center.norm() + part.extent.reach; };
+    const double largest =
+        sizeOf(*world.toolSurface) + sizeOf(*world.obstacles[obstacle].surface) + X_WT.p.norm() + X_WO.p.norm();
+    return kept + std::min(kept, 0x4p-24 * largest);
+}
+
 }  // namespace
 
 StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach()) {
@@ -105,7 +114,7 @@ void StepState::begin(const StepStart& start, std::span<const Pose> X_WO) noexce
         for (auto& list : *lists)
             if (list) list->forget();
     s.pushing = -1;
-    s.checked = false;
+    s.begun = false;
     for (auto* solvers : {&s.renderers, &s.shadows})
         for (auto& solver : *solvers) solver->reset();
     s.projector->reset();
@@ -129,21 +138,43 @@ void StepState::Impl::use(Geometry geometry, double contactDistance) {
     for (std::size_t k = 0; k < lists.size(); ++k) {
         const bool mesh = world->byMeshes(k, geometry);
         const bool changed = lists[k] && lists[k]->ofFeatures() != mesh;
-        checked = checked && lists[k] && !changed;
+        begun = begun && lists[k] && !changed;
         if (changed) forces.forget();  // its contacts are features of the other geometry
         lists[k] = (mesh ? featureLists : leafLists)[k].get();
         lists[k]->keepApart(mesh ? contactDistance : 0);
     }
 }
 
+bool StepState::Impl::areApart(int k) const {
+    const Surface &ours = *world->toolSurface, &other = *world->obstacles[k].surface;
+    const Pose X_OT = inObstacle(k, graphic);
+    return !overlap(ours, other, X_OT) && !nearestPoints(ours, other, X_OT, lists[k]->distance() / 2);
+}
+
+bool StepState::Impl::isDeeper(int k, double depth) const {
+    return overlapsDeeper(*world->toolSurface, *world->obstacles[k].surface, inObstacle(k, graphic), depth, false);
+}
+
+void StepState::Impl::noteStart() {
+    for (int k = 0; k < int(lists.size()) && !begun; ++k) {
+        if (!lists[k]->ofFeatures()) continue;
+        lists[k]->beginInside(0);
+        if (areApart(k)) continue;
+        const double depth = startDepth(*world, std::size_t(k), X_WO[k], nodePose(graphic), lists[k]->distance());
+        lists[k]->beginInside(depth, isDeeper(k, depth));
+    }
+    begun = true;
+}
+
 bool StepState::Impl::checkOverlaps() {
     bool any = false;
     for (int k = 0; k < int(lists.size()); ++k) {
-        if (!lists[k]->ofFeatures() || (checked && !lists[k]->suspended())) continue;
-        lists[k]->suspend(overlap(*world->toolSurface, *world->obstacles[k].surface, inObstacle(k, graphic)));
-        any |= lists[k]->suspended();
+        if (lists[k]->inside() == 0) continue;
+        if (isDeeper(k, lists[k]->inside()))
+            any = true;
+        else if (areApart(k))
+            lists[k]->beginInside(0);
     }
-    checked = true;
     return any;
 }
 
@@ -387,7 +418,7 @@ bool advancePushed(Tick& tick, const Pose& device, int k, const Pose& target, Wr
     s.forces.restartTick();
     const TickRecord tried = std::exchange(tick.record, {});
     tick.record.tick = tried.tick;
-    tick.record.flags = kObstacleHeld | (tried.flags & kOverlapping);
+    tick.record.flags = kObstacleHeld;
     tick.record.collisionUs = tried.collisionUs;  // the refused attempt took time, too
     tick.record.solveUs = tried.solveUs;
     tick.record.shadowUs = tried.shadowUs;
@@ -428,7 +459,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
         if (settings.pause) {
             record.flags |= kPaused;
         } else {
-            if (state.checkOverlaps()) record.flags |= kOverlapping;
+            state.noteStart();
             const int k = state.nextToMove(input.X_WO);
             state.obstacleTravel = 0;
             if (k >= 0) {
@@ -436,6 +467,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
                 state.given.X_WO = input.X_WO[k];
             }
             hold = !(k < 0 ? advance(tick, device, wrench) : advancePushed(tick, device, k, input.X_WO[k], wrench));
+            if (state.checkOverlaps()) record.flags |= kOverlapping;
         }
     }
     if (hold) wrench = {};
@@ -465,6 +497,17 @@ bool hasFriction(const World& world, const Settings& settings) {
     return settings.mode == Mode::Default &&
            std::any_of(world.obstacles.begin(), world.obstacles.end(),
                        [&](const Obstacle& obstacle) { return obstacle.frictionIn(settings).any(); });
+}
+
+bool startsInside(const World& world, const Pose& X_WT, std::span<const Pose> X_WO, const Settings& settings) {
+    for (std::size_t k = 0; k < world.obstacles.size(); ++k) {
+        if (!world.byMeshes(k, geometryOf(settings))) continue;
+        const Pose X = placeOf(world, X_WO, k);
+        if (overlapsDeeper(*world.toolSurface, *world.obstacles[k].surface, X.inverse() * X_WT,
+                           startDepth(world, k, X, X_WT, settings.contactDistance)))
+            return true;
+    }
+    return false;
 }
 
 double trueClearance(const World& world, const Pose& X_WT, double atMost, std::span<const Pose> X_WO,

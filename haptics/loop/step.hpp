@@ -35,7 +35,9 @@ enum TickFlag : std::uint32_t {
     kFrictionSoft = 1 << 14,  ///< friction was solved inside the cones, but contacts gave way by up to 0.3 µm
     kFrictionHeld = 1 << 15,  ///< no forces with friction were found: tool and force stay as the last tick left them
     kByProcessor = 1 << 16,   ///< the renderer's device was late or lost, so that the processor answered
-    kOverlapping = 1 << 13,  ///< meshes overlap, as at the start: the tool passes through that obstacle until it is out
+    /// Meshes overlap, as at the start, by more than the distance that is kept: the tool passes through what it is in
+    /// until it is out, and feels everything else.
+    kOverlapping = 1 << 13,
 };
 
 struct StepInput {
@@ -184,6 +186,10 @@ bool hasFriction(const World& world, const Settings& settings);
 /// or of an obstacle's target sets kBadInput, and nothing moves in that tick.
 TickRecord step(const World& world, const Settings& settings, const StepInput& input, StepState& state,
                 const StageClock& clock = {}, bool audit = false) noexcept;
+
+/// Whether ticks that begin at X_WT would have kOverlapping. Meshes that overlap by up to the distance that is kept and
+/// the rounding of a file only touch: the first tick leads the tool out. X_WO: as for trueClearance().
+bool startsInside(const World& world, const Pose& X_WT, std::span<const Pose> X_WO, const Settings& settings);
 
 /// The true smallest gap of tool and obstacles at X_WT, mm, negative if they overlap, but at most `atMost`. It is found
 /// by branch and bound over the trees and independently of the tick, so that reports and tests can judge the tick by

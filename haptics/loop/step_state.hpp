@@ -53,7 +53,7 @@ struct StepState::Impl {
     double obstacleTravel = 0;        ///< in this tick, mm
     int pushing = -1;                 ///< the obstacle that has moved in this tick, and not yet the tool; -1: none
     Pose X_OW_before;                 ///< where that obstacle was
-    bool checked = false;             ///< it is known which obstacles the tool overlaps, see checkOverlaps()
+    bool begun = false;               ///< it is known what the tool touches or overlaps at its start, see noteStart()
 
     // Working memory. Every buffer has one use.
     std::vector<std::unique_ptr<ContactList>> leafLists, featureLists;  ///< by obstacle; null: no spheres, no meshes
@@ -110,9 +110,12 @@ struct StepState::Impl {
     void place(int obstacle, const Pose& X);
     /// Selects the lists of a geometry.
     void use(Geometry geometry, double contactDistance);
-    /// Suspends the contact of meshes that overlap, which the crossings of a step cannot part, and resumes that of
-    /// meshes that no longer do. Returns whether any overlap.
+    /// Begins inside the meshes that the tool touches or overlaps, see ContactList::beginInside().
+    void noteStart();
+    /// Ends that for meshes that are apart. Returns whether any still overlap by more than counts as touching.
     bool checkOverlaps();
+    bool areApart(int obstacle) const;                ///< whether meshes are farther apart than a step may bring them
+    bool isDeeper(int obstacle, double depth) const;  ///< whether they overlap by more than the depth, mm
     /// The first obstacle with an invalid target pose; -1: none.
     int findInvalidTarget(std::span<const Pose> targets) const;
     /// The next obstacle, in turn, that has not reached its target; -1: none.

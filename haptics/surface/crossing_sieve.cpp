@@ -1,5 +1,6 @@
 #include "haptics/surface/crossing_sieve.hpp"
 
+#include <algorithm>
 #include <bit>
 
 namespace touchstone {
@@ -8,7 +9,7 @@ using namespace simd;
 using Eigen::Matrix3f;
 
 CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after,
-                             double turn, double least, float guard)
+                             double turn, double least, float guard, double inside)
     : tool_(tool),
       obstacle_(obstacle),
       R0_(before.R().cast<float>()),
@@ -20,27 +21,29 @@ CrossingSieve::CrossingSieve(const Surface& tool, const Surface& obstacle, const
                   0x3p-24f * std::max(t0_.norm(), t1_.norm())),
       edgeGuard_(0x2p-24f * float(std::max(tool.extent.reach, obstacle.extent.reach))),
       least_(float(least) + guard),
-      below_(1.0001f * float(least) + 1e-8f),
-      apart_(2.1001f * float(least) + 1e-8f),
-      turn_(float(turn) * 1.00001f + 1e-8f) {}
+      below_(1.0001f * float(std::max(least, inside)) + 1e-8f),
+      apart_(2.1001f * float(std::max(least, inside)) + 1e-8f),
+      behind_(guard + float(inside)),
+      rise_(guard + float(inside > 0 ? inside + least : 0)),
+      turn_(float(turn + (inside > 0 ? kLean : 0)) * 1.00001f + 1e-8f) {}
 
 /// Of vertices on these ways, each with a face: those which may cross it.
 TOUCHSTONE_INLINE Mask CrossingSieve::crosses(const Vec8& from, const Vec8& to, const FaceLanes& face) const {
     const Vec8 corners[3] = {face.a, face.b, face.c}, way = to - from;
     const Float8 before = dot(face.normal, from - face.a), change = dot(face.normal, way);
-    Int8 may = (before + change < least_) & (change <= guard_) & (before >= -guard_);
+    Int8 may = (before + change < least_) & (change <= rise_) & (before >= -behind_);
     if (!toMask(may)) return 0;
     Float8 enters = splat(0.0f), leaves = splat(1.0f);
     for (int k = 0; k < 3; ++k) {
         const Vec8 side = corners[(k + 1) % 3] - corners[k], inward = cross(face.normal, side);
-        const Float8 wide = guard_ * (abs(side.x) + abs(side.y) + abs(side.z));
+        const Float8 wide = behind_ * (abs(side.x) + abs(side.y) + abs(side.z));
         const Float8 first = dot(inward, from - corners[k]) + wide, last = first + dot(inward, way);
         may &= (first >= 0.0f) | (last >= 0.0f);
         const Float8 border = first / (first - last);
         enters = first < 0.0f ? max(enters, border) : enters;
         leaves = last < 0.0f ? min(leaves, border) : leaves;
     }
-    may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -guard_) & (before + leaves * change < least_);
+    may &= (enters <= leaves + 1e-5f) & (before + enters * change >= -behind_) & (before + leaves * change < least_);
     return toMask(may);
 }
 
@@ -83,7 +86,7 @@ Mask CrossingSieve::edges(const int* edges, const int* others) const {
     const EdgeLanes from = R0_ * ours, to = R1_ * ours;
     const Vec8 a0 = from.first + Vec8(t0_), a1 = from.second + Vec8(t0_), b0 = to.first + Vec8(t1_),
                b1 = to.second + Vec8(t1_);
-    const Float8 wide = splat(2 * least_);
+    const Float8 wide = splat(2 * least_ + behind_ - guard_);
     const auto meet = [&](const Float8& p, const Float8& q, const Float8& r, const Float8& s, const Float8& lo,
                           const Float8& hi) {
         return (min(min(p, q), min(r, s)) - wide <= max(lo, hi)) & (max(max(p, q), max(r, s)) + wide >= min(lo, hi));

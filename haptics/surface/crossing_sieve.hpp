@@ -7,14 +7,19 @@ namespace touchstone {
 /// The kinds of pairs: a vertex of the tool and a face of the obstacle, a face and a vertex, two edges.
 enum class PairKind : std::int32_t { VertexFace, FaceVertex, EdgeEdge };
 
+/// Angle by which features that begin inside a part may fail to stand on what they touch, rad: those that would keep a
+/// flush side from leaning may be the ones inside. With a larger one the tool is held by what is not the first in its
+/// way; with a smaller one it leans and passes through a side at less force.
+inline constexpr double kLean = 0.01;
+
 /// The tests of touchstone::crossing() in float, widened by its rounding, for the step of a tool between two poses
 /// along the straight ways of FeatureList: a pair that is left out has no crossing. Real time.
 class CrossingSieve {
   public:
     /// Poses X_OT: tool node in the obstacle's frame, mm. turn: angle between them, rad. least: of the crossing, mm.
-    /// guard: bound on the error of a point in float, mm.
+    /// guard: bound on the error of a point in float, mm. inside: of the crossing.
     CrossingSieve(const Surface& tool, const Surface& obstacle, const Pose& before, const Pose& after, double turn,
-                  double least, float guard);
+                  double least, float guard, double inside);
     /// Of eight pairs of a kind: those that the step may cross. ours, others: features of the tool and the obstacle.
     simd::Mask test(PairKind kind, const int* ours, const int* others) const;
 
@@ -32,7 +37,8 @@ class CrossingSieve {
     float pointGuard_;  ///< bound on the error of a point alone, without that of long edges and faces
     float edgeGuard_;   ///< bound on the error of the difference of two points of a part
     float least_, below_, apart_;
-    float turn_;  ///< of the step, rad
+    float behind_, rise_;  ///< how deep a vertex may begin behind a face or beside it, and how far it may rise
+    float turn_;           ///< of the step, rad
 };
 
 }  // namespace touchstone

@@ -58,26 +58,27 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
             {surface.faces[edge.faces[0]].normal.cross(along), along.cross(surface.faces[edge.faces[1]].normal)}};
 }
 
-std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least) {
+std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
+                                        double inside) {
     const double before = normal.dot(vertex.from - face[0]), after = normal.dot(vertex.to - face[0]);
-    if (after >= least || before < after) return std::nullopt;
+    if (after >= least || before < -inside || (before >= 0 && before < after)) return std::nullopt;
     double from = 0, to = 1;
     for (int k = 0; k < 3; ++k) {
         const Vec3 inward = normal.cross(face[(k + 1) % 3] - face[k]).normalized();
-        const double first = inward.dot(vertex.from - face[k]) + kOverlap,
-                     last = inward.dot(vertex.to - face[k]) + kOverlap;
+        const double first = inward.dot(vertex.from - face[k]) + kOverlap + inside,
+                     last = inward.dot(vertex.to - face[k]) + kOverlap + inside;
         if (first < 0 && last < 0) return std::nullopt;
         if (first < 0) from = std::max(from, first / (first - last));
         if (last < 0) to = std::min(to, first / (first - last));
     }
     const auto heightAt = [&](double t) { return before + t * (after - before); };
-    if (from > to || heightAt(from) < 0 || heightAt(to) >= least) return std::nullopt;
+    if (from > to || heightAt(from) < -inside || heightAt(to) >= least) return std::nullopt;
     const double time = before > after ? std::clamp((before - least) / (before - after), from, to) : from;
-    return FeatureCrossing{time, normal, vertex.at(time), after};
+    return FeatureCrossing{time, normal, vertex.at(time), after, before};
 }
 
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
-                                        const EdgePlace& resting, double turn, double least) {
+                                        const EdgePlace& resting, double turn, double least, double inside) {
     const Vec3 b = resting.ends[0], v = resting.ends[1] - b;
     const auto crossingAt = [&](double time) -> std::optional<FeatureCrossing> {
         const Vec3 a = ends[0].at(time), u = ends[1].at(time) - a, w = a - b, cross = u.cross(v);
@@ -85,32 +86,34 @@ std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const Ed
         if (det <= kParallel * kParallel * uu * vv) return std::nullopt;
         const double uv = u.dot(v), uw = u.dot(w), vw = v.dot(w);
         const double onMoving = (uv * vw - vv * uw) / det, onResting = (uu * vw - uv * uw) / det;
-        const auto inside = [](double at, double length2) {
-            const double share = kOverlap / std::sqrt(length2);
+        const auto within = [&](double at, double length2) {
+            const double share = (kOverlap + inside) / std::sqrt(length2);
             return at >= -share && at <= 1 + share;
         };
-        if (!inside(onMoving, uu) || !inside(onResting, vv)) return std::nullopt;
+        if (!within(onMoving, uu) || !within(onResting, vv)) return std::nullopt;
         Vec3 normal = cross / std::sqrt(det);
         if (normal.dot(resting.wings[0] + resting.wings[1]) > 0) normal = -normal;
         for (int k = 0; k < 2; ++k)
             if (normal.dot(resting.wings[k]) > turn + kFlat || normal.dot(moving.wings[k]) < -turn - kFlat)
                 return std::nullopt;
         // Lines that met beyond an end of an edge have passed each other there.
-        if (std::abs(normal.dot(w)) > 2 * least + kOverlap) return std::nullopt;
+        if (std::abs(normal.dot(w)) > 2 * std::max(least, inside) + kOverlap) return std::nullopt;
         // The points that meet are followed, not the nearest points afterwards.
         const Vec3 point = b + onResting * v;
         const Way met{ends[0].from + onMoving * (ends[1].from - ends[0].from),
                       ends[0].to + onMoving * (ends[1].to - ends[0].to)};
         const double after = normal.dot(met.to - point);
         const double before = normal.dot(met.from - point);
-        if (before < 0 || after >= least || before < after) return std::nullopt;
-        return FeatureCrossing{time, normal, point, after};
+        if (after >= least || before < -inside || (before >= 0 && before < after)) return std::nullopt;
+        return FeatureCrossing{time, normal, point, after, before};
     };
     // The volume between the edges is a quadratic function of time; it vanishes where the lines meet. The pair that is
     // first too near need not be the one that is first to meet, so both times are tried.
     const Vec3 u0 = ends[1].from - ends[0].from, u1 = ends[1].to - ends[0].to - u0;
     const Vec3 w0 = ends[0].from - b, w1 = ends[0].to - ends[0].from;
     const Vec3 c0 = u0.cross(v), c1 = u1.cross(v);
+    if (inside > 0)  // edges that begin behind each other may meet at no time
+        if (const auto found = crossingAt(0); found && found->before < 0) return found;
     const Times times(c0.dot(w0), c0.dot(w1) + c1.dot(w0), c1.dot(w1), least * (c0 + 0.5 * c1).norm());
     for (int k = 0; k < times.count; ++k)
         if (const auto found = crossingAt(times.at[k])) return found;

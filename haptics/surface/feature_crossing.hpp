@@ -23,23 +23,27 @@ EdgePlace placeOf(const SurfaceFeatures& surface, const SurfaceFeatures::Edge& e
 
 /// A pair of features that a step brings nearer than allowed. Lengths in mm, in the frame of the resting feature.
 struct FeatureCrossing {
-    double time;   ///< fraction of the step at which they are too near, in [0, 1]
-    Vec3 normal;   ///< of unit length, from the resting feature to the moving one at that time
-    Vec3 point;    ///< where they meet
-    double after;  ///< signed distance along the normal at the end of the step
+    double time;        ///< fraction of the step at which they are too near, in [0, 1]
+    Vec3 normal;        ///< of unit length, from the resting feature to the moving one at that time
+    Vec3 point;         ///< where they meet
+    double after;       ///< signed distance along the normal at the end of the step
+    double before = 0;  ///< ... and at its start
 };
 
 /// The crossing of a vertex on its way and a resting face with this outward normal: over the part of the way on which
 /// the vertex is above or below the face, its distance from the plane begins at zero or more and falls below `least`.
-std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least);
+/// inside: a vertex that begins up to as deep behind the face, or as far beside it, crosses it unless it ends at
+/// `least` or more.
+std::optional<FeatureCrossing> crossing(const Way& vertex, const Triangle& face, const Vec3& normal, double least,
+                                        double inside = 0);
 
 /// The crossing of two convex edges, of which the first one moves: ends[k] is the way of the end k, and `moving` its
 /// place at the start. During the step the distance of the two lines falls below `least` from zero or more, at points
 /// inside both edges, along a normal that has the faces of both edges behind it. `turn`: angle of the step, rad, by
 /// which these may fail to be behind it, since a pair that is first at one time of the step is not at another; 0.1 and
-/// more finds pairs that cannot touch.
+/// more finds pairs that cannot touch. inside: as for a vertex.
 std::optional<FeatureCrossing> crossing(const std::array<Way, 2>& ends, const EdgePlace& moving,
-                                        const EdgePlace& resting, double turn, double least);
+                                        const EdgePlace& resting, double turn, double least, double inside = 0);
 
 /// Whether the lines of two edges, of which the first one moves, stay farther apart than crossing() allows. A quick
 /// test that leaves out most pairs.

@@ -20,6 +20,9 @@ constexpr double kNear = 0.95;
 /// Features face each other if at least this share of their distance is along their normal. A vertex that has slid over
 /// the border of its face is beside it; with a smaller share it counts as above it for longer.
 constexpr double kFacing = 0.999;
+/// Features that begin nearer than is allowed must not come nearer than this in a step, mm: rounding. With a larger one
+/// they come nearer step by step; with a smaller one they hold a tool that slides.
+constexpr double kNearer = 1e-6;
 /// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
 /// the tail.
 constexpr LookAhead kLookAhead{
@@ -97,7 +100,7 @@ FeatureList::FeatureList(const Surface& tool, const Surface& obstacle, int obsta
 }
 
 Coverage FeatureList::crossing(const Course& step, double) const {
-    return {step, extent().reach * step.turn.squaredNorm() / 2 + distance_ + 1e-6};
+    return {step, extent().reach * step.turn.squaredNorm() / 2 + distance_ + 2 * inside_ + 1e-6};
 }
 
 bool FeatureList::appendRows(const Pose&, const Mat3&, double, RowSet&, int) const { return true; }
@@ -112,20 +115,21 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
         case PairKind::VertexFace: {
             const SurfaceFeatures::Face& face = obstacle.faces[entry.obstacle];
             const Way way = step.way(tool.points[tool.vertices[feature].point]);
-            const auto found = touchstone::crossing(way, obstacle.triangle(entry.obstacle), face.normal, least);
+            const auto found =
+                touchstone::crossing(way, obstacle.triangle(entry.obstacle), face.normal, least, inside_);
             if (!found) return found;
             const Vec3 n = step.R0.transpose() * (step.turned(found->time).conjugate() * face.normal);
-            return stands(*tool_, feature, n, step.off()) ? found : std::nullopt;
+            return stands(*tool_, feature, n, step.off() + lean()) ? found : std::nullopt;
         }
         case PairKind::FaceVertex: {
             const SurfaceFeatures::Face& face = tool.faces[feature];
             const Vec3& p = obstacle.points[obstacle.vertices[entry.obstacle].point];
             const Way way = step.wayInTool(p);
-            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least);
+            auto found = touchstone::crossing(way, tool.triangle(feature), face.normal, least, inside_);
             if (!found) return found;
             found->normal = -(step.turned(found->time) * (step.R0 * found->normal));
             found->point = p;
-            return stands(*obstacle_, entry.obstacle, -found->normal, step.off()) ? found : std::nullopt;
+            return stands(*obstacle_, entry.obstacle, -found->normal, step.off() + lean()) ? found : std::nullopt;
         }
         default: {
             const SurfaceFeatures::Edge &edge = tool.edges[feature], &other = obstacle.edges[entry.obstacle];
@@ -136,15 +140,21 @@ std::optional<FeatureCrossing> FeatureList::crossingOf(const PairEntry& entry, c
                     std::min(std::min(ends[0].from[k], ends[0].to[k]), std::min(ends[1].from[k], ends[1].to[k]));
                 const double hi =
                     std::max(std::max(ends[0].from[k], ends[0].to[k]), std::max(ends[1].from[k], ends[1].to[k]));
-                if (lo > std::max(b0[k], b1[k]) + step.distance || hi < std::min(b0[k], b1[k]) - step.distance)
-                    return std::nullopt;
+                const double wide = step.distance + inside_;
+                if (lo > std::max(b0[k], b1[k]) + wide || hi < std::min(b0[k], b1[k]) - wide) return std::nullopt;
             }
-            if (linesStayApart(ends, {b0, b1}, least)) return std::nullopt;
+            if (linesStayApart(ends, {b0, b1}, std::max(least, inside_))) return std::nullopt;
             EdgePlace moving = placeOf(tool, edge);
             for (Vec3& wing : moving.wings) wing = step.R0 * wing;
-            return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle, least);
+            return touchstone::crossing(ends, moving, placeOf(obstacle, other), step.angle + lean(), least, inside_);
         }
     }
+}
+
+/// Whether a step brings a pair too near, or nearer if it begins so.
+bool FeatureList::deepens(const PairEntry& entry, const Step& step) const {
+    const auto met = crossingOf(entry, step);
+    return met && !(inside_ > 0 && met->before < step.least && met->after > met->before - kNearer);
 }
 
 /// Whether there is room for what the trial step crosses; notes the pair if it is crossed.
@@ -164,8 +174,9 @@ Crossed FeatureList::appendCrossed(const Pose& X_OT, const Pose& before, const M
     found_.clear();
     bool fits = true;
     const Course course(before, trial.C.to - trial.C.from, trial.step.turn);
-    pairs().forEachCrossing(narrow_, crossing(course, 0), before, trial.after, trial.step.least,
-                            [&](const PairEntry& entry) { return fits = test(entry, trial); });
+    pairs().forEachCrossing(
+        narrow_, crossing(course, 0), before, trial.after, trial.step.least,
+        [&](const PairEntry& entry) { return fits = test(entry, trial); }, inside_);
     return fits ? appendFound(R_WO, by, trial.step.least, rows, crossed) : Crossed::Overflow;
 }
 
@@ -217,6 +228,8 @@ Crossed FeatureList::appendFound(const Mat3& R_WO, const Crossing& by, double le
     return fits ? result : Crossed::Overflow;
 }
 
+double FeatureList::lean() const { return inside_ > 0 ? kLean : 0; }
+
 FeaturePairFinder& FeatureList::pairs() const { return static_cast<FeaturePairFinder&>(*finder_); }
 
 bool FeatureList::anyWithin(const Pose& X_OT, double margin) const {
@@ -235,19 +248,20 @@ ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& afte
     const Step step(before, after, distance_);
     const Vec3& center = extent().center;
     const Course course(before, after * center - before * center, step.turn);
-    pairs().forEachCrossing(narrow_, crossing(course, 0), before, after, kTooNear * distance_,
-                            [&](const PairEntry& entry) {
-                                if (!crossingOf(entry, step)) return true;
-                                overlap.toolLeaf = entry.tool;
-                                overlap.obstacleLeaf = entry.obstacle;
-                                return false;
-                            });
+    pairs().forEachCrossing(
+        narrow_, crossing(course, 0), before, after, kTooNear * distance_,
+        [&](const PairEntry& entry) {
+            if (!deepens(entry, step)) return true;
+            overlap.toolLeaf = entry.tool;
+            overlap.obstacleLeaf = entry.obstacle;
+            return false;
+        },
+        inside_);
     return overlap;
 }
 
 bool FeatureList::isDeeper(const Pose& before, const Pose& after, const Overlap& pair, double) const {
-    return before == after ? false
-                           : crossingOf({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_)).has_value();
+    return before != after && deepens({pair.toolLeaf, pair.obstacleLeaf}, Step(before, after, distance_));
 }
 
 /// The normal of a face is its own, since a vertex at its rim may be nearest to the rim.

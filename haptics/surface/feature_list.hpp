@@ -40,8 +40,10 @@ class FeatureList final : public ContactList {
     struct Trial;
 
     FeaturePairFinder& pairs() const;
+    double lean() const;
     std::optional<FeatureCrossing> crossingOf(const PairEntry& entry, const Step& step) const;
     bool test(const PairEntry& entry, const Trial& trial);
+    bool deepens(const PairEntry& entry, const Step& step) const;
     Crossed appendFound(const Mat3& R_WO, const Crossing& by, double least, RowSet& rows, RowSet& crossed);
 
     const Surface* tool_;

@@ -377,9 +377,10 @@ void FeaturePairFinder::select(const PairEntries& from, const Coverage& asked, P
 }
 
 void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before,
-                                    const Pose& after, double least, ErasedCrossing visit, void* context) const {
+                                    const Pose& after, double least, double inside, ErasedCrossing visit,
+                                    void* context) const {
     const CrossingSieve sieve(*tool_, *obstacle_, before, after, asked.course.turn.norm(), least,
-                              std::max(guard(before), guard(after)));
+                              std::max(guard(before), guard(after)), inside);
     const auto placeAt = [&](const Pose& X_OT) {
         return Ends::Place{X_OT.R().cast<float>(), (X_OT * extent_.center - obstacle_->extent.center).cast<float>()};
     };
@@ -393,8 +394,8 @@ void FeaturePairFinder::crossErased(const PairEntries& entries, const Coverage& 
     });
     bool goOn = true;
     // A vertex crosses a face where it is nearer than that; the lines of edges may be farther apart where they cross.
-    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0}, float(least) + 1e-6f,
-                [&](int first, Mask mask, const Float8&) {
+    forEachNear(entries, asked, {{from, to}, {Ends::inverse(from), Ends::inverse(to)}, 0},
+                float(least + 2 * inside) + 1e-6f, [&](int first, Mask mask, const Float8&) {
                     const auto [tools, others] = columnsOf(&entries.at[std::size_t(first)]);
                     while (goOn && mask) {
                         const PairKind kind = kindOf(tools[std::countr_zero(mask)]);

@@ -32,12 +32,12 @@ class FeaturePairFinder final : public PairFinder {
     NearestPoints nearest(const Pose& X_OT, const PairEntry& pair) const;  ///< of a pair, in double
     /// Of the entries of a coverage: calls visit(PairEntry) for all that the step of the tool between two poses may
     /// cross (CrossingSieve), until it returns false. Pre: the entries are complete for the coverage, whose course is
-    /// the step.
+    /// the step. inside: of the crossing.
     template <class Visit>
     void forEachCrossing(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
-                         double least, Visit&& visit) const {
+                         double least, Visit&& visit, double inside = 0) const {
         crossErased(
-            entries, asked, before, after, least,
+            entries, asked, before, after, least, inside,
             [](void* v, const PairEntry& e) { return (*static_cast<std::remove_reference_t<Visit>*>(v))(e); }, &visit);
     }
     /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
@@ -82,7 +82,7 @@ class FeaturePairFinder final : public PairFinder {
     }
     void walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context);
     void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
-                     double least, ErasedCrossing visit, void* context) const;
+                     double least, double inside, ErasedCrossing visit, void* context) const;
     template <class Visit>
     void forEachNear(const PairEntries& entries, const Coverage& asked, const Ends& ends, float apartFromFaces,
                      Visit&& visit) const;

@@ -158,10 +158,11 @@ struct DepthSearch {
     const Surface &inner, &outer;
     const Pose& X;  ///< of the inner part in the outer one's frame
     double deepest;
-    bool middles;  ///< points inside faces, instead of vertices and edges
+    bool middles;              ///< points inside faces, instead of vertices and edges
+    double enough = HUGE_VAL;  ///< nothing deeper is looked for
 
     /// Whether it is worth to look below a node or in a face whose points are at most this deep.
-    bool open(double bound) const { return bound > (middles ? kDeeper : 1) * deepest; }
+    bool open(double bound) const { return deepest <= enough && bound > (middles ? kDeeper : 1) * deepest; }
     double run() {
         descend(inner.tree.height(), 0);
         return deepest;
@@ -255,15 +256,28 @@ bool isInside(const Surface& surface, const Vec3& point) {
     return votes > 0;
 }
 
-double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT, bool insideFaces) {
-    double deepest = 0;
+namespace {
+
+/// The depth if it is greater than `deepest`, or one that is greater than `enough`.
+double searchDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT, bool insideFaces, double deepest,
+                   double enough) {
     for (const bool middles : {false, true}) {  // few faces can have points deeper than the deepest vertex
         if (middles && !insideFaces) break;
         for (const auto& [inner, outer, X] :
              {std::tuple(&tool, &obstacle, X_OT), std::tuple(&obstacle, &tool, X_OT.inverse())})
-            if (!inner->tree.empty()) deepest = DepthSearch{*inner, *outer, X, deepest, middles}.run();
+            if (!inner->tree.empty()) deepest = DepthSearch{*inner, *outer, X, deepest, middles, enough}.run();
     }
     return deepest;
+}
+
+}  // namespace
+
+double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT, bool insideFaces) {
+    return searchDepth(tool, obstacle, X_OT, insideFaces, 0, HUGE_VAL);
+}
+
+bool overlapsDeeper(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double depth, bool insideFaces) {
+    return overlap(tool, obstacle, X_OT) && searchDepth(tool, obstacle, X_OT, insideFaces, depth, depth) > depth;
 }
 
 bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT) {

@@ -18,6 +18,10 @@ bool overlap(const Surface& tool, const Surface& obstacle, const Pose& X_OT);
 /// that overlap by 7 mm; inside faces much longer where large areas are flush.
 double overlapDepth(const Surface& tool, const Surface& obstacle, const Pose& X_OT, bool insideFaces = true);
 
+/// Whether the parts overlap by more than `depth` mm, measured as by overlapDepth().
+bool overlapsDeeper(const Surface& tool, const Surface& obstacle, const Pose& X_OT, double depth,
+                    bool insideFaces = true);
+
 /// Where a segment pierces a triangle; rounding decides at its border.
 std::optional<Vec3> piercing(const Vec3& a, const Vec3& b, const Triangle& triangle);
 

@@ -61,7 +61,9 @@ void printReport(const sandbox::Report& report) {
                     static_cast<unsigned long long>(report.badInput));
     if (report.overlapping)
         std::printf(
-            "  %llu ticks in which the tool passed through an obstacle: it began inside, and feels it once it is out\n",
+            "  %llu ticks in which tool and obstacle overlap, as at the start: the tool passes through what it began "
+            "inside, "
+            "and feels it once it is out\n",
             static_cast<unsigned long long>(report.overlapping));
     for (const auto& sentences : {report.bySpheres, report.repairs})
         for (const std::string& sentence : sentences) std::printf("  %s\n", sentence.c_str());

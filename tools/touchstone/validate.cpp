@@ -14,6 +14,12 @@ namespace {
 
 constexpr double kOverlap = 0.001;  // mm: parts that only touch, or are rounded, overlap by less
 
+/// With the unit in which it can be read: "12 nm", "3.4 µm", "0.512 mm".
+std::string lengthText(double mm) {
+    if (mm < 0.9995e-3) return engine::formatted("%.0f nm", mm * 1e6);
+    return mm < 0.0995 ? engine::formatted("%.1f µm", mm * 1e3) : engine::formatted("%.3f mm", mm);
+}
+
 /// What may keep the scene from doing what it is made for. Repairs, defaults and a missing demonstration are not among
 /// them.
 std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
@@ -24,14 +30,19 @@ std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
     const auto depthAt = [&](const Pose& X_WT) {
         return PenetrationMeter(*scene.world).depth(X_WT, {}, geometryOf(scene.settings));
     };
-    if (const double depth = depthAt(scene.world->X_WT_start); depth > 0)
-        warnings.push_back(
-            engine::formatted("tool and obstacles overlap by %.3f mm at the start: move them apart", depth));
+    const Pose& start = scene.world->X_WT_start;
+    const double atStart = depthAt(start);
+    bool bySpheres = false;
+    for (std::size_t k = 0; k < scene.world->obstacles.size(); ++k)
+        bySpheres = bySpheres || !scene.world->byMeshes(k, geometryOf(scene.settings));
+    // Meshes that only touch are led apart by the first tick.
+    if (atStart > 0 && (bySpheres || startsInside(*scene.world, start, {}, scene.settings)))
+        warnings.push_back("tool and obstacles overlap by " + lengthText(atStart) + " at the start: move them apart");
     const auto& goal = scene.roles.goal;
     if (const double depth = goal ? depthAt(goal->X_WT) : 0; depth > kOverlap)
         warnings.push_back(engine::formatted(
-            "tool and obstacles overlap by %.3f mm at the goal, whose tolerance is %.3f mm: touchstone fit says where",
-            depth, goal->tolerance));
+            "tool and obstacles overlap by %s at the goal, whose tolerance is %.3f mm: touchstone fit says where",
+            lengthText(depth).c_str(), goal->tolerance));
     return warnings;
 }
 

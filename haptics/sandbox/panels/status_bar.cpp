@@ -103,17 +103,17 @@ HealthItem tickItem(const LoopSnapshot& s) {
     if (r.flags & kOverlapping) value += ", parts overlap";
     if (r.flags & kByProcessor) value += ", solved by the processor";
     if (r.sticking + r.sliding > 0) value += engine::formatted(", %d stick, %d slide", r.sticking, r.sliding);
-    return {
-        .name = "Tick",
-        .value = value,
-        .help =
-            engine::formatted("Solver status and warnings of the newest tick. Force %.2f N, torque %.0f mN·m about C.",
-                              r.wrench_C.force.norm(), r.wrench_C.torque.norm()) +
-            (r.flags & kOverlapping ? " The tool began inside an obstacle: it passes through that obstacle without "
-                                      "force until it is out, and touches it from then on."
-                                    : ""),
-        .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput | kObstacleHeld |
-                                 kOverlapping | kByProcessor)) != 0};
+    return {.name = "Tick",
+            .value = value,
+            .help = engine::formatted(
+                        "Solver status and warnings of the newest tick. Force %.2f N, torque %.0f mN·m about C.",
+                        r.wrench_C.force.norm(), r.wrench_C.torque.norm()) +
+                    (r.flags & kOverlapping
+                         ? " The tool began inside an obstacle: it passes through the faces that it is behind "
+                           "until it is out, and feels all others."
+                         : ""),
+            .attention = (r.flags & (kInfeasible | kNonFinite | kRowsTruncated | kListOverflow | kBadInput |
+                                     kObstacleHeld | kOverlapping | kByProcessor)) != 0};
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ ITERATION_LIMIT: a work limit ended a solve. NON_FINITE, LIST_OVERFLOW, BAD_INPU
 is not finite, for want of memory, for an invalid pose. ROWS_TRUNCATED: more pairs than rows. CAPPED, HALVED: a move was
 shortened. UNFINISHED: the next tick goes on. PROJECTED: an approximate answer was projected onto the rows. PAUSED: by the
 setting `pause`. OBSTACLE_HELD: an obstacle waits for the tool. OVERLAPPING: meshes overlap, as at the start, and the tool
-passes through that obstacle without force until it is out. FRICTION_SOFT: contacts gave way by up to 0.3 µm.
+passes through what it is in until it is out. FRICTION_SOFT: contacts gave way by up to 0.3 µm.
 FRICTION_HELD: no forces with friction were found, tool and force stay. BY_PROCESSOR: the solver's card was late or lost.)");
     add(module, "IntEnum", "Status", status,
         "How a solver ended: values of a tick's columns `status` and `shadow_status`.");

@@ -35,16 +35,7 @@ class Copy {
     }
 
     /// Whether the tick would find an overlap with the tool at X_WT: see kOverlapping.
-    bool overlaps(const Pose& X_WT) const {
-        const std::span<const Pose> X_WO = state_->obstacles();
-        for (std::size_t k = 0; k < X_WO.size(); ++k) {
-            const Pose X_OT = X_WO[k].inverse() * X_WT;
-            if (world_->byMeshes(k, geometryOf(settings_)) &&
-                overlap(*world_->toolSurface, *world_->obstacles[k].surface, X_OT))
-                return true;
-        }
-        return false;
-    }
+    bool overlaps(const Pose& X_WT) const { return startsInside(*world_, X_WT, state_->obstacles(), settings_); }
 
     std::atomic<bool>& taken() { return *taken_; }
     const World& world() const { return *world_; }
@@ -253,10 +244,9 @@ void bindWorlds(py::module_& module) {
             },
             py::arg("pose") = py::none(),
             "Tool and device at rest at this pose (7,), by default the scene's start; obstacles at their start. "
-            "Returns "
-            "True if the tool overlaps an obstacle there: it passes through that one without force until it is out, "
-            "and "
-            "its ticks have Flag.OVERLAPPING.")
+            "Returns True if the tool overlaps an obstacle there by more than the distance that is kept: it passes "
+            "through "
+            "what it is in until it is out, feels all else, and its ticks have Flag.OVERLAPPING.")
         .def_property(
             "settings", [](const Copy& copy) { return copy.settings(); }, &Copy::set,
             "A copy of the settings; assign to change them.")
