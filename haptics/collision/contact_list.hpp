@@ -160,9 +160,21 @@ class ContactList {
 
     /// Whether the parts have the features of a pair with this identity.
     virtual bool hasFeatures(std::uint64_t /*pair*/) const { return false; }
-    /// Whether two features face each other at X_OT at up to `most` times the distance that is kept. Never true of
-    /// leaves.
-    virtual bool touch(const Pose& /*X_OT*/, std::uint64_t /*pair*/, double /*most*/) const { return false; }
+    /// How two features stand on each other at X_OT if the face goes on as its plane, or both edges as their lines, as
+    /// in their row. In the obstacle's frame, mm.
+    struct Stand {
+        Vec3 foot = Vec3::Zero();    ///< where they are nearest, on the tool
+        Vec3 normal = Vec3::Zero();  ///< of unit length, from the obstacle to the tool
+        double height = 0;           ///< distance along the normal
+        double beside = 0;  ///< by which foot or normal leaves the features: more than a little stands on nothing
+    };
+    /// Leaves stand nowhere beside themselves.
+    virtual Stand stand(const Pose& /*X_OT*/, std::uint64_t /*pair*/) const { return {}; }
+    /// Whether a listed pair stands on its features, up to `within` mm, with the foot and normal of `like`: a pair that
+    /// shares a feature with `pair`, of this obstacle or another.
+    virtual bool hasTwin(const Pose& /*X_OT*/, std::uint64_t /*pair*/, const Stand& /*like*/, double /*within*/) const {
+        return false;
+    }
     /// Whether the rows are those of features, which a step crosses or does not; no row stands for a pair that is near.
     virtual bool ofFeatures() const { return false; }
 

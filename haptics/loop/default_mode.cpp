@@ -195,7 +195,7 @@ bool DefaultTick::run(Wrench& wrench) {
     const int limit = !state_.loaded        ? kFreeSteps
                       : leap && ofFeatures_ ? std::min(linearizations_, kBlockedLeapSteps)
                                             : linearizations_;
-    bool arrived = false, stuck = false, shortened = false;
+    bool arrived = false, stuck = false, shortened = false, beside = false;
     for (; !arrived && !stuck && !isSpent() && linearization_ < (shortened && leap ? kLeapSteps : limit);
          ++linearization_) {
         const Vec6 wanted = incrementBetween(state_.graphic, device_);
@@ -221,8 +221,13 @@ bool DefaultTick::run(Wrench& wrench) {
                   (step.length < kForetold && !step.elastic && isCarriedBy(carriers) &&
                    step.length - moved + step.length * (step.length / last) < kArrived) ||
                   incrementBetween(state_.graphic, device_).isZero(0);
+        // A step over the border of what carries the tool leaves it beside that, and the next one leads on from there.
+        // After a step too short for that, none would.
+        beside = arrived && step.beside;
+        arrived = arrived && !beside;
+        const double least = beside ? kArrived / 10 : kArrived;
         // The next step could not be longer.
-        stuck = std::min({moved, travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY}) < kArrived;
+        stuck = moved < least || std::min(travelBudget_, ofFeatures_ ? shiftBudget_ : INFINITY) < kArrived;
         shortened = moved + kArrived < step.length;
     }
     if (held_) {
@@ -238,7 +243,7 @@ bool DefaultTick::run(Wrench& wrench) {
     // Linearizations that lead to and fro must not shake a device at rest.
     if (rests_ && energyAt(start) <= energyAt(state_.graphic) + tick_.stiffness()[0] * kArrived * kArrived / 2) {
         state_.graphic = start;
-        arrived = true;
+        arrived = !beside;
     }
     if (!arrived) tick_.record.flags |= kUnfinished;
     tick_.record.linearisations = linearization_;

@@ -16,6 +16,10 @@ constexpr double kTriedFirst = 1.02, kTriedFirstAtRest = 1.25;
 /// farther apart than this multiple of the distance that is kept. With a larger multiple the tool hovers beside what it
 /// has left; with a smaller one it goes to and fro in shallow valleys for longer.
 constexpr double kLeft = 5;
+/// A row stands on its features if their nearest points lie outside them by at most this, mm: what a hand on springs of
+/// 1 N/mm feels as 0.1 mN. With a larger value a row holds the tool beside what it has left; with a smaller one more
+/// rows are dropped, and crossed again.
+constexpr double kBeside = 1e-4;
 
 }  // namespace
 
@@ -67,8 +71,9 @@ bool DefaultTick::keepTouching() {
     const TouchingPairs touching = std::exchange(state_.touching, {});
     for (const std::uint64_t id : touching.span()) {
         const int k = obstacleOf(id);
-        if (state_.lists[k]->touch(state_.before(k, state_.graphic), id, rests_ ? kTriedFirstAtRest : kTriedFirst))
-            state_.touching.push(id);
+        const ContactList::Stand stand = state_.lists[k]->stand(state_.before(k, state_.graphic), id);
+        const double most = (rests_ ? kTriedFirstAtRest : kTriedFirst) * state_.lists[k]->distance();
+        if (stand.height <= most && stand.beside <= kBeside) state_.touching.push(id);
     }
     return state_.touching.count > 0;
 }
@@ -100,6 +105,39 @@ void DefaultTick::noteTouching() {
 bool DefaultTick::isCarriedBy(const TouchingPairs& pairs) const {
     const auto were = pairs.span(), are = state_.touching.span();
     return !ofLeaves_ && !are.empty() && std::is_permutation(were.begin(), were.end(), are.begin(), are.end());
+}
+
+/// Of the rows that carry force: the one that stands farthest beside its features at this pose and was not dropped
+/// before. any: whether one of all stands beside them.
+std::uint64_t DefaultTick::carrierBeside(const Pose& at, bool& any) const {
+    any = false;
+    std::uint64_t worst = kNoCarrier;
+    if (!ofFeatures_ || (!rubs_ && !solverTable()[settings_.solver].exact)) return worst;
+    double most = kBeside;
+    for (const StepState::Impl::Contact& contact : state_.contacts) {
+        const int k = obstacleOf(contact.id);
+        const ContactList::Stand stand = state_.lists[k]->stand(state_.inObstacle(k, at), contact.id);
+        if (stand.beside <= kBeside || hasTwin(at, contact.id, stand)) continue;
+        any = true;
+        if (stand.beside <= most || dropped_.has(contact.id)) continue;
+        worst = contact.id;
+        most = stand.beside;
+    }
+    return worst;
+}
+
+/// Whether another pair of features, of any obstacle, has the same foot and the same normal.
+bool DefaultTick::hasTwin(const Pose& at, std::uint64_t id, const ContactList::Stand& stand) const {
+    const int own = obstacleOf(id);
+    for (int k = 0; k < int(state_.lists.size()); ++k) {
+        ContactList::Stand like = stand;
+        if (k != own) {
+            like.foot = state_.X_OW[k] * (state_.X_WO[own] * stand.foot);
+            like.normal = state_.X_OW[k].q * (state_.X_WO[own].q * stand.normal);
+        }
+        if (state_.lists[k]->hasTwin(state_.inObstacle(k, at), id, like, kBeside)) return true;
+    }
+    return false;
 }
 
 /// Whether x takes back more than half of the last move.

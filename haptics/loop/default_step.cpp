@@ -45,6 +45,9 @@ constexpr int kTrials = 64;
 /// more); then the first solve has the nearest pair of each tool leaf. A larger number makes these ticks longer; a
 /// smaller one needs more solves in deep but ordinary contacts.
 constexpr int kStartRows = 4096;
+/// A step between meshes up to this length must not end on rows beside their features, mm: it may end the tick. With a
+/// larger value rows are dropped that the next linearization would not cross.
+constexpr double kShortStep = 5 * kArrived;
 
 }  // namespace
 
@@ -113,13 +116,16 @@ DefaultTick::Found DefaultTick::findStep(const Vec6& wanted, Step& step) {
         if (found == Found::Contact && linearization_ > 0 && solved_ && !step.elastic && step.length < kTooShort)
             return Found::Arrived;
     }
-    if (found == Found::Contact)
-        found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) {
-            crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
-            if (!addCrossed(crossedRowsTo_, by, crossed)) return false;
-            if (crossed == Crossed::Nothing) clear_ = by.x;
-            return true;
-        });
+    dropped_.count = 0;
+    do {
+        if (found == Found::Contact)
+            found = settle(wanted, step, [&](const Crossing& by, Crossed& crossed) {
+                crossedRowsTo_ = std::max(crossedRowsTo_, std::min(margin_, state_.lengthOf(by.x)));
+                if (!addCrossed(crossedRowsTo_, by, crossed)) return false;
+                if (crossed == Crossed::Nothing) clear_ = by.x;
+                return true;
+            });
+    } while (found == Found::Contact && dropBeside(wanted, step));
     if (found != Found::Contact) return found;
     lastSteps() = {step.x, lastSteps()[0]};
     tick_.record.marginUsed = std::max(tick_.record.marginUsed, crossedRowsTo_);
@@ -168,6 +174,21 @@ DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrosse
     }
     solved_ = done;
     return Found::Contact;
+}
+
+/// Drops the row that carries force farthest beside its features at the end of a step that may end the tick. A far
+/// trial crossed it, and it would hold the tool where nothing is; the trials that follow tell whether the step without
+/// it is free. Each pair is dropped once. Returns whether there was one.
+bool DefaultTick::dropBeside(const Vec6& wanted, Step& step) {
+    if (!solved_ || step.elastic || step.length >= kShortStep) return false;
+    const std::uint64_t id = carrierBeside(moved(state_.graphic, step.slowed ? step.part : step.x), step.beside);
+    if (id == kNoCarrier || dropped_.isFull() || state_.rows.find(id) < 0) return false;
+    dropped_.ids[dropped_.count++] = id;
+    state_.rows.erase(state_.rows.find(id));
+    if (const int held = state_.heldRows.find(id); held >= 0) state_.heldRows.gap()[held] = INFINITY;
+    step = {wanted, wanted, state_.lengthOf(wanted), true};
+    solved_ = false;
+    return true;
 }
 
 /// Whether the capped steps that this tick has left can reach the end of x.

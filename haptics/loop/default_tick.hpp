@@ -12,6 +12,19 @@ namespace touchstone {
 /// A step up to this length ends the tick, mm. At the default stiffness 1 µm is 1 mN. A larger value leaves the tool
 /// short of its place; a smaller one spends linearizations on what the hand cannot feel.
 inline constexpr double kArrived = 1e-3;
+/// Not the contactId() of any pair: there are at most 255 obstacles.
+inline constexpr std::uint64_t kNoCarrier = ~std::uint64_t(0);
+
+/// The pairs whose rows a linearization has dropped, see DefaultTick::dropBeside(). Three to six are usual where four
+/// parts meet; a larger number makes the longest ticks longer, with a smaller one more steps end on what does not
+/// touch.
+struct DroppedPairs {
+    std::array<std::uint64_t, 16> ids{};
+    int count = 0;
+
+    bool isFull() const { return count == int(ids.size()); }
+    bool has(std::uint64_t id) const { return std::find(ids.begin(), ids.begin() + count, id) != ids.begin() + count; }
+};
 
 class DefaultTick final : RowContacts {
   public:
@@ -36,6 +49,7 @@ class DefaultTick final : RowContacts {
         bool rubs = false;           ///< with friction: forces were found
         bool exact = false;          ///< with friction: by the exact solver
         bool dragged = false;        ///< solved with a drag since, so that the last solve is not that of x
+        bool beside = false;         ///< a short step ends on a row beside its features
         bool slowed = false;         ///< x is longer than allowed, and `part` is the answer with a drag
         Vec6 part = Vec6::Zero();
     };
@@ -75,6 +89,7 @@ class DefaultTick final : RowContacts {
     Found findClearStep(const Vec6& wanted, Step& step);
     bool solve(const Vec6& wanted, Step& step);
     void slowDown(const Vec6& wanted, Step& step);
+    bool dropBeside(const Vec6& wanted, Step& step);
     std::optional<Vec6> slowed(const Vec6& wanted, double drag);
     bool take(const Vec6& x, SolveStatus status, double slack, const Vec6& wanted, Step& step);
     bool solveNotDeeper(const Vec6& wanted, Vec6& x);
@@ -90,6 +105,8 @@ class DefaultTick final : RowContacts {
     bool addTouching(const Crossing& by, Crossed& result);
     void noteTouching();
     bool isCarriedBy(const TouchingPairs& pairs) const;
+    std::uint64_t carrierBeside(const Pose& at, bool& any) const;
+    bool hasTwin(const Pose& at, std::uint64_t id, const ContactList::Stand& stand) const;
     bool takesBack(const Vec6& x) const;
     bool addHeldRows();
     void holdRows(const Vec6& solved, const Vec6& x);
@@ -133,6 +150,7 @@ class DefaultTick final : RowContacts {
     bool blocked_ = false;          ///< an obstacle moves where the tool cannot give way
     Vec6 clear_ = Vec6::Zero();     ///< the last trial step between meshes that crossed nothing
     Vec6 lastMove_ = Vec6::Zero();  ///< the last move of this tick
+    DroppedPairs dropped_;          ///< in this linearization, see dropBeside()
 };
 
 }  // namespace touchstone

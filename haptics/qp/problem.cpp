@@ -37,6 +37,13 @@ void RowSet::setSize(int n) {
     simd::store(&columns_[6][std::size_t(n)], simd::splat(std::numeric_limits<double>::infinity()));
 }
 
+void RowSet::erase(int i) {
+    assert(i >= 0 && i < size_);
+    for (auto& column : columns_) std::copy(column.begin() + i + 1, column.begin() + size_, column.begin() + i);
+    std::copy(ids_.begin() + i + 1, ids_.begin() + size_, ids_.begin() + i);
+    setSize(size_ - 1);
+}
+
 void RowSet::merge(const RowSet& other) {
     int a = size_, b = other.size_;
     setSize(a + b);

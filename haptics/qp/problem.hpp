@@ -36,6 +36,7 @@ class RowSet {
     void push(const Vec6& j, double gap, std::uint64_t id);  ///< Pre: size() < capacity().
     /// Declares that the first n rows were written through column() and ids(), and pads the block behind them.
     void setSize(int n);
+    void erase(int i);  ///< Pre: i < size(). The others keep their order. O(rows).
     /// Adds the rows of another set in order of identity. Pre: the ids of both sets ascend, and the rows fit. O(rows).
     void merge(const RowSet& other);
 

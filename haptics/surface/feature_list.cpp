@@ -17,12 +17,12 @@ constexpr double kTooNear = 0.5;
 /// rest at that distance can no longer be left out by tests in float, which takes time in every tick. With a smaller
 /// one the tool may rest where features are nearer than is kept, off by as many micrometers as corners make of it.
 constexpr double kNear = 0.95;
-/// Features face each other if at least this share of their distance is along their normal. A vertex that has slid over
-/// the border of its face is beside it; with a smaller share it counts as above it for longer.
-constexpr double kFacing = 0.999;
 /// Features that begin nearer than is allowed must not come nearer than this in a step, mm: rounding. With a larger one
 /// they come nearer step by step; with a smaller one they hold a tool that slides.
 constexpr double kNearer = 1e-6;
+/// Angle between normals up to which they are the same, rad: it turns a force of 1 N by 1 mN. With a larger one a force
+/// may point past its face by as much; with a smaller one rounding makes neighbors in one plane differ.
+constexpr double kSameNormal = 1e-3;
 /// Chosen by measurement on the bunnies, the spline and the nut: there are few pairs of features, and finding them is
 /// the tail.
 constexpr LookAhead kLookAhead{
@@ -309,22 +309,46 @@ bool FeatureList::hasFeatures(std::uint64_t pair) const {
     return false;
 }
 
-bool FeatureList::touch(const Pose& X_OT, std::uint64_t pair, double most) const {
+ContactList::Stand FeatureList::stand(const Pose& X_OT, std::uint64_t pair) const {
     const int ours = toolLeafOf(pair), other = obstacleLeafOf(pair);
-    const NearestPoints at = pairs().nearest(X_OT, {ours, other});
-    Vec3 normal;
-    if (kindOf(ours) == PairKind::EdgeEdge) {
-        const auto along = [](const SurfaceFeatures& surface, int edge) {
-            const auto& [a, b] = surface.edges[edge].points;
-            return Vec3(surface.points[b] - surface.points[a]);
-        };
-        normal =
-            (X_OT.q * along(tool_->features, featureOf(ours))).cross(along(obstacle_->features, other)).normalized();
-    } else {
-        normal = nearest(X_OT, ours, other).normal;
+    if (kindOf(ours) != PairKind::EdgeEdge) {
+        const NearestPoints at = pairs().nearest(X_OT, {ours, other});
+        const bool ofTool = kindOf(ours) == PairKind::FaceVertex;
+        const Vec3 normal = ofTool ? Vec3(-(X_OT.q * tool_->features.faces[featureOf(ours)].normal))
+                                   : obstacle_->features.faces[other].normal;
+        const Vec3 between = at.onTool - at.onObstacle;
+        const double height = normal.dot(between);
+        const Vec3 aside = between - height * normal;
+        return {ofTool ? Vec3(at.onTool - aside) : at.onTool, normal, height, aside.norm()};
     }
-    const double gap = at.distance();
-    return gap <= most * distance_ && std::abs(normal.dot(at.onTool - at.onObstacle)) >= kFacing * gap;
+    const auto ends = [](const SurfaceFeatures& surface, int edge) {
+        const auto& [a, b] = surface.edges[edge].points;
+        return std::array{surface.points[a], surface.points[b]};
+    };
+    const auto [a, a1] = ends(tool_->features, featureOf(ours));
+    const auto [b, b1] = ends(obstacle_->features, other);
+    const Vec3 u = X_OT.q * (a1 - a), v = b1 - b, w = X_OT * a - b, cross = u.cross(v);
+    const double det = cross.squaredNorm(), height = w.dot(cross) / std::sqrt(det);
+    const auto outside = [](double at, double length) { return length * std::max({0.0, -at, at - 1}); };
+    const double s = v.cross(w).dot(cross) / det, t = u.cross(w).dot(cross) / det;
+    return {X_OT * a + s * u, std::copysign(1.0, height) * cross.normalized(), std::abs(height),
+            std::max(outside(s, u.norm()), outside(t, v.norm()))};
+}
+
+bool FeatureList::hasTwin(const Pose& X_OT, std::uint64_t pair, const Stand& like, double within) const {
+    if (suspended_) return false;
+    const bool own = obstacleOf(pair) == obstacleIndex_;
+    for (int i = 0; i < narrow_.count; ++i) {
+        const PairEntry& entry = narrow_.at[i];
+        const bool shares = entry.tool == toolLeafOf(pair) || (own && entry.obstacle == obstacleLeafOf(pair) &&
+                                                               kindOf(entry.tool) == kindOf(toolLeafOf(pair)));
+        if (!shares) continue;
+        const Stand other = stand(X_OT, contactId(obstacleIndex_, entry.tool, entry.obstacle));
+        if (other.beside <= within && (other.foot - like.foot).norm() <= within &&
+            std::abs(other.height - like.height) <= within && (other.normal - like.normal).norm() <= kSameNormal)
+            return true;
+    }
+    return false;
 }
 
 }  // namespace touchstone

@@ -27,7 +27,8 @@ class FeatureList final : public ContactList {
     Nearest nearest(const Pose& X_OT, int toolFeature, int obstacleFeature) const override;
     double freeShare(const Course& course, double atMost) override;
     bool hasFeatures(std::uint64_t pair) const override;
-    bool touch(const Pose& X_OT, std::uint64_t pair, double most) const override;
+    Stand stand(const Pose& X_OT, std::uint64_t pair) const override;
+    bool hasTwin(const Pose& X_OT, std::uint64_t pair, const Stand& like, double within) const override;
     bool ofFeatures() const override { return true; }
 
   private:
