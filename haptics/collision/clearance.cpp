@@ -50,14 +50,16 @@ template <class Measure>
 class Search {
   public:
     Search(const SphereTree& tool, const SphereTree& obstacle, const Measure& measure, double atMost,
-           LeafPair* nearest = nullptr)
-        : tool_(tool), obstacle_(obstacle), measure_(measure), best_(atMost), nearest_(nearest) {}
+           LeafPair* nearest = nullptr, SearchBudget* budget = nullptr)
+        : tool_(tool), obstacle_(obstacle), measure_(measure), best_(atMost), nearest_(nearest), budget_(budget) {}
 
     double run() {
         if (nearest_) test(nearest_->toolLeaf, nearest_->obstacleLeaf);
         descend(int(tool_.levels.size()) - 1, 0, int(obstacle_.levels.size()) - 1, 0);
         return best_;
     }
+    /// Whether run() ended before it had an answer.
+    bool ended() const { return ended_; }
 
   private:
     void test(int i, int j) {
@@ -68,6 +70,8 @@ class Search {
     }
 
     void descend(int a, int i, int b, int j) {
+        ended_ = ended_ || (budget_ && !budget_->spend(1));
+        if (ended_) return;
         if (a == 0 && b == 0) return test(i, j);
         const bool descendObstacle = a == 0 || (b > 0 && obstacle_.levels[b].r[j] >= tool_.levels[a].r[i]);
         const int children = (descendObstacle ? j : i) * SphereTree::kBranching;
@@ -98,6 +102,8 @@ class Search {
     const Measure& measure_;
     double best_;
     LeafPair* nearest_;
+    SearchBudget* budget_;
+    bool ended_ = false;
 };
 
 /// The centers of tool blocks in the obstacle's frame.
@@ -232,15 +238,19 @@ double leastGap(const SphereTree& tool, const SphereTree& obstacle, const Pose& 
     return Search(tool, obstacle, gap, atMost, nearest).run();
 }
 
-bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin) {
+bool anyWithin(const SphereTree& tool, const SphereTree& obstacle, const Pose& X_OT, double margin,
+               SearchBudget* budget) {
     const FirstWithin first(X_OT, floatGuard(tool, obstacle, X_OT), margin);
-    return Search(tool, obstacle, first, margin).run() < margin;
+    Search search(tool, obstacle, first, margin, nullptr, budget);
+    return search.run() < margin || search.ended();
 }
 
 double freeShare(const SphereTree& tool, const SphereTree& obstacle, const Course& course, const Vec3& center,
-                 double reach, double atMost) {
+                 double reach, double atMost, SearchBudget* budget) {
     const Meeting meeting(course, center, reach, atMost, floatGuard(tool, obstacle, course.X_OT));
-    return std::max(0.0, Search(tool, obstacle, meeting, atMost).run());
+    Search search(tool, obstacle, meeting, atMost, nullptr, budget);
+    const double share = std::max(0.0, search.run());
+    return search.ended() ? -1 : share;
 }
 
 double deepestGap(const SphereTree& tool, const SphereTree& obstacle, TreeWalk& walk, const Pose& X_OT) {

@@ -78,7 +78,8 @@ class ContactList {
     virtual ~ContactList() = default;
 
     /// Makes the list complete for `asked`. If this needs a new search, the search covers up to `slack` mm more.
-    /// Returns false if there are more entries than memory; the list is then complete for no coverage.
+    /// Returns false if there are more entries than memory or the search took more than its budget; the list is then
+    /// complete for no coverage.
     bool complete(const Coverage& asked, double slack);
     bool isComplete(const Coverage& asked) const { return suspended_ || finder_->reserve(narrow_, asked) >= 0; }
     /// Features that begin up to this deep in each other are led out, mm; deeper ones are passed through until they are
@@ -90,6 +91,11 @@ class ContactList {
     /// The course that is expected for one tick. Searches look ahead along its motion.
     void expect(const Course& tick) { tick_ = tick; }
     void forget();
+    /// Searches count their work there and end with their part of it; null: no bound. The caller keeps ownership.
+    void use(SearchBudget* budget) {
+        budget_ = budget;
+        finder_->use(budget);
+    }
     /// Features are kept apart by this distance, mm: a step ends at no less than 0.95 of it, or half of it if it is
     /// shortened. Leaves touch at 0.
     void keepApart(double distance) { distance_ = distance; }
@@ -127,7 +133,7 @@ class ContactList {
         return Crossed::Nothing;
     }
 
-    /// Whether a pair has a gap below the margin. Has no precondition.
+    /// Whether a pair has a gap below the margin, or the search for one ended with its budget. Has no precondition.
     virtual bool anyWithin(const Pose& X_OT, double margin) const = 0;
 
     /// The overlaps of the listed pairs after a move.
@@ -155,7 +161,7 @@ class ContactList {
     }
 
     /// The fraction of a course, at most `atMost`, up to which nothing touches; pairs that touch at its start must not
-    /// get nearer. A lower bound if the tool turns. Has no precondition.
+    /// get nearer. A lower bound if the tool turns, or if the search ended with its budget. Has no precondition.
     virtual double freeShare(const Course& course, double atMost) = 0;
 
     /// Whether the parts have the features of a pair with this identity.
@@ -183,11 +189,16 @@ class ContactList {
     ContactList(ContactList&&) = default;
     ContactList& operator=(ContactList&&) = default;
     const Extent& extent() const { return finder_->extent(); }
+    /// Begins a search whether a course is free or anything is near.
+    void beginFlight() const {
+        if (budget_) budget_->beginFlight();
+    }
 
     std::unique_ptr<PairFinder> finder_;
     std::array<PairEntries, 2> wide_;
     PairEntries narrow_;
     const PairEntries* offered_ = nullptr;
+    SearchBudget* budget_ = nullptr;
     double distance_ = 0;
     double inside_ = 0;    ///< see beginInside()
     bool passes_ = false;  ///< likewise

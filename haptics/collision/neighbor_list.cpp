@@ -37,6 +37,9 @@ constexpr int kCandidateCapacity = 1 << 18;
 /// A row counts as crossed only beyond this gap, mm. The exact solver satisfies rows to about 1e-14, so that a smaller
 /// value would add rows that its answer touches; a larger one lets a step enter by as much.
 constexpr double kCrossed = 1e-10;
+/// Of a course for which the search took more than its budget: the smallest part that is searched. With a smaller one
+/// more searches are made in vain.
+constexpr double kLeastShare = 1.0 / 128;
 /// Rounding error of a gap in double, mm: a gap that decreases by less has not changed, and poses that differ by less
 /// are the same.
 constexpr double kRounding = 1e-12;
@@ -268,7 +271,8 @@ bool NeighborList::anyWithin(const Pose& X_OT, double margin) const {
         });
         return any;
     }
-    return touchstone::anyWithin(*tool_, *obstacle_, X_OT, margin);
+    beginFlight();
+    return touchstone::anyWithin(*tool_, *obstacle_, X_OT, margin, budget_);
 }
 
 NeighborList::Overlap NeighborList::remeasure(const Pose& before, const Pose& after, double tolerance) {
@@ -322,7 +326,13 @@ ContactList::Nearest NeighborList::nearest(const Pose& X_OT, int toolLeaf, int o
 }
 
 double NeighborList::freeShare(const Course& course, double atMost) {
-    return touchstone::freeShare(*tool_, *obstacle_, course, extent().center, extent().reach, atMost);
+    for (double share = atMost; share > kLeastShare * atMost; share /= 2) {
+        beginFlight();
+        const double free =
+            touchstone::freeShare(*tool_, *obstacle_, course, extent().center, extent().reach, share, budget_);
+        if (free >= 0) return free;
+    }
+    return 0;
 }
 
 }  // namespace touchstone

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptics/collision/search_budget.hpp"
 #include "haptics/collision/tree_walk.hpp"
 #include "haptics/math/simd.hpp"
 
@@ -103,8 +104,10 @@ class PairFinder {
   public:
     virtual ~PairFinder() = default;
 
-    /// Finds all entries of a coverage. Returns false if they exceed the capacity; `out` is then complete for no
-    /// coverage.
+    /// Searches count their work there and end with its part; null: no bound. The caller keeps ownership.
+    void use(SearchBudget* budget) { budget_ = budget; }
+    /// Finds all entries of a coverage. Returns false if they exceed the capacity, or the search its budget; `out` is
+    /// then complete for no coverage.
     bool find(const Coverage& asked, PairEntries& out);
     /// Selects the entries of a coverage from entries that are complete for it; `from` may be `out` itself. With
     /// `renew`, pairs of features whose separation no longer keeps them apart are measured again, which pays for
@@ -141,7 +144,13 @@ class PairFinder {
     virtual bool search(const Coverage& asked, PairEntries& out) = 0;
     virtual void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) = 0;
 
+    /// Counts tests; whether the search may go on.
+    bool spend(std::int64_t tests) const { return !budget_ || budget_->spend(tests); }
+    /// Whether the search in progress is within its budget.
+    bool fits() const { return !budget_ || budget_->fits(); }
+
     Extent extent_;
+    SearchBudget* budget_ = nullptr;
 
   private:
     double leastSum_;  ///< smallest sum of the radii of a pair, mm

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptics/collision/search_budget.hpp"
 #include "haptics/collision/sphere_tree.hpp"
 
 namespace touchstone {
@@ -76,11 +77,12 @@ class TreeWalk {
 
     /// Calls sink(const PairEntry*, count) with runs of entries that together hold every leaf pair of the coverage.
     /// Pre: margin >= 0. The buckets of one tool leaf arrive in ascending order; the tool leaves arrive in any order.
-    /// Real time: no allocation, lock or throw except in the sink.
+    /// Returns false if it ended because the budget was spent. Real time: no allocation, lock or throw except in the
+    /// sink.
     template <class Sink>
-    void run(const Coverage& asked, Sink&& sink) {
-        runErased(
-            asked, [](void* s, const PairEntry* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink);
+    bool run(const Coverage& asked, Sink&& sink, SearchBudget* budget = nullptr) {
+        return runErased(
+            asked, [](void* s, const PairEntry* e, int n) { (*static_cast<Sink*>(s))(e, n); }, &sink, budget);
     }
 
   private:
@@ -90,9 +92,9 @@ class TreeWalk {
     };
     struct Query;
 
-    void runErased(const Coverage& asked, ErasedSink sink, void* context);
+    bool runErased(const Coverage& asked, ErasedSink sink, void* context, SearchBudget* budget);
     template <bool moves>
-    void descend(const Query& query, int depth, int count);
+    bool descend(const Query& query, int depth, int count);
     template <bool moves>
     int expandObstacle(const Query& query, int depth, int first, int count, int& used);
     template <bool moves>

@@ -56,7 +56,9 @@ DefaultTick::DefaultTick(Tick& tick, const Pose& device)
 }
 
 /// Whether the tick has taken so much time that it must end.
-bool DefaultTick::isSpent() const { return rowsOfTick_ > kTickRows || evaluationsOfTick_ > kTickEvaluations; }
+bool DefaultTick::isSpent() const {
+    return rowsOfTick_ > kTickRows || evaluationsOfTick_ > kTickEvaluations || state_.searches->isTickSpent();
+}
 
 /// The motion of the tool in the obstacle's frame for the increment x from the graphic pose.
 Course DefaultTick::course(int obstacle, const Vec6& x) const {

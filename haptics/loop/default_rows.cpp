@@ -34,7 +34,6 @@ bool DefaultTick::completeLists(double margin, const Vec6& x) {
         state_.noteAsked(asked.within);
         complete = list.complete(asked, settings_.slack);
     }
-    if (!complete) tick_.record.flags |= kListOverflow;
     return complete;
 }
 

@@ -41,6 +41,9 @@ constexpr double kOfBudget = 0.95;
 /// Maximum number of trial steps of a linearization between meshes, after which the step is halved. Three to ten are
 /// usual. A larger number makes the longest ticks longer; a smaller one shortens steps that could be made.
 constexpr int kTrials = 64;
+/// Factor by which the steps of a tick become shorter if the search for the pairs of one is not finished. With a larger
+/// one a dense mesh moves more slowly than it could; with a smaller one more searches are made in vain.
+constexpr double kShortening = 16;
 /// Maximum number of rows in the first solve. Deep overlaps exceed it (a tool that starts inside lists 12,000 pairs and
 /// more); then the first solve has the nearest pair of each tool leaf. A larger number makes these ticks longer; a
 /// smaller one needs more solves in deep but ordinary contacts.
@@ -166,7 +169,10 @@ DefaultTick::Found DefaultTick::settle(const Vec6& wanted, Step& step, AddCrosse
             const double length = state_.lengthOf(by.x);
             by.whole = length <= reach;
             if (!by.whole) by.x *= reach / length;
-            if (!addCrossed(by, crossed)) return Found::Failure;
+            if (!addCrossed(by, crossed)) {
+                if (!shorten()) return Found::Failure;
+                crossed = Crossed::Rows;
+            }
             if (crossed == Crossed::Rows) break;
             done = by.whole || crossed == Crossed::Overflow;
             reach *= kReachGrowth;
@@ -188,6 +194,17 @@ bool DefaultTick::dropBeside(const Vec6& wanted, Step& step) {
     if (const int held = state_.heldRows.find(id); held >= 0) state_.heldRows.gap()[held] = INFINITY;
     step = {wanted, wanted, state_.lengthOf(wanted), true};
     solved_ = false;
+    return true;
+}
+
+/// Shortens the steps of this tick if the pairs of one were not found: fewer come near a shorter one. Returns false if
+/// the tick fails.
+bool DefaultTick::shorten() {
+    if (ofLeaves_ || trust_ < kArrived) {
+        tick_.record.flags |= kListOverflow;
+        return false;
+    }
+    trust_ /= kShortening;
     return true;
 }
 
@@ -243,7 +260,8 @@ DefaultTick::Found DefaultTick::findClearStep(const Vec6& wanted, Step& step) {
         allRowsTo_ = -INFINITY;
         crossedRowsTo_ = std::max(kBaseMargin * settings_.margin, state_.lengthOf(step.x));
         Crossed crossed = Crossed::Nothing;
-        if (!addCrossed(crossedRowsTo_, {step.x, tick_.stiffness()}, crossed)) return Found::Failure;
+        if (!addCrossed(crossedRowsTo_, {step.x, tick_.stiffness()}, crossed))
+            return shorten() ? Found::Blocked : Found::Failure;
         if (crossed == Crossed::Rows) return Found::Blocked;
         found = Found::Contact;
     }

@@ -82,6 +82,7 @@ class DefaultTick final : RowContacts {
     bool collectRows(double margin);
     template <class AddCrossed>
     Found settle(const Vec6& wanted, Step& step, AddCrossed&& addCrossed);
+    bool shorten();
     bool fitsCappedSteps(const Vec6& x) const;
     bool isNear(double margin) const;
     double freeLengthOf(const Vec6& x) const;

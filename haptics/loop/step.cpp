@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "haptics/loop/step_state.hpp"
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/surface/surface_distance.hpp"
 
 namespace touchstone {
@@ -48,6 +49,10 @@ StepState::Impl::Impl(const World& w) : world(&w), p_TC(w.p_TC()), reach(w.reach
         if (w.hasSpheres()) walks.emplace_back(*w.tool, *obstacle.tree);
         ++index;
     }
+    searches = std::make_unique<SearchBudget>(kSearchLimits);
+    for (auto* geometry : {&leafLists, &featureLists})
+        for (auto& list : *geometry)
+            if (list) list->use(searches.get());
     lists.resize(leafLists.size());
     use(Geometry::Spheres, 0);
     X_WO.resize(lists.size());
@@ -209,6 +214,8 @@ void StepState::Impl::moveObstacle(int k, const Pose& target, double maxTravel) 
 }
 
 const Within& StepState::asked() const noexcept { return impl->asked; }
+
+const SearchBudget& StepState::searches() const noexcept { return *impl->searches; }
 
 const TickInput& StepState::input() const { return impl->given; }
 
@@ -434,6 +441,7 @@ TickRecord step(const World& world, const Settings& settings, const StepInput& i
     TickRecord record;
     record.tick = state.tick++;
     state.asked = {};
+    state.searches->beginTick();
     state.given = {
         .X_WT_device = input.X_WT_device, .settings = settings, .start = std::exchange(state.start, std::nullopt)};
     Tick tick{state, settings, clock, audit, record};

@@ -169,6 +169,8 @@ class StepState {
     std::unique_ptr<Solver>& renderer(int solver);
     /// Likewise with friction, by index into frictionSolverTable().
     std::unique_ptr<FrictionSolver>& frictionRenderer(int solver);
+    /// What the searches of the last tick took.
+    const SearchBudget& searches() const noexcept;
 
     struct Impl;
     std::unique_ptr<Impl> impl;

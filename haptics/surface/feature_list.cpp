@@ -235,11 +235,12 @@ FeaturePairFinder& FeatureList::pairs() const { return static_cast<FeaturePairFi
 bool FeatureList::anyWithin(const Pose& X_OT, double margin) const {
     bool any = false;
     if (suspended_) return any;
-    pairs().forEachPair({X_OT, margin}, [&](const PairEntry&, float) {
+    beginFlight();
+    const bool finished = pairs().forEachPair({X_OT, margin}, [&](const PairEntry&, float) {
         any = true;
         return false;
     });
-    return any;
+    return any || !finished;
 }
 
 ContactList::Overlap FeatureList::remeasure(const Pose& before, const Pose& after, double) {
@@ -284,11 +285,12 @@ double FeatureList::freeShare(const Course& course, double atMost) {
         const Pose after = part.end(extent().center);
         const Step step(part.X_OT, after, distance_);
         bool free = true;
-        pairs().forEachPair({part, bend + 2 * distance_}, [&](const PairEntry& entry, float) {
+        beginFlight();
+        const bool finished = pairs().forEachPair({part, bend + 2 * distance_}, [&](const PairEntry& entry, float) {
             free = bend < distance_ / 8 && !crossingOf(entry, step);
             return free;
         });
-        if (free) return share;
+        if (free && finished) return share;
     }
     return 0;
 }

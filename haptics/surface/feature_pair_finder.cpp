@@ -18,6 +18,8 @@ namespace {
 
 /// Number of entries of a set with separations. They take 40 bytes each; fits have up to some ten thousand pairs.
 constexpr int kSeparated = 1 << 16;
+/// Tests (SearchBudget) as which the measuring of eight pairs on a course counts, by its time.
+constexpr int kMeasure = 8;
 
 /// a where the lane of `which` is set, and else b.
 Separation8 choose(const Int8& which, const Separation8& a, const Separation8& b) {
@@ -120,6 +122,7 @@ bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind ot
     std::int32_t* behind = others.all.data() + others.all.size();
     while (others.height > a.height) {
         std::size_t count = 0;
+        if (!spend(std::int64_t(others.all.size()))) return false;
         for (const std::int32_t b : others.all) {
             const Mask met = swept.meets(tree.children(other, others.height, b));
             compressStore(behind + count, splat(n * b) + lanes(), met);
@@ -129,6 +132,7 @@ bool FeaturePairFinder::descend(const Query& q, FeatureKind kind, FeatureKind ot
         behind += count;
     }
     if (others.all.empty()) return true;
+    if (!spend(std::int64_t(others.all.size()))) return false;
     if (a.height == 0) return visit(a.index, swept, others.all);
     const Swept8 children(q, tool_->tree.children(kind, a.height, a.index));
     std::int32_t *const met = behind, *const list = behind + others.all.size();
@@ -163,19 +167,24 @@ bool FeaturePairFinder::walkKinds(const Query& q, FeatureKind kind, FeatureKind 
     return descend(q, kind, other, root, roots.lane(0), {others.height(), {nodes_.data(), 1}}, visit);
 }
 
-void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context) {
+bool FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context) {
     const Query q(*tool_, *obstacle_, asked, guard(asked.course.X_OT), leastAbout_, bounds);
     constexpr int n = FeatureTree::kChildren;
     // Few of the pairs of two patches are near. Those whose boxes meet are measured eight at a time.
     Eights eights([&](PairKind kind, const int* ours, const int* others, int count) {
         Separation8 apart;
+        if (!spend(kMeasure)) return false;
         const Float8 gaps = q.measure(kind, ours, others, apart);
         const Mask near = lessEqual(gaps, splat(q.margin)) & ((1u << count) - 1);
         return !near || visit(context, kind, ours, others, near, gaps, apart);
     });
     const auto first = [](int count) { return count < n ? (1u << count) - 1 : (1u << n) - 1; };
+    const auto spendAll = [&](int features, std::span<const std::int32_t> others) {
+        return spend(std::int64_t((features + n - 1) / n) * std::int64_t(others.size()));
+    };
     auto vertexFaces = [&](int patch, const Swept&, std::span<const std::int32_t> others) {
         const int begin = tool_->firstVertex[patch], end = tool_->firstVertex[patch + 1];
+        if (!spendAll(end - begin, others)) return false;
         for (int v = begin; v < end; v += n) {
             int eight[n];
             for (int i = 0; i < n; ++i) eight[i] = std::min(v + i, end - 1);
@@ -187,6 +196,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
                 const Box8& mine = placed_[std::size_t(eight - begin) / n];
                 Mask near = mine.meets(box) & first(end - eight);
                 if (!near) continue;
+                if (!spend(std::popcount(near))) return false;
                 const FaceLanes faces(Eight(obstacle_->faces, n * other));
                 const Box8 boxes = faces.box();
                 const Vec8 normals = q.R.transpose() * faces.normal;
@@ -202,6 +212,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
         return true;
     };
     auto facesVertex = [&](int patch, const Swept& swept, std::span<const std::int32_t> others) {
+        if (!spendAll(n, others)) return false;
         const FaceLanes faces = q.R * FaceLanes(Eight(tool_->faces, n * patch));
         const Box8 placed = q.swept(faces.a) | q.swept(faces.b) | q.swept(faces.c);
         for (const int other : others)
@@ -217,6 +228,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
     };
     auto edges = [&](int patch, const Swept&, std::span<const std::int32_t> others) {
         const int begin = tool_->firstEdge[patch], end = tool_->firstEdge[patch + 1];
+        if (!spendAll(end - begin, others)) return false;
         for (int e = begin; e < end; e += n) {
             const Eight tools(tool_->edges, e);
             const EdgeLanes ends = q.R * EdgeLanes::ends(tools);
@@ -233,6 +245,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
                 for (Mask near = boxes.meets(box) & first(end - eight); near; near &= near - 1) {
                     const int i = std::countr_zero(near);
                     const Box8 mine = boxes.all(i);
+                    if (!spend((otherEnd - otherBegin + n - 1) / n)) return false;
                     if (!std::exchange(rests, true))
                         for (int from = otherBegin; from < otherEnd; from += n) {
                             const Eight theirs(obstacle_->edges, from);
@@ -255,6 +268,7 @@ void FeaturePairFinder::walkErased(const Coverage& asked, Bounds bounds, ErasedV
     walkKinds(q, FeatureKind::Vertex, FeatureKind::Face, vertexFaces) &&
         walkKinds(q, FeatureKind::Face, FeatureKind::Vertex, facesVertex) &&
         walkKinds(q, FeatureKind::Edge, FeatureKind::Edge, edges) && eights.flush();
+    return fits();
 }
 
 bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
@@ -274,8 +288,8 @@ bool FeaturePairFinder::search(const Coverage& asked, PairEntries& out) {
         }
         return true;
     };
-    walk(asked, Bounds::Quick, add);
-    return fits;
+    const bool finished = walk(asked, Bounds::Quick, add);
+    return fits && finished;
 }
 
 /// The two ends of a motion in which points of the tool move straight.

@@ -40,9 +40,10 @@ class FeaturePairFinder final : public PairFinder {
             entries, asked, before, after, least, inside,
             [](void* v, const PairEntry& e) { return (*static_cast<std::remove_reference_t<Visit>*>(v))(e); }, &visit);
     }
-    /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false.
+    /// Calls visit(PairEntry, gap) for all pairs of a coverage until it returns false. Returns false if the budget
+    /// ended the search.
     template <class Visit>
-    void forEachPair(const Coverage& asked, Visit&& visit) {
+    bool forEachPair(const Coverage& asked, Visit&& visit) {
         auto each = [&](PairKind kind, const int* ours, const int* others, simd::Mask near, const simd::Float8& gaps,
                         const Separation8&) {
             for (; near; near &= near - 1) {
@@ -51,7 +52,7 @@ class FeaturePairFinder final : public PairFinder {
             }
             return true;
         };
-        walk(asked, Bounds::Close, each);
+        return walk(asked, Bounds::Close, each);
     }
 
   private:
@@ -75,12 +76,13 @@ class FeaturePairFinder final : public PairFinder {
 
     bool search(const Coverage& asked, PairEntries& out) override;
     void select(const PairEntries& from, const Coverage& asked, PairEntries& out, bool renew) override;
+    /// Returns false if the budget ended the search.
     template <class Visit>
-    void walk(const Coverage& asked, Bounds bounds, Visit& visit) {
-        walkErased(
+    bool walk(const Coverage& asked, Bounds bounds, Visit& visit) {
+        return walkErased(
             asked, bounds, [](void* v, auto... eight) { return (*static_cast<Visit*>(v))(eight...); }, &visit);
     }
-    void walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context);
+    bool walkErased(const Coverage& asked, Bounds bounds, ErasedVisit visit, void* context);
     void crossErased(const PairEntries& entries, const Coverage& asked, const Pose& before, const Pose& after,
                      double least, double inside, ErasedCrossing visit, void* context) const;
     template <class Visit>

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "haptics/loop/step.hpp"
+#include "haptics/loop/work_limits.hpp"
 #include "haptics/sandbox/session/presets.hpp"
+#include "haptics/threads/rt_thread.hpp"
 #include "tests/scenes/scene_files.hpp"
 #include "tests/support/mesh_world.hpp"
 #include "tests/support/scene_judge.hpp"
@@ -35,7 +37,11 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
     std::vector<Pose> targets;
     if (plan.moving)
         for (const Obstacle& obstacle : world.obstacles) targets.push_back(obstacle.X_WO);
-    int loaded = 0, moved = 0;
+    // Between meshes, a tick may end with two searches of each list beyond the sum (SearchBudget).
+    const auto mostTests = kSearchLimits.tick + 2 * kSearchLimits.list * std::int64_t(world.obstacles.size());
+    std::int64_t tests = 0;
+    double longestMs = 0;  // of processor time; reported and not judged
+    int loaded = 0, moved = 0, shortened = 0;
     for (int tick = 0; tick < plan.ticks; ++tick) {
         if (plan.moving && tick % 100 == 0)
             for (std::size_t k = 0; k < targets.size(); ++k)
@@ -43,8 +49,13 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
         const bool bySpheres = plan.swapping && tick % 230 >= 180;
         Settings settings = sandbox::withGeometry(scene.settings, bySpheres ? Geometry::Spheres : Geometry::Mesh);
         settings.shadow = -1;
-        const Pose before = state.obstacles()[0];
-        const TickRecord record = step(world, settings, {.X_WT_device = hand.next(), .X_WO = targets}, state);
+        const Pose before = state.obstacles()[0], device = hand.next();
+        const double began = threadCpuMicroseconds();
+        const TickRecord record = step(world, settings, {.X_WT_device = device, .X_WO = targets}, state);
+        longestMs = std::max(longestMs, 1e-3 * (threadCpuMicroseconds() - began));
+        tests = std::max(tests, state.searches().spent());
+        shortened += state.searches().isShortened();
+        if (!bySpheres) REQUIRE(state.searches().spent() <= mostTests);
         CAPTURE(plan.seed, plan.moving, bySpheres, tick, record.flags, record.linearisations);
         REQUIRE((record.flags & (kNonFinite | kListOverflow | kOverlapping | kBadInput)) == 0);
         REQUIRE((record.X_WT.isFinite() && record.wrench_C.isFinite()));
@@ -54,6 +65,8 @@ double play(const sandbox::HapticScene& scene, const Plan& plan) {
         moved += !(state.obstacles()[0] == before);
     }
     if (plan.moving) CHECK(moved > plan.ticks / 100);
+    CAPTURE(longestMs, tests);
+    CHECK(shortened < plan.ticks / 10);
     return double(loaded) / plan.ticks;
 }
 
