@@ -16,9 +16,19 @@ __extension__ using Wide = __float128;
 /// The smallest sine of the angle between a spoke and a vertex's supporting plane. With a smaller value rounding would
 /// decide; a vertex dropped for this rises above its neighbors by less than 1e-13 of their distance.
 constexpr double kStrict = 1e-13;
-/// Altitude of a needle as a share of its longest side. With a larger share the faces of fine meshes with coarse
+/// Altitude of a sliver as a share of its longest side. With a larger share the faces of fine meshes with coarse
 /// coordinates would count; with a smaller one slivers at short edges would not.
 constexpr double kSlender = 0.02;
+/// Factor by which a flip has to widen the thinnest of its two faces. With a smaller one a short edge of a sliver would
+/// be handed around; with a larger one slivers of small faces would stay.
+constexpr double kWidened = 2;
+/// Maximum number of rounds of flips. A flip may make the next one possible; more follow each other only in broken
+/// meshes, whose slivers stay faces.
+constexpr int kFlipRounds = 16;
+/// Altitude of a needle, mm: the swept tests widen faces and edges by as much at their borders (feature_crossing.cpp),
+/// so that those beside a needle cover it. With a larger one something passes between them; with a smaller one the
+/// normals of faces would be off by more than 1e-5 rad.
+constexpr double kNeedle = 1e-9;
 /// Maximum number of needles that are passed to find the face beyond them. More lie in a row only in broken meshes.
 constexpr int kNeedles = 16;
 
@@ -135,10 +145,12 @@ class FeatureFinder {
     int opposite(int use) const { return corners_[use / 3][(use % 3 + 2) % 3]; }
     bool isWall(int face) const { return face < int(body_.walls.size()); }
 
-    /// Whether the direction of a face is rounding: the others beside it make its edges.
-    bool isNeedle(const Triangle& t) const {
-        return altitudeOf(t) <= std::min(body_.thin, kSlender * std::sqrt(longestEdge(t).length2));
+    /// Whether a face is thinner than this, and slender.
+    bool isThin(const Triangle& t, double altitude) const {
+        return altitudeOf(t) <= std::min(altitude, kSlender * std::sqrt(longestEdge(t).length2));
     }
+    void flipSlivers();
+    bool flip(int face, std::vector<int>& twins);
     void findWedges();
     void addWedges(const EdgeTable& table, const EdgeTable::Edge& edge);
     int beyondNeedles(int use, const Vec3& at) const;
@@ -158,6 +170,70 @@ class FeatureFinder {
     std::vector<Vec3> directions_;   ///< of spokes
     SurfaceFeatures out_;
 };
+
+/// The direction of a sliver as thin as the rounding of the file is rounding. Its longest side gives way to the edge
+/// between the corners opposite to it, which moves the surface by less than that rounding and leaves no gap.
+void FeatureFinder::flipSlivers() {
+    const int n = int(corners_.size());
+    const auto isSliver = [&](int face) {
+        const Triangle t = triangle(face);
+        return !isUsable(t) || isThin(t, body_.thin);
+    };
+    std::vector<int> slivers;
+    for (int f = 0; f < n; ++f)
+        if (isSliver(f)) slivers.push_back(f);
+    if (slivers.empty()) return;
+    std::vector<int> twins(3 * corners_.size(), -1);  // by use: the other one of an edge of two faces
+    const EdgeTable table(corners_, body_.vertices.size(), pulse_);
+    table.forEach([&](const EdgeTable::Edge& edge) {
+        if (edge.uses.size() != 2 || table.from(edge.uses[0]) == table.from(edge.uses[1])) return;
+        twins[edge.uses[0]] = edge.uses[1];
+        twins[edge.uses[1]] = edge.uses[0];
+    });
+    bool any = true;
+    for (int round = 0; round < kFlipRounds && any; ++round) {
+        any = false;
+        for (const int f : slivers) {
+            pulse_();
+            if (!isSliver(f) || !flip(f, twins)) continue;
+            ++out_.dropped.needles;
+            any = true;
+        }
+    }
+}
+
+/// Flips the longest side of a face if the two new ones are wider.
+bool FeatureFinder::flip(int face, std::vector<int>& twins) {
+    const auto next = [](int use) { return use - use % 3 + (use + 1) % 3; };
+    const int ab = 3 * face + longestEdge(triangle(face)).first, ba = twins[ab];
+    if (ba < 0 || isWall(face) != isWall(ba / 3)) return false;
+    const int other = ba / 3, bc = next(ab), ca = next(bc), ad = next(ba), db = next(ad);
+    const int a = corners_[face][ab % 3], b = endOf(ab), c = opposite(ab), d = opposite(ba);
+    if (c == d) return false;
+    const auto altitude = [&](int i, int j, int k) {
+        const Triangle t{point(i), point(j), point(k)};
+        return isUsable(t) ? altitudeOf(t) : 0;
+    };
+    const double before = std::min(altitude(a, b, c), altitude(b, a, d));
+    const double after = std::min(altitude(a, d, c), altitude(d, b, c));
+    if (!(after > kWidened * before)) return false;
+    for (int use = bc;;) {  // from a corner to c, in the faces around it: the new edge must not be one already
+        use = twins[next(use)];
+        if (use < 0 || corners_[use / 3][use % 3] == d) return false;
+        if (use == bc) break;
+    }
+    const std::array<std::pair<int, int>, 4> outer{
+        {{3 * face, twins[ad]}, {3 * face + 2, twins[ca]}, {3 * other, twins[db]}, {3 * other + 1, twins[bc]}}};
+    corners_[face] = {a, d, c};
+    corners_[other] = {d, b, c};
+    for (const auto& [use, twin] : outer) {
+        twins[use] = twin;
+        if (twin >= 0) twins[twin] = use;
+    }
+    twins[3 * face + 1] = 3 * other + 2;
+    twins[3 * other + 2] = 3 * face + 1;
+    return true;
+}
 
 void FeatureFinder::findWedges() {
     const EdgeTable table(corners_, body_.vertices.size(), pulse_);
@@ -317,9 +393,10 @@ void FeatureFinder::addVertices() {
 }
 
 SurfaceFeatures FeatureFinder::find() && {
+    flipSlivers();
     for (int f = 0; f < int(corners_.size()); ++f) {
         const Triangle t = triangle(f);
-        needle_[f] = !isUsable(t) || isNeedle(t);
+        needle_[f] = !isUsable(t) || isThin(t, kNeedle * body_.scale);
         if (!isWall(f)) continue;
         if (needle_[f]) {
             ++out_.dropped.needles;

@@ -30,7 +30,7 @@ struct SurfaceFeatures {
         int buriedEdges = 0;          ///< at a face or between faces that lie inside another shell of the part
         int unsupportedVertices = 0;  ///< every plane through them cuts the material around them
         int buriedVertices = 0;       ///< at a face that lies inside another shell of the part
-        int needles = 0;              ///< faces as thin as the rounding of the file
+        int needles = 0;              ///< faces as thin as rounding: flipped into their neighbors, or covered by them
     };
 
     std::vector<Vec3> points;  ///< mm

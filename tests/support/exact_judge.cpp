@@ -87,8 +87,10 @@ struct ExactJudge::Part {
 
     static std::vector<Triangle> trianglesOf(const TriangleMesh& mesh) {
         std::vector<Triangle> out;
-        for (const auto& t : mesh.triangles)
-            out.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+        for (const auto& t : mesh.triangles) {
+            const Triangle corners{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
+            if (!exact(corners).is_degenerate()) out.push_back(corners);  // those are edges of their neighbors
+        }
         return out;
     }
 
@@ -137,6 +139,7 @@ int ExactJudge::intersections(const Pose& X_OT, int atMost) const {
             }
             for (int i = node.first[k]; i < node.first[k] + node.count[k]; ++i) {
                 const Triangle t = placed(tool_->triangles[i], X_OT);
+                if (exact(t).is_degenerate()) continue;  // by the rounding of its place
                 Box own;
                 for (const Vec3& p : t) own.add(p);
                 anyMeeting(obstacle_->tree, obstacle_->boxes, own, [&](int j) {
