@@ -4,11 +4,11 @@
 #include <cassert>
 #include <map>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 #include <tuple>
 
 #include "haptics/builder/mesh_shells.hpp"
+#include "haptics/builder/mesh_tidy.hpp"
 
 namespace touchstone {
 namespace {
@@ -56,10 +56,16 @@ MeshDefects defectsOf(const RepairedMesh& body) {
         ++defects.openEdges;
         rims.join(edge.first, edge.second);
     }
-    std::set<int> groups;
+    std::map<int, Box> groups;
+    std::vector<Vec3> points(places.size());
+    for (const auto& [p, index] : places) points[std::size_t(index)] = Vec3(p[0], p[1], p[2]) / body.scale;
     for (const auto& [edge, count] : uses)
-        if (count == 1) groups.insert(rims.find(edge.first));
+        if (count == 1)
+            for (const int v : {edge.first, edge.second}) groups[rims.find(edge.first)].add(points[std::size_t(v)]);
     defects.holes = int(groups.size());
+    for (const auto& [group, box] : groups)
+        if (const double across = (box.hi - box.lo).norm(); across > defects.largest.across)
+            defects.largest = {box.center(), across, 0};
     return defects;
 }
 
@@ -77,6 +83,16 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
                     "scale it down");
             box.add(v);
         }
+    if (TriangleMesh far; const auto near = withoutFar(mesh, far)) {
+        const RepairedMesh alone = repairMesh(far, heartbeat);
+        if (alone.walls.empty()) {
+            RepairedMesh body = repairMesh(near->mesh, heartbeat);
+            if (!body.walls.empty()) {
+                body.loose.insert(body.loose.begin(), near->loose.begin(), near->loose.end());
+                return body;
+            }
+        }
+    }
     const Vec3 size = box.hi - box.lo;
     const double extent = mesh.triangles.empty() ? 0 : size.maxCoeff();  // the squared diagonal might underflow
     if (!(extent > 0)) throw std::invalid_argument(kNoSurface);
@@ -106,19 +122,39 @@ RepairedMesh repairMesh(const TriangleMesh& mesh, const Heartbeat& heartbeat) {
     out.weld = welded.moved;
     out.thin = std::min(apart, kMaxThin * out.diagonal);
     out.repairs = welded.repairs;
-    std::vector<Triangle> membranes;
-    for (const Corners& c : welded.membranes)
-        membranes.push_back({welded.vertices[c[0]], welded.vertices[c[1]], welded.vertices[c[2]]});
-    const std::vector<int> crumbs = std::move(welded.crumbs);
+    const std::vector<Corners> membranes = std::move(welded.membranes);
+    const std::vector<int> crumbs = std::move(welded.crumbs), placeOf = std::move(welded.placeOf);
     Shells shells(std::move(welded), apart, pulse);
     out.holes = shells.holes();
     out.insideOut = shells.insideOut();
+    out.closedHoles = shells.closedHoles();
+    for (MeshPatch& hole : out.closedHoles) {
+        hole.place /= out.scale;
+        hole.across /= out.scale;
+    }
     // A crumb must be covered, but it does not make a body with closed shells open.
     for (const int i : crumbs) out.faces.push_back({scaled(i), FaceRole::Sheet, !shells.anyClosed()});
-    for (const Triangle& t : membranes)
-        if (isUsable(t)) out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
+    double exposed = 0;
+    std::vector<std::vector<int>> sheets;
+    for (const Corners& c : membranes) {
+        const Triangle t = shells.triangle(c);
+        if (!isUsable(t)) continue;
+        out.faces.push_back({t, FaceRole::Sheet, !shells.encloses(t)});
+        if (!out.faces.back().exposed) continue;
+        exposed += areaOf(t);
+        sheets.emplace_back(c.begin(), c.end());
+    }
     out.repairs.turned = shells.turned();
-    shells.append(out.faces);
+    shells.append(out.faces, out.cover);
+    if (shells.anyClosed() && shells.addLooseSheets(exposed, sheets)) {
+        // Without them tolerances are those of the part alone.
+        Tidied tidied = withoutSheets(mesh, placeOf, shells.vertices().size(), sheets, shells.keptFaces());
+        if (!tidied.loose.empty() && !tidied.mesh.triangles.empty()) {
+            RepairedMesh body = repairMesh(tidied.mesh, heartbeat);
+            body.loose.insert(body.loose.begin(), tidied.loose.begin(), tidied.loose.end());
+            return body;
+        }
+    }
     // What is thinner than the tolerance everywhere is kept as it came.
     if (out.faces.empty())
         for (const Triangle& t : out.cover) out.faces.push_back({t, FaceRole::Sheet, true});

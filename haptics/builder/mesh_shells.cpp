@@ -5,6 +5,8 @@
 #include <tuple>
 
 #include "haptics/builder/box_search.hpp"
+#include "haptics/builder/mesh_caps.hpp"
+#include "haptics/builder/mesh_tidy.hpp"
 #include "haptics/builder/wall_crossings.hpp"
 
 namespace touchstone {
@@ -14,6 +16,16 @@ namespace {
 constexpr double kThinnest = 1e-6;
 // Largest ratio of the caps' area to the surface's area: with it a tube of up to 50 diameters of length stays open.
 constexpr double kSmallHoles = 0.01;
+// Largest caps that close a hole for sure, as shares of the area of the closed shell. Flat and going on with the
+// surface beside it: a plate of twelve triangles may lack one, a quarter. Smooth: a guess, so less. A flat opening:
+// more might be meant to be open, as a box without a lid is.
+constexpr double kFlatCap = 0.25, kSmoothCap = 0.05, kOpening = 0.1;
+// Least share of the rim along which a cap goes on with the surface: a triangle of a box does along its diagonal.
+constexpr double kFlatRim = 0.25, kSmoothRim = 0.5;
+// Least ratio of a loose sheet's vector area to its area: a flat one has 1, half a sphere 0.5.
+constexpr double kNearlyFlat = 0.7;
+// Largest area of loose sheets that hang on the closed shells, as a share of that of these: a larger one may be a fin.
+constexpr double kFlaps = 0.01;
 // Maximum number of rounds in which flaps are dropped.
 constexpr int kFlapRounds = 100;
 // Thickness above which a part of a shell that is inside out counts, in the frame of RepairedMesh and as a multiple of
@@ -246,7 +258,12 @@ void Shells::makeShells() {
     for (const EdgeTable::Edge& e : odd_) {
         sumUp(e, nets, [&](int use) { return Net{shellOf_[use / 3], 0, rises(e, use) ? 1 : -1}; });
         for (const Net& n : nets)
-            for (int k = 0; k < std::abs(n.sum); ++k) gaps.push_back({n.group, e.low, e.high, n.sum > 0});
+            for (int k = 0; k < std::abs(n.sum); ++k) {
+                const auto use = std::find_if(e.uses.begin(), e.uses.end(), [&](int u) {
+                    return shellOf_[u / 3] == n.group && rises(e, u) == (n.sum > 0);
+                });
+                gaps.push_back({n.group, e.low, e.high, n.sum > 0, *use / 3});
+            }
     }
     std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) {
         return std::tie(a.shell, a.low, a.high) < std::tie(b.shell, b.low, b.high);
@@ -259,7 +276,8 @@ void Shells::makeShells() {
     }
 }
 
-// Computes the volume and the box of a shell, and closes small holes by a cone over each connected piece of the rim.
+// Computes the volume and the box of a shell, and closes holes: for sure, or small ones by a cone over each connected
+// piece of the rim.
 void Shells::measure(int s, std::span<const Gap> gaps) {
     Shell& shell = shells_[s];
     double area = 0;
@@ -269,14 +287,18 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
         area += areaOf(t);
         for (const Vec3& v : t) shell.box.add(v);
     }
-    const std::size_t vertices = vertices_.size(), caps = caps_.size();
+    const std::size_t vertices = vertices_.size(), caps = caps_.size(), closedHoles = closedHoles_.size();
     const auto dropCaps = [&] {
         vertices_.resize(vertices);
         caps_.resize(caps);
+        closedHoles_.resize(closedHoles);
     };
-    const int rims = addCones(gaps);
+    bool opening = false;
+    const std::vector<Gap> left = gaps.empty() ? std::vector<Gap>() : closeHoles(gaps, area, opening);
+    const std::size_t guesses = caps_.size();
+    const int rims = addCones(left);
     double capArea = 0;
-    for (std::size_t c = caps; c < caps_.size(); ++c) capArea += areaOf(triangle(caps_[c]));
+    for (std::size_t c = guesses; c < caps_.size(); ++c) capArea += areaOf(triangle(caps_[c]));
     if (capArea > kSmallHoles * area) dropCaps();
 
     const Vec3 base = shell.box.center();  // any point is correct; a near one limits the rounding errors
@@ -287,11 +309,94 @@ void Shells::measure(int s, std::span<const Gap> gaps) {
     for (std::size_t c = caps; c < caps_.size(); ++c) addTetrahedron(triangle(caps_[c]));
     const bool bounds = shell.closed || caps_.size() > caps;
     const bool thick = 2 * std::abs(shell.volume) > kThinnest * area;
-    if (bounds && thick && !shell.closed) shell.holes = rims;
-    shell.closed = bounds && thick;
+    // A surface with its front toward the inside is that of an opening, not of a solid.
+    const bool solid = bounds && thick && !(opening && shell.volume < 0);
+    if (solid && !shell.closed) shell.holes = rims;
+    shell.closed = solid;
     if (!shell.closed) dropCaps();
     shell.firstCap = static_cast<int>(caps);
+    shell.firstGuess = std::min(static_cast<int>(guesses), static_cast<int>(caps_.size()));
     shell.lastCap = static_cast<int>(caps_.size());
+}
+
+// Closes the holes that one flat or smooth cap completes, and returns the gaps of the others. `opening`: one of the
+// caps is that of a wide opening.
+std::vector<Shells::Gap> Shells::closeHoles(std::span<const Gap> gaps, double area, bool& opening) {
+    const auto runs = [](const Gap& g) { return g.rises ? std::pair(g.high, g.low) : std::pair(g.low, g.high); };
+    std::vector<RimEdge> edges;
+    for (const Gap& g : gaps) {
+        const Triangle t = triangle(cornersOf(g.face));
+        const auto [from, to] = runs(g);
+        edges.push_back(
+            {from, to, isUsable(t) ? Vec3((t[1] - t[0]).cross(t[2] - t[0]).normalized()) : Vec3(Vec3::Zero())});
+    }
+    struct Found {
+        std::vector<RimLoop> hole;
+        MeshCap cap;
+        bool opening, crossed = false;
+    };
+    std::vector<Found> found;
+    double openings = 0;
+    int count = 0;
+    for (std::vector<RimLoop>& hole : flatHoles(vertices_, rimLoops(std::move(edges)))) {
+        pulse_();
+        std::optional<MeshCap> cap = capOf(vertices_, hole);
+        if (!cap) continue;
+        const bool flat = cap->flat || cap->level, goesOn = cap->continued >= (flat ? kFlatRim : kSmoothRim);
+        const double limit = goesOn ? (flat ? kFlatCap : kSmoothCap) : cap->flat ? kOpening : 0;
+        if (!(cap->area <= limit * (area + cap->area))) continue;
+        if (!goesOn) {
+            openings += cap->area;
+            ++count;
+        }
+        found.push_back({std::move(hole), std::move(*cap), !goesOn});
+    }
+    const bool wide = openings > kSmallHoles * area;
+    if (count > 1 && wide) std::erase_if(found, [](const Found& f) { return f.opening; });
+
+    // A cap that crosses another face closes nothing.
+    std::vector<Corners> near;
+    std::vector<Box> boxes;
+    for (const Found& f : found) {
+        near.insert(near.end(), f.cap.faces.begin(), f.cap.faces.end());
+        for (const Corners& c : f.cap.faces) {
+            boxes.emplace_back();
+            for (const Vec3& v : triangle(c)) boxes.back().add(v);
+        }
+    }
+    if (found.empty()) return {gaps.begin(), gaps.end()};
+    const BoxTree tree(boxes);
+    const std::vector<Box> ordered = inOrder(tree.order(), boxes);
+    for (const Corners& c : faces_) {
+        Box box;
+        for (const Vec3& v : triangle(c)) box.add(v);
+        if (anyMeeting(tree, ordered, box, [](int) { return true; })) near.push_back(c);
+    }
+    const std::vector<char> crossed = crossedFaces(vertices_, near, pulse_);
+    std::multimap<std::pair<int, int>, char> closed;
+    std::size_t next = 0;
+    for (Found& f : found) {
+        for (std::size_t k = 0; k < f.cap.faces.size(); ++k) f.crossed = f.crossed || crossed[next++];
+        if (f.crossed) continue;
+        opening = opening || (f.opening && wide);
+        Box box;
+        for (const RimLoop& loop : f.hole)
+            for (const RimEdge& e : loop) {
+                closed.emplace(std::pair(e.from, e.to), 0);
+                box.add(vertices_[e.from]);
+            }
+        caps_.insert(caps_.end(), f.cap.faces.begin(), f.cap.faces.end());
+        closedHoles_.push_back({box.center(), (box.hi - box.lo).norm(), int(f.cap.faces.size())});
+    }
+    std::vector<Gap> left;
+    for (const Gap& g : gaps) {
+        const auto it = closed.find(runs(g));
+        if (it == closed.end())
+            left.push_back(g);
+        else
+            closed.erase(it);
+    }
+    return left;
 }
 
 // Adds one cone per connected piece of the rim, with its apex at the piece's centroid. The cone's edges are opposed to
@@ -431,7 +536,7 @@ bool Shells::markBuried() {
         if (ahead <= -0.5 && shell.closed && !shell.cavity && altitudeOf(t) > thinnestLobe_ &&
             winding(middle + lobe) <= -0.5) {
             shell.closed = false;
-            shell.lastCap = shell.firstCap;
+            shell.lastCap = shell.firstGuess = shell.firstCap;
             shell.holes = 0;
             ++insideOut_;
         }
@@ -482,19 +587,75 @@ int Shells::turned() const {
     return int(std::count_if(wallFace_.begin(), wallFace_.end(), [&](int f) { return f >= 0 && flipped_[f]; }));
 }
 
-void Shells::append(std::vector<Face>& out) {
+void Shells::append(std::vector<Face>& out, std::vector<Triangle>& sure) {
+    exposed_.assign(shells_.size(), 0);
     out.reserve(out.size() + faces_.size() + caps_.size());
     for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
         for (const int f : facesOf_[s]) {
             const Triangle t = triangle(cornersOf(f));
             if (shells_[s].closed)
                 out.push_back({t, buried_[f] ? FaceRole::Buried : FaceRole::Wall, false});
-            else if (isUsable(t))  // a degenerate face of an open shell is skipped
+            else if (isUsable(t)) {  // a degenerate face of an open shell is skipped
                 out.push_back({t, FaceRole::Sheet, !encloses(t)});
+                exposed_[s] += out.back().exposed;
+            }
         }
-        for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c)
-            out.push_back({triangle(caps_[c]), FaceRole::Cap, false});
+        for (int c = shells_[s].firstCap; c < shells_[s].lastCap; ++c) {
+            const bool isSure = c < shells_[s].firstGuess;
+            out.push_back({triangle(caps_[c]), isSure ? FaceRole::Wall : FaceRole::Cap, false});
+            if (isSure && isUsable(out.back().corners)) sure.push_back(out.back().corners);
+        }
     }
+}
+
+bool Shells::addLooseSheets(double attached, std::vector<std::vector<int>>& sheets) {
+    double closed = 0, free = 0;
+    std::vector<char> isWall(vertices_.size(), 0);
+    const auto cornersIn = [&](int s) {
+        std::vector<int> corners;
+        for (const int f : facesOf_[s]) corners.insert(corners.end(), faces_[f].begin(), faces_[f].end());
+        return corners;
+    };
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        if (!shells_[s].closed) continue;
+        for (const int f : facesOf_[s]) closed += areaOf(triangle(faces_[f]));
+        for (const int v : cornersIn(s)) isWall[v] = 1;
+    }
+    std::vector<int> loose, flaps;
+    for (int s = 0; s < static_cast<int>(shells_.size()); ++s) {
+        if (shells_[s].closed || exposed_[s] == 0) continue;
+        double area = 0;
+        Vec3 vector = Vec3::Zero();
+        for (const int f : facesOf_[s]) {
+            const Triangle t = triangle(cornersOf(f));
+            const Vec3 twice = (t[1] - t[0]).cross(t[2] - t[0]);
+            area += areaOf(t);
+            vector += twice;
+        }
+        if (vector.norm() / 2 < kNearlyFlat * area) continue;
+        const std::vector<int> corners = cornersIn(s);
+        const bool isFlap = std::any_of(corners.begin(), corners.end(), [&](int v) { return isWall[v]; });
+        (isFlap ? flaps : loose).push_back(s);
+        (isFlap ? attached : free) += area;
+    }
+    if (free > kLooseSheets * closed) loose.clear();
+    if (attached > kFlaps * closed) {
+        flaps.clear();
+        sheets.clear();
+    }
+    for (const std::vector<int>& group : {loose, flaps})
+        for (const int s : group) {
+            shells_[s].loose = true;
+            sheets.push_back(cornersIn(s));
+        }
+    return !sheets.empty();
+}
+
+std::vector<Corners> Shells::keptFaces() const {
+    std::vector<Corners> kept;
+    for (std::size_t f = 0; f < faces_.size(); ++f)
+        if (!shells_[shellOf_[f]].loose) kept.push_back(faces_[f]);
+    return kept;
 }
 
 std::vector<Corners> Shells::buriedWalls() const {

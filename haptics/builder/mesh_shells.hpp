@@ -18,7 +18,9 @@ class Shells {
     Shells(const Shells&) = delete;  // its edges refer to its faces
     Shells& operator=(const Shells&) = delete;
 
-    int holes() const;  ///< number of small holes that caps close
+    int holes() const;  ///< number of small holes that caps close by guess
+    /// Holes that a flat or smooth cap closes.
+    const std::vector<MeshPatch>& closedHoles() const { return closedHoles_; }
     /// Number of shells that became sheets since they are inside out in part.
     int insideOut() const { return insideOut_; }
     bool anyClosed() const { return !walls_.empty(); }
@@ -28,8 +30,18 @@ class Shells {
     /// Whether a sheet lies inside the closed shells. Only its middle and its corners are tested.
     bool encloses(const Triangle& sheet);
 
-    /// Appends all faces with their roles, shell by shell.
-    void append(std::vector<Face>& out);
+    /// Appends all faces with their roles, shell by shell. The faces of caps that close a hole for sure are walls, and
+    /// are appended to `sure` again.
+    void append(std::vector<Face>& out, std::vector<Triangle>& sure);
+
+    /// Adds the vertices of the faces of each loose sheet: outside the closed shells, nearly flat, and small, together
+    /// with all others and, if they hang on the shells, with those that `sheets` has, of area `attached`. These are
+    /// removed if all together are not small. Returns whether there is any. Pre: append() was called.
+    bool addLooseSheets(double attached, std::vector<std::vector<int>>& sheets);
+    /// All faces but those of loose sheets. Pre: addLooseSheets() was called.
+    std::vector<Corners> keptFaces() const;
+    const std::vector<Vec3>& vertices() const { return vertices_; }
+    Triangle triangle(const Corners& c) const { return {vertices_[c[0]], vertices_[c[1]], vertices_[c[2]]}; }
 
     /// The buried faces of closed shells, as vertices.
     std::vector<Corners> buriedWalls() const;
@@ -39,18 +51,19 @@ class Shells {
   private:
     struct Shell {
         bool closed = false, cavity = false;
-        double volume = 0;  ///< signed, with the orientation that the faces had in the input
-        int firstCap = 0, lastCap = 0, holes = 0;
+        bool loose = false;  ///< a sheet of which addLooseSheets() says so
+        double volume = 0;   ///< signed, with the orientation that the faces had in the input
+        int firstCap = 0, firstGuess = 0, lastCap = 0, holes = 0;  ///< caps from firstGuess on are guessed
         Box box;
     };
     /// A missing use of an edge: a place where a face is missing.
     struct Gap {
         int shell, low, high;
         bool rises;  ///< the existing face runs from low to high
+        int face;    ///< one that runs so
     };
 
     Corners cornersOf(int face) const;
-    Triangle triangle(const Corners& c) const { return {vertices_[c[0]], vertices_[c[1]], vertices_[c[2]]}; }
     bool rises(const EdgeTable::Edge& e, int use) const;
 
     void orient();
@@ -59,6 +72,7 @@ class Shells {
     bool dropFlaps();
     void makeShells();
     void measure(int shell, std::span<const Gap> gaps);
+    std::vector<Gap> closeHoles(std::span<const Gap> gaps, double area, bool& opening);
     int addCones(std::span<const Gap> gaps);
     void flip(int shell);
     void nest();
@@ -81,6 +95,8 @@ class Shells {
     std::vector<Shell> shells_;
     Grouped facesOf_;  ///< by shell
     std::vector<Corners> caps_;
+    std::vector<MeshPatch> closedHoles_;
+    std::vector<int> exposed_;          ///< number of exposed faces by shell
     std::vector<Corners> walls_;        ///< faces and caps of closed shells
     std::vector<int> wallFace_;         ///< by wall; -1 for caps
     std::vector<char> buried_;          ///< by face

@@ -276,6 +276,8 @@ bool joinRims(WeldedMesh& mesh, const Vec3& origin, double tolerance, Pulse& pul
         for (int& corner : face) corner = to[corner];
         return collapsed(face);
     });
+    for (int& place : mesh.placeOf)
+        if (place >= 0) place = to[place];
     return true;
 }
 
@@ -354,7 +356,8 @@ void dropSlivers(WeldedMesh& mesh, double tolerance, Pulse& pulse) {
 WeldedMesh weldMesh(const TriangleMesh& mesh, double scale, const Box& box, const WeldTolerance& tolerance,
                     Pulse& pulse) {
     WeldedMesh out;
-    std::vector<int> placeOf(mesh.vertices.size(), -1);
+    std::vector<int>& placeOf = out.placeOf;
+    placeOf.assign(mesh.vertices.size(), -1);
     for (const auto& t : mesh.triangles)
         for (const std::uint32_t i : t) placeOf[i] = 0;
     const auto used = static_cast<std::size_t>(std::count(placeOf.begin(), placeOf.end(), 0));

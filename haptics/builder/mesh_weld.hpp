@@ -9,6 +9,7 @@ struct WeldedMesh {
     std::vector<Vec3> vertices;
     std::vector<Corners> faces;      ///< each has three different corners, and no two are equal
     std::vector<Corners> membranes;  ///< faces with equally many copies of both orientations: they bound nothing
+    std::vector<int> placeOf;        ///< vertex here by vertex of the input; -1 for one without a triangle
     std::vector<int> crumbs;         ///< input triangles that have an area but collapse at the tolerance
     double moved = 0;                ///< upper bound on the distance that the surface moved
     MeshRepairs repairs;             ///< joined, stitched, degenerate, duplicates

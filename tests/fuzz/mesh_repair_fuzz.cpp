@@ -71,19 +71,22 @@ bool allFinite(const TriangleMesh& mesh) {
 
 void checkRepair(const RepairedMesh& body, std::size_t triangles) {
     require(body.diagonal >= 1 && body.diagonal < 2 + 1e-9, "the diagonal lies in [1, 2)");
-    require(!body.cover.empty() && body.cover.size() <= triangles, "what is to be covered is what came in");
+    std::size_t caps = 0;
+    for (const MeshPatch& hole : body.closedHoles) caps += std::size_t(hole.triangles);
+    require(!body.cover.empty() && body.cover.size() <= triangles + caps,
+            "what is to be covered is what came in, or closes a hole");
     require(body.weld >= 0 && body.weld < 1e-4 * body.diagonal,  // 1e-5 in each of several rounds
             "welding moves little");
-    bool walls = false, caps = false, exposed = false;
+    bool walls = false, guesses = false, exposed = false;
     for (const Face& f : body.faces) {
         for (const Vec3& v : f.corners) require(v.allFinite(), "corners are finite");
         require(f.role == FaceRole::Sheet || !f.exposed, "only sheets are exposed");
         walls = walls || f.role == FaceRole::Wall;
-        caps = caps || f.role == FaceRole::Cap;
+        guesses = guesses || f.role == FaceRole::Cap;
         exposed = exposed || f.exposed;
     }
     require(!body.faces.empty(), "some face is left");
-    require(caps == (body.holes > 0), "holes have caps");
+    require(guesses == (body.holes > 0), "holes have caps");
     require(walls || exposed, "without walls the surface is open");
     require(body.closed() == (body.holes == 0 && !exposed), "closed is what has neither holes nor sheets in the open");
 }
@@ -104,14 +107,14 @@ void checkFeatures(const SurfaceFeatures& found) {
     require(arePoints(found.spokes), "spokes end in points");
 }
 
-void checkTree(const SphereTree& tree, const TriangleMesh& mesh, int leaves) {
+void checkTree(const SphereTree& tree, const RepairedMesh& body, int leaves) {
     const TreeCertificate& c = tree.certificate;
     require(tree.leafCount() >= 1 && tree.leafCount() <= leaves, "at most the maximum leaf count");
     require(c.covered || !c.note.empty(), "covered, or says why not");
     require(std::isfinite(c.protrusion) && c.protrusion >= 0 && c.protrusion <= 20 * c.diagonal, "a sane protrusion");
     if (!c.covered) return;
-    for (const auto& t : mesh.triangles) {
-        const Vec3 &p = mesh.vertices[t[0]], &q = mesh.vertices[t[1]], &r = mesh.vertices[t[2]];
+    for (const Triangle& t : body.cover) {
+        const Vec3 p = t[0] / body.scale, q = t[1] / body.scale, r = t[2] / body.scale;
         const Vec3 n = (q - p).cross(r - p);
         // Zero-area triangles need no cover; rounding decides whether the area is zero.
         if (!(n.norm() > 1e-9 * std::max({(q - p).squaredNorm(), (r - q).squaredNorm(), (p - r).squaredNorm()})))
@@ -140,6 +143,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         fuzz::requireSentence(error.what());
         return 0;
     }
-    if (in.tree) checkTree(buildSphereTree(in.mesh, {.leaves = in.leaves, .threads = 1}), in.mesh, in.leaves);
+    if (in.tree)
+        checkTree(buildSphereTree(in.mesh, {.leaves = in.leaves, .threads = 1}), repairMesh(in.mesh), in.leaves);
     return 0;
 }

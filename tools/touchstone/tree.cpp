@@ -35,6 +35,8 @@ struct TreeCommand {
 struct MadeTree {
     SphereTree tree;
     MeshRepairs repairs;
+    std::string words;             ///< about all repairs
+    int holes = 0, loose = 0;      ///< holes that were closed, loose triangles that were left out
     double moved = 0;              ///< by the repairs, at most, mm
     const char* source = "built";  ///< or "cache", "import"
     double wall = 0, cpu = 0;      ///< s
@@ -86,19 +88,21 @@ MadeTree makeTree(const TreePart& part, const TreeOptions& options, const TreeCo
     made.wall = watch.wall();
     made.cpu = watch.cpu();
     made.repairs = body.repairs;
+    made.words = sandbox::words(body);
+    made.holes = int(body.closedHoles.size());
+    for (const MeshPatch& patch : body.loose) made.loose += patch.triangles;
     made.moved = body.weld / body.scale;
     return made;
 }
 
 void print(const TreePart& part, const MadeTree& made) {
     const TreeCertificate& certificate = made.tree.certificate;
-    const std::string repairs = sandbox::words(made.repairs, made.moved),
-                      how = made.source == std::string("built")   ? "built"
+    const std::string how = made.source == std::string("built")   ? "built"
                             : made.source == std::string("cache") ? "from the cache"
                                                                   : "imported";
     std::printf("%s%s%s: %s; %s in %.2f s, CPU %.2f s\n", part.name.c_str(), part.role.empty() ? "" : ", ",
                 part.role.c_str(), sandbox::words(made.tree).c_str(), how.c_str(), made.wall, made.cpu);
-    if (!repairs.empty()) std::printf("  repaired: %s\n", repairs.c_str());
+    if (!made.words.empty()) std::printf("  repaired: %s\n", made.words.c_str());
     if (!certificate.note.empty()) std::printf("  note: %s\n", certificate.note.c_str());
 }
 
@@ -123,6 +127,8 @@ void printJson(const TreePart& part, const TreeOptions& options, const MadeTree&
                        {"duplicates", made.repairs.duplicates},
                        {"turned_over", made.repairs.turned},
                        {"inside", made.repairs.inner},
+                       {"holes_closed", made.holes},
+                       {"loose", made.loose},
                        {"moved_mm", made.moved}};
     json["source"] = made.source;
     if (made.source != std::string("import")) {

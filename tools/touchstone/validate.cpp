@@ -1,4 +1,5 @@
 // touchstone validate: how a scene's nodes were interpreted, the friction of its parts, and whether it can be run.
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -39,10 +40,14 @@ std::vector<std::string> warningsOf(const sandbox::HapticScene& scene) {
     if (atStart > 0 && (bySpheres || startsInside(*scene.world, start, {}, scene.settings)))
         warnings.push_back("tool and obstacles overlap by " + lengthText(atStart) + " at the start: move them apart");
     const auto& goal = scene.roles.goal;
+    const bool open = std::any_of(scene.defects.begin(), scene.defects.end(),
+                                  [](const std::string& defects) { return !defects.empty(); });
     if (const double depth = goal ? depthAt(goal->X_WT) : 0; depth > kOverlap)
         warnings.push_back(engine::formatted(
-            "tool and obstacles overlap by %s at the goal, whose tolerance is %.3f mm: touchstone fit says where",
-            lengthText(depth).c_str(), goal->tolerance));
+            "tool and obstacles overlap by %s at the goal, whose tolerance is %.3f mm: %s", lengthText(depth).c_str(),
+            goal->tolerance,
+            open ? "repair the open part first, since its spheres reach further than its mesh"
+                 : "touchstone fit says where"));
     return warnings;
 }
 

@@ -282,7 +282,7 @@ FitQuestion fitQuestion(const HapticScene& scene) {
             throw std::runtime_error(
                 sceneName(scene) + ": the fit is measured between closed meshes, and " +
                 nodeLabel(scene.scene, body == 0 ? scene.roles.tool : scene.roles.obstacles[body - 1]) + " has " +
-                scene.defects[body] + ": repair it");
+                scene.defects[body] + ": close it in the program that made it");
     if (!scene.roles.goal && !scene.demonstration)
         throw std::runtime_error(
             sceneName(scene) +

@@ -64,7 +64,7 @@ class PartMaker {
         const auto [made, isNew] = shapes_.try_emplace(treeKey(mesh, {}));
         if (!isNew) return made->second;
         const RepairedMesh body = repairMesh(mesh);
-        made->second.repairs = words(body.repairs, body.weld / body.scale);
+        made->second.repairs = words(body);
         if (!body.closed()) {
             made->second.defects = words(defectsOf(body));
             return made->second;

@@ -2,9 +2,11 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <set>
 #include <stdexcept>
 
+#include "haptics/builder/mesh_repair.hpp"
 #include "haptics/builder/tree_builder.hpp"
 #include "tests/support/test_meshes.hpp"
 
@@ -152,9 +154,8 @@ std::vector<HardMesh> hardMeshes() {
     const TriangleMesh fineInner = moved(patchedCube(6, {9, 9, 9, 9, 9, 9}), 1, Vec3(2, 2, 2));
     return {
         {"box", "nothing to do", box, true, "", 4.6},
-        {"small hole", "closed by a cap, and noted", without(ball, 150), false, "has 1 small hole", 0.93},
-        {"three small holes", "each closed by a cap", without(without(without(ball, 300), 200), 100), false,
-         "has 3 small holes", 0.83},
+        {"small hole", "closed by a flat or smooth cap", without(ball, 150), true, "", 0.93},
+        {"three small holes", "each closed by a cap", without(without(without(ball, 300), 200), 100), true, "", 0.93},
         {"large hole", "a sheet, and noted", without(box, 10, 2), false, kOpen, 13.0},
         {"tube", "a sheet, and noted", tube(5, 30), false, kOpen, 9.8},
         {"edge of four", "two shells that touch", joined(box, boxMesh(Vec3(10, 10, 10), Vec3(10, 10, 0))), true, "",
@@ -223,6 +224,24 @@ TEST_CASE("hard mesh: each kind gets a covering tree whose note names the defect
         std::mt19937 random(6);
         CHECK(barePoints(hard.mesh, tree, 500, random) == 0);
     }
+}
+
+/// The triangles that a tree covers.
+TriangleMesh keptOf(const TriangleMesh& mesh) {
+    const RepairedMesh body = repairMesh(mesh);
+    std::map<std::array<double, 3>, std::uint32_t> places;
+    TriangleMesh kept;
+    for (const Triangle& t : body.cover) {
+        std::array<std::uint32_t, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 p = t[k] / body.scale;
+            const auto [place, isNew] = places.try_emplace({p.x(), p.y(), p.z()}, std::uint32_t(kept.vertices.size()));
+            if (isNew) kept.vertices.push_back(p);
+            corners[k] = place->second;
+        }
+        kept.triangles.push_back(corners);
+    }
+    return kept;
 }
 
 /// Whether parity distinguishes inside from outside: all rays from one point meet the same number of faces, mod 2.
@@ -311,9 +330,10 @@ TEST_CASE("hard mesh: random damage gives a covering tree, and only a mesh that 
         const SphereTree tree = buildSphereTree(mesh, {.leaves = 24});
         CHECK(tree.leafCount() <= 24);
         CHECK(tree.certificate.covered);
-        CHECK(barePoints(mesh, tree, 100, random) == 0);
+        const TriangleMesh kept = keptOf(mesh);  // without what is loose, and with what closes holes
+        CHECK(barePoints(kept, tree, 100, random) == 0);
         // Extra faces may lie inside, where they do no harm.
-        if (tree.certificate.closed && !junk) CHECK(bounds(mesh, random));
+        if (tree.certificate.closed && !junk) CHECK(bounds(kept, random));
         if (!tree.certificate.closed) CHECK_FALSE(tree.certificate.note.empty());
         (tree.certificate.closed ? closed : open) += 1;
     }

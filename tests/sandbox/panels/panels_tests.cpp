@@ -496,8 +496,11 @@ TEST_CASE("tree words: certificate, options and remaining time are written as se
     CHECK(needsAttention(certificate));
     certificate = {.covered = true, .closed = true, .note = "Thin."};
     CHECK(needsAttention(certificate));
-    CHECK(words(MeshDefects{.holes = 2, .openEdges = 7, .crowdedEdges = 1, .insideOut = 1}) ==
-          "2 holes (7 open edges) and 1 edge of more than two faces and 1 shell partly inside out");
+    CHECK(words(MeshDefects{
+              .holes = 2, .largest = {Vec3(1, 2, -4), 3, 0}, .openEdges = 7, .crowdedEdges = 1, .insideOut = 1}) ==
+          "2 holes (7 open edges), the widest 3 mm across at (1.0, 2.0, -4.0) mm, and 1 edge of more than two faces, "
+          "and 1 "
+          "shell partly inside out");
     CHECK(words(TreeOptions{}) == "4096 leaves, fast, shell");
     CHECK(words(TreeOptions{.maxError = 0.02, .quality = TreeQuality::Best, .interior = Interior::Solid}) ==
           "protrusion at most 0.02 mm, best, solid");
