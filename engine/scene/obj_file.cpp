@@ -72,6 +72,7 @@ class ObjReader {
             const std::optional<double> value = numberIn(given);
             if (!value) refuse(quote(given) + " is not a number; write it with a decimal point and no unit");
             if (count == values.size()) refuse("a vertex has more than 7 numbers; write x y z");
+            if (count < 3) mesh_.wrote(*value, given);
             values[count++] = *value;
         }
         // x y z alone, with a weight, with an RGB color or with an RGBA color.

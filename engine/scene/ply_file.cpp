@@ -160,14 +160,20 @@ class AsciiData {
     std::uint64_t number() const { return text_.line(); }
     FilePlace place() const { return atLine(number()); }
 
-    double value(Scalar) const {
+    double coordinate(Scalar type, PolygonMesh& mesh) {
+        const double number = value(type);
+        mesh.wrote(number, last_);
+        return number;
+    }
+    double value(Scalar) {
         const std::string_view word = text_.word();
         if (word.empty()) refuse("has fewer values than the header declares properties; export the part again");
         const std::optional<double> value = numberIn(word);
         if (!value) refuse(quote(word) + " is not a number; write it with a decimal point and no unit");
+        last_ = word;
         return *value;
     }
-    void skip(Scalar type, std::uint64_t count) const {
+    void skip(Scalar type, std::uint64_t count) {
         for (; count > 0; --count) value(type);
     }
 
@@ -181,6 +187,7 @@ class AsciiData {
 
     TextCursor& text_;
     const PolygonMesh& mesh_;
+    std::string_view last_;  // word of the last value
 };
 
 /// Reads binary data of either byte order.
@@ -200,6 +207,10 @@ class BinaryData {
     std::uint64_t number() const { return index_; }
     FilePlace place() const { return {element_->name, index_}; }
 
+    double coordinate(Scalar type, PolygonMesh& mesh) {
+        if (type == Scalar::Float32) mesh.storesFloats();
+        return value(type);
+    }
     double value(Scalar type) {
         switch (type) {
             case Scalar::Int8:
@@ -300,7 +311,7 @@ class ElementReader {
             if (axis == axes.end())
                 skip(element.properties[i]);
             else
-                position[static_cast<int>(axis - axes.begin())] = data_.value(element.properties[i].type);
+                position[static_cast<int>(axis - axes.begin())] = data_.coordinate(element.properties[i].type, mesh_);
         }
         mesh_.addVertex(position);
     }

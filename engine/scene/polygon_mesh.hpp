@@ -1,5 +1,6 @@
 #pragma once
 // Content of a mesh file while it is read: vertices, polygons, and notes on ignored content.
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
@@ -33,6 +34,9 @@ class PolygonMesh {
 
     std::uint64_t vertexCount() const { return vertices_.size(); }
     void addVertex(const glm::dvec3& inFileUnits);
+    /// Tell how exact coordinates are: the word of one in a text, or that all are floats.
+    void wrote(double coordinate, std::string_view word);
+    void storesFloats() { floats_ = true; }
 
     /// Adds a polygon. Its vertices may be added later; build() refuses indices without a vertex.
     void addFace(std::span<const std::uint32_t> corners, std::uint64_t place);
@@ -55,14 +59,19 @@ class PolygonMesh {
 
     std::string sentence(const Note& note) const;
     void checkCorner(std::uint32_t corner, std::uint64_t place) const;
-    void noteRounding(const MeshData& mesh);
+    void center();
+    double stepAt(double farthest) const;
+    /// As stored: about origin_, in single precision.
+    glm::vec3 stored(std::uint32_t corner) const { return glm::vec3(vertices_[corner] - origin_) + glm::vec3(0); }
 
     std::filesystem::path file_;
     double metresPerUnit_;
     const char* faceUnit_ = "line";
     std::uint64_t firstVertex_ = 0;
-    double rounding_ = 0;  // largest rounding of a coordinate to single precision, in file units
-    std::vector<glm::vec3> vertices_;
+    bool floats_ = false;
+    std::array<double, 64> lastDigits_{};  // the least last digit of coordinates in a decade, the first of 1e-32
+    glm::dvec3 origin_{0};                 // of the mesh, in file units
+    std::vector<glm::dvec3> vertices_;
     std::vector<std::uint32_t> corners_;  // corners of all faces
     std::vector<std::size_t> ends_;       // end of each face in corners_
     std::vector<std::uint32_t> places_;   // place of each face

@@ -74,7 +74,11 @@ class AsciiStl {
         for (word = text_.nextWord(); is(word, "vertex"); word = text_.nextWord()) {
             corners_.push_back(static_cast<std::uint32_t>(mesh_.vertexCount()));
             glm::dvec3 vertex;
-            for (int k = 0; k < 3; ++k) vertex[k] = number(text_.nextWord());
+            for (int k = 0; k < 3; ++k) {
+                const std::string_view given = text_.nextWord();
+                vertex[k] = number(given);
+                mesh_.wrote(vertex[k], given);
+            }
             mesh_.addVertex(vertex);
         }
         expect(word, "endloop");
@@ -103,6 +107,7 @@ class AsciiStl {
 
 void readBinary(std::string_view bytes, PolygonMesh& mesh) {
     mesh.countFacesIn("triangle");
+    mesh.storesFloats();
     const std::uint64_t size = binarySize(bytes);
     for (std::size_t at = kHeader; at < size; at += kTriangle) {
         std::uint32_t corners[3];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 namespace touchstone::engine {
 namespace {
@@ -70,6 +71,13 @@ std::optional<double> numberIn(std::string_view word) {
     }
     if (error != std::errc{} || end != word.data() + word.size()) return {};
     return value;
+}
+
+double lastDigitOf(std::string_view word) {
+    const std::size_t exponent = std::min(word.find_first_of("eE"), word.size());
+    const std::size_t point = std::min(word.find('.'), exponent);
+    const auto power = exponent < word.size() ? integerIn(word.substr(exponent + 1)).value_or(0) : 0;
+    return std::pow(10.0, double(power) - (point < exponent ? double(exponent - point - 1) : 0));
 }
 
 std::optional<std::int64_t> integerIn(std::string_view word) {

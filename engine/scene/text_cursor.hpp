@@ -37,7 +37,10 @@ class TextCursor {
 /// Infinity and NaN are accepted.
 std::optional<double> numberIn(std::string_view word);
 
-/// The same for a whole number; nothing if it does not fit.
+/// What one in the last digit of a number is worth: 0.01 in "-3.20" and "320e-4". Pre: numberIn() accepts the word.
+double lastDigitOf(std::string_view word);
+
+/// The same as numberIn() for a whole number; nothing if it does not fit.
 std::optional<std::int64_t> integerIn(std::string_view word);
 
 }  // namespace touchstone::engine

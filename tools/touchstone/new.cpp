@@ -116,9 +116,13 @@ int makeNew(const NewOptions& options) {
         parts.obstacles.push_back(read(options.obstacles[i],
                                        i < options.obstacleNames.size() ? options.obstacleNames[i] : "",
                                        {"silver", {0.95f, 0.95f, 0.97f, 1}, 1, 0.4f}));
+    const glm::dvec3 moved = moveToOrigin(parts) * sandbox::kMmPerMeter;
     engine::writeGltf(makeScene(parts, warnings), options.output);
 
     std::printf("%s\n", options.output.string().c_str());
+    if (moved != glm::dvec3(0))
+        std::printf("  moved     all parts by (%.0f, %.0f, %.0f) mm to the origin, far from which they lie\n", moved.x,
+                    moved.y, moved.z);
     print("tool", parts.tool);
     for (const Part& obstacle : parts.obstacles) print("obstacle", obstacle);
     sandbox::SceneOptions withoutTrees;

@@ -7,7 +7,9 @@
 #include "engine/scene/gltf_read.hpp"
 #include "engine/scene/mesh_file.hpp"
 #include "engine/scene/transforms.hpp"
+#include "haptics/builder/mesh_repair.hpp"
 #include "haptics/sandbox/scene/roles.hpp"
+#include "haptics/sandbox/scene/tree_words.hpp"
 #include "haptics/sandbox/scene/units.hpp"
 
 namespace touchstone::app {
@@ -19,19 +21,61 @@ using engine::Scene;
 constexpr double kClearance = 0.1;           ///< of the tool's size: how far outside it starts
 constexpr double kTolerance = 0.01;          ///< of the tool's size: how near to its goal it counts as seated
 constexpr double kLargestTolerance = 0.001;  ///< m
+constexpr double kFarScene = 10;             ///< m: floats resolve 1 µm there
 constexpr double kToleranceAngle = 0.05;     ///< rad
 constexpr double kOutside = 0.5, kMoving = 3, kSeated = 1.5;  ///< s: pieces of the demonstration
 
-/// Calls visit(position) for all vertices that are visible, in the frame of the scene.
-template <class Visit>
-void forEachVertex(const Scene& scene, Visit&& visit) {
+/// All triangles that are visible, in the frame of the scene, m.
+TriangleMesh shownTriangles(const Scene& scene) {
+    TriangleMesh shown;
     for (const Entity node : scene.nodes) {
         const auto* instance = node ? scene.registry.find<engine::MeshInstance>(node) : nullptr;
         if (!instance || !isVisible(scene.registry, node)) continue;
         const glm::dmat4 matrix = engine::worldMatrix(scene.registry, node);
-        for (const engine::Primitive& primitive : instance->primitives)
-            for (const glm::vec3& position : primitive.mesh->positions)
-                visit(glm::dvec3(matrix * glm::dvec4(position, 1)));
+        for (const engine::Primitive& primitive : instance->primitives) {
+            const auto base = std::uint32_t(shown.vertices.size());
+            for (const glm::vec3& position : primitive.mesh->positions) {
+                const glm::dvec4 p = matrix * glm::dvec4(position, 1);
+                shown.vertices.emplace_back(p.x, p.y, p.z);
+            }
+            const auto& indices = primitive.mesh->indices;
+            for (std::size_t i = 0; i + 2 < indices.size(); i += 3)
+                shown.triangles.push_back({base + indices[i], base + indices[i + 1], base + indices[i + 2]});
+        }
+    }
+    return shown;
+}
+
+/// The box around what is shown and encloses something: a stray triangle is no part of the part. Adds a note on what is
+/// left out, or closed.
+void findBox(Part& part, const std::string& file) {
+    TriangleMesh shown = shownTriangles(part.content);
+    if (shown.triangles.empty())
+        throw engine::SceneError(file + ": shows no triangles; export the part with its mesh visible");
+    part.low = glm::dvec3(1e30);
+    part.high = glm::dvec3(-1e30);
+    const auto add = [&](const Vec3& p) {
+        part.low = glm::min(part.low, glm::dvec3(p.x(), p.y(), p.z()));
+        part.high = glm::max(part.high, glm::dvec3(p.x(), p.y(), p.z()));
+    };
+    for (const Vec3& p : shown.vertices) add(p);
+    const glm::dvec3 middle = (part.low + part.high) / 2.0;
+    const Vec3 base(middle.x, middle.y, middle.z);
+    for (Vec3& p : shown.vertices) p = (p - base) * sandbox::kMmPerMeter;
+    try {
+        const RepairedMesh body = repairMesh(shown);
+        if (!body.loose.empty() || !body.closedHoles.empty())
+            part.notes.push_back(file + ": was repaired: " + sandbox::words(body));
+        if (body.loose.empty()) return;
+        part.low = glm::dvec3(1e30);
+        part.high = glm::dvec3(-1e30);
+        for (const Triangle& t : body.cover)
+            for (const Vec3& p : t) {
+                const Vec3 inScene = p / (body.scale * sandbox::kMmPerMeter) + base;
+                add(inScene);
+            }
+    } catch (const std::invalid_argument&) {
+        // A mesh that cannot be repaired is named when the scene is opened.
     }
 }
 
@@ -77,11 +121,15 @@ double highest(const Part& part, const glm::dvec3& axis) { return -lowest(part, 
 /// portion's box across the axis.
 glm::dvec3 originOf(const Part& tool, const glm::dvec3& axis, double top) {
     glm::dvec3 low(1e30), high(-1e30);
-    forEachVertex(tool.content, [&](const glm::dvec3& p) {
-        if (glm::dot(p, axis) > top) return;
+    const double rounding = 1e-9 * glm::length(tool.high - tool.low);
+    for (const Vec3& v : shownTriangles(tool.content).vertices) {
+        const glm::dvec3 p(v.x(), v.y(), v.z());
+        const bool within = glm::all(glm::greaterThanEqual(p, tool.low - rounding)) &&
+                            glm::all(glm::lessThanEqual(p, tool.high + rounding));
+        if (glm::dot(p, axis) > top || !within) continue;
         low = glm::min(low, p);
         high = glm::max(high, p);
-    });
+    }
     const glm::dvec3 center = (low + high) / 2.0;
     return center + (lowest(tool, axis) - glm::dot(center, axis)) * axis;
 }
@@ -125,6 +173,9 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
             for (std::vector<glm::vec3>* vectors : {&mesh.positions, &mesh.normals})
                 for (glm::vec3& v : *vectors) v = {v.x, v.z, 0 - v.y};
         const Entity node = addNode(part.content, part.name);
+        const glm::dvec3& o = read.origin;
+        part.origin = frame.zUp ? glm::dvec3(o.x, o.z, 0 - o.y) : o;
+        part.content.registry.get<engine::LocalTransform>(node).translation = part.origin;
         addMesh(part.content, node, std::make_shared<const engine::MeshData>(std::move(mesh)),
                 addMaterial(part.content, material));
     } else {
@@ -132,15 +183,24 @@ Part readPart(const std::filesystem::path& file, const PartFrame& frame, const e
         for (const std::string& warning : part.content.warnings) part.notes.push_back(warning);
     }
     engine::updateWorldTransforms(part.content);
-    part.low = glm::dvec3(1e30);
-    part.high = glm::dvec3(-1e30);
-    forEachVertex(part.content, [&](const glm::dvec3& p) {
-        part.low = glm::min(part.low, p);
-        part.high = glm::max(part.high, p);
-    });
-    if (part.low.x > part.high.x)
-        throw engine::SceneError(file.string() + ": shows no triangles; export the part with its mesh visible");
+    findBox(part, file.string());
     return part;
+}
+
+glm::dvec3 moveToOrigin(NewScene& parts) {
+    const Part& first = parts.obstacles.front();
+    const glm::dvec3 middle = (first.low + first.high) / 2.0;
+    if (glm::length(middle) <= kFarScene) return glm::dvec3(0);
+    const glm::dvec3 by = glm::dvec3(0) - glm::round(middle * sandbox::kMmPerMeter) / sandbox::kMmPerMeter;
+    const auto move = [&](Part& part) {
+        for (const Entity root : part.content.roots)
+            part.content.registry.get<engine::LocalTransform>(root).translation += by;
+        for (glm::dvec3* point : {&part.low, &part.high, &part.origin}) *point += by;
+        engine::updateWorldTransforms(part.content);
+    };
+    move(parts.tool);
+    for (Part& obstacle : parts.obstacles) move(obstacle);
+    return by;
 }
 
 engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warnings) {
@@ -158,7 +218,7 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
     // `goal` and `start` are travels of the tool along the axis from where it is modeled.
     const double start = modeled + kClearance * size;
     double depth = 0, goal = 0;
-    engine::RigidPart origin;
+    engine::RigidPart origin{.translation = parts.tool.origin};
     if (parts.goal) {
         if (!parts.goal->depth && !parts.assembled)
             throw UsageError("--goal needs a depth, unless the parts are modeled --assembled");
@@ -188,7 +248,10 @@ engine::Scene makeScene(const NewScene& parts, std::vector<std::string>& warning
     Scene scene;
     scene.name = parts.name;
     const Entity tool = addPart(scene, parts.tool, sandbox::Role::Tool, parts.tree, at(start), origin);
-    for (const Part& obstacle : parts.obstacles) addPart(scene, obstacle, sandbox::Role::Obstacle, parts.tree, {}, {});
+    for (const Part& obstacle : parts.obstacles) {
+        const engine::RigidPart own{.translation = obstacle.origin};
+        addPart(scene, obstacle, sandbox::Role::Obstacle, parts.tree, own, own);
+    }
     if (parts.goal) addGoal(scene, *parts.goal, depth, size, at(goal));
     if (parts.demonstration) {
         nlohmann::json extras = *scene.registry.get<engine::NodeMarking>(tool).extras;

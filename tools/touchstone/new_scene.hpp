@@ -24,6 +24,7 @@ struct Part {
     std::string name;
     engine::Scene content;
     glm::dvec3 low{0}, high{0};
+    glm::dvec3 origin{0};            ///< of its node: not 0 if its file has it far from the origin
     std::vector<std::string> notes;  ///< what was ignored in the file
 };
 
@@ -48,6 +49,10 @@ struct NewScene {
     std::optional<NewGoal> goal;
     bool demonstration = false;  ///< the tool comes in from outside along the axis; needs a goal
 };
+
+/// Moves all parts by the same whole millimeters to the origin if they lie more than 10 m from it, where drawing loses
+/// digits, and later contacts. Returns by how much, m.
+glm::dvec3 moveToOrigin(NewScene& parts);
 
 /// Adds to `warnings` what is allowed but rarely meant.
 ///

@@ -41,7 +41,7 @@ TreePart readMeshPart(const PartChoice& choice) {
     // The file is read in its own unit: single precision then keeps its digits, and the unit is applied in double.
     const engine::MeshFile read = engine::readMeshFile(choice.file, 1);
     for (const std::string& note : read.notes) spdlog::warn("{}", note);
-    part.mesh = sandbox::toTriangles(read.mesh, part.mmPerUnit);
+    part.mesh = sandbox::toTriangles(read, part.mmPerUnit);
     return part;
 }
 

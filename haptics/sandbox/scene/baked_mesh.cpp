@@ -13,14 +13,18 @@ namespace {
 using engine::Entity;
 using engine::Scene;
 
+/// The largest factor by which a matrix lengthens a vector along an axis.
+double stretchOf(const glm::dmat4& matrix) {
+    const glm::dmat3 linear(matrix);
+    return std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+}
+
 void appendMesh(const engine::MeshData& mesh, const glm::dmat4& matrix, TriangleMesh& surface) {
     const auto base = static_cast<std::uint32_t>(surface.vertices.size());
     for (const glm::vec3& position : mesh.positions)
         surface.vertices.push_back(toMm(glm::dvec3(matrix * glm::dvec4(position, 1))));
-    const glm::dmat3 linear(matrix);
-    const double stretch = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
-    surface.grid = std::max(surface.grid, stretch * kMmPerMeter * gridOf(mesh));
-    const bool mirrored = glm::determinant(linear) < 0;
+    surface.grid = std::max(surface.grid, stretchOf(matrix) * kMmPerMeter * gridOf(mesh));
+    const bool mirrored = glm::determinant(glm::dmat3(matrix)) < 0;
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
         const std::uint32_t a = base + mesh.indices[i], b = base + mesh.indices[i + 1], c = base + mesh.indices[i + 2];
         // A mirrored triangle turns over, to stay counter-clockwise seen from outside.
@@ -53,31 +57,49 @@ void eachPart(const Scene& scene, Entity root, const glm::dmat4& matrix, F&& f) 
     }
 }
 
-}  // namespace
-
-TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
+/// Calls f(instance, matrix) for the meshes of a body, in its rigid frame: its colliders if it has any.
+template <class F>
+void eachInstance(const Scene& scene, Entity roleNode, F&& f) {
     const glm::dmat4 world = worldMatrix(scene.registry, roleNode);
     const glm::dmat4 frame = glm::inverse(engine::rigidMatrix(engine::rigidPart(world)));
-    TriangleMesh drawn, collided;
+    const auto eachDrawn = [&](Entity root, const glm::dmat4& matrix) {
+        eachPart(scene, root, matrix, [&](Entity part, const glm::dmat4& partMatrix) {
+            if (const auto* instance = scene.registry.find<engine::MeshInstance>(part)) f(*instance, partMatrix);
+        });
+    };
     bool colliders = false;
     eachPart(scene, roleNode, frame * world, [&](Entity node, const glm::dmat4& matrix) {
-        if (const auto* instance = scene.registry.find<engine::MeshInstance>(node))
-            appendInstance(*instance, matrix, drawn);
         const engine::ColliderGeometry* geometry = scene.registry.find<engine::ColliderGeometry>(node);
         if (!geometry) return;
         colliders = true;
-        if (geometry->mesh >= 0) {
-            appendInstance(scene.meshes[geometry->mesh], matrix, collided);
-            return;
-        }
-        // The meshes of another node, placed as if it were this node: its own transform does not count.
-        const Entity source = geometry->node >= 0 ? scene.nodes[geometry->node] : node;
-        eachPart(scene, source, matrix, [&](Entity part, const glm::dmat4& partMatrix) {
-            if (const auto* instance = scene.registry.find<engine::MeshInstance>(part))
-                appendInstance(*instance, partMatrix, collided);
-        });
+        // The meshes of another node are placed as if it were this node: its own transform does not count.
+        if (geometry->mesh >= 0)
+            f(scene.meshes[geometry->mesh], matrix);
+        else
+            eachDrawn(geometry->node >= 0 ? scene.nodes[geometry->node] : node, matrix);
     });
-    return colliders ? collided : drawn;
+    if (!colliders) eachDrawn(roleNode, frame * world);
+}
+
+}  // namespace
+
+TriangleMesh bakedTriangles(const Scene& scene, Entity roleNode) {
+    TriangleMesh surface;
+    eachInstance(scene, roleNode, [&](const engine::MeshInstance& instance, const glm::dmat4& matrix) {
+        appendInstance(instance, matrix, surface);
+    });
+    return surface;
+}
+
+double singleRounding(const Scene& scene, Entity roleNode) {
+    double largest = 0;
+    eachInstance(scene, roleNode, [&](const engine::MeshInstance& instance, const glm::dmat4& matrix) {
+        const double stretch = stretchOf(matrix);
+        for (const engine::Primitive& primitive : instance.primitives)
+            for (const glm::vec3& p : primitive.mesh->positions)
+                for (int k = 0; k < 3; ++k) largest = std::max(largest, stretch * double(std::abs(p[k])));
+    });
+    return kMmPerMeter * 0x1p-24 * largest;
 }
 
 TriangleMesh bakedTriangles(const Scene& scene) {
@@ -88,10 +110,14 @@ TriangleMesh bakedTriangles(const Scene& scene) {
     return all;
 }
 
-TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit) {
+TriangleMesh toTriangles(const engine::MeshFile& file, double mmPerUnit) {
+    const engine::MeshData& mesh = file.mesh;
     TriangleMesh surface;
     surface.grid = mmPerUnit * gridOf(mesh);
-    for (const glm::vec3& p : mesh.positions) surface.vertices.push_back(mmPerUnit * Vec3(p.x, p.y, p.z));
+    for (const glm::dvec3 p : mesh.positions) {
+        const glm::dvec3 place = p + file.origin;
+        surface.vertices.push_back(mmPerUnit * Vec3(place.x, place.y, place.z));
+    }
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3)
         surface.triangles.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
     return surface;

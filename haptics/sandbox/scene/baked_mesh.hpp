@@ -1,5 +1,6 @@
 #pragma once
 // The triangles of a body of the scene: in its rigid frame, in mm, scale and mirroring baked into the vertices.
+#include "engine/scene/mesh_file.hpp"
 #include "engine/scene/scene.hpp"
 #include "haptics/builder/triangle_mesh.hpp"
 
@@ -12,7 +13,11 @@ TriangleMesh bakedTriangles(const engine::Scene& scene, engine::Entity roleNode)
 /// The whole scene as one mesh in the scene frame, mm.
 TriangleMesh bakedTriangles(const engine::Scene& scene);
 
-/// A mesh in mm, from one whose unit is `mmPerUnit`.
-TriangleMesh toTriangles(const engine::MeshData& mesh, double mmPerUnit);
+/// By how much single precision may have moved the vertices of bakedTriangles() from their places, mm: it grows with
+/// their distance from the origin of their mesh.
+double singleRounding(const engine::Scene& scene, engine::Entity roleNode);
+
+/// A mesh in mm, in the coordinates of its file, whose unit is `mmPerUnit`.
+TriangleMesh toTriangles(const engine::MeshFile& file, double mmPerUnit);
 
 }  // namespace touchstone::sandbox

@@ -174,12 +174,16 @@ TEST_CASE("OBJ: a malformed file is refused with the line", "[mesh]") {
     CHECK(refusal(folder, "scan.obj", kObj + "v nan nan nan\n" + kFace).empty());
 }
 
-TEST_CASE("mesh file: notes the rounding of a part far from the origin", "[mesh]") {
+TEST_CASE("mesh file: notes that the digits of a part far from the origin are too few", "[mesh]") {
     const TemporaryFolder folder;
     const MeshFile far =
         readText(folder, "far.obj", "v 500000.01 0 0\nv 500010.02 0 0\nv 500000.01 10.03 0\nf 1 2 3\n");
     REQUIRE(far.notes.size() == 1);
-    CHECK_THAT(far.notes[0], Contains("rounded to single precision"));
+    CHECK_THAT(far.notes[0], Contains("500010 file units from the origin") && Contains("exact to 0.005 only"));
+    const MeshFile exact =
+        readText(folder, "exact.obj", "v 500000.0100 0 0\nv 500010.0200 0 0\nv 500000.0100 10.0300 0\nf 1 2 3\n");
+    CHECK(exact.notes.empty());
+    CHECK(exact.mesh.positions[1].x - exact.mesh.positions[0].x == Approx(10.01).epsilon(1e-6));
     CHECK(readText(folder, "near.obj", "v 5.01 0 0\nv 10.02 0 0\nv 5.01 10.03 0\nf 1 2 3\n").notes.empty());
 }
 
