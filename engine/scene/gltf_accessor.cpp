@@ -59,6 +59,10 @@ const Allowed& allowedFor(AccessorUse use) {
     static const Allowed normal{TINYGLTF_TYPE_VEC3, true, {}, {}, {b, s}, {}, "VEC3 of floats"};
     static const Allowed texcoord{
         TINYGLTF_TYPE_VEC2, true, {ub, us}, {}, {b, s}, {b, ub, s, us}, "VEC2 of floats or normalized integers"};
+    static const Allowed color3{
+        TINYGLTF_TYPE_VEC3, true, {ub, us}, {}, {}, {}, "VEC3 of floats or normalized integers"};
+    static const Allowed color4{
+        TINYGLTF_TYPE_VEC4, true, {ub, us}, {}, {}, {}, "VEC4 of floats or normalized integers"};
     static const Allowed index{TINYGLTF_TYPE_SCALAR, false, {}, {ub, us, ui}, {}, {}, "SCALAR of unsigned integers"};
     static const Allowed time{TINYGLTF_TYPE_SCALAR, true, {}, {}, {}, {}, "SCALAR of floats"};
     static const Allowed vector{TINYGLTF_TYPE_VEC3, true, {}, {}, {}, {}, "VEC3 of floats"};
@@ -75,6 +79,10 @@ const Allowed& allowedFor(AccessorUse use) {
             return normal;
         case AccessorUse::Texcoord:
             return texcoord;
+        case AccessorUse::Color3:
+            return color3;
+        case AccessorUse::Color4:
+            return color4;
         case AccessorUse::Index:
             return index;
         case AccessorUse::Time:
@@ -113,7 +121,7 @@ AccessorReader::Layout AccessorReader::layout(int index) const {
     return layout;
 }
 
-void AccessorReader::checkUse(int index, AccessorUse use, const std::string& user) const {
+bool AccessorReader::fits(int index, AccessorUse use) const {
     const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index)];
     const Allowed& allowed = allowedFor(use);
     const auto in = [&](const std::vector<int>& types) {
@@ -123,7 +131,12 @@ void AccessorReader::checkUse(int index, AccessorUse use, const std::string& use
     const bool plain = in(allowed.plain) || (quantized_ && in(allowed.quantizedPlain));
     const bool normalized = in(allowed.normalized) || (quantized_ && in(allowed.quantizedNormalized));
     const bool fits = isFloat ? allowed.floats : accessor.normalized ? normalized : plain;
-    if (accessor.type != allowed.type || !fits)
+    return accessor.type == allowed.type && fits;
+}
+
+void AccessorReader::checkUse(int index, AccessorUse use, const std::string& user) const {
+    const Allowed& allowed = allowedFor(use);
+    if (!fits(index, use))
         fail(index, "has the wrong type for " + user + "; it must be " + allowed.words + ", so export the file again");
 }
 
@@ -180,6 +193,7 @@ std::vector<T> AccessorReader::read(int accessor, AccessorUse use, const std::st
 template std::vector<std::uint32_t> AccessorReader::read(int, AccessorUse, const std::string&) const;
 template std::vector<double> AccessorReader::read(int, AccessorUse, const std::string&) const;
 template std::vector<glm::vec2> AccessorReader::read(int, AccessorUse, const std::string&) const;
+template std::vector<glm::vec4> AccessorReader::read(int, AccessorUse, const std::string&) const;
 template std::vector<glm::vec3> AccessorReader::read(int, AccessorUse, const std::string&) const;
 template std::vector<glm::dvec3> AccessorReader::read(int, AccessorUse, const std::string&) const;
 template std::vector<glm::dvec4> AccessorReader::read(int, AccessorUse, const std::string&) const;

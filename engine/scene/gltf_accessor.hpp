@@ -10,7 +10,7 @@
 namespace touchstone::engine {
 
 /// Purpose of reading an accessor; determines the allowed element and component types.
-enum class AccessorUse { Position, Normal, Texcoord, Index, Time, Vector, Rotation, InstanceRotation };
+enum class AccessorUse { Position, Normal, Texcoord, Color3, Color4, Index, Time, Vector, Rotation, InstanceRotation };
 
 /// Reads the accessors of a model whose references and byte ranges were checked. Interleaved, sparse and normalized
 /// accessors are converted to plain arrays. Throws SceneError naming the accessor for wrong types, sparse indices out
@@ -29,6 +29,9 @@ class AccessorReader {
         const tinygltf::Accessor& from = model_.accessors[static_cast<std::size_t>(accessor)];
         return from.bufferView < 0 && !from.sparse.isSparse;
     }
+
+    /// Whether glTF allows the accessor for this use.
+    bool fits(int accessor, AccessorUse use) const;
 
     /// T: float, double, std::uint32_t or a glm vector of the accessor's length. `user`: the object that uses the
     /// accessor, for error messages.

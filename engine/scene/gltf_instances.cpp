@@ -61,12 +61,14 @@ MeshInstance instancedMesh(const MeshInstance& mesh, const std::vector<glm::dmat
     MeshInstance all;
     for (const Primitive& primitive : mesh.primitives) {
         MeshData data;
+        data.flat = primitive.mesh->flat;
         for (const glm::dmat4& transform : transforms) {
             const MeshData copy = bakedMesh(*primitive.mesh, transform);
             const auto base = static_cast<std::uint32_t>(data.positions.size());
             data.positions.insert(data.positions.end(), copy.positions.begin(), copy.positions.end());
             data.normals.insert(data.normals.end(), copy.normals.begin(), copy.normals.end());
             data.texcoords.insert(data.texcoords.end(), copy.texcoords.begin(), copy.texcoords.end());
+            data.colors.insert(data.colors.end(), copy.colors.begin(), copy.colors.end());
             for (const std::uint32_t index : copy.indices) data.indices.push_back(base + index);
         }
         all.primitives.push_back({std::make_shared<const MeshData>(std::move(data)), primitive.material});

@@ -175,6 +175,10 @@ class SceneReader {
                 material.emissive[k] =
                     static_cast<float>(std::max(from.emissiveFactor[static_cast<std::size_t>(k)], 0.0));
             material.normalScale = static_cast<float>(from.normalTexture.scale);
+            material.alphaMode = from.alphaMode == "BLEND"  ? AlphaMode::Blend
+                                 : from.alphaMode == "MASK" ? AlphaMode::Mask
+                                                            : AlphaMode::Opaque;
+            material.alphaCutoff = static_cast<float>(std::max(from.alphaCutoff, 0.0));
             const int set = texcoordSet(from);
             material.texture = imageOf(pbr.baseColorTexture, set);
             material.metallicRoughnessTexture = imageOf(pbr.metallicRoughnessTexture, set);
@@ -248,7 +252,8 @@ class SceneReader {
         const int set = primitive.material < 0 ? 0 : texcoordSet(at(model_.materials, primitive.material));
         const std::string texcoordKey = "TEXCOORD_" + std::to_string(set);
         const int texcoord = attribute(texcoordKey);
-        auto& shared = geometries_[{position, normal, texcoord, primitive.indices, primitive.mode}];
+        const int color = attribute("COLOR_0");
+        auto& shared = geometries_[{position, normal, texcoord, color, primitive.indices, primitive.mode}];
         if (shared) return shared;
 
         const auto checkCount = [&](int accessor, const std::string& key) {
@@ -268,12 +273,30 @@ class SceneReader {
             checkCount(normal, "NORMAL");
             mesh.normals = accessors_.read<glm::vec3>(normal, AccessorUse::Normal, name + ", NORMAL");
         }
+        mesh.flat = normal < 0;
         completeNormals(mesh);
+        if (color >= 0) readColors(mesh, color, name);
         if (texcoord >= 0) {
             checkCount(texcoord, texcoordKey);
             mesh.texcoords = accessors_.read<glm::vec2>(texcoord, AccessorUse::Texcoord, name + ", " + texcoordKey);
         }
         return shared = std::make_shared<const MeshData>(std::move(mesh));
+    }
+
+    /// Colors that do not follow the specification are left out with a warning: nothing is felt of them.
+    void readColors(MeshData& mesh, int color, const std::string& name) {
+        if (accessors_.count(color) != mesh.positions.size()) {
+            warn(name, "COLOR_0 has " + std::to_string(accessors_.count(color)) + " elements but POSITION has " +
+                           std::to_string(mesh.positions.size()) + "; it is ignored");
+        } else if (accessors_.fits(color, AccessorUse::Color4)) {
+            mesh.colors = accessors_.read<glm::vec4>(color, AccessorUse::Color4, name + ", COLOR_0");
+        } else if (accessors_.fits(color, AccessorUse::Color3)) {
+            for (const glm::vec3& rgb : accessors_.read<glm::vec3>(color, AccessorUse::Color3, name + ", COLOR_0"))
+                mesh.colors.emplace_back(rgb, 1);
+        } else {
+            warn(name, "COLOR_0 is neither VEC3 nor VEC4 of floats or normalized integers; it is ignored");
+        }
+        for (glm::vec4& c : mesh.colors) c = glm::clamp(c, 0.f, 1.f);
     }
 
     std::vector<std::uint32_t> readIndices(const tinygltf::Primitive& primitive, std::size_t vertices,
@@ -510,7 +533,7 @@ class SceneReader {
     const tinygltf::Model& model_;
     AccessorReader accessors_;
     std::vector<int> parents_;                                                  // by node index, -1 for roots
-    std::map<std::array<int, 5>, std::shared_ptr<const MeshData>> geometries_;  // by accessors and mode
+    std::map<std::array<int, 6>, std::shared_ptr<const MeshData>> geometries_;  // by accessors and mode
     Scene scene_;
 };
 

@@ -63,7 +63,8 @@ const std::vector<Field>& headerFields() {
 
 /// Attributes that are read; others are ignored.
 Field vertexAttributes() {
-    std::vector<Field> fields = {index("POSITION", "accessors"), index("NORMAL", "accessors")};
+    std::vector<Field> fields = {index("POSITION", "accessors"), index("NORMAL", "accessors"),
+                                 index("COLOR_0", "accessors")};
     for (const char* name : {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3", "TEXCOORD_4", "TEXCOORD_5",
                              "TEXCOORD_6", "TEXCOORD_7"})
         fields.push_back(index(name, "accessors"));
@@ -108,7 +109,7 @@ const std::vector<Field>& arrayFields() {
                                                               number("roughnessFactor"), texture("baseColorTexture"),
                                                               texture("metallicRoughnessTexture")}),
                               texture("normalTexture", {number("scale")}), texture("emissiveTexture"),
-                              numbers("emissiveFactor", 3)}),
+                              numbers("emissiveFactor", 3), text("alphaMode"), number("alphaCutoff")}),
         objects("textures", {text("name"), index("source", "images")}),
         objects("images", {text("name"), text("uri"), text("mimeType"), index("bufferView", "bufferViews")}),
         objects("animations",

@@ -112,12 +112,15 @@ class SceneWriter {
             return true;
         };
         const auto allFinite = [&](const auto& items) { return std::all_of(items.begin(), items.end(), isFinite); };
-        if (!allFinite(mesh.positions) || !allFinite(mesh.normals) || !allFinite(mesh.texcoords))
+        if (!allFinite(mesh.positions) || !allFinite(mesh.normals) || !allFinite(mesh.texcoords) ||
+            !allFinite(mesh.colors))
             fail(user, "its mesh holds a non-finite number; repair the mesh");
         if ((!mesh.normals.empty() && mesh.normals.size() != count) ||
-            (!mesh.texcoords.empty() && mesh.texcoords.size() != count))
+            (!mesh.texcoords.empty() && mesh.texcoords.size() != count) ||
+            (!mesh.colors.empty() && mesh.colors.size() != count))
             fail(user,
-                 "its mesh has a different number of normals or texture coordinates than positions; repair the mesh");
+                 "its mesh has a different number of normals, texture coordinates or colors than positions; repair the "
+                 "mesh");
         if (mesh.indices.empty() || mesh.indices.size() % 3 != 0 ||
             *std::max_element(mesh.indices.begin(), mesh.indices.end()) >= count)
             fail(user, "its mesh has no triangles or indices beyond its vertices; repair the mesh");
@@ -131,7 +134,7 @@ class SceneWriter {
         checkMesh(*data, user);
         json primitive;
         primitive["attributes"]["POSITION"] = addFloats(flat(data->positions), 3, kVertices, true);
-        if (!data->normals.empty()) {
+        if (!data->normals.empty() && !data->flat) {
             std::vector<glm::vec3> unit = data->normals;
             for (glm::vec3& n : unit) {
                 const double length = glm::length(glm::dvec3(n));
@@ -141,6 +144,8 @@ class SceneWriter {
         }
         if (!data->texcoords.empty())
             primitive["attributes"]["TEXCOORD_0"] = addFloats(flat(data->texcoords), 2, kVertices, false);
+        if (!data->colors.empty())
+            primitive["attributes"]["COLOR_0"] = addFloats(flat(data->colors), 4, kVertices, false);
         primitive["indices"] = addIndices(data->indices, data->positions.size());
         return geometries_.emplace(data.get(), std::move(primitive)).first->second;
     }
@@ -211,7 +216,10 @@ class SceneWriter {
             if (material.emissive != glm::vec3(0))
                 for (int k = 0; k < 3; ++k) item["emissiveFactor"].push_back(material.emissive[k]);
             if (!material.name.empty()) item["name"] = material.name;
-            if (material.baseColor.a < 1) item["alphaMode"] = "BLEND";
+            if (material.alphaMode != AlphaMode::Opaque)
+                item["alphaMode"] = material.alphaMode == AlphaMode::Blend ? "BLEND" : "MASK";
+            if (material.alphaMode == AlphaMode::Mask && material.alphaCutoff != 0.5f)
+                item["alphaCutoff"] = material.alphaCutoff;
             add("materials", std::move(item));
         }
     }

@@ -153,6 +153,7 @@ MeshData splitAtCreases(const MeshData& mesh, double angle) {
                 vertexOf[i] = static_cast<std::uint32_t>(out.positions.size());
                 out.positions.push_back(mesh.positions[v]);
                 if (!mesh.texcoords.empty()) out.texcoords.push_back(mesh.texcoords[v]);
+                if (!mesh.colors.empty()) out.colors.push_back(mesh.colors[v]);
             }
         for (std::size_t i = 0; i < own.size(); ++i) out.indices[own[i]] = vertexOf[group[i]];
     }

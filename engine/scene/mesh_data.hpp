@@ -9,12 +9,14 @@
 namespace touchstone::engine {
 
 /// Indexed triangles in meters, counter-clockwise seen from outside. `normals` has one entry per position; `texcoords`
-/// likewise, or is empty.
+/// and `colors` likewise, or are empty.
 struct MeshData {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     std::vector<glm::vec2> texcoords;
     std::vector<std::uint32_t> indices;
+    std::vector<glm::vec4> colors = {};  ///< linear; multiply the material's base color
+    bool flat = false;  ///< drawn with the normals of its triangles, as glTF wants for a mesh without normals
 };
 
 /// 8-bit RGBA, row by row from the top.
@@ -22,6 +24,9 @@ struct Image {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgba;
 };
+
+/// What the alpha of the base color does: nothing, cut holes where it is below a cutoff, or make see-through.
+enum class AlphaMode { Opaque, Mask, Blend };
 
 /// The metallic-roughness material of glTF: linear factors, multiplied by textures. Textures are indices into
 /// Scene::images, -1 for none, and share one set of texture coordinates.
@@ -35,6 +40,8 @@ struct Material {
     int emissiveTexture = -1;           ///< sRGB
     float normalScale = 1;
     glm::vec3 emissive{0};
+    AlphaMode alphaMode = AlphaMode::Opaque;
+    float alphaCutoff = 0.5f;  ///< of AlphaMode::Mask
 
     std::array<int, 4> textures() const { return {texture, metallicRoughnessTexture, normalTexture, emissiveTexture}; }
 };

@@ -237,10 +237,15 @@ Renderer::~Renderer() = default;
 GpuMesh Renderer::upload(const MeshData& data) {
     if (data.indices.empty()) return {};
     assert(data.normals.size() == data.positions.size());
+    assert(data.colors.empty() || data.colors.size() == data.positions.size());
     assert(data.texcoords.empty() || data.texcoords.size() == data.positions.size());
     auto buffers = std::make_shared<GpuMesh::Buffers>();
     buffers->indexCount = static_cast<GLsizei>(data.indices.size());
     buffers->hasTexcoords = !data.texcoords.empty();
+    buffers->hasColors = !data.colors.empty();
+    buffers->seeThrough =
+        std::any_of(data.colors.begin(), data.colors.end(), [](const glm::vec4& c) { return c.a < 1; });
+    buffers->flat = data.flat;
     glm::vec3 low = data.positions.front(), high = low;
     for (const glm::vec3& p : data.positions) {
         low = glm::min(low, p);
@@ -256,6 +261,10 @@ GpuMesh Renderer::upload(const MeshData& data) {
     if (buffers->hasTexcoords) {
         buffers->texcoords.write(GL_ARRAY_BUFFER, std::span(data.texcoords), GL_STATIC_DRAW);
         attribute(2, 2, 0, 0, 0);
+    }
+    if (buffers->hasColors) {
+        buffers->colors.write(GL_ARRAY_BUFFER, std::span(data.colors), GL_STATIC_DRAW);
+        attribute(kColorAttribute, 4, 0, 0, 0);
     }
     buffers->indices.write(GL_ELEMENT_ARRAY_BUFFER, std::span(data.indices), GL_STATIC_DRAW);
     glBindVertexArray(0);

@@ -9,16 +9,19 @@
 
 namespace touchstone::engine {
 
-inline constexpr int kShadowUnit = 4;  // texture unit after those of a material
+inline constexpr GLuint kColorAttribute = 3;  // of mesh.vert
+inline constexpr int kShadowUnit = 4;         // texture unit after those of a material
 
 /// Direction to the key light in the studio of lighting.glsl.
 inline const glm::vec3 kKeyDirection = glm::normalize(glm::vec3(-0.45f, 0.74f, 0.5f));
 
 struct GpuMesh::Buffers {
     VertexArray array;
-    Buffer positions, normals, texcoords, indices;
+    Buffer positions, normals, texcoords, colors, indices;
     GLsizei indexCount = 0;
-    bool hasTexcoords = false;
+    bool hasTexcoords = false, hasColors = false;
+    bool seeThrough = false;  // by the alpha of its colors
+    bool flat = false;
     Ball ball;  ///< bounding ball of the bounding box
 };
 

@@ -13,7 +13,13 @@ Ball ballOf(const DrawItem& item) {
             ball.radius * std::max({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])})};
 }
 
-bool isSolid(const DrawItem& item) { return item.mesh && item.alpha >= 1; }
+/// Whether its material lets other things show through. Many files ask for blending where nothing is see-through.
+bool isSeeThrough(const DrawItem& item) {
+    return item.material.alphaMode == AlphaMode::Blend &&
+           (item.material.baseColor.a < 1 || item.texture || item.mesh.buffers->seeThrough);
+}
+
+bool isSolid(const DrawItem& item) { return item.mesh && item.alpha >= 1 && !isSeeThrough(item); }
 
 }  // namespace
 
@@ -45,6 +51,10 @@ void Renderer::Impl::drawItem(const DrawItem& item) {
     mesh.set("normalScale", item.material.normalScale);
     mesh.set("emissive", item.material.emissive);
     mesh.set("alpha", item.alpha);
+    mesh.set("blended", isSeeThrough(item) ? 1 : 0);
+    mesh.set("alphaCutoff", item.material.alphaMode == AlphaMode::Mask ? item.material.alphaCutoff : 0.f);
+    mesh.set("flatShaded", item.mesh.buffers->flat ? 1 : 0);
+    if (!item.mesh.buffers->hasColors) glVertexAttrib4f(kColorAttribute, 1, 1, 1, 1);
     const auto bind = [&](const char* has, const char* sampler, int unit, const GpuTexture& texture) {
         const bool used = texture && item.mesh.buffers->hasTexcoords;
         mesh.set(has, used ? 1 : 0);
@@ -161,7 +171,7 @@ void Renderer::Impl::drawCaps() {
 void Renderer::Impl::drawGhosts() {
     std::vector<std::pair<float, const DrawItem*>> ghosts;
     for (const DrawItem& item : frame->items)
-        if (item.mesh && item.alpha > 0 && item.alpha < 1) {
+        if (item.mesh && item.alpha > 0 && !isSolid(item)) {
             ghosts.emplace_back(glm::dot(ballOf(item).center - eye, frame->camera.forward()), &item);
         }
     std::stable_sort(ghosts.begin(), ghosts.end(), [](const auto& a, const auto& b) { return a.first > b.first; });

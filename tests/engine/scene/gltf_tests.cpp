@@ -169,6 +169,57 @@ TEST_CASE("glTF: interleaved, sparse and normalized accessors", "[gltf]") {
     }
 }
 
+TEST_CASE("glTF: normals, colors and alpha modes in any combination are read, and written as they came", "[gltf]") {
+    const TemporaryFolder folder;
+    for (const bool normals : {false, true})
+        for (const int colors : {0, 1, 2, 3})  // none, VEC3 of floats, VEC4 of bytes, VEC4 of floats
+            for (const AlphaMode mode : {AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend}) {
+                CAPTURE(normals, colors, int(mode));
+                GltfDraft draft = squareDraft();
+                Json& attributes = draft.json["meshes"][0]["primitives"][0]["attributes"];
+                if (!normals) attributes.erase("NORMAL");
+                if (colors == 1)
+                    attributes["COLOR_0"] = draft.add<float>({1, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 1}, 5126, "VEC3", 4);
+                if (colors == 2)
+                    attributes["COLOR_0"] = draft.add<std::uint8_t>(
+                        {255, 0, 0, 51, 255, 0, 0, 51, 0, 0, 255, 51, 0, 0, 255, 51}, 5121, "VEC4", 4, true);
+                if (colors == 3)
+                    attributes["COLOR_0"] =
+                        draft.add<float>({1, 0, 0, 0.2f, 1, 0, 0, 0.2f, 0, 0, 1, 0.2f, 0, 0, 1, 0.2f}, 5126, "VEC4", 4);
+                Json& material = draft.json["materials"][0];
+                if (mode == AlphaMode::Mask) material["alphaMode"] = "MASK", material["alphaCutoff"] = 0.25;
+                if (mode == AlphaMode::Blend) material["alphaMode"] = "BLEND";
+                const Scene read = draft.read(folder);
+                writeGltf(read, folder / "copy.glb");
+                const Scene again = readGltf(folder / "copy.glb");
+                for (const Scene* scene : {&read, &again}) {
+                    const MeshData& mesh = firstMesh(*scene);
+                    CHECK(scene->warnings.empty());
+                    CHECK(mesh.flat != normals);
+                    CHECK(mesh.normals.size() == 4);
+                    REQUIRE(mesh.colors.size() == (colors > 0 ? 4 : 0));
+                    if (colors > 0) {
+                        CHECK(glm::vec3(mesh.colors[0]) == glm::vec3(1, 0, 0));
+                        CHECK(glm::vec3(mesh.colors[3]) == glm::vec3(0, 0, 1));
+                        CHECK(mesh.colors[2].a == Approx(colors == 1 ? 1 : 0.2));
+                    }
+                    CHECK(scene->materials.at(0).alphaMode == mode);
+                    if (mode == AlphaMode::Mask) CHECK(scene->materials.at(0).alphaCutoff == 0.25f);
+                }
+            }
+}
+
+TEST_CASE("glTF: colors that do not follow the specification are left out with a warning", "[gltf]") {
+    const TemporaryFolder folder;
+    GltfDraft draft = squareDraft();
+    draft.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] =
+        draft.add<float>({1, 0, 1, 0, 1, 0, 1, 0}, 5126, "VEC2", 4);
+    const Scene scene = draft.read(folder);
+    CHECK(firstMesh(scene).colors.empty());
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(scene.warnings[0].find("COLOR_0 is neither VEC3 nor VEC4") != std::string::npos);
+}
+
 TEST_CASE("glTF: normals have unit length, and zero normals are recomputed", "[gltf]") {
     const TemporaryFolder folder;
     GltfDraft draft = squareDraft();

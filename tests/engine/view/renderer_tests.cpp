@@ -257,6 +257,60 @@ TEST_CASE("renderer: a ghost is transparent", "[gl]") {
     requireColor(pixel(stage.draw(frame), middle), glm::ivec3(back));
 }
 
+TEST_CASE("renderer: vertex colors, alpha modes and missing normals are drawn as glTF says, in any combination",
+          "[gl]") {
+    Stage stage;
+    const GpuMesh plain = stage.renderer.upload(quadMesh(0.5f, 0.5f));
+    const DrawItem behind{plain, glm::translate(glm::mat4(1), glm::vec3(0, 0, -0.5f)), matt({0.8f, 0.1f, 0.1f}), {}, 1};
+    const glm::vec2 middle = kViewport / 2.f;
+    Frame frame = darkFrame();
+    frame.shadows = false;
+    const auto draw = [&](const std::vector<DrawItem>& items) {
+        frame.items = items;
+        return glm::vec3(pixel(stage.draw(frame), middle));
+    };
+    const glm::vec3 back = draw({behind});
+    for (const bool colored : {false, true})
+        for (const bool flat : {false, true})
+            for (const AlphaMode mode : {AlphaMode::Opaque, AlphaMode::Mask, AlphaMode::Blend})
+                for (const float alpha : {0.25f, 0.75f, 1.f}) {
+                    CAPTURE(colored, flat, int(mode), alpha);
+                    // The same color and alpha, from the material or from the vertices.
+                    MeshData mesh = quadMesh(0.5f, 0.5f);
+                    const glm::vec4 color(0.1f, 0.2f, 0.8f, alpha);
+                    if (colored) mesh.colors.assign(4, color);
+                    if (flat) mesh.normals.assign(4, {1, 0, 0});
+                    mesh.flat = flat;
+                    DrawItem item{stage.renderer.upload(mesh), glm::mat4(1), matt({0.1f, 0.2f, 0.8f}), {}, 1};
+                    const glm::vec3 front = draw({{plain, glm::mat4(1), item.material, {}, 1}});
+                    item.material.baseColor = colored ? glm::vec4(1) : color;
+                    item.material.alphaMode = mode;
+                    const glm::vec3 expected = mode == AlphaMode::Blend ? alpha * front + (1 - alpha) * back
+                                               : mode == AlphaMode::Mask && alpha < 0.5f ? back
+                                                                                         : front;
+                    requireColor(glm::ivec3(draw({item, behind})), glm::ivec3(glm::round(expected)));
+                }
+    // A bent strip with smooth normals is flat on each side of its edge only if it has none of its own.
+    MeshData roof{{{-0.5f, -0.5f, -0.3f},
+                   {0, -0.5f, 0},
+                   {0.5f, -0.5f, -0.3f},
+                   {-0.5f, 0.5f, -0.3f},
+                   {0, 0.5f, 0},
+                   {0.5f, 0.5f, -0.3f}},
+                  {},
+                  {},
+                  {0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4}};
+    roof.normals = smoothNormals(roof);
+    for (const bool flat : {false, true}) {
+        CAPTURE(flat);
+        roof.flat = flat;
+        frame.items = {{stage.renderer.upload(roof), glm::mat4(1), matt({0.5f, 0.5f, 0.5f}), {}, 1}};
+        const Image image = stage.draw(frame);
+        const int beside = difference(pixel(image, middle + glm::vec2(-3, 0)), pixel(image, middle + glm::vec2(3, 0)));
+        CHECK((beside > 20) == flat);
+    }
+}
+
 TEST_CASE("renderer: a ghost vanishes where it coincides with its solid", "[gl]") {
     Stage stage;
     const GpuMesh ball = stage.renderer.upload(sphereMesh(0.5f));
